@@ -2,18 +2,61 @@
 # SPDX-License-Identifier: Apache-2.0
 
 from glob import glob
+import os
+from pathlib import Path
+import shutil
+import subprocess
+import sys
+import warnings
 
-from setuptools import find_packages, setup
+from setuptools import Extension, find_packages, setup
+from setuptools.command.build_ext import build_ext
+from setuptools.errors import CompileError
+
+try:
+    from setuptools.command.bdist_wheel import bdist_wheel
+except ImportError:  # setuptools up to 70
+    from wheel.bdist_wheel import bdist_wheel
+
+# Said of every editable installation, whatever is installed.
+warnings.filterwarnings('ignore', 'Editable installation')
 
 package_name = 'gearbox_monitor'
+HAVE_COMPILER = bool(os.environ.get('CC')) or any(map(shutil.which, ('cc', 'gcc', 'clang')))
+
+
+class Kernels(build_ext):
+    """Compile kernels to plain shared libraries, without Python.h; see kernels/build.py."""
+
+    def build_extension(self, ext):
+        target = Path(self.get_ext_fullpath(ext.name)).absolute()
+        paths = [str(Path(__file__).parent.absolute()), *filter(None, sys.path)]
+        run = subprocess.run(
+            [sys.executable, '-m', 'gearbox_monitor.kernels.build', str(target.parent),
+             target.stem], check=False, cwd=target.anchor,
+            env={**os.environ, 'PYTHONPATH': os.pathsep.join(paths),
+                 'GEARBOX_MONITOR_KERNELS': ''})
+        if run.returncode:  # goes on: the first start says what to install
+            raise CompileError('kernels are not compiled')
+
+    def get_ext_filename(self, name):
+        return os.path.join(*name.split('.')) + '.so'
+
+
+class Wheel(bdist_wheel):
+    """A wheel for any Python of this machine."""
+
+    def get_tag(self):
+        return 'py3', 'none', super().get_tag()[2]
+
 
 setup(
     name=package_name,
     version='0.2.0',
     packages=find_packages(exclude=['benchmarks', 'benchmarks.*', 'test', 'test.*']),
     package_data={package_name: [
-        'py.typed', 'recordings/vocabulary.yaml', 'simulators/firmware/*', 'simulators/templates/*',
-        'report/assets/*',
+        'py.typed', 'kernels/translate/prelude.h', 'recordings/vocabulary.yaml',
+        'simulators/firmware/*', 'simulators/templates/*', 'report/assets/*',
         'report/templates/*.html', 'report/templates/*/*.html']},
     data_files=[
         ('share/ament_index/resource_index/packages', ['resource/' + package_name]),
@@ -31,7 +74,6 @@ setup(
     install_requires=[
         'Jinja2>=3.1',
         'mcap>=1.1',
-        'numba>=0.59',
         'numpy>=1.26',
         'PyYAML>=6.0',
         'rosbags>=0.10',
@@ -81,6 +123,12 @@ setup(
             'tinycss2>=1.2',
         ],
     },
+    # Of the two, the one for this processor is built, and both for packages that are handed on.
+    ext_modules=[Extension(f'{package_name}.{stem}', [], optional=True)
+                 for stem in ('_kernels_v3', '_kernels')],
+    cmdclass={'build_ext': Kernels, 'bdist_wheel': Wheel},
+    # Kernels are imported to be compiled; without a compiler on the machine pip brings one.
+    setup_requires=['numpy>=1.26', *([] if HAVE_COMPILER else ['ziglang'])],
     zip_safe=False,
     maintainer='gearbox_monitor maintainers',
     maintainer_email='maintainers@gearbox-monitor.org',

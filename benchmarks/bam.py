@@ -31,7 +31,7 @@ import numpy as np
 from scipy.optimize import differential_evolution
 
 from benchmarks.harness import (
-    add_json_option, bar_lines, BarTable, finish, progress_line, require_compiled, require_whole)
+    add_json_option, bar_lines, BarTable, finish, progress_line, require_whole)
 from gearbox_monitor.diagnosis.joint.diagnose import diagnose
 from gearbox_monitor.diagnosis.joint.nominal import fit_nominal
 from gearbox_monitor.errors import InputError, Undecided
@@ -288,7 +288,6 @@ def table(results: list[dict[str, Any]]) -> list[str]:
 
 def run(args: argparse.Namespace) -> int:
     """Run the benchmark with the options `args`; returns 1 if a bar is missed."""
-    require_compiled('bam')
     require_whole('--jobs', args.jobs)
     results, bars = [], BarTable()
     for name in [args.servo] if args.servo else SERVOS:

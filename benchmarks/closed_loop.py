@@ -29,7 +29,7 @@ from benchmarks.blind.draw import log_uniform
 from benchmarks.blind.mujoco_drives import DT, Label, OUTSIDE, Values
 from benchmarks.blind.mujoco_set import unwarned
 from benchmarks.harness import (
-    add_drawn_options, bar_lines, BarTable, finish, progress_line, require_compiled, require_drawn)
+    add_drawn_options, bar_lines, BarTable, finish, progress_line, require_drawn)
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.library.drive_file import load_model
@@ -321,7 +321,6 @@ def judged(rows: Sequence[dict[str, Any]]) -> BarTable:
 
 def run(args: argparse.Namespace) -> int:
     """Run the benchmark with the options `args`; returns 1 if a bar is missed."""
-    require_compiled('closed_loop')
     require_drawn(args, 'drives')
     show, rows = progress_line(), []
     with unwarned():

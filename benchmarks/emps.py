@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.harness import (
-    add_json_option, bar_lines, BarTable, finish, progress_line, require_compiled, require_whole)
+    add_json_option, bar_lines, BarTable, finish, progress_line, require_whole)
 from gearbox_monitor.diagnosis.joint.diagnose import diagnose
 from gearbox_monitor.diagnosis.joint.nominal import fit_nominal
 from gearbox_monitor.errors import InputError
@@ -124,7 +124,6 @@ def table(data: dict[str, Any]) -> str:
 
 def run(args: argparse.Namespace) -> int:
     """Run the benchmark with the options `args`; returns 1 if a bar is missed."""
-    require_compiled('emps')
     require_whole('--jobs', args.jobs)
     paths = [Path(args.data) / name for name in FILES]
     for path in paths:

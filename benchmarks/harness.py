@@ -18,7 +18,6 @@ from typing import Any
 
 from benchmarks import intervals
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.kernels.jit import COMPILED
 
 BarRow = dict[str, Any]  # one bar as it stands in the JSON output
 MET, MISSED = 'met', 'MISSED'
@@ -204,12 +203,6 @@ def require_drawn(args: argparse.Namespace, kind: str) -> None:
     """Check the options `args` of add_drawn_options for this `kind`. Raises InputError."""
     require_whole(f'--{kind}', getattr(args, kind))
     require_whole('--seed', args.seed, 0)
-
-
-def require_compiled(command: str) -> None:
-    """Raise InputError, naming the `command`, if the kernels are not compiled."""
-    if not COMPILED:
-        raise InputError(f'{command}: numba is missing, expected compiled kernels')
 
 
 def require_whole(option: str, value: int, minimum: int = 1) -> None:

@@ -21,8 +21,7 @@ import numpy as np
 
 from benchmarks import paper_adaptive, paper_curve
 from benchmarks.harness import (
-    add_json_option, bar_lines, BarRow, BarTable, finish, progress_line, require_compiled,
-    require_whole)
+    add_json_option, bar_lines, BarRow, BarTable, finish, progress_line, require_whole)
 from benchmarks.steps import cpu_per_step, stepper
 from gearbox_monitor.errors import expect_matplotlib
 from gearbox_monitor.estimation.estimates import Samples
@@ -315,7 +314,6 @@ def picture(data: Mapping[str, Any]) -> 'Figure':
 
 def run(args: argparse.Namespace) -> int:
     """Run the benchmark with the options `args`; returns 1 if a bar is missed."""
-    require_compiled('paper')
     require_whole('--seeds', args.seeds)
     if args.png:
         expect_matplotlib('--png')

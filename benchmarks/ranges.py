@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.harness import (
-    add_json_option, bar_lines, BarTable, finish, progress_line, require_compiled, require_whole)
+    add_json_option, bar_lines, BarTable, finish, progress_line, require_whole)
 from gearbox_monitor.diagnosis.joint.nominal import balanced
 from gearbox_monitor.diagnosis.joint.parameter_ranges import ranges_of, UnitEstimate
 from gearbox_monitor.errors import Undecided
@@ -86,7 +86,6 @@ def population(rng: np.random.Generator, drives: int, fresh: int) -> dict[str, l
 
 def run(args: argparse.Namespace) -> int:
     """Run the benchmark with the options `args`; returns 1 if a bar is missed."""
-    require_compiled('ranges')
     require_whole('--populations', args.populations)
     require_whole('--drives', args.drives, 2)
     require_whole('--fresh', args.fresh)

@@ -40,7 +40,6 @@ from benchmarks.harness import all_met, bar_lines, BarTable
 from benchmarks.static_compensation import fit_static
 from gearbox_monitor.diagnosis.joint.unit_adaptation import adapt
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.recordings.mapping import load_mapping
 from gearbox_monitor.recordings.reading import read_signals, ReadOptions
 from gearbox_monitor.signals.uniform import UniformRecording
@@ -239,9 +238,6 @@ def _progress(done: int, total: int) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Run the benchmark with the options `args`; returns 1 if a bar is missed."""
-    if not COMPILED:
-        raise InputError('numba: not in use, expected it installed (some hundred passes over '
-                         '120 000 samples) and GEARBOX_MONITOR_JIT not 0')
     first, *others = args.data
     runs, arm_step = load_runs(first)
     for part in (True, False):

@@ -21,12 +21,13 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Estimates, Samples
 from gearbox_monitor.estimation.filter_kind import Belief, Reading, Scratch
 from gearbox_monitor.estimation.filters import ekf
-from gearbox_monitor.estimation.process_model import markers, P0, pack, state_names, TAU_K, X1, X2
+from gearbox_monitor.estimation.process_model import (
+    layout_of, P0, pack, state_names, TAU_K, X1, X2)
 from gearbox_monitor.estimation.sample_loop import Stream
 from gearbox_monitor.estimation.step_record import record_size
 from gearbox_monitor.health.monitor import Monitor
-from gearbox_monitor.kernels.jit import jit
-from gearbox_monitor.kernels.types import Array, Integers, States
+from gearbox_monitor.kernels.kernel import entry
+from gearbox_monitor.kernels.types import Array, Integers, Layout, Vector
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 
@@ -133,22 +134,22 @@ def estimate(values: Mapping[str, float], run: DriveRecording, arm_step: float,
     p = pack(model, parameters)
     belief = Belief(np.zeros(n), np.diag(p[P0:P0 + n]).ravel(), np.zeros(0))
     scratch = Scratch(np.zeros((1, n)), np.zeros((1, n * n)))
-    _filter(markers(p, n), Stream(run.stamps, u, run.outputs), p, belief, scratch,
-            np.zeros(record_size(n)), torque, variance)
+    _filter(layout_of(p, n), Stream(run.stamps, np.column_stack([u, u]), run.outputs), p,
+            belief, scratch, np.zeros(record_size(n)), torque, variance)
     return torque, np.sqrt(variance + values.get('tau_k_model_std', 0.0) ** 2)
 
 
-@jit
-def _filter(states: States, stream: Stream, p: Array, belief: Belief, scratch: Scratch,
-            record: Array, torque: Array, variance: Array) -> None:
+@entry
+def _filter(layout: Layout, stream: Stream, p: Vector, belief: Belief, scratch: Scratch,
+            record: Vector, torque: Vector, variance: Vector) -> None:
     """Write tau_K and its variance, each [N]; releases the GIL, so that runs go in parallel."""
-    n, (stamps, u, outputs), (z, P, _) = len(states), stream, belief
+    n, (stamps, u, outputs), (z, P, _) = layout.n, stream, belief
     z[X1], z[X2] = outputs[0, 0], outputs[0, 1]
     variance[0] = P[TAU_K * n + TAU_K]
     for k in range(1, len(stamps)):
         dt = (stamps[k] - stamps[k - 1]) * 1e-9
-        reading = Reading(dt, u[k - 1], 0.0, outputs[k, 0], outputs[k, 1])
-        if not ekf.step(states, belief, reading, p, scratch, record):
+        reading = Reading(dt, u[k - 1, 0], 0.0, outputs[k, 0], outputs[k, 1])
+        if not ekf.step(layout, belief, reading, p, scratch, record):
             torque[k:] = np.inf
             break
         torque[k], variance[k] = z[TAU_K], P[TAU_K * n + TAU_K]

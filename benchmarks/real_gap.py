@@ -36,7 +36,7 @@ import yaml
 
 from benchmarks import intervals
 from benchmarks.harness import (
-    add_json_option, bar_lines, BarTable, finish, progress_line, require_compiled, write_json)
+    add_json_option, bar_lines, BarTable, finish, progress_line, write_json)
 from benchmarks.least_squares import Cause, ranked_of_drive, ranked_of_robot
 from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.errors import InputError, unknown
@@ -467,7 +467,6 @@ def measure(pairs: Sequence[Pair], truth: Path, folder: Path) -> dict[str, Any]:
 
 def run(args: argparse.Namespace) -> int:
     """Run the benchmark with the options `args`; returns the exit code."""
-    require_compiled('real_gap')
     folder = Path(args.folder)
     pairs = [pair for pair in load_pairs(folder, Path(args.data) if args.data else None)
              if not args.only or args.only in pair.name]

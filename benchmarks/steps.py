@@ -12,23 +12,23 @@ from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
 from gearbox_monitor.estimation.filter import Filter
 from gearbox_monitor.estimation.filter_kind import Belief, filter_kind, Reading, Scratch
 from gearbox_monitor.estimation.filter_setup import loop_arrays
-from gearbox_monitor.estimation.process_model import markers, pack, state_names
+from gearbox_monitor.estimation.process_model import layout_of, pack, state_names
 from gearbox_monitor.estimation.sample_loop import filter_step, start
-from gearbox_monitor.kernels.jit import bound
-from gearbox_monitor.kernels.types import Array, States, Values
+from gearbox_monitor.kernels.kernel import bound, folding
+from gearbox_monitor.kernels.types import Array, Layout, Matrix, Values, Vector
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 
 
-def _loop(states: States, belief: Belief, u: Array, y: Array, dt: float, p: Array,
-          scratch: Scratch, record: Array) -> int:
+def _loop(layout: Layout, belief: Belief, u: Vector, y: Matrix, dt: float, p: Vector,
+          scratch: Scratch, record: Vector) -> int:
     """Run the filter bound to filter_step over N samples; return how many steps failed."""
     failed = 0
     for k in range(1, u.shape[0]):
-        if not filter_step(states, belief, Reading(dt, u[k - 1], 0.0, y[k, 0], y[k, 1]), p,
+        if not filter_step(layout, belief, Reading(dt, u[k - 1], 0.0, y[k, 0], y[k, 1]), p,
                            scratch, record):
             failed += 1
-            start(states, belief, y[k, 0], y[k, 1], p, record)
+            start(layout, belief, y[k, 0], y[k, 1], p, record)
             belief.memory[:] = 0.0
     return failed
 
@@ -51,8 +51,8 @@ def stepper(model: DriveModel, parameters: Values, u: Array, y: Array,
     complete = EstimatorParameters.of(parameters)
     model = model.with_(arm_load=complete.arm_load)
     n, p = len(state_names(model, complete)), pack(model, complete)
-    kind, states = filter_kind(complete.filter), markers(p, n)
-    loop = bound(_loop, kind.name, filter_step=kind.step)
+    kind, states = filter_kind(complete.filter), layout_of(p, n)
+    loop = folding(states)(bound(_loop, kind.name, filter_step=kind.step))
 
     def run() -> int:
         belief, scratch, state = loop_arrays(kind, n, 1, model)

@@ -27,8 +27,7 @@ import numpy as np
 from benchmarks import (
     intervals, paper, trust_cost, trust_drift, trust_real, trust_runs, trust_tolerances)
 from benchmarks.harness import (
-    add_json_option, bar_lines, BarTable, finish, interval_text, progress_line, require_compiled,
-    require_whole)
+    add_json_option, bar_lines, BarTable, finish, interval_text, progress_line, require_whole)
 from benchmarks.steps import cpu_per_step, stepper
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
@@ -457,7 +456,6 @@ def text(data: Values) -> str:
 
 def run(args: argparse.Namespace) -> int:
     """Run the benchmark with the options `args`; returns 1 if a bar is missed."""
-    require_compiled('trust')
     if args.seeds is not None:
         require_whole('--seeds', args.seeds)
     if args.quick and args.full:

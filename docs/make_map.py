@@ -124,7 +124,10 @@ def public_names() -> dict[str, dict[str, set[str]]]:
 
 def with_list(text: str, modules: dict[str, set[str]]) -> str:
     """Return the `text` of a room's __init__ with the list of its public names, by `modules`."""
-    lines = [textwrap.fill(f'{module or "."}: {", ".join(sorted(names, key=str.lower))}', 95,
+    def in_order(names: set[str]) -> str:
+        return ', '.join(sorted(names, key=lambda name: (name.lower(), name)))
+
+    lines = [textwrap.fill(f'{module or "."}: {in_order(names)}', 95,
                            initial_indent='    ', subsequent_indent=' ' * 8,
                            break_long_words=False, break_on_hyphens=False)
              for module, names in sorted(modules.items())]

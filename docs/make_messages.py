@@ -17,8 +17,9 @@ PAGE = ROOT / 'docs/messages.md'
 HEAD = """\
 # Topics and messages
 
-`docs/make_messages.py` generates this page from `gearbox_monitor/interfaces/`. SI units; every
-message carries the stamp of its measurement.
+`docs/make_messages.py` generates this page from `gearbox_monitor/recordings/topics.py` and
+`gearbox_monitor/health/diagnostic_keys.py`. SI units; every message carries the stamp of its
+measurement.
 
 ## Estimator
 

@@ -12,6 +12,7 @@ _FORMATS = 'expected --to mjcf or --to urdf with --into FILE'
 # Name as the user types it, an option or its value after its command -> what to do instead.
 REMOVED = {
     # commands
+    'compile': 'leave it out: pip and colcon compile the kernels when they build the package',
     'benchmark': 'run benchmarks from a checkout: python -m benchmarks NAME',
     # options and their values
     'adapt --jobs': 'leave it out: the fit is one thread',

@@ -6,6 +6,7 @@ import fcntl
 import gc
 import importlib.util
 import os
+from pathlib import Path
 import shutil
 import signal
 import sys
@@ -14,6 +15,10 @@ import tempfile
 import pytest
 
 from gearbox_monitor.ros.middleware import remove_cut_ports
+
+BENCHMARKS = Path(__file__).parent / 'benchmarks'
+# Jobs of their own; a test with several markers belongs to the first of these.
+JOBS = ('system', 'benchmark', 'prose')
 
 
 def pytest_configure(config):
@@ -40,13 +45,16 @@ def pytest_configure(config):
 
 
 def pytest_collection_modifyitems(config, items):
-    """Deselect tests marked `system`, which take minutes or hours, unless -m names the marker."""
-    if 'system' in config.option.markexpr:
-        return
-    long_runs = [item for item in items if item.get_closest_marker('system')]
-    if long_runs:
-        config.hook.pytest_deselected(items=long_runs)
-        items[:] = [item for item in items if not item.get_closest_marker('system')]
+    """Leave out tests of a job of its own, unless -m names the marker of that job."""
+    kept, left = [], []
+    for item in items:
+        if BENCHMARKS in item.path.parents:
+            item.add_marker('benchmark')
+        job = next((name for name in JOBS if item.get_closest_marker(name)), None)
+        (left if job and job not in config.option.markexpr else kept).append(item)
+    if left:
+        config.hook.pytest_deselected(items=left)
+        items[:] = kept
 
 
 def pytest_collection_finish():
@@ -91,7 +99,7 @@ def pytest_runtest_protocol(item):
 
 
 def pytest_report_header():
-    found = {name: importlib.util.find_spec(name) is not None for name in ('rclpy', 'numba')}
+    found = {name: importlib.util.find_spec(name) is not None for name in ('rclpy',)}
     return 'found: ' + ', '.join(f'{name} {"yes" if yes else "NO"}' for name, yes in found.items())
 
 

@@ -14,6 +14,7 @@ from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.health.backlash import wear
 from gearbox_monitor.health.backlash.change import TrackerSettings
 from gearbox_monitor.health.backlash.change_tests import TESTS
+from gearbox_monitor.kernels.types import Layout
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
@@ -45,8 +46,7 @@ def test_each_speed_starts_with_the_noise_of_its_own_encoder():
     dt, covariance = 0.3, np.diag([0.01, 0.04, 2.0, 5.0])
     belief = SimpleNamespace(z=np.array([0.1, -0.2, 0.0, 0.0]), P=covariance.ravel())
     reading = SimpleNamespace(y1=0.7, y2=0.5, dt=dt)
-    aim = getattr(sample_loop.aim, 'py_func', sample_loop.aim)
-    aim(np.zeros(4), belief, reading, p)
+    sample_loop.aim(Layout(4, False, -1, False), belief, reading, p)
     assert belief.z[2:] == pytest.approx([2.0 / (2.0 + 0.03 / dt ** 2) * 0.6 / dt,
                                           5.0 / (5.0 + 0.54 / dt ** 2) * 0.7 / dt], rel=1e-12)
 

@@ -25,14 +25,15 @@ LAYERS = {
     'files': 5,
     'report': 6, 'bag': 6, 'recordings': 6, 'export': 6,
     'ros': 7, 'fleet': 7, 'library': 7,
-    'cli': 8, '__main__': 9,
+    'cli': 8, '__main__': 9, 'compiled': 9,
 }
 EVERYWHERE = ('errors', 'presentation', 'removed', '__init__')
 CORE = 4  # up to here nothing reads, writes or asks the clock
 OUTSIDE_WORLD = {
     'asyncio', 'glob', 'io', 'logging', 'multiprocessing', 'os', 'pathlib', 'shutil', 'signal',
     'socket', 'subprocess', 'sys', 'tempfile', 'threading', 'time', 'yaml'}
-ON_DISK = (('kernels', 'jit'), ('kernels', 'kernel_cache'))  # machine code
+ON_DISK = tuple(('kernels', name) for name in (
+    'kernel', 'library', 'build')) + (('kernels', 'translate', 'program'),)  # C, machine code
 ROS = {'rclpy', 'launch', 'launch_ros', 'ament_index_python', 'builtin_interfaces',
        'rcl_interfaces', 'std_srvs'}
 MODULES = sorted(PACKAGE.rglob('*.py'))

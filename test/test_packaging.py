@@ -34,7 +34,6 @@ THIRD_PARTY = {
     'matplotlib': ('python3-matplotlib', 'matplotlib'),
     'mcap': ('mcap-ros2-support', 'mcap'),
     'mujoco': (None, 'mujoco'),  # optional: the extra that reads and checks its files
-    'numba': (None, 'numba'),  # absent from Ubuntu's packages, optional
     'numpy': ('python3-numpy', 'numpy'),
     'pyarrow': (None, 'pyarrow'),  # no rosdep key
     'rosbags': ('python3-rosbags-pip', 'rosbags'),
@@ -72,7 +71,7 @@ def test_package_xml_is_valid():
     order = [element.tag for element in XML]
     head = ['name', 'version', 'description', 'maintainer', 'license', 'author']
     assert order[:6] == head and order[-1] == 'export'
-    assert set(order[6:-1]) == {'exec_depend', 'test_depend'}
+    assert set(order[6:-1]) == {'build_depend', 'exec_depend', 'test_depend'}
     assert re.fullmatch(r'[a-z][a-z0-9_]*', text_of('name'))
     assert re.fullmatch(r'\d+\.\d+\.\d+', text_of('version'))
     assert text_of('license') == 'Apache-2.0'

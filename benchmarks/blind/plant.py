@@ -25,8 +25,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gearbox_monitor.kernels.jit import jit
-from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.kernels.kernel import entry, kernel
+from gearbox_monitor.kernels.types import Array, Integers, Matrix, Vector
 
 Nominal = Mapping[str, float]          # value of each name in NOMINAL
 Effects = Sequence[Mapping[str, Any]]  # {'id': .., parameter: value} each
@@ -170,8 +170,8 @@ class PackedPlant(NamedTuple):
     each disturbance; dt: sample time, s; min_substeps: integration steps per sample, at least.
     """
 
-    p: Array
-    bursts: Array
+    p: Vector
+    bursts: Matrix
     dt: float
     min_substeps: int
 
@@ -226,12 +226,12 @@ def pack(nominal: Nominal, effects: Effects, dt: float,
     return PackedPlant(p, bursts, dt, min_substeps)
 
 
-@jit
+@kernel
 def _sign(v: float, alpha: float) -> float:
     return 2.0 / math.pi * math.atan(alpha * v)
 
 
-@jit
+@kernel
 def _rates(state: tuple[float, float, float, float, float, float, float], t: float, u: float,
            push: float, p: Array, bursts: Array) -> tuple[float, float, float, float, float]:
     """Return d/dt of (x3, x4, z, w, s); u: after the lag; push: process torque on the motor."""
@@ -262,7 +262,7 @@ def _rates(state: tuple[float, float, float, float, float, float, float], t: flo
         stiffness *= 1.0 + p[KA] * math.sin(2.0 * x1 + p[KPHI])
     if beyond > 0.0:
         stiffness *= 1.0 + p[SIDE]
-    tau_k = stiffness * beyond + p[K3] * beyond ** 3
+    tau_k = stiffness * beyond + p[K3] * beyond * beyond * beyond
     if beyond != 0.0:
         tau_k += p[DC] * speed
     dw = 0.0
@@ -281,12 +281,12 @@ def _rates(state: tuple[float, float, float, float, float, float, float], t: flo
         cc *= 1.0 + p[CCA] * math.sin(x1 + p[CCPHI])
     dz = 0.0
     if p[LUGRE] != 0.0:
-        g = cc + p[LCS] * math.exp(-(x3 / p[LVS]) ** 2)
+        g = cc + p[LCS] * math.exp(-(x3 / p[LVS]) * (x3 / p[LVS]))
         dz = x3 - p[SIGMA0] * abs(x3) * z / g
         friction += p[SIGMA0] * z + p[SIGMA1] * dz
     else:
         if p[CS] != 0.0:
-            cc += p[CS] * math.exp(-(x3 / p[VS]) ** 2)
+            cc += p[CS] * math.exp(-(x3 / p[VS]) * (x3 / p[VS]))
         friction += cc * sign
 
     load = p[CAV] * x4 + p[TL] + p[SPRING] * x2 + p[AC2] * x4 * abs(x4)
@@ -309,13 +309,13 @@ def _rates(state: tuple[float, float, float, float, float, float, float], t: flo
     return a3, (transmitted - load) / p[M2], dz, dw, ds
 
 
-@jit
+@kernel
 def _substeps(x3: float, x4: float, plant: PackedPlant) -> int:
     """Return the number of substeps of a sample: more than the minimum for fast memories."""
     p = plant.p
     rate, speed = 0.0, abs(x3 - x4)
     if p[LUGRE] != 0.0:
-        g = p[CC] + p[LCS] * math.exp(-(x3 / p[LVS]) ** 2)
+        g = p[CC] + p[LCS] * math.exp(-(x3 / p[LVS]) * (x3 / p[LVS]))
         rate = max(rate, p[SIGMA0] * abs(x3) / g, p[SIGMA1] / p[M1])
     if p[TH] != 0.0:
         rate = max(rate, speed / p[DH])
@@ -324,14 +324,14 @@ def _substeps(x3: float, x4: float, plant: PackedPlant) -> int:
     return min(max(plant.min_substeps, int(math.ceil(rate * plant.dt / FASTEST))), 400)
 
 
-@jit
+@kernel
 def _command(u: float, previous: float, p: Array, dt: float) -> float:
     """Return the command behind the drive's electronics; `previous`: that of the last sample."""
-    u = u + p[CUBIC] * u ** 3
+    u = u + p[CUBIC] * (u * u * u)
     return min(max(u, previous - p[RATE] * dt), previous + p[RATE] * dt)
 
 
-@jit
+@kernel
 def _delayed(command: Array, begin: float, end: float, dt: float, p: Array) -> float:
     """Return the mean of the held command, saturated, over `begin` .. `end` (s), 0 before 0."""
     i = int(math.floor(begin / dt + 1e-9))
@@ -347,7 +347,7 @@ def _delayed(command: Array, begin: float, end: float, dt: float, p: Array) -> f
     return share * first + (1.0 - share) * second
 
 
-@jit
+@kernel
 def _servo(reference: Array, x1: float, x3: float, integral: float, control: Array
            ) -> tuple[float, float]:
     """
@@ -369,7 +369,7 @@ def _servo(reference: Array, x1: float, x3: float, integral: float, control: Arr
     return min(max(u, -control[2]), control[2]), error
 
 
-@jit
+@kernel
 def _advance(state: Array, lagged: float, k: int, command: Array, push: float,
              plant: PackedPlant, control: Array, reference: Array) -> float:
     """
@@ -474,9 +474,9 @@ def servo_of(nominal: Nominal, effects: Effects, setpoint: Array, dt: float
     return control, np.column_stack([reference, kff * (reference - earlier) / HELD])
 
 
-@jit
-def _run(u: Array, command: Array, push: Array, x: Array, state: Array, plant: PackedPlant,
-         control: Array, reference: Array) -> None:
+@entry
+def _run(u: Vector, command: Vector, push: Vector, x: Matrix, state: Vector, plant: PackedPlant,
+         control: Vector, reference: Matrix) -> None:
     """
     Fill x [N, 4], and u [N] and command [N] if a controller makes them.
 
@@ -500,26 +500,26 @@ def _run(u: Array, command: Array, push: Array, x: Array, state: Array, plant: P
             u[k] = command[k]
 
 
-@jit
-def _window(x: Array, state: Array, first: int, lagged: float, command: Array,
-            plant: PackedPlant, control: Array, reference: Array) -> None:
+@entry
+def _window(x: Matrix, state: Vector, first: int, lagged: float, command: Vector,
+            plant: PackedPlant, control: Vector, reference: Matrix) -> None:
     """
     Fill x [n, 4] from `state` [8] at sample `first`, which may be negative.
 
     control, reference: see _advance. What a late servo computed before is that of `state`.
     """
     if control[TICKS] > 0.0:
-        control[LINE:], _ = _servo(reference[max(first, 0)], state[0], state[2], state[7],
-                                   control)
+        torque, _ = _servo(reference[max(first, 0)], state[0], state[2], state[7], control)
+        control[LINE:] = torque
     for k in range(x.shape[0]):
         for i in range(4):
             x[k, i] = state[i]
         lagged = _advance(state, lagged, first + k, command, 0.0, plant, control, reference)
 
 
-@jit
-def _integrals(q: Array, dt: float, control: Array, reference: Array,
-               out: Array) -> None:
+@entry
+def _integrals(q: Vector, dt: float, control: Vector, reference: Matrix,
+               out: Vector) -> None:
     """Fill out [N] with a servo's integral by readings q [N]: their noise hardly shows in it."""
     integral, limit = 0.0, control[2]
     for k in range(len(out)):
@@ -529,16 +529,16 @@ def _integrals(q: Array, dt: float, control: Array, reference: Array,
         integral = min(max(integral + dt * control[KI] * error, -limit), limit)
 
 
-@jit
-def _commands(u: Array, command: Array, dt: float, p: Array) -> None:
+@entry
+def _commands(u: Vector, command: Vector, dt: float, p: Vector) -> None:
     previous = 0.0
     for k in range(u.shape[0]):
         previous = _command(u[k], previous, p, dt)
         command[k] = previous
 
 
-@jit
-def _lagged(command: Array, out: Array, dt: float, p: Array) -> None:
+@entry
+def _lagged(command: Vector, out: Vector, dt: float, p: Vector) -> None:
     """Fill out [N] with the lagged torque at each sample, from rest."""
     value = 0.0
     parts = 20

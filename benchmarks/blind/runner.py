@@ -35,8 +35,7 @@ from typing import Any, cast, IO
 import numpy as np
 
 from benchmarks.blind import generate, imitate, mujoco_set, plant, scorer
-from benchmarks.harness import (
-    add_json_option, finish, progress_line, require_compiled, require_whole)
+from benchmarks.harness import add_json_option, finish, progress_line, require_whole
 from gearbox_monitor.errors import InputError
 
 SETS = ('main', 'stress', 'loo', 'all')
@@ -234,7 +233,6 @@ def text(data: dict[str, Any]) -> str:
 
 def run(args: argparse.Namespace) -> int:
     """Run the benchmark with the options `args`; returns 1 if a bar is missed."""
-    require_compiled('blind')
     require_whole('--n', args.n)
     require_whole('--jobs', args.jobs)
     require_whole('--seed', args.seed, 0)

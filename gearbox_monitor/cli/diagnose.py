@@ -46,7 +46,6 @@ from gearbox_monitor.diagnosis.joint.verdict import NONE, Verdict
 from gearbox_monitor.errors import expect_whole, has_matplotlib, InputError, installed_by, unknown
 from gearbox_monitor.files.opening import dump, plain
 from gearbox_monitor.files.yaml_files import expect_new_file, model_text
-from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.library.identify import diagnose, expect_ids
 from gearbox_monitor.library.robot import diagnose_robot, robot_effects, RobotDiagnosis
 from gearbox_monitor.library.simulator_file import export_model
@@ -112,8 +111,6 @@ def run(args: Namespace) -> int:
     chosen_ids(only, exclude)  # one at least remains
     expect_new_files(args.out, (*DRAWN, 'verdict.json', CLOSED), args.json)
     model, recordings, validate, notes = load_recordings(args, weigh=True)
-    if not COMPILED:
-        print('diagnose: without numba this takes about a hundred times longer', file=sys.stderr)
     simulator = _simulator(args.simulator, recordings, model) if args.simulator else None
     with progress_bar('diagnose') as progress:
         verdict = diagnose(recordings, model, validate=validate, only=only, exclude=exclude,

@@ -30,7 +30,8 @@ import re
 import sys
 from typing import Any
 
-from gearbox_monitor.cli.options import estimator_options, INTERRUPTED, show
+from gearbox_monitor.cli.exit_codes import INTERRUPTED
+from gearbox_monitor.cli.options import estimator_options, show
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import expect_whole, InputError, installed_by
 from gearbox_monitor.files.yaml_files import expect_outside_of_bag, load_model

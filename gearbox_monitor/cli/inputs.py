@@ -10,18 +10,19 @@ import math
 import os
 import shlex
 import signal
+from typing import TYPE_CHECKING
 
 from gearbox_monitor.cli.options import add_reading_arguments, BAG_HELP, reading_of, stated
 from gearbox_monitor.errors import InputError, Undecided
-from gearbox_monitor.library.drive_file import load_model
-from gearbox_monitor.library.identify import uniform
-from gearbox_monitor.library.recording import DriveRecording, load_recording as recording_of
-from gearbox_monitor.library.robot import load_robot, recorded_names, Robot
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.from_bag import ANY
 from gearbox_monitor.recordings.reading import ReadOptions
 from gearbox_monitor.signals.convention import RULES
 from gearbox_monitor.signals.uniform import REPEATED, UniformRecording
+
+if TYPE_CHECKING:
+    from gearbox_monitor.library.recording import DriveRecording
+    from gearbox_monitor.library.robot import Robot
 
 
 def add_model_arguments(parser: ArgumentParser) -> None:
@@ -93,6 +94,7 @@ def load_drive(args: Namespace) -> DriveModel:
 
     It is a model file, or the file of a simulator where --joint is given. Raises InputError.
     """
+    from gearbox_monitor.library.drive_file import load_model
     return load_model(args.model, args.joint, arm_joint=args.model_arm_joint,
                       keyframe=args.keyframe, actuator=args.actuator, root=args.root,
                       values=args.values)
@@ -122,6 +124,7 @@ def load_recording(name: str, model: DriveModel, args: Namespace
         InputError: it cannot be read, or allows no statement about the drive.
 
     """
+    from gearbox_monitor.library.identify import uniform
     (recording,), _, notes = uniform(_recording_of(name, model, args), model)
     return recording, notes
 
@@ -146,12 +149,14 @@ def load_recordings(args: Namespace, weigh: bool = False) -> tuple[
         if places.count(place) > 1:
             raise InputError(f'{path}: twice, expected different recordings')
     model = load_drive(args)
+    from gearbox_monitor.library.identify import uniform
     recordings = [_recording_of(path, model, args) for path in paths]
     return model, *uniform(recordings[:len(args.bag)], model,
                            recordings[-1] if validate else None, weigh)
 
 
-def _recording_of(name: str, model: DriveModel, args: Namespace) -> DriveRecording:
+def _recording_of(name: str, model: DriveModel, args: Namespace) -> 'DriveRecording':
+    from gearbox_monitor.library.recording import load_recording as recording_of
     joints = {role: name for role, name in (
         ('motor', args.motor_joint), ('arm', args.arm_joint),
         ('setpoint', getattr(args, 'setpoint_joint', 'setpoint'))) if name != role}
@@ -220,11 +225,13 @@ def robot_options(args: Namespace) -> str:
     return f'{written} {names}'.strip()
 
 
-def robot_of(args: Namespace) -> Robot:
+def robot_of(args: Namespace) -> 'Robot':
     """Return the robot that --model, --values and --root of `args` name. Raises InputError."""
+    from gearbox_monitor.library.robot import load_robot
     return load_robot(args.model, values=args.values, root=args.root)
 
 
 def names_of(args: Namespace) -> dict[str, str]:
     """Return {joint: its name in the log} as the options `args` state it. Raises InputError."""
+    from gearbox_monitor.library.robot import recorded_names
     return recorded_names(args.recorded) | ({ANY: args.prefix} if args.prefix else {})

@@ -5,7 +5,6 @@
 import argparse
 from collections.abc import Callable, Sequence
 import contextlib
-from functools import partial
 import importlib
 from itertools import takewhile
 import os
@@ -15,7 +14,7 @@ from typing import Any, NoReturn
 import warnings
 
 from gearbox_monitor import __version__
-from gearbox_monitor.cli.options import (
+from gearbox_monitor.cli.exit_codes import (
     BAD_INPUT, exit_code_text, EXIT_CODES, INTERRUPTED, UNDECIDED)
 from gearbox_monitor.errors import InputError, Undecided, unknown
 from gearbox_monitor.removed import refusal
@@ -23,7 +22,6 @@ from gearbox_monitor.removed import refusal
 # name -> (module, one line of help). Only the module of the requested command is imported.
 COMMANDS = {
     'demo': ('demo', 'simulate, estimate, record and check one worn gearbox, on this machine'),
-    'compile': ('compile_', 'compile ahead what the first starts of nodes and commands wait for'),
     'example': ('example', 'write a bag of a simulated drive, to try other commands on'),
     'live': ('live', 'show a running estimator in the browser'),
     'replay': ('replay', 'run a bag through the estimator, offline'),
@@ -167,13 +165,8 @@ def run_parsed(name: str, parse: Callable[[], argparse.Namespace], timed: str = 
             setattr(sys, stream, open(os.devnull, 'w', encoding='utf-8'))
     try:
         args = parse()
-        # Of a command that uses no kernel: absent.
-        kernels = sys.modules.get('gearbox_monitor.kernels.jit')
-        if kernels and kernels.CACHE_PROBLEM:
-            print(f'{name}: {kernels.CACHE_PROBLEM}', file=sys.stderr)
         from gearbox_monitor.cli.progress import shown_time
-        with (_announced_compilation() if kernels else contextlib.nullcontext(),
-              shown_time(timed) if timed else contextlib.nullcontext()):
+        with shown_time(timed) if timed else contextlib.nullcontext():
             code: int = args.run(args) or 0
             return code
     except InputError as error:
@@ -187,16 +180,6 @@ def run_parsed(name: str, parse: Callable[[], argparse.Namespace], timed: str = 
     except BrokenPipeError:  # the reader of the output has ended (| head)
         sys.stderr.close()
         return 0
-
-
-def _announced_compilation() -> contextlib.AbstractContextManager[None]:
-    """Return the context that explains at a terminal why the first run takes so long."""
-    if not sys.stderr.isatty():
-        return contextlib.nullcontext()
-    from tqdm import tqdm
-
-    from gearbox_monitor.kernels.compilation import announced_compilation
-    return announced_compilation(partial(tqdm.write, file=sys.stderr))
 
 
 def _parse(argv: Sequence[str], command: str | None) -> argparse.Namespace:

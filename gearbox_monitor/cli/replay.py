@@ -28,7 +28,7 @@ from collections.abc import Mapping
 import csv
 import io
 from pathlib import Path
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 from gearbox_monitor.cli.inputs import add_robot_arguments, names_of, reading_of_robot, robot_of
 from gearbox_monitor.cli.options import (
@@ -38,8 +38,6 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import write_new
 from gearbox_monitor.files.yaml_files import expect_new_file, load_model
 from gearbox_monitor.health.checks.outcome import Level
-from gearbox_monitor.library.robot import PayloadTrack, track_payload
-from gearbox_monitor.library.views import columns
 from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.recordings.player import EstimatePlayer, Player
@@ -47,6 +45,9 @@ from gearbox_monitor.recordings.replay import (
     Comparer, Comparison, interval_error, ReplayCollector, ReplaySummary, smoothed)
 from gearbox_monitor.recordings.replay_output import BagOutput, CsvTable, ParquetTable
 from gearbox_monitor.simulators.robot_model import SUFFIXES
+
+if TYPE_CHECKING:
+    from gearbox_monitor.library.robot import PayloadTrack
 
 TABLES = {'.csv': CsvTable, '.parquet': ParquetTable}
 
@@ -223,6 +224,9 @@ def is_robot(args: Namespace) -> bool:
 
 def run_robot(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
+    # Of whole robots alone: replay of a gearbox does not wait for them.
+    from gearbox_monitor.library.robot import track_payload
+    from gearbox_monitor.library.views import columns
     if args.out and not args.out.lower().endswith('.csv'):
         raise InputError(f'--out: {args.out}, expected FILE.csv: of a whole robot replay writes '
                          'a table')
@@ -243,7 +247,8 @@ def run_robot(args: Namespace) -> int:
     return 0
 
 
-def _write(path: str, track: PayloadTrack) -> None:
+def _write(path: str, track: 'PayloadTrack') -> None:
+    from gearbox_monitor.library.views import columns
     table, text = columns(track), io.StringIO()
     writer = csv.writer(text, lineterminator='\n')
     writer.writerow(table)

@@ -43,7 +43,6 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import noise_search
 from gearbox_monitor.estimation.tune import expected_seconds, tune
 from gearbox_monitor.files.yaml_files import error_words, expect_new_file, write_parameters
-from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.parameters import ESTIMATOR, MIXED
 from gearbox_monitor.plant.units import on_axis
@@ -78,14 +77,12 @@ def run(args: Namespace) -> int:
             {} if args.reference or args.smoother else {'tau_k_model': MIXED})
         reference = _reference(reader, args.reference) if args.reference else None
     samples, notes = measured_samples(inputs.samples, args.bag)
-    if not COMPILED:
-        print('tune: without numba this takes about a hundred times longer', file=sys.stderr)
     with count_bar('tune', 100) as bar:
         try:
             noise_search.describe(samples.stamp_ns, samples.u[:, 0], samples.y)  # refuses it
             seconds = expected_seconds(inputs.model, inputs.parameters, samples,
                                        time.perf_counter)
-            print(f'tune: takes about {max(seconds, 1.0):.0f} s once kernels are compiled',
+            print(f'tune: takes about {max(seconds, 1.0):.0f} s',
                   file=sys.stderr)
             data = tune(inputs.model, inputs.parameters, [samples], reference,
                         not args.fix_speeds, args.smoother,

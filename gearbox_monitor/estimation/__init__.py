@@ -9,10 +9,12 @@ with a fixed lag or over a whole recording. Live nodes and replay run the same l
 
 Public names, by module:
 
-    .: filterpy_reference, innovation_filter, noise_search, rts_smoother, sample_loop
+    .: filter, filterpy_reference, innovation_filter, noise_search, rts_smoother, sample_loop,
+        slopes
     consider: companions_of, ERROR_NAMES
     estimates: Batch, COLUMNS, Estimate, Estimates, Sample, Samples, SMOOTHED_COLUMNS
     estimator: Estimator, unsmoothed
+    filter_kind: filter_kind
     filter_setup: described
     innovation_filter: FilterInput, FilterStart, FilterTrace, LASTING, N_FILTER, SampleSchedule
     interval_smoother: smooth_interval

@@ -35,8 +35,8 @@ from gearbox_monitor.estimation.process_model import (
     advance_beside, BESIDE, curve_count, EIGENVALUE, ENCODER_DELAY_STD, FACTOR_DELAY, FACTOR_GAIN,
     FACTORS, N_FACTORS, N_LANE, TAU_K, torque_slopes, UNIFORM, X1, X2, X3, X4)
 from gearbox_monitor.estimation.step_record import places, sensitivities
-from gearbox_monitor.kernels.jit import jit, jit_inline
-from gearbox_monitor.kernels.types import Array, States, Triple
+from gearbox_monitor.kernels.kernel import inline, kernel
+from gearbox_monitor.kernels.types import Array, Layout, Triple, Vector
 from gearbox_monitor.plant.drive import (
     CAC, CAV, CC, CL, CV, D, DriveModel, INVERSE_M1, INVERSE_M2, substeps)
 from gearbox_monitor.plant.effects.arm_side import ARM_COULOMB, ARM_VISCOUS
@@ -57,8 +57,8 @@ class Companions(NamedTuple):
     """
 
     number: int
-    s: Array
-    lanes: Array
+    s: Vector
+    lanes: Vector
 
     @property
     def factors(self) -> Array:
@@ -116,21 +116,21 @@ def torque_errors_at_tolerance(drive: DriveModel, n: int, records: Array) -> dic
     return dict(zip(names, (np.sqrt(np.mean(errors ** 2, axis=0)) / UNIFORM).tolist()))
 
 
-@jit_inline
+@inline
 def restart(companions: Companions) -> None:
     """Let the `companions` begin where their filter begins: a start depends on no parameter."""
     companions.s[:] = 0.0
     companions.s[-1] = math.nan
 
 
-@jit
-def accompany(states: States, companions: Companions, z: Array, reading: Reading,
+@kernel
+def accompany(layout: Layout, companions: Companions, z: Array, reading: Reading,
               used: tuple[Array, float], record: Array) -> bool:
     """
     Take the step that a filter has taken.
 
     Args:
-        states: process_model.markers of the n states.
+        layout: of the n states.
         companions: changed in place.
         z: state before the step [>= n].
         reading: of the step.
@@ -141,7 +141,7 @@ def accompany(states: States, companions: Companions, z: Array, reading: Reading
         False if a companion has diverged.
 
     """
-    n, (count, s, lanes), (p, faster) = len(states), companions, used
+    n, (count, s, lanes), (p, faster) = layout.n, companions, used
     last, s[-1] = s[-1], reading.u
     if count == 0:
         return True
@@ -151,7 +151,7 @@ def accompany(states: States, companions: Companions, z: Array, reading: Reading
             lanes[j * BESIDE + i] = z[j]
         for i in range(count):
             lanes[j * BESIDE + 1 + i] += s[i * n + j]
-    advance_beside(states, lanes, count + 1, True, (reading.u, reading.load, rate), reading.dt,
+    advance_beside(layout, lanes, count + 1, True, (reading.u, reading.load, rate), reading.dt,
                    substeps(reading.dt, p[EIGENVALUE] + faster), p)
     _, _, _, _, _, _, _, at_K, _ = places(n)
     _, at_predicted, at_updated, _ = sensitivities(n, record.shape[0])
@@ -170,7 +170,7 @@ def accompany(states: States, companions: Companions, z: Array, reading: Reading
     return good
 
 
-@jit_inline
+@inline
 def variance_of(n: int, record: Array, at: int, i: int) -> float:
     """
     Return what the model's errors add to the variance of a state.
@@ -188,28 +188,29 @@ def variance_of(n: int, record: Array, at: int, i: int) -> float:
     return total
 
 
-@jit_inline
-def variances_of(states: States, z: Array, record: Array, at: int, p: Array) -> Triple:
+@inline
+def variances_of(layout: Layout, z: Array, record: Array, at: int, p: Array) -> Triple:
     """
     Return what the model's errors add to the variances of twist, twist rate and tau_K.
 
     Args:
-        states: process_model.markers of the n states.
+        layout: of the n states.
         z: state [n].
         record: of the step.
         at: place of its sensitivities (filtered or smoothed).
         p: process_model.pack.
 
     """
-    n, curve = len(states), states[1]
+    n, curve = layout.n, layout.curve
     count, _, _, _ = sensitivities(n, record.shape[0])
-    of_twist, of_rate, of_torque = (p[ENCODER_DELAY_STD] * z[X4]) ** 2, 0.0, 0.0
-    slopes = torque_slopes(states, z, p)
+    late = p[ENCODER_DELAY_STD] * z[X4]
+    of_twist, of_rate, of_torque = late * late, 0.0, 0.0
+    slopes = torque_slopes(layout, z, p)
     for c in range(count):
         of_c = at + c * n
         twist, rate = record[of_c + X1] - record[of_c + X2], record[of_c + X3] - record[of_c + X4]
         torque = record[of_c + TAU_K]
-        if curve is not None:
+        if curve >= 0:
             torque += slopes[0] * twist
             for i in range(curve_count(curve)):
                 torque += slopes[1 + i] * record[of_c + n - curve_count(curve) + i]

@@ -26,7 +26,7 @@ from gearbox_monitor.estimation.filter_setup import (
     arm_load_of, COMPENSATED, described, drive_of, expect_effort, loop_arrays, model_warnings,
     settings_of)
 from gearbox_monitor.estimation.process_model import (
-    EIGENVALUE, learned_length, markers, pack, Q0, state_names, TAU_ARM, TAU_K)
+    EIGENVALUE, layout_of, learned_length, pack, Q0, state_names, TAU_ARM, TAU_K)
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED
 from gearbox_monitor.estimation.sample_loop import DescribedLoad, Output, part_of, SECOND, Stream
 from gearbox_monitor.estimation.snapshot import (
@@ -34,6 +34,7 @@ from gearbox_monitor.estimation.snapshot import (
     snapshot_errors)
 from gearbox_monitor.estimation.step_record import predicted, sensitivities
 from gearbox_monitor.estimation.torque_model import LEARNT
+from gearbox_monitor.kernels.kernel import Repeated
 from gearbox_monitor.kernels.types import Array, Integers, Values
 from gearbox_monitor.parameters import (
     AT_ONCE, ESTIMATOR, EstimatorParameters, PAYLOAD, resolve, values_of, with_model_values)
@@ -99,13 +100,14 @@ class Estimator:
         self._acting = self.packed  # what the kernels change of it goes with a sample
         self._kind = filter_kind(p.filter)
         self._loop = sample_loop.loop_of(self._kind)
+        self._loop_once = Repeated(self._loop)
         self.settings = settings_of(self.drive, p)
         if self._arm_load is not None:
             self._acting = self.packed.copy()
             self.settings = self.settings._replace(described=DescribedLoad(
                 p.robot_error_time, self.packed[Q0 + TAU_ARM], self.packed[Q0 + TAU_K],
                 self.packed[EIGENVALUE], self.drive.arm_inertia))
-        self.states = markers(self.packed, len(self.names))
+        self.states = layout_of(self.packed, len(self.names))
         self.warnings = [*self._kind.warnings(len(self.names), p), *model_warnings(self.drive)]
         if self._arm_load is None and described(p):
             self.warnings.append('robot_description is not at hand: the load on the arm counts '
@@ -123,6 +125,8 @@ class Estimator:
             for values in model_bank.member_parameters(p)]
         self._mixture, self._outputs = model_bank.mixture(bool(self.members)), (
             model_bank.outputs(RING if self.settings.lag else 0) if self.members else None)
+        self._own = [self._outputs.of(i) for i in range(model_bank.M)] if self._outputs else []
+        self._mix, self._mix_smoothed = Repeated(model_bank.mix), Repeated(model_bank.mix_smoothed)
 
     @property
     def robot_joints(self) -> tuple[str, ...]:
@@ -133,12 +137,6 @@ class Estimator:
         """Restart with the next sample; counters stay."""
         self._arm_load = arm_load_of(self.robot, self.parameters)
         self._setup()
-
-    @property
-    def kernels(self) -> tuple[object, ...]:
-        """What the compiler makes kernels for: filters alike share them, others compile first."""
-        described = self.settings.described is not None
-        return (self.states, described, *(member.kernels for member in self.members))
 
     def with_changes(self, changes: Values) -> 'Estimator':
         """Return a new Estimator with the parameters `changes`. Raises as set_parameters does."""
@@ -511,7 +509,7 @@ class Estimator:
 
     def _own_output(self, mixed: Output) -> Output:
         """Return what this filter wrote itself when `mixed` was written."""
-        return self._outputs.of(0) if self._outputs else mixed
+        return self._own[0] if self._own else mixed
 
     def _advance(self, stream: Stream, output: Output) -> tuple[int, int]:
         """Take samples up to a stop; return how many, and how many smoothed rows they gave."""
@@ -521,13 +519,15 @@ class Estimator:
         n, diverged = model_bank.until_second(self._mixture, stream.stamps)
         if diverged:
             self.members[-1]._restart()
-        n_samples, own.n_smoothed[0] = self._filter(part_of(stream, 0, n), own.of(0))
+        n_samples, own.n_smoothed[0] = self._filter(part_of(stream, 0, n), self._own[0])
         part = part_of(stream, 0, n_samples)
         restarts = bool(n_samples) and own.codes[0, n_samples - 1] == sample_loop.START
         for i, member in enumerate(self.members, 1):
-            own.n_smoothed[i] = member._follow(part, own.of(i), restarts)
-        model_bank.mix(self._mixture, own, part.stamps, output)
-        model_bank.mix_smoothed(self._mixture, own, output)
+            own.n_smoothed[i] = member._follow(part, self._own[i], restarts)
+        mix, mix_smoothed = (self._mix, self._mix_smoothed) if len(stream.stamps) == 1 else (
+            model_bank.mix, model_bank.mix_smoothed)
+        mix(self._mixture, own, part.stamps, output)
+        mix_smoothed(self._mixture, own, output)
         return n_samples, int(own.n_smoothed[0])
 
     def _follow(self, stream: Stream, output: Output, restarts: bool) -> int:
@@ -540,10 +540,9 @@ class Estimator:
                 end = n - 1
             elif restarts:
                 self._restart()
-            n_samples, n_rows = self._filter(
-                part_of(stream, start, end),
-                Output(codes[start:end], rows[start:end], stamps_s[completed:],
-                       smoothed[completed:]))
+            part = Output(codes[start:end], rows[start:end], stamps_s[completed:],
+                          smoothed[completed:]) if start or end < n else output
+            n_samples, n_rows = self._filter(part_of(stream, start, end), part)
             start, completed = start + n_samples, completed + n_rows
         return completed
 
@@ -552,8 +551,9 @@ class Estimator:
         self._gate[[sample_loop.LAST, sample_loop.PENDING_COUNT]] = 0
 
     def _filter(self, stream: Stream, output: Output) -> tuple[int, int]:
-        n_samples, n = self._loop(self.states, self.settings, self._acting, stream, self._state,
-                                  self._belief, self._scratch, output)
+        loop = self._loop_once if len(stream.stamps) == 1 else self._loop
+        n_samples, n = loop(self.states, self.settings, self._acting, stream, self._state,
+                            self._belief, self._scratch, output)
         if n_samples and output.codes[n_samples - 1] == sample_loop.DIVERGED:
             self.divergences.append(self._divergence(int(stream.stamps[n_samples - 1])))
         return n_samples, n

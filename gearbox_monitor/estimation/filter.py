@@ -21,10 +21,10 @@ from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
 from gearbox_monitor.estimation.filter_kind import (
     Belief, filter_kind, FilterKind, Reading, Scratch)
 from gearbox_monitor.estimation.process_model import (
-    BESIDE, N_FACTORS, N_LANE, N_PACKED, TAU_K_MODEL_STD, torque_of)
+    BESIDE, N_FACTORS, N_LANE, N_PACKED, TAU_K_MODEL_STD, torque_of, USUAL)
 from gearbox_monitor.estimation.step_record import correction, record_size, sensitivities
-from gearbox_monitor.kernels.jit import bound, jit_inline
-from gearbox_monitor.kernels.types import Array, Pair, States, Values
+from gearbox_monitor.kernels.kernel import bound, folding, inline, prepared
+from gearbox_monitor.kernels.types import Array, Layout, Pair, Values, Vector
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 
@@ -33,9 +33,10 @@ from gearbox_monitor.plant.drive import DriveModel
 Parts: TypeAlias = tuple[Belief, Array, Scratch, Array, Companions, Array]
 
 
-def _parts(states: States, n_vectors: int, n_matrices: int, room: Array) -> Parts:
+@inline
+def _parts(layout: Layout, n_vectors: int, n_matrices: int, room: Array) -> Parts:
     """Return the parts of `room`, which begins with the number of companions."""
-    n, count = len(states), int(room[0])
+    n, count = layout.n, int(room[0])
     m = n * n
     at_P = 1 + n
     at_p = at_P + m
@@ -54,30 +55,31 @@ def _parts(states: States, n_vectors: int, n_matrices: int, room: Array) -> Part
             room[at_before:at_memory])
 
 
-_split = jit_inline(_parts)  # compiled, it cannot be called from outside: it returns arrays
-# What stands here for a filter; see _kernel_of.
+# What stands here for a filter; see kernel_of.
 N_VECTORS = N_MATRICES = 0
 filter_step, in_use = sample_loop.filter_step, sample_loop.in_use
 
 
-def _call(states: States, room: Array, dt: float, u: float, load: float, y1: float,
+def _call(layout: Layout, room: Vector, dt: float, u: float, load: float, y1: float,
           y2: float) -> bool:
     """Step a filter: with one array, as what a call hands over costs more than a step."""
-    belief, p, scratch, record, companions, previous = _split(states, N_VECTORS, N_MATRICES, room)
+    belief, p, scratch, record, companions, previous = _parts(layout, N_VECTORS, N_MATRICES, room)
     reading = Reading(dt, u, load, y1, y2)
-    for i in range(len(states)):
+    for i in range(layout.n):
         previous[i] = belief.z[i]
     if not math.isfinite(companions.s[-1]):  # the first step
-        sample_loop.aim(states, belief, reading, p)
-    if not filter_step(states, belief, reading, p, scratch, record):
+        sample_loop.aim(layout, belief, reading, p)
+    if not filter_step(layout, belief, reading, p, scratch, record):
         return False
-    return accompany(states, companions, previous, reading, in_use(belief.memory, p), record)
+    return accompany(layout, companions, previous, reading, in_use(belief.memory, p), record)
 
 
 @cache
-def _kernel_of(kind: FilterKind) -> Any:
-    return bound(_call, kind.name, filter_step=kind.step, in_use=kind.in_use,
-                 N_VECTORS=kind.n_vectors, N_MATRICES=kind.n_matrices)
+def kernel_of(kind: FilterKind) -> Any:
+    """Return `_call` with the kernels of the filter `kind`."""
+    return folding(*USUAL)(bound(
+        _call, kind.name, filter_step=kind.step, in_use=kind.in_use, N_VECTORS=kind.n_vectors,
+        N_MATRICES=kind.n_matrices))
 
 
 def _expect_numbers(**values: Any) -> None:
@@ -119,7 +121,7 @@ class Filter:
         self._packed[:] = estimator.packed
         self.z[:] = math.nan  # until start
         self.innovation, self.S, self.K, self._scores = correction(self._record, n)
-        self._kernel = _kernel_of(kind)
+        self._step = prepared(kernel_of(kind), self._states, self._room)
 
     def start(self, y1: float, y2: float) -> None:
         """Restart at the motor and arm position y1, y2 (rad on the arm side); NaN: unknown."""
@@ -145,7 +147,7 @@ class Filter:
 
         """
         try:
-            return bool(self._kernel(self._states, self._room, dt, u, load, y1, y2))
+            return bool(self._step(dt, u, load, y1, y2))
         except Exception:
             _expect_numbers(dt=dt, u=u, y1=y1, y2=y2, load=load)
             raise

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.estimation import filters
-from gearbox_monitor.kernels.jit import jit_inline
-from gearbox_monitor.kernels.types import Array, States, Values
+from gearbox_monitor.kernels.kernel import inline
+from gearbox_monitor.kernels.types import Array, Layout, Matrix, Values, Vector
 from gearbox_monitor.parameters import EstimatorParameters, FILTER_NAMES, RANDOM_WALK
 
 
@@ -23,9 +23,9 @@ class Belief(NamedTuple):
     carries, all zero at a start and after a change of parameters, then to be made from z, P and p.
     """
 
-    z: Array
-    P: Array
-    memory: Array
+    z: Vector
+    P: Vector
+    memory: Vector
 
 
 class Reading(NamedTuple):
@@ -46,12 +46,12 @@ class Reading(NamedTuple):
 class Scratch(NamedTuple):
     """Room for intermediate results: vectors [n_vectors, n] and matrices [n_matrices, n * n]."""
 
-    vectors: Array
-    matrices: Array
+    vectors: Matrix
+    matrices: Matrix
 
 
 # Of (states, belief, reading, p, scratch, record); see filters.ekf.step.
-Step = Callable[[States, Belief, Reading, Array, Scratch, Array], bool]
+Step = Callable[[Layout, Belief, Reading, Array, Scratch, Array], bool]
 
 
 class Adaptation(NamedTuple):
@@ -83,13 +83,13 @@ def no_warnings(n: int, parameters: EstimatorParameters) -> list[str]:
     return []
 
 
-@jit_inline
+@inline
 def unchanged(memory: Array, p: Array) -> tuple[Array, float]:
     """Return (`p`, 0.0), whatever the `memory` of the filter holds."""
     return p, 0.0
 
 
-@jit_inline
+@inline
 def forget(memory: Array) -> None:
     """Clear the `memory` at a start."""
     memory[:] = 0.0

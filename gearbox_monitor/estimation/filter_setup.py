@@ -25,7 +25,7 @@ def settings_of(drive: DriveModel, parameters: EstimatorParameters) -> LoopSetti
     return LoopSettings(
         round(parameters.max_gap * SECOND), parameters.effort_delay,
         round(parameters.smoother_lag * SECOND), drive.arm_load == 'measured',
-        parameters.narrow_std, None)
+        parameters.narrow_std)
 
 
 def loop_arrays(kind: FilterKind, n: int, rows: int,

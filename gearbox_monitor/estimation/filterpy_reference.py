@@ -16,7 +16,7 @@ from gearbox_monitor.errors import InputError, installed_by
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.filter_kind import Belief, Reading
 from gearbox_monitor.estimation.process_model import (
-    advance, EIGENVALUE, markers, noise, P0, pack, propagate, R1, R2, state_names, TAU_K,
+    advance, EIGENVALUE, layout_of, noise, P0, pack, propagate, R1, R2, state_names, TAU_K,
     TAU_K_MODEL_STD)
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED
 from gearbox_monitor.estimation.sample_loop import aim
@@ -85,7 +85,7 @@ def run(name: str, model: DriveModel, parameters: EstimatorParameters | Mapping[
         model = model.with_(arm_load=parameters.arm_load)
     _check(name, model, parameters, samples)
     p, n = pack(model, parameters), len(state_names(model, parameters))
-    states = markers(p, n)
+    layout = layout_of(p, n)
     load = samples.u[:, 1] if model.arm_load == 'measured' else np.zeros(len(samples.u))
 
     def move(z: Array, dt: float, u: float = 0.0, load: float = 0.0) -> Array:
@@ -103,7 +103,7 @@ def run(name: str, model: DriveModel, parameters: EstimatorParameters | Mapping[
 
         """
         z = np.array(z)
-        advance(states, z, (u, load), dt, substeps(dt, p[EIGENVALUE]), p)
+        advance(layout, z, (u, load), dt, substeps(dt, p[EIGENVALUE]), p)
         return z
 
     z0 = np.zeros(n)
@@ -116,7 +116,7 @@ def run(name: str, model: DriveModel, parameters: EstimatorParameters | Mapping[
         kf = UnscentedKalmanFilter(n, 2, None, lambda z: z[:2], move, points)
     kf.x, kf.P = z0, np.diag(p[P0:P0 + n])
     first = Reading((samples.stamp_ns[1] - samples.stamp_ns[0]) * 1e-9, 0.0, 0.0, *samples.y[1])
-    aim(states, Belief(z0, kf.P.ravel(), np.zeros(0)), first, p)
+    aim(layout, Belief(z0, kf.P.ravel(), np.zeros(0)), first, p)
     kf.R = np.diag([p[R1], p[R2]])
     H = np.eye(2, n)
     count = len(samples.stamp_ns) - 1
@@ -128,7 +128,7 @@ def run(name: str, model: DriveModel, parameters: EstimatorParameters | Mapping[
         half = np.diag([0.5 * dt * noise(kf.x, p, i) for i in range(n)])
         if name == 'filterpy-ekf':
             z, phi = np.array(kf.x), np.empty((n, n))
-            propagate(states, z, phi.reshape(-1), (u, load_k), dt,
+            propagate(layout, z, phi.reshape(-1), (u, load_k), dt,
                       substeps(dt, p[EIGENVALUE]), p)
             half_at_end = np.diag([0.5 * dt * noise(z, p, i) for i in range(n)])
             kf.F, kf.Q = phi, phi @ half @ phi.T + half_at_end

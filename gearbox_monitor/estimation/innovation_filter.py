@@ -19,8 +19,9 @@ from functools import cache
 import math
 from typing import Any, NamedTuple
 
-from gearbox_monitor.kernels.jit import jit, jit_inline
-from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.kernels.kernel import entry, inline, kernel
+from gearbox_monitor.kernels.types import (
+    Array, Block, Cube, IntegerMatrix, Integers, Matrix, Vector)
 from gearbox_monitor.plant.batch import (
     LANES, ON_MOTOR, step_form, step_lanes, steps_with_plugin, T, U)
 from gearbox_monitor.plant.drive import INVERSE_M1, INVERSE_M2, KIND
@@ -48,11 +49,11 @@ class SampleSchedule(NamedTuple):
     sample after the time of which it reads.
     """
 
-    length: Array
+    length: Vector
     part: Integers
     ends: Integers
-    span: Array
-    reads: Integers
+    span: Vector
+    reads: IntegerMatrix
     shift: Integers
 
 
@@ -68,14 +69,14 @@ class FilterInput(NamedTuple):
     which one is read.
     """
 
-    y: Array
-    u: Array
-    extra: Array
+    y: Matrix
+    u: Matrix
+    extra: Matrix
     dt: float
     begin: Integers
     end: Integers
-    variance: Array
-    torque: Array
+    variance: Vector
+    torque: Vector
     fade: float
     every: int
 
@@ -88,10 +89,10 @@ class FilterStart(NamedTuple):
     how much states are moved for the tangent.
     """
 
-    states: Array
+    states: Matrix
     places: Integers
-    covariance: Array
-    moves: Array
+    covariance: Matrix
+    moves: Vector
 
 
 class FilterTrace(NamedTuple):
@@ -105,24 +106,24 @@ class FilterTrace(NamedTuple):
     read, the innovation, gain and slope are 0 and the variance 1.
     """
 
-    begin: Array
-    end: Array
-    tangent: Array
-    covariance: Array
-    innovation: Array
-    variance: Array
-    gain: Array
-    slope: Array
-    position: Array
-    speed: Array
+    begin: Cube
+    end: Cube
+    tangent: Block
+    covariance: Cube
+    innovation: Matrix
+    variance: Matrix
+    gain: Cube
+    slope: Matrix
+    position: Matrix
+    speed: Matrix
 
 
-@jit_inline
+@inline
 def _error(channel: int, e: Array, x: float) -> tuple[float, float, float]:
     return motor_error(NO_ERROR, e, x) if channel == 0 else arm_error(NO_ERROR, e, x)
 
 
-@jit_inline
+@inline
 def _noise_of(side: int, F: Array, torque: Array, p: Array) -> float:
     """Return the speed (rad/s) that torque noise gives to a side in 1 s, F [A, A] the tangent."""
     inverse, slope = p[INVERSE_M1] if side == 0 else p[INVERSE_M2], F[2 + side, 2 + side]
@@ -134,7 +135,7 @@ def _noise_of(side: int, F: Array, torque: Array, p: Array) -> float:
     return size * inverse * 0.5 * (1.0 + slope)
 
 
-@jit_inline
+@inline
 def _predict(F: Array, P: Array, product: Array, span: float, data: FilterInput,
              drive: PackedDrive) -> None:
     """Replace P [A, A] by F P F' + Q after a segment of `span` s."""
@@ -154,7 +155,8 @@ def _predict(F: Array, P: Array, product: Array, span: float, data: FilterInput,
             P[j, i] = total
     rigid, first = int(drive.p[KIND]) == RIGID, 0
     if data.fade > 0.0:
-        P[4, 4] += data.torque[0] ** 2 * (1.0 - data.fade ** (2.0 * span / data.dt))
+        P[4, 4] += data.torque[0] * data.torque[0] * (
+            1.0 - math.pow(data.fade, 2.0 * span / data.dt))
         first = 2 if rigid else 1
     for i in range(first, 2):
         for j in range(first, 2):
@@ -167,7 +169,7 @@ def _predict(F: Array, P: Array, product: Array, span: float, data: FilterInput,
                 P[i, j] += v * span * span / 3.0
 
 
-@jit_inline
+@inline
 def _correct(P: Array, channel: int, slope: float, variance: float, gain: Array) -> float:
     """Fill in gain [A] of a reading and take it into P [A, A]; return its variance."""
     n = P.shape[0]
@@ -181,9 +183,9 @@ def _correct(P: Array, channel: int, slope: float, variance: float, gain: Array)
     return s
 
 
-@jit
+@entry
 def filtered(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, start: FilterStart,
-             s: Array, room: Array, trace: FilterTrace) -> float:
+             s: Vector, room: Cube, trace: FilterTrace) -> float:
     """
     Filter a recording.
 
@@ -254,7 +256,7 @@ def filtered(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, st
                     F = trace.tangent[at, m]
                     for i in range(n):
                         if places[i] == LASTING:
-                            fade = data.fade ** (schedule.span[m] / data.dt)
+                            fade = math.pow(data.fade, schedule.span[m] / data.dt)
                             for j in range(n):
                                 F[i, j] = fade if i == j else 0.0
                             room[g, n + LASTING, 0] *= fade
@@ -297,7 +299,7 @@ def filtered(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, st
     return result if math.isfinite(result) else math.inf
 
 
-@jit_inline
+@inline
 def _spread(g: int, width: int, room: Array, start: FilterStart, s: Array) -> None:
     """Put the state of the group `g` into its `width` lanes, one of them moved for each state."""
     n = len(start.places)
@@ -310,10 +312,10 @@ def _spread(g: int, width: int, room: Array, start: FilterStart, s: Array) -> No
                 s[row + 1 + j] += start.moves[j]
 
 
-@jit
+@entry
 def sensitivity(drives: tuple[PackedDrive, PackedDrive], schedule: SampleSchedule,
-                data: FilterInput, places: Integers, s: Array, trace: FilterTrace, ends: Array,
-                change: Array) -> None:
+                data: FilterInput, places: Integers, s: Vector, trace: FilterTrace, ends: Cube,
+                change: Matrix) -> None:
     """
     Find how a small change of the drive changes the innovations while the gains stay.
 
@@ -356,7 +358,7 @@ def sensitivity(drives: tuple[PackedDrive, PackedDrive], schedule: SampleSchedul
     _along(drives, schedule, data, trace, ends, s[:2 * n], change)
 
 
-@jit_inline
+@inline
 def _carry(F: Array, d: Array, moved: Array) -> None:
     """Replace d [A] by moved + F d; moved [A] is overwritten."""
     n = F.shape[0]
@@ -367,7 +369,7 @@ def _carry(F: Array, d: Array, moved: Array) -> None:
         d[i] = moved[i]
 
 
-@jit
+@kernel
 def _along(drives: tuple[PackedDrive, PackedDrive], schedule: SampleSchedule, data: FilterInput,
            trace: FilterTrace, ends: Array, room: Array, change: Array) -> None:
     """Fill in change [N, 2] of the innovations by changes `ends` [N, M, A] of each segment."""
@@ -398,9 +400,9 @@ def _along(drives: tuple[PackedDrive, PackedDrive], schedule: SampleSchedule, da
                         d[i] -= trace.gain[at, channel, i] * reading
 
 
-@jit
+@entry
 def with_noise(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, start: FilterStart,
-               trace: FilterTrace, room: Array, change: Array, variance: Array) -> float:
+               trace: FilterTrace, room: Matrix, change: Matrix, variance: Matrix) -> float:
     """
     Find innovations under other noise, to first order: by the tangents of a filter that was run.
 
@@ -449,9 +451,9 @@ def with_noise(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, 
     return result if math.isfinite(result) else math.inf
 
 
-@jit
+@entry
 def smoothed(schedule: SampleSchedule, data: FilterInput, places: Integers, trace: FilterTrace,
-             room: Array, states: Array) -> None:
+             room: Vector, states: Matrix) -> None:
     """
     Smooth the states of a filter run by the adjoint recursion of Bryson and Frazier (1963).
 

@@ -18,7 +18,7 @@ from gearbox_monitor.estimation.estimates import Samples, SMOOTHED_ARM_COLUMNS
 from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
 from gearbox_monitor.estimation.filter_kind import Belief, filter_kind
 from gearbox_monitor.estimation.filter_setup import loop_arrays, settings_of
-from gearbox_monitor.estimation.process_model import markers, pack, state_names
+from gearbox_monitor.estimation.process_model import layout_of, pack, state_names
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, smooth, Span
 from gearbox_monitor.estimation.sample_loop import loop_of, LoopState, Output, Stream
 from gearbox_monitor.estimation.step_record import sensitivities, updated
@@ -100,7 +100,7 @@ class _Pass:
         kind = filter_kind(parameters.filter)
         self.n = len(state_names(drive, parameters))
         self.loop, self.packed = loop_of(kind), pack(drive, parameters)
-        self.states, self.settings = markers(self.packed, self.n), settings_of(drive, parameters)
+        self.states, self.settings = layout_of(self.packed, self.n), settings_of(drive, parameters)
         self.start, self.scratch, self.state = loop_arrays(kind, self.n, BLOCK + 1, drive)
         self.output = Output(
             np.zeros(BLOCK + 1, np.int64), np.zeros((BLOCK + 1, sample_loop.N_ESTIMATE)),

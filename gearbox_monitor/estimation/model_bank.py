@@ -29,8 +29,9 @@ from gearbox_monitor.estimation.sample_loop import (
     E_LOGLIK, E_MOTOR_SIDE_NOISE_STD, E_NIS, E_READING_MOTOR, E_STD, E_STIFFNESS, E_TAU_K,
     E_TAU_K_NOISE_STD, E_TWIST, E_TWIST_RATE, E_TWIST_RATE_STD, E_TWIST_STD, E_U, E_WHITE_1,
     E_WHITE_2, ESTIMATE, N_ESTIMATE, Output, SECOND, START, write_innovation)
-from gearbox_monitor.kernels.jit import jit, jit_inline
-from gearbox_monitor.kernels.types import Array, Integers, Pair
+from gearbox_monitor.kernels.kernel import entry, inline, kernel
+from gearbox_monitor.kernels.types import (
+    Array, Cube, IntegerMatrix, Integers, Matrix, Pair, Vector)
 from gearbox_monitor.parameters import CURVES, EstimatorParameters, MIXED, RANDOM_WALK
 
 MEMBERS = (RANDOM_WALK, *CURVES)
@@ -67,13 +68,13 @@ class Mixture(NamedTuple):
     next_row int64 [M]: scratch.
     """
 
-    weights: Array
-    alone: Array
+    weights: Vector
+    alone: Vector
     stamps: Integers
-    history: Array
+    history: Matrix
     places: Integers
-    prior: Array
-    aligned: Array
+    prior: Vector
+    aligned: Matrix
     next_row: Integers
 
 
@@ -85,10 +86,10 @@ class Outputs(NamedTuple):
     [M, L, N_SMOOTHED], of which the first n_smoothed int64 [M] count.
     """
 
-    codes: Integers
-    rows: Array
-    smoothed_stamps: Integers
-    smoothed: Array
+    codes: IntegerMatrix
+    rows: Cube
+    smoothed_stamps: IntegerMatrix
+    smoothed: Cube
     n_smoothed: Integers
 
     def of(self, i: int) -> Output:
@@ -146,7 +147,7 @@ def outputs(ring: int) -> Outputs:
                    np.zeros((M, n), np.int64), np.zeros((M, n, N_SMOOTHED)), np.zeros(M, np.int64))
 
 
-@jit_inline
+@inline
 def _remember(carried: Mixture, stamp: int) -> None:
     place = carried.places[WRITTEN] % KEPT
     carried.stamps[place] = stamp
@@ -155,14 +156,14 @@ def _remember(carried: Mixture, stamp: int) -> None:
     carried.places[WRITTEN] += 1
 
 
-@jit
+@entry
 def begin(carried: Mixture, stamp: int) -> None:
     """Let the smoother begin at the sample stamped `stamp`, with the weights `carried`."""
     carried.places[:] = 0
     _remember(carried, stamp)
 
 
-@jit_inline
+@inline
 def _moments(weights: Array, rows: Array, mean: int, std: int) -> Pair:
     """Return mean and standard deviation of a mixture; mean, std: columns of `rows` [M, ...]."""
     first = rows[0, mean]
@@ -177,7 +178,7 @@ def _moments(weights: Array, rows: Array, mean: int, std: int) -> Pair:
     return first + total, math.sqrt(max(square - total * total, 0.0))
 
 
-@jit_inline
+@inline
 def _weigh(carried: Mixture, members: Outputs, k: int) -> float:
     """Update prior and weights with sample `k`; return its log-likelihood under the mixture."""
     weights, prior, rows = carried.weights, carried.prior, members.rows
@@ -200,7 +201,7 @@ def _weigh(carried: Mixture, members: Outputs, k: int) -> float:
     return highest + math.log(likelihood)
 
 
-@jit_inline
+@inline
 def _mix_row(carried: Mixture, rows: Array, row: Array) -> None:
     """Mix the rows [M, N_ESTIMATE] of a sample; `row` has its log-likelihood already."""
     weights, prior = carried.weights, carried.prior
@@ -230,8 +231,8 @@ def _mix_row(carried: Mixture, rows: Array, row: Array) -> None:
     row[E_ELASTIC_WEIGHT], row[E_LEARNED_WEIGHT] = weights[1], weights[2]
 
 
-@jit
-def mix_interval(weights: Array, rows: Array, out: Array) -> None:
+@entry
+def mix_interval(weights: Matrix, rows: Cube, out: Matrix) -> None:
     """
     Mix smoothed recordings.
 
@@ -245,7 +246,7 @@ def mix_interval(weights: Array, rows: Array, out: Array) -> None:
         mix_smoothed_row(weights[i], rows[:, i], out[i])
 
 
-@jit
+@kernel
 def mix_smoothed_row(weights: Array, rows: Array, row: Array) -> None:
     """
     Mix the smoothed rows of one sample.
@@ -264,7 +265,7 @@ def mix_smoothed_row(weights: Array, rows: Array, row: Array) -> None:
     row[S_U] = rows[0, S_U]
 
 
-@jit
+@entry
 def mix(carried: Mixture, members: Outputs, stamps: Integers, output: Output) -> None:
     """
     Mix what the filters wrote on N samples.
@@ -290,7 +291,7 @@ def mix(carried: Mixture, members: Outputs, stamps: Integers, output: Output) ->
             _remember(carried, stamps[k])
 
 
-@jit
+@entry
 def mix_smoothed(carried: Mixture, members: Outputs, output: Output) -> None:
     """
     Mix the smoothed rows of the filters, by the weights at their samples.

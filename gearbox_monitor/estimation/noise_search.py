@@ -20,7 +20,6 @@ import math
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
-import scipy
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.levenberg_marquardt import damped_step, Damping
@@ -358,6 +357,7 @@ def polished(result: Tuned, evaluate: Rough) -> Tuned:
         A copy of `result` with the best of TRIALS for each parameter.
 
     """
+    import scipy
     names, centre = list(result.parameters), np.log(list(result.parameters.values()))
     steps = NEAR * np.diag([min(result.error[name], 1.0) for name in names])
     simplex = np.vstack([centre, centre + steps])
@@ -380,6 +380,7 @@ def with_another(result: Tuned, evaluate: Rough, name: str, guess: float) -> Tun
         A copy of `result` with the parameter, without a standard error for it.
 
     """
+    import scipy
     centre, (low, high) = math.log(guess), np.log(ALONE)
     return _derivative_free(result, evaluate, [name], lambda cost: scipy.optimize.minimize_scalar(
         lambda x: cost(x) + 0.5 * ((x - centre) / PRIOR) ** 2, method='bounded',

@@ -29,8 +29,10 @@ from gearbox_monitor.estimation.adaptation import adapted_names, softened_model
 from gearbox_monitor.estimation.filter_kind import filter_kind
 from gearbox_monitor.estimation.torque_model import (
     curve_drive, curve_states, LEARNT_RANGE, MEMORY, MEMORY_NOISE, start_deviations)
-from gearbox_monitor.kernels.jit import fma, jit, jit_inline
-from gearbox_monitor.kernels.types import Array, Curve, Four, Packed, Pair, Slopes, States, Triple
+from gearbox_monitor.kernels.elementary import fma
+from gearbox_monitor.kernels.kernel import entry, inline, kernel
+from gearbox_monitor.kernels.types import (
+    Array, Curve, Four, Layout, Matrix, Packed, Pair, Slopes, Triple, Vector)
 from gearbox_monitor.parameters import CURVES, EstimatorParameters
 from gearbox_monitor.plant.drive import (
     arm_acceleration, arm_constraint, arm_load, arm_load_slopes, CAC, CAV, CC, CL, CV, D,
@@ -57,9 +59,9 @@ W, K, C, SHIFT, N_CURVE = range(5)
 
 # Places in the packed array of a filter, behind the drive's parameters.
 (K_P, FRICTION_TIME, LOAD_AT, FRICTION_AT, EIGENVALUE, R1, R2, TAU_K_MODEL_STD, ENCODER_DELAY_STD,
- Q_TAU_K_SPEED, NUMERIC, STATISTICAL, UKF_ALPHA, UKF_BETA, UKF_KAPPA, SINGLE, CURVE_COUNT,
+ Q_TAU_K_SPEED, NUMERIC, STATISTICAL, UKF_ALPHA, UKF_BETA, UKF_KAPPA, CURVE_COUNT,
  ADAPT_START, ADAPT_RATE, ADAPT_FORGETTING, ADAPT_COUNT, ADAPT_AT) = range(
-     N_PARAMETERS, N_PARAMETERS + 22)
+     N_PARAMETERS, N_PARAMETERS + 21)
 Q0 = ADAPT_AT + 6
 P0 = Q0 + N_MAX
 N_PACKED = P0 + N_MAX
@@ -84,8 +86,9 @@ N_TRACE_OF_LOAD = 11
 Column: TypeAlias = tuple[float, float, float, float, float]
 Columns: TypeAlias = tuple[Column, Column, Column, Column]
 Pairs: TypeAlias = tuple[Pair, Pair, Pair, Pair]
-# What `states` of kernels hold of the curve, see markers.
-CurveMarker: TypeAlias = tuple[bool, ...] | None
+# Layouts that are folded into kernels: with an unknown load, without one, and those of the curves.
+USUAL = (Layout(6, False, -1, False), Layout(5, False, -1, False))
+USUAL_CURVES = (Layout(6, False, 0, False), Layout(10, False, 4, False))
 
 
 class _Stages(NamedTuple):
@@ -189,33 +192,25 @@ def pack(model: DriveModel, parameters: EstimatorParameters) -> Array:
     return p
 
 
-def markers(p: Array, n: int) -> States:
+def layout_of(p: Array, n: int) -> Layout:
     """
-    Return what kernels take as `states` of a filter with `n` states and p: pack.
+    Return the Layout of a filter with `n` states and p: pack.
 
-    A tuple: its length is what the compiler unrolls loops for, and None in its first place leaves
-    out what only a load on the arm wants, in its second what only a curve wants (else a tuple that
-    is one longer than the curve's states are many), in its third what only another friction law
-    than the arctangent wants. Then a filter without one costs what it did, to the last bit.
+    What only a load on the arm, a curve or another law of friction wants is left out without it.
     """
-    count = int(p[CURVE_COUNT])
-    curve = (True,) * (count + 1) if count >= 0 else None
-    return (True if _has_load(p) else None, curve, None if p[LAW] == ATAN else True,
-            *(None,) * (n - 3))
+    return Layout(n, bool(_has_load(p)), int(p[CURVE_COUNT]), bool(p[LAW] != ATAN))
 
 
-@jit_inline
-def curve_count(curve: CurveMarker) -> int:
-    """Return the number of states of a `curve`, see markers."""
-    if curve is None:
-        return 0
-    return len(curve) - 1
+@inline
+def curve_count(curve: int) -> int:
+    """Return the number of states of a `curve`, see Layout."""
+    return max(curve, 0)
 
 
-@jit_inline
-def _curve(curve: CurveMarker, z: Array, width: int, i: int, at: int, p: Packed) -> Curve:
+@inline
+def _curve(curve: int, z: Array, width: int, i: int, at: int, p: Packed) -> Curve:
     """Return the parameters of the curve in state `i` of `width` in z; at: its first state."""
-    if curve is None:
+    if curve < 0:
         return 0.0, 0.0, 0.0, 0.0
     count = curve_count(curve)
     if count > 1:
@@ -225,21 +220,21 @@ def _curve(curve: CurveMarker, z: Array, width: int, i: int, at: int, p: Packed)
             p[STIFFNESS] * p[WIDTH] if count > 0 else 0.0, p[K_S])
 
 
-@jit_inline
-def _memory(curve: CurveMarker, z: Array, at: int, otherwise: float) -> float:
+@inline
+def _memory(curve: int, z: Array, at: int, otherwise: float) -> float:
     """Return the memory of a curve that stands at `at` in z; `otherwise`: if it has none."""
-    if curve is None:
+    if curve < 0:
         return otherwise
     if curve_count(curve) > 0:
         return z[at]
     return otherwise
 
 
-@jit_inline
-def _total(curve: CurveMarker, twist: float, memory: float, law: Curve,
+@inline
+def _total(curve: int, twist: float, memory: float, law: Curve,
            tau_k: float) -> tuple[float, Slopes]:
     """Return (tau_K, slopes of its curve) where the state stands at `tau_k`."""
-    if curve is None:
+    if curve < 0:
         return tau_k, (0.0, 0.0, 0.0, 0.0, 0.0)
     if curve_count(curve) == 0:
         torque, slopes = dead_zone_torque(twist, law[0], law[1])
@@ -248,13 +243,13 @@ def _total(curve: CurveMarker, twist: float, memory: float, law: Curve,
     return tau_k + torque, slopes
 
 
-@jit_inline
-def torque_of(states: States, z: Array, P: Array, p: Array) -> Pair:
+@inline
+def torque_of(layout: Layout, z: Array, P: Array, p: Array) -> Pair:
     """
     Return tau_K (N m) and its variance.
 
     Args:
-        states: markers of the n states.
+        layout: of the n states.
         z: mean [n].
         P: covariance [n * n].
         p: pack.
@@ -263,8 +258,8 @@ def torque_of(states: States, z: Array, P: Array, p: Array) -> Pair:
         Both; the variance by the slopes of the curve at the mean.
 
     """
-    n, curve = len(states), states[1]
-    if curve is None:
+    n, curve = layout.n, layout.curve
+    if curve < 0:
         return z[TAU_K], P[TAU_K * n + TAU_K]
     at = n - curve_count(curve)
     twist = z[X1] - z[X2]
@@ -282,7 +277,7 @@ def torque_of(states: States, z: Array, P: Array, p: Array) -> Pair:
     return tau_k, max(variance, 0.0)
 
 
-@jit_inline
+@inline
 def motor_side(z: Array, P: Array, tau_k: Pair, p: Array) -> Pair:
     """
     Return tau_K + tau_e (N m) and its variance; those of tau_K where tau_e is no state.
@@ -300,24 +295,24 @@ def motor_side(z: Array, P: Array, tau_k: Pair, p: Array) -> Pair:
     return torque + z[i], variance + P[i * n + i] + 2.0 * P[TAU_K * n + i]
 
 
-@jit_inline
-def torque_slopes(states: States, z: Array, p: Array) -> Slopes:
+@inline
+def torque_slopes(layout: Layout, z: Array, p: Array) -> Slopes:
     """
     Return the slopes of the curve of tau_K at a state: over the twist, then over its own states.
 
     Args:
-        states: markers of the n states.
+        layout: of the n states.
         z: state [n].
         p: pack.
 
     """
-    curve = states[1]
-    at, twist = len(states) - curve_count(curve), z[X1] - z[X2]
+    curve = layout.curve
+    at, twist = layout.n - curve_count(curve), z[X1] - z[X2]
     return _total(curve, twist, _memory(curve, z, at, twist), _curve(curve, z, 1, 0, at, p),
                   z[TAU_K])[1]
 
 
-@jit_inline
+@inline
 def learned_length(z: Array, P: Array, n: int, i: int) -> Pair:
     """
     Return half gap or hysteresis width (rad) as learned, and its standard deviation.
@@ -338,19 +333,19 @@ def learned_length(z: Array, P: Array, n: int, i: int) -> Pair:
     return length, math.sqrt(max(variance, 0.0)) / z[k]
 
 
-@jit_inline
-def begin_curve(states: States, z: Array, p: Array) -> None:
+@inline
+def begin_curve(layout: Layout, z: Array, p: Array) -> None:
     """
     Set the states of the curve for a start.
 
     Args:
-        states: markers of the n states.
+        layout: of the n states.
         z: state [n] with its positions, changed in place.
         p: pack.
 
     """
-    count = curve_count(states[1])
-    at = len(states) - count
+    count = curve_count(layout.curve)
+    at = layout.n - count
     if count > 0:
         z[at + W] = z[X1] - z[X2]
     if count > 1:
@@ -358,32 +353,32 @@ def begin_curve(states: States, z: Array, p: Array) -> None:
         z[at + C], z[at + SHIFT] = p[STIFFNESS] * p[HALF_GAP], p[STIFFNESS] * p[WIDTH]
 
 
-@jit_inline
-def bound_curve(states: States, z: Array, p: Array) -> None:
+@inline
+def bound_curve(layout: Layout, z: Array, p: Array) -> None:
     """
     Keep what is learnt of the curve within its bounds.
 
     Args:
-        states: markers of the n states.
+        layout: of the n states.
         z: state [n], changed in place.
         p: pack.
 
     """
-    count = curve_count(states[1])
+    count = curve_count(layout.curve)
     if count > 1:
-        at = len(states) - count
+        at = layout.n - count
         z[at + K] = min(max(z[at + K], p[STIFFNESS] / LEARNT_RANGE), p[STIFFNESS] * LEARNT_RANGE)
         z[at + C] = max(z[at + C], 0.0)
         if p[K_S] > 0.0:
             z[at + SHIFT] = max(z[at + SHIFT], 0.0)
 
 
-@jit_inline
+@inline
 def _has_load(p: Array) -> bool:
     return p[CAV] != 0.0 or p[CAC] != 0.0 or p[G] != 0.0 or p[TL] != 0.0
 
 
-@jit_inline
+@inline
 def noise(z: Array, p: Array, i: int) -> float:
     """
     Return the spectral density of the process noise on a state.
@@ -401,7 +396,7 @@ def noise(z: Array, p: Array, i: int) -> float:
     return p[Q0 + i]
 
 
-@jit_inline
+@inline
 def tau_k_noise(constant: float, of_speed: float, x3: float) -> float:
     """
     Return the spectral density of the process noise on tau_K, (N m)^2/s.
@@ -415,8 +410,8 @@ def tau_k_noise(constant: float, of_speed: float, x3: float) -> float:
     return constant + of_speed * x3 * x3
 
 
-@jit
-def tangent(z: Array, m: Array, p: Array, out: Array) -> None:
+@entry
+def tangent(z: Vector, m: Matrix, p: Vector, out: Matrix) -> None:
     """
     Multiply a matrix by the Jacobian A = d z' / d z of the continuous model.
 
@@ -447,7 +442,7 @@ def tangent(z: Array, m: Array, p: Array, out: Array) -> None:
         out[TAU_K, j] = p[K_P] * (m[X3, j] - m[X4, j])
 
 
-@jit
+@kernel
 def softened_sharpness(sharpness: float, variance: float) -> float:
     """
     Return the `sharpness` (s/rad) of a friction linearised over a speed of that variance.
@@ -458,7 +453,7 @@ def softened_sharpness(sharpness: float, variance: float) -> float:
     return 1.0 / math.sqrt(1.0 / (sharpness * sharpness) + variance / (0.5 * math.pi))
 
 
-@jit_inline
+@inline
 def decay(error: float, half: float, h: float, p: Packed) -> Column:
     """
     Let the friction error decay over an RK4 step.
@@ -481,13 +476,14 @@ def decay(error: float, half: float, h: float, p: Packed) -> Column:
         error + h / 6.0 * rate * (error + 2.0 * (second + third) + fourth))
 
 
-@jit
-def advance(states: States, z: Array, torques: Pair, dt: float, n_substeps: int, p: Array) -> None:
+@entry
+def advance(layout: Layout, z: Vector, torques: Pair, dt: float, n_substeps: int,
+            p: Vector) -> None:
     """
     Advance a state by RK4 steps.
 
     Args:
-        states: see markers.
+        layout: of the n states.
         z: state [n], changed in place.
         torques: of the motor and the measured load, N m; held.
         dt: time to advance by, s.
@@ -497,15 +493,15 @@ def advance(states: States, z: Array, torques: Pair, dt: float, n_substeps: int,
     """
     h = dt / n_substeps
     for _ in range(n_substeps):
-        _advance_one(states, z, torques, h, p)
+        _advance_one(layout, z, torques, h, p)
 
 
-@jit_inline
-def _advance_one(states: States, z: Array, torques: Pair, h: float, p: Array) -> None:
+@inline
+def _advance_one(layout: Layout, z: Array, torques: Pair, h: float, p: Array) -> None:
     """Advance a state by an RK4 step."""
     u, load = torques
-    curve = states[1]
-    at_curve = len(states) - curve_count(curve)
+    curve = layout.curve
+    at_curve = layout.n - curve_count(curve)
     error = (0.0, 0.0, 0.0, 0.0, 0.0)
     if p[LOAD_AT] > 0.0:
         load += z[int(p[LOAD_AT])]
@@ -515,14 +511,14 @@ def _advance_one(states: States, z: Array, torques: Pair, h: float, p: Array) ->
     x = z[X1], z[X2], z[X3], z[X4], z[TAU_K]
     law = _curve(curve, z, 1, 0, at_curve, p)
     memory = _memory(curve, z, at_curve, x[0] - x[1])
-    x = _advanced(states, x, (memory, law), error[:4], (u, load), h, p)
+    x = _advanced(layout, x, (memory, law), error[:4], (u, load), h, p)
     if curve_count(curve) > 0:
         z[at_curve] = play(x[0] - x[1], memory, abs(law[2]) / law[0])[0]
     z[X1], z[X2], z[X3], z[X4], z[TAU_K] = x
 
 
-@jit_inline
-def _advanced(states: States, x: Column, elastic: tuple[float, Curve], error: Four, torques: Pair,
+@inline
+def _advanced(layout: Layout, x: Column, elastic: tuple[float, Curve], error: Four, torques: Pair,
               h: float, p: Packed) -> Column:
     """
     Return x = (x1, x2, x3, x4, tau_K) after an RK4 step.
@@ -532,44 +528,44 @@ def _advanced(states: States, x: Column, elastic: tuple[float, Curve], error: Fo
     x1, x2, x3, x4, tau_k = x
     u, load = torques
     half, sixth = 0.5 * h, h / 6.0
-    f1, g1 = _accelerations(states, _bearing(states, x, elastic), u - error[0], load, p)
+    f1, g1 = _accelerations(layout, _bearing(layout, x, elastic), u - error[0], load, p)
     b3, b4 = x3 + half * f1, x4 + half * g1
     y = (x1 + half * x3, x2 + half * x4, b3, b4, tau_k + half * p[K_P] * (x3 - x4))
-    f2, g2 = _accelerations(states, _bearing(states, y, elastic), u - error[1], load, p)
+    f2, g2 = _accelerations(layout, _bearing(layout, y, elastic), u - error[1], load, p)
     c3, c4 = x3 + half * f2, x4 + half * g2
     y = (x1 + half * b3, x2 + half * b4, c3, c4, tau_k + half * p[K_P] * (b3 - b4))
-    f3, g3 = _accelerations(states, _bearing(states, y, elastic), u - error[2], load, p)
+    f3, g3 = _accelerations(layout, _bearing(layout, y, elastic), u - error[2], load, p)
     d3, d4 = x3 + h * f3, x4 + h * g3
     y = (x1 + h * c3, x2 + h * c4, d3, d4, tau_k + h * p[K_P] * (c3 - c4))
-    f4, g4 = _accelerations(states, _bearing(states, y, elastic), u - error[3], load, p)
+    f4, g4 = _accelerations(layout, _bearing(layout, y, elastic), u - error[3], load, p)
     moved1 = sixth * (x3 + 2.0 * (b3 + c3) + d3)
     moved2 = sixth * (x4 + 2.0 * (b4 + c4) + d4)
     return (x1 + moved1, x2 + moved2, x3 + sixth * (f1 + 2.0 * (f2 + f3) + f4),
             x4 + sixth * (g1 + 2.0 * (g2 + g3) + g4), tau_k + p[K_P] * (moved1 - moved2))
 
 
-@jit_inline
-def _bearing(states: States, x: Column, elastic: tuple[float, Curve]) -> Column:
+@inline
+def _bearing(layout: Layout, x: Column, elastic: tuple[float, Curve]) -> Column:
     """Return `x` with the whole torque in place of its state; elastic: see _advanced."""
-    tau_k = _total(states[1], x[0] - x[1], elastic[0], elastic[1], x[4])[0]
+    tau_k = _total(layout.curve, x[0] - x[1], elastic[0], elastic[1], x[4])[0]
     return x[0], x[1], x[2], x[3], tau_k
 
 
-@jit_inline
-def _accelerations(states: States, x: Column, u: float, load: float, p: Packed) -> Pair:
+@inline
+def _accelerations(layout: Layout, x: Column, u: float, load: float, p: Packed) -> Pair:
     """Return (x3', x4') at x = (x1, x2, x3, x4, tau_K), with the whole torque."""
     x1, x2, x3, x4, tau_k = x
-    if states[0] is not None:
+    if layout.loaded:
         load += arm_load(x2, x4, p)
-    if states[2] is not None:
+    if layout.law:
         load += arm_constraint(x3, x4, tau_k, load, p)
         return (motor_acceleration_by_law(x1, x3, x4, u, tau_k, p),
                 arm_acceleration(x3, x4, tau_k, load, p))
     return motor_acceleration(x1, x3, x4, u, tau_k, p), arm_acceleration(x3, x4, tau_k, load, p)
 
 
-@jit
-def advance_beside(states: States, lanes: Array, count: int, differ: bool | None, torques: Triple,
+@kernel
+def advance_beside(layout: Layout, lanes: Array, count: int, differ: bool | None, torques: Triple,
                    dt: float, n_substeps: int, p: Array) -> None:
     """
     Advance states side by side in the vector unit, as advance does one.
@@ -578,7 +574,7 @@ def advance_beside(states: States, lanes: Array, count: int, differ: bool | None
     the other, each would wait for its own arctangents.
 
     Args:
-        states: as of advance.
+        layout: as of advance.
         lanes: the states [n, BESIDE] by rows, changed in place; behind them the rows LANE_*,
             scratch, and, where drives differ, factors [N_FACTORS, BESIDE]: on the values FACTORS
             of the drive and on the motor torque, then how much later that acts, s.
@@ -590,7 +586,7 @@ def advance_beside(states: States, lanes: Array, count: int, differ: bool | None
         p: as of advance.
 
     """
-    n, width, h = len(states), (count + 3) & -4, dt / n_substeps
+    n, width, h = layout.n, (count + 3) & -4, dt / n_substeps
     at_load, at_error, friction_at = (n + LANE_LOAD) * BESIDE, (n + LANE_ERROR) * BESIDE, (
         int(p[FRICTION_AT]) * BESIDE)
     share = 1.0 if p[LOAD_AT] > 0.0 else 0.0
@@ -611,19 +607,19 @@ def advance_beside(states: States, lanes: Array, count: int, differ: bool | None
                 for q in range(4):
                     lanes[at_error + q * BESIDE + i] = error[q]
                 lanes[friction_at + i] = error[4]
-        _stage(states, lanes, width, 0, 0.0, differ, torques, drive)
-        _stage(states, lanes, width, 1, 0.5 * h, differ, torques, drive)
-        _stage(states, lanes, width, 2, 0.5 * h, differ, torques, drive)
-        _stage(states, lanes, width, 3, h, differ, torques, drive)
+        _stage(layout, lanes, width, 0, 0.0, differ, torques, drive)
+        _stage(layout, lanes, width, 1, 0.5 * h, differ, torques, drive)
+        _stage(layout, lanes, width, 2, 0.5 * h, differ, torques, drive)
+        _stage(layout, lanes, width, 3, h, differ, torques, drive)
         for i in range(width):
-            _finish(states, lanes, i, h / 6.0, drive)
+            _finish(layout, lanes, i, h / 6.0, drive)
 
 
-@jit_inline
-def _stage(states: States, lanes: Array, width: int, q: int, part: float, differ: bool | None,
+@inline
+def _stage(layout: Layout, lanes: Array, width: int, q: int, part: float, differ: bool | None,
            torques: Triple, shared: Packed) -> None:
     """Take stage `q` of an RK4 step, `part` s from its start; shared: p up to K_P."""
-    n, curve, z = len(states), states[1], lanes
+    n, curve, z = layout.n, layout.curve, lanes
     at_curve = (n - curve_count(curve)) * BESIDE
     for i in range(width):
         u, drive = _own_drive(differ, z, (n + N_LANE) * BESIDE + i, torques, shared)
@@ -637,14 +633,14 @@ def _stage(states: States, lanes: Array, width: int, q: int, part: float, differ
             x3, x4 = z[last + LANE_X3 * BESIDE], z[last + LANE_X4 * BESIDE]
             x = (x[0] + part * x3, x[1] + part * x4, x[2] + part * z[last + LANE_F * BESIDE],
                  x[3] + part * z[last + LANE_G * BESIDE], x[4] + part * drive[K_P] * (x3 - x4))
-        f, g = _accelerations(states, _bearing(states, x, (memory, law)),
+        f, g = _accelerations(layout, _bearing(layout, x, (memory, law)),
                               u - z[at + LANE_ERROR * BESIDE], z[(n + LANE_LOAD) * BESIDE + i],
                               drive)
         z[at + LANE_X3 * BESIDE], z[at + LANE_X4 * BESIDE] = x[2], x[3]
         z[at + LANE_F * BESIDE], z[at + LANE_G * BESIDE] = f, g
 
 
-@jit_inline
+@inline
 def _own_drive(differ: bool | None, lanes: Array, at: int, torques: Triple,
                p: Packed) -> tuple[float, Packed]:
     """Return the motor torque and the drive of a lane whose factors begin at `at`."""
@@ -659,10 +655,10 @@ def _own_drive(differ: bool | None, lanes: Array, at: int, torques: Triple,
         p[19] * f[at + 7 * BESIDE], p[20], p[21], p[22], p[23], p[24], p[25], p[26])
 
 
-@jit_inline
-def _finish(states: States, lanes: Array, i: int, sixth: float, p: Packed) -> None:
+@inline
+def _finish(layout: Layout, lanes: Array, i: int, sixth: float, p: Packed) -> None:
     """End the RK4 step of lane `i`."""
-    n, curve, z = len(states), states[1], lanes
+    n, curve, z = layout.n, layout.curve, lanes
     at, at_curve = n * BESIDE + i, n - curve_count(curve)
     law = _curve(curve, z, BESIDE, i, at_curve, p)
     memory = _memory(curve, z, at_curve * BESIDE + i, 0.0)
@@ -677,7 +673,7 @@ def _finish(states: States, lanes: Array, i: int, sixth: float, p: Packed) -> No
                                         abs(law[2]) / law[0])[0]
 
 
-@jit_inline
+@inline
 def _mean(lanes: Array, at: int, sixth: float) -> float:
     """Return a step by its four stages, which stand from `at` on."""
     return sixth * (lanes[at] + 2.0 * (lanes[at + BESIDE] + lanes[at + 2 * BESIDE])
@@ -688,15 +684,15 @@ def _mean(lanes: Array, at: int, sixth: float) -> float:
 # stage answer to one state at the start. No other row depends on anything but these, and without a
 # load on the arm nothing depends on m2.
 
-@jit_inline
-def _load_slopes(loaded: bool | None, x2: float, x4: float, p: Array) -> Pair:
-    if loaded is None:
+@inline
+def _load_slopes(loaded: bool, x2: float, x4: float, p: Array) -> Pair:
+    if not loaded:
         return 0.0, 0.0
     return arm_load_slopes(x2, x4, p)
 
 
-@jit_inline
-def answer(loaded: bool | None, arm: Pair, load: float, m: Column) -> float:
+@inline
+def answer(loaded: bool, arm: Pair, load: float, m: Column) -> float:
     """
     Return the derivative of the arm's load at a stage along a column of the tangent.
 
@@ -707,12 +703,12 @@ def answer(loaded: bool | None, arm: Pair, load: float, m: Column) -> float:
         m: the column.
 
     """
-    if loaded is None:
+    if not loaded:
         return load
     return load + arm[0] * m[4] + arm[1] * m[2]
 
 
-@jit_inline
+@inline
 def rates(m: Column, slope: float, share: float, error: float, load: float, p: Packed) -> Pair:
     """
     Return the derivatives of x3' and x4' at a stage along a column of the tangent.
@@ -732,7 +728,7 @@ def rates(m: Column, slope: float, share: float, error: float, load: float, p: P
             p[INVERSE_M2] * fma(p[D], twist_rate, m[3] - load))
 
 
-@jit_inline
+@inline
 def along(start: Column, a: float, m: Column, r: Pair, p: Packed) -> Column:
     """
     Return a column of the tangent at the next stage of an RK4 step.
@@ -749,18 +745,18 @@ def along(start: Column, a: float, m: Column, r: Pair, p: Packed) -> Column:
             fma(a * p[K_P], m[1] - m[2], start[3]), fma(a, m[2], start[4]))
 
 
-@jit_inline
-def _bent(curve: CurveMarker, bend: Slopes, source: float, m: Column) -> Column:
+@inline
+def _bent(curve: int, bend: Slopes, source: float, m: Column) -> Column:
     """Return the column `m` with that of tau_K for that of its state; source: of the memory."""
-    if curve is None:
+    if curve < 0:
         return m
     return m[0], m[1], m[2], fma(bend[0], m[0] - m[4], m[3] + source), m[4]
 
 
-@jit_inline
-def _four_bent(curve: CurveMarker, bend: Slopes, memory: Four, m: Columns) -> Columns:
+@inline
+def _four_bent(curve: int, bend: Slopes, memory: Four, m: Columns) -> Columns:
     """Return four columns as _bent does; memory: how that of the curve answers to each."""
-    if curve is None:
+    if curve < 0:
         return m
     return (_bent(curve, bend, bend[1] * memory[0], m[0]),
             _bent(curve, bend, bend[1] * memory[1], m[1]),
@@ -768,17 +764,17 @@ def _four_bent(curve: CurveMarker, bend: Slopes, memory: Four, m: Columns) -> Co
             _bent(curve, bend, bend[1] * memory[3], m[3]))
 
 
-@jit_inline
-def _memory_row(states: States, phi: Array, j: int, first: bool) -> float:
+@inline
+def _memory_row(layout: Layout, phi: Array, j: int, first: bool) -> float:
     """Return how the memory of the curve answers to state `j` at the start of an RK4 step."""
-    n, count = len(states), curve_count(states[1])
+    n, count = layout.n, curve_count(layout.curve)
     if count == 0 or first:
         return 1.0 if count > 0 and j == n - count else 0.0
     return phi[(n - count) * n + j]
 
 
-@jit_inline
-def _four_rates(loaded: bool | None, m: Columns, slope: float, share: float, arm: Pair,
+@inline
+def _four_rates(loaded: bool, m: Columns, slope: float, share: float, arm: Pair,
                 p: Array) -> Pairs:
     return (rates(m[0], slope, share, 0.0, answer(loaded, arm, 0.0, m[0]), p),
             rates(m[1], slope, share, 0.0, answer(loaded, arm, 0.0, m[1]), p),
@@ -786,13 +782,13 @@ def _four_rates(loaded: bool | None, m: Columns, slope: float, share: float, arm
             rates(m[3], slope, share, 0.0, answer(loaded, arm, 0.0, m[3]), p))
 
 
-@jit_inline
+@inline
 def _four_along(start: Columns, a: float, m: Columns, r: Pairs, p: Array) -> Columns:
     return (along(start[0], a, m[0], r[0], p), along(start[1], a, m[1], r[1], p),
             along(start[2], a, m[2], r[2], p), along(start[3], a, m[3], r[3], p))
 
 
-@jit_inline
+@inline
 def _begin(n: int, phi: Array, j: int, first: bool) -> Column:
     """Return column `j` at the start of an RK4 step."""
     if first:
@@ -802,11 +798,11 @@ def _begin(n: int, phi: Array, j: int, first: bool) -> Column:
             phi[X2 * n + j])
 
 
-@jit_inline
-def _end(states: States, phi: Array, j: int, h: float, m: Columns, r: Pairs, p: Array,
+@inline
+def _end(layout: Layout, phi: Array, j: int, h: float, m: Columns, r: Pairs, p: Array,
          trace: Array | None) -> None:
     """Write column `j` of phi behind an RK4 step; m, r: its four stages and their rates."""
-    n, loaded = len(states), states[0]
+    n, loaded = layout.n, layout.loaded
     moved1 = h / 6.0 * fma(2.0, m[1][1] + m[2][1], m[0][1] + m[3][1])
     moved2 = h / 6.0 * fma(2.0, m[1][2] + m[2][2], m[0][2] + m[3][2])
     phi[X1 * n + j] = m[0][0] + moved1
@@ -823,13 +819,13 @@ def _end(states: States, phi: Array, j: int, h: float, m: Columns, r: Pairs, p: 
         if p[CL] > 0.0:
             for q in range(4):
                 trace[TRACE_TORQUE + q, j] = m[q][3]
-        if loaded is not None:
+        if loaded:
             for q in range(4):
                 trace[TRACE_ARM_POSITION + q, j], trace[TRACE_ARM_SPEED + q, j] = m[q][4], m[q][2]
 
 
-@jit_inline
-def _column(states: States, phi: Array, j: int, stages: _Stages, errors: Four, sources: Pair,
+@inline
+def _column(layout: Layout, phi: Array, j: int, stages: _Stages, errors: Four, sources: Pair,
             p: Array, trace: Array | None) -> None:
     """
     Advance column `j` of phi by an RK4 step.
@@ -837,10 +833,10 @@ def _column(states: States, phi: Array, j: int, stages: _Stages, errors: Four, s
     errors: of friction, in its four stages; sources: what the state adds to the load on the arm,
     and the place of its slope in those of the curve, 0 for none.
     """
-    loaded, curve = states[0], states[1]
+    loaded, curve = layout.loaded, layout.curve
     slopes, shares, arms, bends, h, first = stages
-    load, own, memory = sources[0], int(sources[1]), _memory_row(states, phi, j, first)
-    m1 = _begin(len(states), phi, j, first)
+    load, own, memory = sources[0], int(sources[1]), _memory_row(layout, phi, j, first)
+    m1 = _begin(layout.n, phi, j, first)
     c1 = _bent(curve, bends[0], _source(bends[0], memory, own), m1)
     r1 = rates(c1, slopes[0], shares[0], errors[0], answer(loaded, arms[0], load, m1), p)
     m2 = along(m1, 0.5 * h, m1, r1, p)
@@ -852,21 +848,21 @@ def _column(states: States, phi: Array, j: int, stages: _Stages, errors: Four, s
     m4 = along(m1, h, m3, r3, p)
     c4 = _bent(curve, bends[3], _source(bends[3], memory, own), m4)
     r4 = rates(c4, slopes[3], shares[3], errors[3], answer(loaded, arms[3], load, m4), p)
-    _end(states, phi, j, h, (m1, m2, m3, m4), (r1, r2, r3, r4), p, trace)
+    _end(layout, phi, j, h, (m1, m2, m3, m4), (r1, r2, r3, r4), p, trace)
 
 
-@jit_inline
+@inline
 def _source(bend: Slopes, memory: float, own: int) -> float:
     return bend[1] * memory + (bend[2] if own == 2 else 0.0) + (
         bend[3] if own == 3 else 0.0) + (bend[4] if own == 4 else 0.0)
 
 
-@jit_inline
-def _column_of_x2(states: States, phi: Array, stages: _Stages, p: Array,
+@inline
+def _column_of_x2(layout: Layout, phi: Array, stages: _Stages, p: Array,
                   trace: Array | None) -> None:
-    n = len(states)
-    if states[0] is not None or states[1] is not None:
-        _column(states, phi, X2, stages, (0.0, 0.0, 0.0, 0.0), (0.0, 0.0), p, trace)
+    n = layout.n
+    if layout.loaded or layout.curve >= 0:
+        _column(layout, phi, X2, stages, (0.0, 0.0, 0.0, 0.0), (0.0, 0.0), p, trace)
     else:  # nothing depends on x2
         if stages.first:
             for i in range(n):
@@ -876,16 +872,16 @@ def _column_of_x2(states: States, phi: Array, stages: _Stages, p: Array,
                 trace[q, X2] = 0.0
 
 
-@jit_inline
-def _slopes(law: bool | None, x3: float, tau_k: float, p: Array) -> Pair:
-    if law is not None:
+@inline
+def _slopes(law: bool, x3: float, tau_k: float, p: Array) -> Pair:
+    if law:
         return (motor_friction_slope_by_law(x3, tau_k, p),
                 1.0 + motor_friction_load_slope(x3, tau_k, p))
     return motor_friction_slope(x3, tau_k, p), 1.0 + motor_friction_load_slope(x3, tau_k, p)
 
 
-@jit_inline
-def rk4(states: States, z: Array, phi: Array, first: bool, torques: Pair, h: float, p: Array,
+@inline
+def rk4(layout: Layout, z: Array, phi: Array, first: bool, torques: Pair, h: float, p: Array,
         trace: Array | None) -> None:
     """
     Advance a state by one RK4 step, and a matrix by the exact tangent of that step.
@@ -894,7 +890,7 @@ def rk4(states: States, z: Array, phi: Array, first: bool, torques: Pair, h: flo
     waits for the previous one.
 
     Args:
-        states: as of advance.
+        layout: as of advance.
         torques: as of advance.
         p: as of advance.
         z: state [n], changed in place.
@@ -905,14 +901,14 @@ def rk4(states: States, z: Array, phi: Array, first: bool, torques: Pair, h: flo
             their values: rows TRACE_*.
 
     """
-    n, loaded, curve = len(states), states[0], states[1]
+    n, loaded, curve = layout.n, layout.loaded, layout.curve
     u, load = torques
     half, sixth = 0.5 * h, h / 6.0
     x1, x2, x3, x4, tau_k = z[X1], z[X2], z[X3], z[X4], z[TAU_K]
     at_curve = n - curve_count(curve)
     law, memory = _curve(curve, z, 1, 0, at_curve, p), _memory(curve, z, at_curve, x1 - x2)
-    rows = (_memory_row(states, phi, X1, first), _memory_row(states, phi, X3, first),
-            _memory_row(states, phi, X4, first), _memory_row(states, phi, TAU_K, first))
+    rows = (_memory_row(layout, phi, X1, first), _memory_row(layout, phi, X3, first),
+            _memory_row(layout, phi, X4, first), _memory_row(layout, phi, TAU_K, first))
     error = (0.0, 0.0, 0.0, 0.0, 0.0)
     if n > 5:
         if p[LOAD_AT] > 0.0:
@@ -923,32 +919,32 @@ def rk4(states: States, z: Array, phi: Array, first: bool, torques: Pair, h: flo
           _begin(n, phi, TAU_K, first))
     # Stage by stage: the state y, its rates (f, g), the columns m and their rates r.
     total, bend1 = _total(curve, x1 - x2, memory, law, tau_k)
-    slope1, share1 = _slopes(states[2], x3, total, p)
+    slope1, share1 = _slopes(layout.law, x3, total, p)
     arm1 = _load_slopes(loaded, x2, x4, p)
-    f1, g1 = _accelerations(states, (x1, x2, x3, x4, total), u - error[0], load, p)
+    f1, g1 = _accelerations(layout, (x1, x2, x3, x4, total), u - error[0], load, p)
     r1 = _four_rates(loaded, _four_bent(curve, bend1, rows, m1), slope1, share1, arm1, p)
     y2, y3, y4 = x2 + half * x4, x3 + half * f1, x4 + half * g1
     tau_y = tau_k + half * p[K_P] * (x3 - x4)
     total, bend2 = _total(curve, x1 + half * x3 - y2, memory, law, tau_y)
-    slope2, share2 = _slopes(states[2], y3, total, p)
+    slope2, share2 = _slopes(layout.law, y3, total, p)
     arm2 = _load_slopes(loaded, y2, y4, p)
-    f2, g2 = _accelerations(states, (x1 + half * x3, y2, y3, y4, total), u - error[1], load, p)
+    f2, g2 = _accelerations(layout, (x1 + half * x3, y2, y3, y4, total), u - error[1], load, p)
     m2 = _four_along(m1, half, m1, r1, p)
     r2 = _four_rates(loaded, _four_bent(curve, bend2, rows, m2), slope2, share2, arm2, p)
     v2, v3, v4 = x2 + half * y4, x3 + half * f2, x4 + half * g2
     tau_v = tau_k + half * p[K_P] * (y3 - y4)
     total, bend3 = _total(curve, x1 + half * y3 - v2, memory, law, tau_v)
-    slope3, share3 = _slopes(states[2], v3, total, p)
+    slope3, share3 = _slopes(layout.law, v3, total, p)
     arm3 = _load_slopes(loaded, v2, v4, p)
-    f3, g3 = _accelerations(states, (x1 + half * y3, v2, v3, v4, total), u - error[2], load, p)
+    f3, g3 = _accelerations(layout, (x1 + half * y3, v2, v3, v4, total), u - error[2], load, p)
     m3 = _four_along(m1, half, m2, r2, p)
     r3 = _four_rates(loaded, _four_bent(curve, bend3, rows, m3), slope3, share3, arm3, p)
     w2, w3, w4 = x2 + h * v4, x3 + h * f3, x4 + h * g3
     tau_w = tau_k + h * p[K_P] * (v3 - v4)
     total, bend4 = _total(curve, x1 + h * v3 - w2, memory, law, tau_w)
-    slope4, share4 = _slopes(states[2], w3, total, p)
+    slope4, share4 = _slopes(layout.law, w3, total, p)
     arm4 = _load_slopes(loaded, w2, w4, p)
-    f4, g4 = _accelerations(states, (x1 + h * v3, w2, w3, w4, total), u - error[3], load, p)
+    f4, g4 = _accelerations(layout, (x1 + h * v3, w2, w3, w4, total), u - error[3], load, p)
     m4 = _four_along(m1, h, m3, r3, p)
     r4 = _four_rates(loaded, _four_bent(curve, bend4, rows, m4), slope4, share4, arm4, p)
     moved1 = sixth * (x3 + 2.0 * (y3 + v3) + w3)
@@ -957,14 +953,14 @@ def rk4(states: States, z: Array, phi: Array, first: bool, torques: Pair, h: flo
     z[X3] = x3 + sixth * (f1 + 2.0 * (f2 + f3) + f4)
     z[X4] = x4 + sixth * (g1 + 2.0 * (g2 + g3) + g4)
     z[TAU_K] = tau_k + p[K_P] * (moved1 - moved2)
-    _end(states, phi, X1, h, (m1[0], m2[0], m3[0], m4[0]), (r1[0], r2[0], r3[0], r4[0]), p, trace)
-    _end(states, phi, X3, h, (m1[1], m2[1], m3[1], m4[1]), (r1[1], r2[1], r3[1], r4[1]), p, trace)
-    _end(states, phi, X4, h, (m1[2], m2[2], m3[2], m4[2]), (r1[2], r2[2], r3[2], r4[2]), p, trace)
-    _end(states, phi, TAU_K, h, (m1[3], m2[3], m3[3], m4[3]), (r1[3], r2[3], r3[3], r4[3]), p,
+    _end(layout, phi, X1, h, (m1[0], m2[0], m3[0], m4[0]), (r1[0], r2[0], r3[0], r4[0]), p, trace)
+    _end(layout, phi, X3, h, (m1[1], m2[1], m3[1], m4[1]), (r1[1], r2[1], r3[1], r4[1]), p, trace)
+    _end(layout, phi, X4, h, (m1[2], m2[2], m3[2], m4[2]), (r1[2], r2[2], r3[2], r4[2]), p, trace)
+    _end(layout, phi, TAU_K, h, (m1[3], m2[3], m3[3], m4[3]), (r1[3], r2[3], r3[3], r4[3]), p,
          trace)
     stages = _Stages((slope1, slope2, slope3, slope4), (share1, share2, share3, share4),
                      (arm1, arm2, arm3, arm4), (bend1, bend2, bend3, bend4), h, first)
-    _column_of_x2(states, phi, stages, p, trace)
+    _column_of_x2(layout, phi, stages, p, trace)
     if n > 5:
         if first:
             for i in range(5, n):
@@ -972,14 +968,14 @@ def rk4(states: States, z: Array, phi: Array, first: bool, torques: Pair, h: flo
                     phi[i * n + j] = 1.0 if i == j else 0.0
         none = (0.0, 0.0, 0.0, 0.0)
         if p[LOAD_AT] > 0.0:
-            _column(states, phi, int(p[LOAD_AT]), stages, none, (1.0, 0.0), p, trace)
+            _column(layout, phi, int(p[LOAD_AT]), stages, none, (1.0, 0.0), p, trace)
         if p[FRICTION_AT] > 0.0:
             i = int(p[FRICTION_AT])
             z[i] = error[4]
             fades = decay(phi[i * n + i], half, h, p)
-            _column(states, phi, i, stages, fades[:4], (0.0, 0.0), p, trace)
+            _column(layout, phi, i, stages, fades[:4], (0.0, 0.0), p, trace)
             phi[i * n + i] = fades[4]
-        _columns_of_curve(states, z, phi, memory, law, stages, p, trace)
+        _columns_of_curve(layout, z, phi, memory, law, stages, p, trace)
     if trace is not None:
         for q, value in enumerate((x3, y3, v3, w3)):
             trace[TRACE_X3, q] = value
@@ -989,25 +985,25 @@ def rk4(states: States, z: Array, phi: Array, first: bool, torques: Pair, h: flo
             trace[TRACE_TAU_K, q] = value
         for q in range(4):
             trace[TRACE_SLOPE, q], trace[TRACE_SHARE, q] = stages.slopes[q], stages.shares[q]
-        if loaded is not None:
+        if loaded:
             for q, value in enumerate((x2, y2, v2, w2)):
                 trace[TRACE_X2, q] = value
             for q in range(4):
                 trace[TRACE_ON_POSITION, q], trace[TRACE_ON_SPEED, q] = stages.arms[q]
 
 
-@jit_inline
-def _columns_of_curve(states: States, z: Array, phi: Array, memory: float, law: Curve,
+@inline
+def _columns_of_curve(layout: Layout, z: Array, phi: Array, memory: float, law: Curve,
                       stages: _Stages, p: Array, trace: Array | None) -> None:
     """Advance the columns of the curve's states, then the row of its memory; z: at the end."""
-    n, count = len(states), curve_count(states[1])
+    n, count = layout.n, curve_count(layout.curve)
     at, none = n - count, (0.0, 0.0, 0.0, 0.0)
     if count > 0:
-        _column(states, phi, at + W, stages, none, (0.0, 0.0), p, trace)
+        _column(layout, phi, at + W, stages, none, (0.0, 0.0), p, trace)
     if count > 1:
-        _column(states, phi, at + K, stages, none, (0.0, 2.0), p, trace)
-        _column(states, phi, at + C, stages, none, (0.0, 3.0), p, trace)
-        _column(states, phi, at + SHIFT, stages, none, (0.0, 4.0), p, trace)
+        _column(layout, phi, at + K, stages, none, (0.0, 2.0), p, trace)
+        _column(layout, phi, at + C, stages, none, (0.0, 3.0), p, trace)
+        _column(layout, phi, at + SHIFT, stages, none, (0.0, 4.0), p, trace)
     if count > 0:
         width = abs(law[2]) / law[0]
         z[at + W], end = play(z[X1] - z[X2], memory, width)
@@ -1019,9 +1015,10 @@ def _columns_of_curve(states: States, z: Array, phi: Array, memory: float, law: 
                 phi[(at + W) * n + at + SHIFT] -= (end if law[2] >= 0.0 else -end) / law[0]
 
 
-@jit_inline
-def propagate(states: States, z: Array, phi: Array, torques: Pair, dt: float, n_substeps: int,
-              p: Array) -> None:
+@entry
+@inline
+def propagate(layout: Layout, z: Vector, phi: Vector, torques: Pair, dt: float, n_substeps: int,
+              p: Vector) -> None:
     """
     Advance a state by RK4 steps, and write the exact tangent of that map.
 
@@ -1029,7 +1026,7 @@ def propagate(states: States, z: Array, phi: Array, torques: Pair, dt: float, n_
     I + hA is far from it.
 
     Args:
-        states: as of advance.
+        layout: as of advance.
         z: as of advance.
         torques: as of advance.
         dt: as of advance.
@@ -1039,19 +1036,19 @@ def propagate(states: States, z: Array, phi: Array, torques: Pair, dt: float, n_
 
     """
     h = dt / n_substeps if n_substeps > 1 else dt
-    rk4(states, z, phi, True, torques, h, p, None)
+    rk4(layout, z, phi, True, torques, h, p, None)
     for _ in range(1, n_substeps):
-        rk4(states, z, phi, False, torques, h, p, None)
+        rk4(layout, z, phi, False, torques, h, p, None)
 
 
-@jit
-def propagate_numeric(states: States, z: Array, phi: Array, torques: Pair, dt: float,
-                      n_substeps: int, p: Array, start: Array) -> None:
+@kernel
+def propagate_numeric(layout: Layout, z: Vector, phi: Vector, torques: Pair, dt: float,
+                      n_substeps: int, p: Vector, start: Vector) -> None:
     """
     Do as propagate, but with the tangent by forward differences.
 
     Args:
-        states: as of propagate.
+        layout: as of propagate.
         z: as of propagate.
         phi: as of propagate.
         torques: as of propagate.
@@ -1061,17 +1058,17 @@ def propagate_numeric(states: States, z: Array, phi: Array, torques: Pair, dt: f
         start: scratch [n].
 
     """
-    n = len(states)
+    n = layout.n
     for i in range(n):
         start[i] = z[i]
-    advance(states, z, torques, dt, n_substeps, p)
+    advance(layout, z, torques, dt, n_substeps, p)
     for j in range(n):
         moved = phi[j * n:(j + 1) * n]  # column j, transposed below
         for i in range(n):
             moved[i] = start[i]
         moved[j] += DIFFERENCE * max(1.0, abs(start[j]))
         step = moved[j] - start[j]  # the increment as rounded
-        advance(states, moved, torques, dt, n_substeps, p)
+        advance(layout, moved, torques, dt, n_substeps, p)
         for i in range(n):
             moved[i] = (moved[i] - z[i]) / step
     for i in range(n):

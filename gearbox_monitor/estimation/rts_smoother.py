@@ -8,16 +8,17 @@ The filtered tau_K lags by about 20 ms and therefore draws a hysteresis loop tha
 smoothed one does not. A backward pass runs over a block, so its cost per sample stays bounded;
 blocks can be chained backwards, from the belief at the seam.
 """
+import math
 from typing import NamedTuple
 
 from gearbox_monitor.estimation.consider import variances_of
 from gearbox_monitor.estimation.process_model import (
     motor_side, TAU_K_MODEL_STD, torque_of, X1, X2, X3, X4)
 from gearbox_monitor.estimation.step_record import places, sensitivities
-from gearbox_monitor.kernels.jit import jit
+from gearbox_monitor.kernels.kernel import entry, kernel
 from gearbox_monitor.kernels.linalg import (
     add_product, multiply, solve_positive, transposed_multiply_symmetric)
-from gearbox_monitor.kernels.types import Array, States
+from gearbox_monitor.kernels.types import Array, Layout, Matrix, Vector
 from gearbox_monitor.parameters import CURVES, EstimatorParameters
 
 # A smoother sees both sides of a sample: it needs less room for tau_K to wander than a filter
@@ -56,16 +57,16 @@ def smoother_parameters(parameters: EstimatorParameters) -> EstimatorParameters:
         q_std_tau_k_speed=Q_RATIO ** 0.5 * parameters.q_std_tau_k_speed)
 
 
-@jit
-def smooth(states: States, ring: Array, span: Span, p: Array, z: Array, matrices: Array,
-           out: Array) -> None:
+@entry
+def smooth(layout: Layout, ring: Matrix, span: Span, p: Vector, z: Vector, matrices: Matrix,
+           out: Matrix) -> None:
     """
     Smooth a span of steps backwards (Rauch, Tung and Striebel 1965).
 
     A singular P_pred ends the pass: the filtered values then stand in for earlier steps.
 
     Args:
-        states: process_model.markers of the n states.
+        layout: of the n states.
         ring: step records [M, record_size(n, c)]; step k stands in row k % M. Their smoothed
             sensitivities are written, but for the oldest less the predicted ones.
         span: the steps to smooth and to write.
@@ -76,7 +77,7 @@ def smooth(states: States, ring: Array, span: Span, p: Array, z: Array, matrices
         out: [>= span.keep_until - span.oldest + 1, N_SMOOTHED], one row for each step written.
 
     """
-    n, rows = len(states), ring.shape[0]
+    n, rows = layout.n, ring.shape[0]
     newest, oldest, keep_until = span
     P, gain_t, factor, change, product = (
         matrices[0], matrices[1], matrices[2], matrices[3], matrices[4])
@@ -90,18 +91,18 @@ def smooth(states: States, ring: Array, span: Span, p: Array, z: Array, matrices
     for i in range(n * n):
         P[i] = last[at_P + i]
     if newest <= keep_until:
-        _write(states, z, P, p, last, out[newest - oldest])
+        _write(layout, z, P, p, last, out[newest - oldest])
     for k in range(newest - 1, oldest - 1, -1):
         record, later = ring[k % rows], ring[(k + 1) % rows]
         for i in range(n * n):
             factor[i] = later[at_P_pred + i]
             change[i] = P[i] - later[at_P_pred + i]
         # G' = P_pred^-1 C
-        if solve_positive(states, factor, later[at_cross:at_cross + n * n], gain_t):
+        if solve_positive(layout, factor, later[at_cross:at_cross + n * n], gain_t):
             for i in range(n):
                 z[i] -= later[at_pred + i]
-            multiply(states, change, gain_t, product)
-            transposed_multiply_symmetric(states, gain_t, product, P)
+            multiply(layout, change, gain_t, product)
+            transposed_multiply_symmetric(layout, gain_t, product, P)
             for i in range(n * n):
                 P[i] += record[at_P + i]
             for i in range(n):
@@ -115,7 +116,7 @@ def smooth(states: States, ring: Array, span: Span, p: Array, z: Array, matrices
             for i in range(n * count):
                 change_s[i] -= later[at_s_pred + i]
                 record[at_smoothed + i] = record[at_s + i]
-            add_product(states, change_s, gain_t, record[at_smoothed:at_smoothed + n * count])
+            add_product(layout, change_s, gain_t, record[at_smoothed:at_smoothed + n * count])
         else:
             for i in range(n * count):
                 record[at_smoothed + i] = record[at_s + i]
@@ -124,24 +125,26 @@ def smooth(states: States, ring: Array, span: Span, p: Array, z: Array, matrices
             for i in range(n * n):
                 P[i] = record[at_P + i]
         if k <= keep_until:
-            _write(states, z, P, p, record, out[k - oldest])
+            _write(layout, z, P, p, record, out[k - oldest])
 
 
-@jit
-def _write(states: States, z: Array, P: Array, p: Array, record: Array, row: Array) -> None:
-    n = len(states)
+@kernel
+def _write(layout: Layout, z: Array, P: Array, p: Array, record: Array, row: Array) -> None:
+    n = layout.n
     _, _, _, at_smoothed = sensitivities(n, record.shape[0])
-    of_twist, of_rate, of_torque = variances_of(states, z, record, at_smoothed, p)
+    of_twist, of_rate, of_torque = variances_of(layout, z, record, at_smoothed, p)
     row[S_TWIST] = z[X1] - z[X2]
     row[S_TWIST_RATE] = z[X3] - z[X4]
-    row[S_TAU_K], variance = torque_of(states, z, P, p)
+    row[S_TAU_K], variance = torque_of(layout, z, P, p)
     noise = max(P[X1 * n + X1] + P[X2 * n + X2] - 2.0 * P[X1 * n + X2], 0.0)
-    row[S_TWIST_NOISE_STD], row[S_TWIST_STD] = noise ** 0.5, (noise + of_twist) ** 0.5
+    row[S_TWIST_NOISE_STD], row[S_TWIST_STD] = math.sqrt(noise), math.sqrt(noise + of_twist)
     noise = max(P[X3 * n + X3] + P[X4 * n + X4] - 2.0 * P[X3 * n + X4], 0.0)
-    row[S_TWIST_RATE_NOISE_STD], row[S_TWIST_RATE_STD] = noise ** 0.5, (noise + of_rate) ** 0.5
-    row[S_TAU_K_NOISE_STD] = max(variance, 0.0) ** 0.5
-    row[S_TAU_K_STD] = (max(variance, 0.0) + of_torque + p[TAU_K_MODEL_STD] ** 2) ** 0.5
+    row[S_TWIST_RATE_NOISE_STD] = math.sqrt(noise)
+    row[S_TWIST_RATE_STD] = math.sqrt(noise + of_rate)
+    row[S_TAU_K_NOISE_STD] = math.sqrt(max(variance, 0.0))
+    row[S_TAU_K_STD] = math.sqrt(
+        max(variance, 0.0) + of_torque + p[TAU_K_MODEL_STD] * p[TAU_K_MODEL_STD])
     row[S_MOTOR_SIDE], variance = motor_side(z, P, (row[S_TAU_K], variance), p)
-    row[S_MOTOR_SIDE_NOISE_STD] = max(variance, 0.0) ** 0.5
+    row[S_MOTOR_SIDE_NOISE_STD] = math.sqrt(max(variance, 0.0))
     row[S_X2], row[S_X4], row[S_X3] = z[X2], z[X4], z[X3]
     row[S_U] = record[-1]

@@ -18,11 +18,12 @@ from gearbox_monitor.estimation.consider import (
 from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, Reading, Scratch
 from gearbox_monitor.estimation.process_model import (
     begin_curve, curve_count, EIGENVALUE, FRICTION_AT, K_P, learned_length, LOAD_AT, motor_side,
-    P0, Q0, R1, R2, TAU_ARM, TAU_K, TAU_K_MODEL_STD, torque_of, X1, X2, X3, X4)
+    P0, Q0, R1, R2, TAU_ARM, TAU_K, TAU_K_MODEL_STD, torque_of, USUAL, USUAL_CURVES, X1, X2, X3,
+    X4)
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K_NOISE_STD, S_TAU_K_STD, smooth, Span
 from gearbox_monitor.estimation.step_record import places, record_size, sensitivities
-from gearbox_monitor.kernels.jit import bound, jit, jit_inline
-from gearbox_monitor.kernels.types import Array, Integers, States
+from gearbox_monitor.kernels.kernel import bound, entry, folding, inline, kernel
+from gearbox_monitor.kernels.types import Array, Integers, Layout, Matrix, Vector
 from gearbox_monitor.plant.drive import INVERSE_M2
 
 # What became of a sample.
@@ -102,11 +103,14 @@ class Stream(NamedTuple):
     """
 
     stamps: Integers
-    inputs: Array
-    outputs: Array
+    inputs: Matrix
+    outputs: Matrix
 
 
 def part_of(stream: Stream, start: int, end: int) -> Stream:
+    """Return the samples from `start` to `end` of a `stream`: itself, if these are all."""
+    if start == 0 and end == len(stream.stamps):
+        return stream
     return Stream(stream.stamps[start:end], stream.inputs[start:end], stream.outputs[start:end])
 
 
@@ -126,6 +130,9 @@ class DescribedLoad(NamedTuple):
     inertia: float
 
 
+MEASURED = DescribedLoad(0.0, 0.0, 0.0, 0.0, 0.0)
+
+
 class LoopSettings(NamedTuple):
     """
     What a run depends on besides the filter.
@@ -133,7 +140,7 @@ class LoopSettings(NamedTuple):
     max_gap: longest time between stamps that is bridged, ns; delay: of the effort, samples; lag:
     of the smoother, ns, 0 = none; load_measured: whether the load on the arm is an input; narrow:
     whether less deviation of tau_K is stated where it wanders less than it may; described: of a
-    load by a robot's description, else None.
+    load by a robot's description, MEASURED where there is none.
     """
 
     max_gap: int
@@ -141,7 +148,7 @@ class LoopSettings(NamedTuple):
     lag: int
     load_measured: bool
     narrow: bool
-    described: DescribedLoad | None
+    described: DescribedLoad = MEASURED
 
 
 class LoopState(NamedTuple):
@@ -156,11 +163,11 @@ class LoopState(NamedTuple):
 
     gate: Integers
     counts: Integers
-    clock: Array
-    efforts: Array
-    ring: Array
+    clock: Vector
+    efforts: Matrix
+    ring: Matrix
     ring_stamps: Integers
-    saved: Array
+    saved: Vector
     companions: Companions
 
 
@@ -174,12 +181,12 @@ class Output(NamedTuple):
     """
 
     codes: Integers
-    estimates: Array
+    estimates: Matrix
     smoothed_stamps: Integers
-    smoothed: Array
+    smoothed: Matrix
 
 
-def filter_step(states: States, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
+def filter_step(layout: Layout, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
                 record: Array) -> bool:
     """
     Stand in for the step of a filter, which `loop_of` puts here.
@@ -200,7 +207,7 @@ def in_use(memory: Array, p: Array) -> tuple[Array, float]:
     raise NotImplementedError
 
 
-@jit
+@kernel
 def _gate(stamp: int, gate: Integers, max_gap: int) -> int:
     """Return what to do with a sample stamped `stamp` (ns): ESTIMATE, START or a refusal."""
     if stamp <= 0:
@@ -225,7 +232,7 @@ def _gate(stamp: int, gate: Integers, max_gap: int) -> int:
     return BACKWARD if elapsed < 0 else JUMP
 
 
-@jit
+@entry
 def _stamp_codes(stamps: Integers, max_gap: int, codes: Integers, gate: Integers) -> None:
     """Write what `_gate` says of each of `stamps` to `codes`."""
     for k in range(stamps.shape[0]):
@@ -250,15 +257,15 @@ def stamp_codes(stamp_ns: Integers, max_gap: float) -> Integers:
     return codes
 
 
-@jit
+@kernel
 def _stops(stamp: int, gate: Integers) -> bool:
     at = gate[STOP_AT]
     return at != NEVER and (at == 0 or stamp >= at or stamp < at - SECOND)
 
 
-@jit_inline
-def _described(described: DescribedLoad | None, measured: float, row: Array,
-               at: tuple[int, float], state: LoopState, states: States, belief: Belief,
+@inline
+def _described(described: DescribedLoad, measured: float, row: Array,
+               at: tuple[int, float], state: LoopState, layout: Layout, belief: Belief,
                p: Array) -> float:
     """
     Return the load on the arm by a robot's description, which sets what p has of the arm.
@@ -270,17 +277,17 @@ def _described(described: DescribedLoad | None, measured: float, row: Array,
     much at any moment of the TRANSFER, and tau_K follow it.
 
     Args:
-        described: None: there is no description; the load is `measured`.
+        described: of a time 0: there is no description; the load is `measured`.
         measured: N m.
         row: of the inputs, see Stream.
         at: place of this sample in the efforts of `state`, and the length of the step, s.
         state: takes the load.
-        states: as of ekf.step.
+        layout: as of ekf.step.
         belief: before the step, changed.
         p: as of ekf.step, changed.
 
     """
-    if described is None:
+    if described.time == 0.0:
         return measured
     (place, dt), efforts, clock = at, state.efforts, state.clock
     last = efforts[place - 1, 1]
@@ -292,11 +299,12 @@ def _described(described: DescribedLoad | None, measured: float, row: Array,
     else:
         if clock[DESCRIBED] == 0.0:
             belief.z[TAU_ARM] += last - load
-        elif states[1] is None:
+        elif layout.curve < 0:
             belief.z[TAU_K] += load - last
         n, share = belief.z.shape[0], math.exp(-dt / described.time)
         if clock[DESCRIBED] <= 0.0:
-            variance = (clock[DESCRIBED] * (load - last)) ** 2
+            jump = clock[DESCRIBED] * (load - last)
+            variance = jump * jump
             clock[DESCRIBED] = 1.0 + variance
             belief.P[TAU_ARM * n + TAU_ARM] += variance
         variance = clock[DESCRIBED] - 1.0
@@ -309,7 +317,7 @@ def _described(described: DescribedLoad | None, measured: float, row: Array,
             state.companions.s[i * n + TAU_ARM] *= share
         p[Q0 + TAU_ARM] = variance / dt + noise + min(
             described.noise, 2.0 * deviation * deviation / described.time)
-        if states[1] is None:
+        if layout.curve < 0:
             p[Q0 + TAU_K] = described.torque_noise + variance / TRANSFER
         p[INVERSE_M2] = 1.0 / inertia
         p[EIGENVALUE] = described.eigenvalue * max(1.0, described.inertia / inertia)
@@ -317,7 +325,7 @@ def _described(described: DescribedLoad | None, measured: float, row: Array,
     return load
 
 
-@jit_inline
+@inline
 def _save(belief: Belief, saved: Array) -> None:
     z, P, memory = belief
     n, m = z.shape[0], P.shape[0]
@@ -329,7 +337,7 @@ def _save(belief: Belief, saved: Array) -> None:
         saved[n + m + i] = memory[i]
 
 
-@jit_inline
+@inline
 def _put_back(belief: Belief, saved: Array) -> None:
     z, P, memory = belief
     n, m = z.shape[0], P.shape[0]
@@ -341,7 +349,7 @@ def _put_back(belief: Belief, saved: Array) -> None:
         memory[i] = saved[n + m + i]
 
 
-@jit_inline
+@inline
 def jumps(error: float, variance: float, usual: float, r: float, step: int) -> bool:
     """
     Return whether a position jumps.
@@ -358,7 +366,7 @@ def jumps(error: float, variance: float, usual: float, r: float, step: int) -> b
     return abs(error) > (limit if step > JUMP_SETTLED else UNSETTLED * limit)
 
 
-@jit_inline
+@inline
 def usually(error: float, usual: float) -> float:
     """
     Return how large errors usually get, after another `error` (rad): about 2.3 deviations.
@@ -373,13 +381,13 @@ def usually(error: float, usual: float) -> float:
     return usual + 0.25 * (size - usual) if size > usual else 0.999 * usual
 
 
-@jit
-def start(states: States, belief: Belief, y1: float, y2: float, p: Array, record: Array) -> None:
+@entry
+def start(layout: Layout, belief: Belief, y1: float, y2: float, p: Vector, record: Vector) -> None:
     """
     Set the mean and covariance of a belief from the first readings.
 
     Args:
-        states: as of ekf.step.
+        layout: as of ekf.step.
         belief: as of ekf.step.
         p: as of ekf.step.
         record: as of ekf.step.
@@ -387,7 +395,7 @@ def start(states: States, belief: Belief, y1: float, y2: float, p: Array, record
         y2: motor and arm position, rad; NaN = not measured.
 
     """
-    n, z, P = len(states), belief.z, belief.P
+    n, z, P = layout.n, belief.z, belief.P
     have1, have2 = math.isfinite(y1), math.isfinite(y2)
     for i in range(n):
         z[i] = 0.0
@@ -400,7 +408,7 @@ def start(states: States, belief: Belief, y1: float, y2: float, p: Array, record
         P[X1 * n + X1] = 100.0
     if not have2:
         P[X2 * n + X2] = 100.0
-    begin_curve(states, z, p)
+    begin_curve(layout, z, p)
     _, _, _, at_z, at_P, _, _, _, _ = places(n)
     for i in range(n):
         record[at_z + i] = z[i]
@@ -409,7 +417,7 @@ def start(states: States, belief: Belief, y1: float, y2: float, p: Array, record
     record[record_size(n) - 1:-1] = 0.0
 
 
-@jit_inline
+@inline
 def first_speed(moved: float, dt: float, variance: float, prior: float) -> float:
     """
     Return the mean of a speed that the first step starts from, rad/s.
@@ -429,24 +437,24 @@ def first_speed(moved: float, dt: float, variance: float, prior: float) -> float
     return prior / (prior + variance / (dt * dt)) * moved / dt
 
 
-@jit_inline
-def aim(states: States, belief: Belief, reading: Reading, p: Array) -> None:
+@inline
+def aim(layout: Layout, belief: Belief, reading: Reading, p: Array) -> None:
     """
     Set the means of the speeds before the first step, see first_speed.
 
     Args:
-        states: as of ekf.step.
+        layout: as of ekf.step.
         belief: as of a start, changed in place.
         reading: of the first step.
         p: as of ekf.step.
 
     """
-    n, z, P, dt = len(states), belief.z, belief.P, reading.dt
+    n, z, P, dt = layout.n, belief.z, belief.P, reading.dt
     z[X3] = first_speed(reading.y1 - z[X1], dt, P[X1 * n + X1] + p[R1], P[X3 * n + X3])
     z[X4] = first_speed(reading.y2 - z[X2], dt, P[X2 * n + X2] + p[R2], P[X4 * n + X4])
 
 
-@jit_inline
+@inline
 def write_innovation(row: Array, e1: float, e2: float, s11: float, s12: float,
                      s22: float) -> None:
     """
@@ -475,7 +483,7 @@ def write_innovation(row: Array, e1: float, e2: float, s11: float, s12: float,
         row[E_WHITE_2] = e2 / math.sqrt(s22)
 
 
-@jit_inline
+@inline
 def _watch(n: int, record: Array, clock: Array) -> None:
     """
     Take into `clock` how far a step moved tau_K (`record`, of `n` states) against what it was to.
@@ -497,16 +505,16 @@ def _watch(n: int, record: Array, clock: Array) -> None:
         clock[MOVED] = clock[EXPECTED] = 0.0
 
 
-@jit_inline
+@inline
 def noise_share(clock: Array) -> float:
     """Return the share of the stated variance of tau_K by noise that is there, at most 1."""
     return max(min(1.0 + max(clock[NOW], clock[WHILE]), 1.0), 0.0)
 
 
-@jit
-def _write_estimate(states: States, belief: Belief, record: Array, reading: Reading, p: Array,
+@kernel
+def _write_estimate(layout: Layout, belief: Belief, record: Array, reading: Reading, p: Array,
                     share: float, row: Array) -> None:
-    n, z, P = len(states), belief.z, belief.P
+    n, z, P = layout.n, belief.z, belief.P
     _, _, at_s, _ = sensitivities(n, record.shape[0])
     for i in range(7):
         row[i] = math.nan
@@ -514,16 +522,17 @@ def _write_estimate(states: States, belief: Belief, record: Array, reading: Read
     for i in range(4):
         row[i] = z[i]
         row[E_STD + i] = math.sqrt(P[i * n + i] + variance_of(n, record, at_s, i))
-    of_twist, of_rate, of_torque = variances_of(states, z, record, at_s, p)
-    row[E_TAU_K], variance = torque_of(states, z, P, p)
+    of_twist, of_rate, of_torque = variances_of(layout, z, record, at_s, p)
+    row[E_TAU_K], variance = torque_of(layout, z, P, p)
     row[E_TAU_K_NOISE_STD] = math.sqrt(variance)
     row[E_MOTOR_SIDE_NOISE_STD] = math.sqrt(
         max(motor_side(z, P, (row[E_TAU_K], variance), p)[1], 0.0))
-    row[E_STD + TAU_K] = math.sqrt(share * variance + of_torque + p[TAU_K_MODEL_STD] ** 2)
+    row[E_STD + TAU_K] = math.sqrt(
+        share * variance + of_torque + p[TAU_K_MODEL_STD] * p[TAU_K_MODEL_STD])
     row[E_ELASTIC_WEIGHT] = row[E_LEARNED_WEIGHT] = math.nan
     for i in range(E_STIFFNESS, E_HYSTERESIS_STD + 1):
         row[i] = math.nan
-    if curve_count(states[1]) > 1:
+    if curve_count(layout.curve) > 1:
         at = n - 3
         row[E_STIFFNESS], row[E_STIFFNESS_STD] = z[at], math.sqrt(P[at * n + at])
         row[E_HALF_GAP], row[E_HALF_GAP_STD] = learned_length(z, P, n, n - 2)
@@ -552,7 +561,7 @@ def _write_estimate(states: States, belief: Belief, record: Array, reading: Read
     row[E_READING_MOTOR] = reading.y1
 
 
-def run(states: States, settings: LoopSettings, p: Array, stream: Stream, state: LoopState,
+def run(layout: Layout, settings: LoopSettings, p: Vector, stream: Stream, state: LoopState,
         belief: Belief, scratch: Scratch, output: Output) -> tuple[int, int]:
     """
     Take up to N samples; a template, which `loop_of` completes with the kernels of a filter.
@@ -563,7 +572,7 @@ def run(states: States, settings: LoopSettings, p: Array, stream: Stream, state:
     at which the filter diverged, the belief as it then is.
 
     Args:
-        states: as of ekf.step; scratch.matrices [>= 5, n * n].
+        layout: as of ekf.step; scratch.matrices [>= 5, n * n].
         p: as of ekf.step; scratch.matrices [>= 5, n * n].
         belief: as of ekf.step; scratch.matrices [>= 5, n * n].
         scratch: as of ekf.step; scratch.matrices [>= 5, n * n].
@@ -582,7 +591,7 @@ def run(states: States, settings: LoopSettings, p: Array, stream: Stream, state:
     codes, estimates, smoothed_stamps, smoothed = output
     memory = belief.memory
     rows = ring.shape[0]
-    _, _, _, _, _, at_innovation, at_S, _, _ = places(len(states))
+    _, _, _, _, _, at_innovation, at_S, _, _ = places(layout.n)
     n_smoothed = 0
     for k in range(stamps.shape[0]):
         stamp = stamps[k]
@@ -628,7 +637,7 @@ def run(states: States, settings: LoopSettings, p: Array, stream: Stream, state:
             for i in range(N_EFFORTS):
                 efforts[i, 0], efforts[i, 1] = u, load if load_measured else 0.0
             gate[STARTED] = stamp
-            start(states, belief, y1, y2, p, ring[0])
+            start(layout, belief, y1, y2, p, ring[0])
             ring[0, -1] = u
             resume(memory)
             restart(companions)
@@ -644,14 +653,14 @@ def run(states: States, settings: LoopSettings, p: Array, stream: Stream, state:
         u_acting = efforts[acting, 0]
         _save(belief, saved)
         load = _described(described, efforts[acting, 1] if load_measured else 0.0, inputs[k],
-                          (place, dt), state, states, belief, p)
+                          (place, dt), state, layout, belief, p)
         reading = Reading(dt, u_acting, load, y1, y2)
         record = ring[step % rows]
         record[at_innovation], record[at_innovation + 1] = 0.0, 0.0
         record[at_S], record[at_S + 2] = 0.0, 0.0
         if step == 1:
-            aim(states, belief, reading, p)
-        good = filter_step(states, belief, reading, p, scratch, record)
+            aim(layout, belief, reading, p)
+        good = filter_step(layout, belief, reading, p, scratch, record)
         e1, e2 = record[at_innovation], record[at_innovation + 1]
         if (jumps(e1, record[at_S], clock[ERROR_MOTOR], p[R1], step)
                 or jumps(e2, record[at_S + 2], clock[ERROR_ARM], p[R2], step)):
@@ -678,7 +687,7 @@ def run(states: States, settings: LoopSettings, p: Array, stream: Stream, state:
         if in_doubt:
             gate[STARTED] = stamp
         ring_stamps[step % rows] = stamp
-        good = good and accompany(states, companions, saved, reading, in_use(memory, p), record)
+        good = good and accompany(layout, companions, saved, reading, in_use(memory, p), record)
         if not good:
             codes[k] = DIVERGED
             counts[ESTIMATE] -= 1
@@ -689,10 +698,10 @@ def run(states: States, settings: LoopSettings, p: Array, stream: Stream, state:
         clock[ERROR_MOTOR] = usually(e1, clock[ERROR_MOTOR])
         clock[ERROR_ARM] = usually(e2, clock[ERROR_ARM])
         record[-1] = u_acting
-        if narrow and states[1] is None and p[K_P] == 0.0:  # tau_K is a random walk
-            _watch(len(states), record, clock)
+        if narrow and layout.curve < 0 and p[K_P] == 0.0:  # tau_K is a random walk
+            _watch(layout.n, record, clock)
         share = noise_share(clock)
-        _write_estimate(states, belief, record, reading, p, share, estimates[k])
+        _write_estimate(layout, belief, record, reading, p, share, estimates[k])
         # Blocks end where stamps cross a grid, or steps half a ring (no row may be lost, even at
         # the price of a shorter lag): this depends on no history, so replay cuts the same blocks.
         half = step % (rows // 2) == 0
@@ -702,7 +711,7 @@ def run(states: States, settings: LoopSettings, p: Array, stream: Stream, state:
             while keep < step and ring_stamps[(keep + 1) % rows] <= stamp - lag:
                 keep += 1
             if keep >= oldest:
-                smooth(states, ring, Span(step, oldest, keep), p, scratch.vectors[0],
+                smooth(layout, ring, Span(step, oldest, keep), p, scratch.vectors[0],
                        scratch.matrices, smoothed[n_smoothed:])
                 for i in range(oldest, keep + 1):
                     smoothed_stamps[n_smoothed] = ring_stamps[i % rows]
@@ -711,8 +720,9 @@ def run(states: States, settings: LoopSettings, p: Array, stream: Stream, state:
                     if share < 1.0:
                         row = smoothed[n_smoothed]
                         row[S_TAU_K_STD] = math.sqrt(max(
-                            row[S_TAU_K_STD] ** 2
-                            - (1.0 - math.sqrt(share)) * row[S_TAU_K_NOISE_STD] ** 2, 0.0))
+                            row[S_TAU_K_STD] * row[S_TAU_K_STD]
+                            - (1.0 - math.sqrt(share))
+                            * (row[S_TAU_K_NOISE_STD] * row[S_TAU_K_NOISE_STD]), 0.0))
                     n_smoothed += 1
                 gate[SMOOTH_NEXT] = keep + 1
         if in_doubt or _stops(stamp, gate):
@@ -722,7 +732,8 @@ def run(states: States, settings: LoopSettings, p: Array, stream: Stream, state:
 
 @cache
 def loop_of(kind: FilterKind) -> Callable[..., tuple[int, int]]:
-    """Return `run` with the kernels of the filter `kind`; it is compiled at its first call."""
-    loop: Any = bound(run, kind.name, filter_step=kind.step, resume=kind.resume,
-                      in_use=kind.in_use)
+    """Return `run` with the kernels of the filter `kind`."""
+    usual = (*USUAL, *(USUAL_CURVES if len(kind.tau_k_models) > 1 else ()))
+    loop: Any = folding(*usual)(bound(
+        run, kind.name, filter_step=kind.step, resume=kind.resume, in_use=kind.in_use))
     return loop

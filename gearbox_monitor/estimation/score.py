@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
-import scipy
 
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Estimates, Samples
@@ -23,7 +22,8 @@ from gearbox_monitor.plant.drive import DriveModel
 AnyEstimates: TypeAlias = Estimates | ReferenceEstimates
 # What one divergence costs in log-likelihood: more than any good parameter can gain.
 DIVERGENCE_COST = 1e4
-WHITE_LIMIT = float(scipy.special.chdtri(LAGS, 0.025))  # two encoders share 5 %
+# Numbers of scipy.special, which takes longer to load than all of this; tests compute them.
+WHITE_LIMIT = 34.16960690283834  # of LAGS degrees of freedom: two encoders share 5 %
 
 
 @dataclass(frozen=True)
@@ -78,6 +78,7 @@ def score(estimates: AnyEstimates, name: str = '', diverged: int = 0,
         The Score; without any estimate its criterion is DIVERGED.
 
     """
+    import scipy
     keep = settled(estimates.stamp_ns, burn_in)
     nis, dof = estimates.nis[keep], float(estimates.dof[keep].sum())
     n = len(nis)

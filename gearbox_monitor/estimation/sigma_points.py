@@ -21,9 +21,9 @@ import math
 from gearbox_monitor.estimation.filter_kind import Reading
 from gearbox_monitor.estimation.process_model import (
     advance_beside, BESIDE, EIGENVALUE, N_LANE, UKF_ALPHA, UKF_BETA, UKF_KAPPA)
-from gearbox_monitor.kernels.jit import jit_inline
+from gearbox_monitor.kernels.kernel import inline
 from gearbox_monitor.kernels.linalg import add_transposed_product
-from gearbox_monitor.kernels.types import Array, States
+from gearbox_monitor.kernels.types import Array, Layout
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import substeps
 
@@ -43,13 +43,13 @@ def warnings(n: int, parameters: EstimatorParameters) -> list[str]:
             'extrapolated; 1 is advised (docs/filters.md)']
 
 
-@jit_inline
-def cholesky(states: States, a: Array, out: Array) -> bool:
+@inline
+def cholesky(layout: Layout, a: Array, out: Array) -> bool:
     """
     Write the lower Cholesky factor of a matrix.
 
     Args:
-        states: process_model.markers of the n states.
+        layout: of the n states.
         a: symmetric matrix [n * n].
         out: its factor [n * n], written.
 
@@ -57,7 +57,7 @@ def cholesky(states: States, a: Array, out: Array) -> bool:
         False if `a` is not positive definite.
 
     """
-    n = len(states)
+    n = layout.n
     for j in range(n):
         s = a[j * n + j]
         for k in range(j):
@@ -76,24 +76,24 @@ def cholesky(states: States, a: Array, out: Array) -> bool:
     return True
 
 
-@jit_inline
-def transform(states: States, z: Array, factor: Array, reading: Reading, p: Array, rows: Array,
+@inline
+def transform(layout: Layout, z: Array, factor: Array, reading: Reading, p: Array, rows: Array,
               matrices: Array) -> None:
     """
     Carry a mean and a factor of its covariance through the drive (unscented transform).
 
     Args:
-        states: process_model.markers of the n states.
+        layout: of the n states.
         z: mean [n]; becomes the predicted one.
         factor: lower Cholesky factor [n * n] of the covariance.
         reading: the time step and its torques.
         p: process_model.pack.
         rows: [>= 2 n, n]; the first 2 n are written so that rows' rows is the predicted covariance
             without process noise, pair differences first.
-        matrices: scratch [N_LANES, n * n] of double precision.
+        matrices: scratch [N_LANES, n * n].
 
     """
-    n, dt, rounded = len(states), reading.dt, z.dtype.type
+    n, dt = layout.n, reading.dt
     lanes = matrices.reshape(N_LANES * n * n)[:(n + N_LANE) * BESIDE]
     counted = substeps(dt, p[EIGENVALUE])
     alpha2 = p[UKF_ALPHA] * p[UKF_ALPHA]
@@ -106,35 +106,33 @@ def transform(states: States, z: Array, factor: Array, reading: Reading, p: Arra
         for i in range(BESIDE):
             lanes[at + i] = centre
         for i in range(n):
-            lanes[at + i] = rounded(centre + spread * factor[j * n + i])
-            lanes[at + n + i] = rounded(centre - spread * factor[j * n + i])
+            lanes[at + i] = centre + spread * factor[j * n + i]
+            lanes[at + n + i] = centre - spread * factor[j * n + i]
     for _ in range(counted):
-        advance_beside(states, lanes, 2 * n + 1, None, (reading.u, reading.load, 0.0),
+        advance_beside(layout, lanes, 2 * n + 1, None, (reading.u, reading.load, 0.0),
                        dt / counted, 1, p)
-        for i in range(n * BESIDE):
-            lanes[i] = rounded(lanes[i])
     for j in range(n):
-        at, centre = j * BESIDE, rounded(lanes[j * BESIDE + 2 * n])
-        bends = rounded(0.0)
+        at, centre = j * BESIDE, lanes[j * BESIDE + 2 * n]
+        bends = 0.0
         for i in range(n):
-            plus, minus = rounded(lanes[at + i]) - centre, rounded(lanes[at + n + i]) - centre
+            plus, minus = lanes[at + i] - centre, lanes[at + n + i] - centre
             bend = 0.5 * (plus + minus)
             rows[i, j] = 0.5 * root * (plus - minus)
             rows[n + i, j] = bend
-            bends = rounded(bends + bend)
+            bends += bend
         z[j] = centre + weight * bends
         for i in range(n):
             rows[n + i, j] = root * (rows[n + i, j] - shared * bends)
 
 
-@jit_inline
-def cross_covariance(states: States, rows: Array, factor: Array, P: Array, slope: Array,
+@inline
+def cross_covariance(layout: Layout, rows: Array, factor: Array, P: Array, slope: Array,
                      out: Array) -> None:
     """
     Write cov(z predicted, z before), by the slope of the statistical linearisation.
 
     Args:
-        states: as of transform.
+        layout: as of transform.
         rows: as of transform.
         factor: of P with the first half of the process noise, as of transform.
         P: covariance before any process noise [n * n].
@@ -142,7 +140,7 @@ def cross_covariance(states: States, rows: Array, factor: Array, P: Array, slope
         out: receives the covariance [n * n].
 
     """
-    n = len(states)
+    n = layout.n
     for j in range(n - 1, -1, -1):  # slope factor = (pair differences)'
         inverse = 1.0 / factor[j * n + j]
         for r in range(n):
@@ -152,4 +150,4 @@ def cross_covariance(states: States, rows: Array, factor: Array, P: Array, slope
             slope[j * n + r] = s * inverse
     for i in range(n * n):
         out[i] = 0.0
-    add_transposed_product(states, slope, P, n, out)
+    add_transposed_product(layout, slope, P, n, out)

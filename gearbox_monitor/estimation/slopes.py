@@ -22,15 +22,15 @@ from gearbox_monitor.estimation.filters.aekf import (
     IN_USE, INFORMATION, MAX_THETA, SAMPLES, SENSITIVITY, STARTED, THETA)
 from gearbox_monitor.estimation.noise_search import Slopes
 from gearbox_monitor.estimation.process_model import (
-    ADAPT_AT, ADAPT_COUNT, CURVE_COUNT, markers, N_PACKED, NUMERIC, P0, pack, R1, R2, SLOTS,
+    ADAPT_AT, ADAPT_COUNT, CURVE_COUNT, layout_of, N_PACKED, NUMERIC, P0, pack, R1, R2, SLOTS,
     state_names, X1, X2, X3, X4)
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED
 from gearbox_monitor.estimation.sample_loop import (
     DIVERGED, E_INNOVATION_COVARIANCE, E_INNOVATION_STD_ARM, E_INNOVATION_STD_MOTOR, E_LOGLIK,
     E_WHITE_1, E_WHITE_2, ESTIMATE, loop_of, N_ESTIMATE, NEVER, Output, part_of, STOP_AT, Stream)
 from gearbox_monitor.estimation.score import DIVERGENCE_COST, run_unsmoothed, score, settled
-from gearbox_monitor.kernels.jit import jit, jit_inline
-from gearbox_monitor.kernels.types import Array, States
+from gearbox_monitor.kernels.kernel import apart, inline
+from gearbox_monitor.kernels.types import Array, Layout
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel, LAW
 from gearbox_monitor.plant.friction_law import ATAN
@@ -38,13 +38,13 @@ from gearbox_monitor.plant.friction_law import ATAN
 DIFFERENCE = 0.03  # of the logarithms; a criterion may be rough on smaller scales
 
 
-@jit
-def step(states: States, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
+@apart
+def step(layout: Layout, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
          record: Array) -> bool:
     """
     Do as filters.ekf.step, and add up gradient and information in the memory.
 
-    The arguments states, belief, reading, p, scratch and record are as of ekf.step.
+    The arguments layout, belief, reading, p, scratch and record are as of ekf.step.
 
     Returns:
         False if the belief is unusable.
@@ -62,7 +62,7 @@ def step(states: States, belief: Belief, reading: Reading, p: Array, scratch: Sc
                 _begin(belief, i, (X1, X3), p[R1], reading.dt)
             elif p[ADAPT_AT + i] == R2:
                 _begin(belief, i, (X2, X4), p[R2], reading.dt)
-    if not aekf.differentiate(states, belief, reading, p, scratch, record):
+    if not aekf.differentiate(layout, belief, reading, p, scratch, record):
         return False
     for i in range(int(p[ADAPT_COUNT])):
         memory[THETA + i] += aekf.gradient(vectors, i)
@@ -71,7 +71,7 @@ def step(states: States, belief: Belief, reading: Reading, p: Array, scratch: Sc
     return True
 
 
-@jit_inline
+@inline
 def _begin(belief: Belief, i: int, places: tuple[int, int], r: float, dt: float) -> None:
     """
     Write how a start answers to the noise of an encoder, see sample_loop.start and first_speed.
@@ -110,7 +110,7 @@ class LikelihoodSlopes:
         self._slots = {name: SLOTS[name] for name in names}
         self._p[ADAPT_COUNT] = len(names)
         self._p[ADAPT_AT:ADAPT_AT + len(names)] = list(self._slots.values())
-        self._states = markers(self._p, len(state_names(self._drive, parameters)))
+        self._states = layout_of(self._p, len(state_names(self._drive, parameters)))
         self._settings = settings_of(self._drive, parameters)._replace(lag=0)
         self._stream = Stream(*checked(samples))
         count = len(self._stream.stamps)
@@ -123,7 +123,7 @@ class LikelihoodSlopes:
         for name, slot in self._slots.items():
             p[slot] = values[name] ** 2
         p[P0 + X1], p[P0 + X2] = p[R1], p[R2]
-        belief, scratch, state = loop_arrays(KIND, len(self._states), 2, self._drive)
+        belief, scratch, state = loop_arrays(KIND, self._states.n, 2, self._drive)
         state.gate[STOP_AT] = NEVER
 
         def run(begin: int, end: int) -> tuple[Array, Array]:

@@ -11,17 +11,17 @@ Behind it, where the model has tolerances (see consider), stand the sensitivitie
 predicted, updated and, behind a smoother, smoothed. Last of all the stream notes the motor torque
 that acted over the step.
 """
-from gearbox_monitor.kernels.jit import jit, jit_inline
+from gearbox_monitor.kernels.kernel import inline, kernel
 from gearbox_monitor.kernels.types import Array
 
 
-@jit
+@kernel
 def record_size(n: int, considered: int = 0) -> int:
     """Return the length of a step record with `n` states and as many sensitivities as stated."""
     return 4 * n + 3 * n * n + 9 + 3 * n * considered
 
 
-@jit_inline
+@inline
 def sensitivities(n: int, length: int) -> tuple[int, int, int, int]:
     """
     Return the number of sensitivities, and the places of the predicted, updated, smoothed ones.
@@ -36,7 +36,7 @@ def sensitivities(n: int, length: int) -> tuple[int, int, int, int]:
     return size // n, begin, begin + size, begin + 2 * size
 
 
-@jit_inline
+@inline
 def places(n: int) -> tuple[int, int, int, int, int, int, int, int, int]:
     """
     Return the places of z_pred, P_pred, C, z, P, innovation, S, K and (nis, loglik, dof).

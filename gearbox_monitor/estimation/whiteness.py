@@ -7,15 +7,15 @@ import math
 
 import numpy as np
 
-from gearbox_monitor.kernels.jit import jit
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.kernel import entry
+from gearbox_monitor.kernels.types import Array, Vector
 
 MIN_SAMPLES = 100
 LAGS = 20
 
 
-@jit
-def _centre(column: Array, out: Array) -> int:
+@entry
+def _centre(column: Vector, out: Vector) -> int:
     """Write finite values of `column` [N] less their mean behind LAGS of `out`; return the end."""
     at, total = LAGS, 0.0
     for i in range(column.shape[0]):

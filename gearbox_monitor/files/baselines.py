@@ -224,8 +224,9 @@ class BaselineRecording:
     def to_bytes(self) -> bytes:
         """Return the content of the file."""
         rows = b''.join(self.blocks)
-        head = {'format': RECORDING_FORMAT, 'gearbox_monitor': __version__, 'stamp_ns': self.stamp_ns,
-                'gearbox_serial': self.gearbox_serial, 'joints': self.joints, 'model': self.model,
+        head = {'format': RECORDING_FORMAT, 'gearbox_monitor': __version__,
+                'stamp_ns': self.stamp_ns, 'gearbox_serial': self.gearbox_serial,
+                'joints': self.joints, 'model': self.model,
                 'blocks': [len(block) for block in self.blocks], 'crc32': crc32(rows)}
         return json.dumps(head).encode() + b'\n' + rows
 

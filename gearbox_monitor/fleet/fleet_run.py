@@ -13,7 +13,7 @@ from concurrent.futures import (
 from contextlib import AbstractContextManager, contextmanager
 import logging
 import multiprocessing
-from multiprocessing import forkserver
+from multiprocessing import forkserver, resource_tracker
 import os
 from pathlib import Path
 import queue
@@ -49,31 +49,31 @@ def run(bags: Sequence[FleetBag], settings: job.JobSettings, executor: Workers, 
     Raises:
         InputError: the scheduler is lost.
     """
-    lost: Sequence[FleetBag] = [bag for bag in bags if not bag.problem]
+    unfinished: Sequence[FleetBag] = [bag for bag in bags if not bag.problem]
     yield from ((bag, job.failed(bag, settings, bag.problem)) for bag in bags if bag.problem)
-    while lost and not stop():
-        with executor(min(workers, len(lost))) as several:
-            lost = yield from _done(several, lost, settings, stop)
+    while unfinished and not stop():
+        with executor(min(workers, len(unfinished))) as several:
+            unfinished = yield from _done(several, unfinished, settings, stop)
         # A process died, and with it the pool. Bags begin in their order: it had one of the first,
         # which get a pool of their own each.
-        for bag in lost[:workers]:
+        for bag in unfinished[:workers]:
             with executor(1) as single:
                 if not stop() and (yield from _done(single, [bag], settings, stop)):
                     yield bag, job.failed(bag, settings, DIED)
-        lost = lost[workers:]
+        unfinished = unfinished[workers:]
 
 
 def _done(executor: Executor, bags: Sequence[FleetBag], settings: job.JobSettings,
           stop: Callable[[], bool]) -> Generator[tuple[FleetBag, job.Row], None, list[FleetBag]]:
-    """Yield (bag, row) of those `bags` that are done; return those lost with a dead process."""
-    lost: list[FleetBag] = []
+    """Yield (bag, row) of those `bags` that are done; return those that a dead process left."""
+    unfinished: list[FleetBag] = []
     bag_of: dict[Future[job.Row], FleetBag] = {}
     ended: queue.SimpleQueue[Future[job.Row]] = queue.SimpleQueue()
     for bag in bags:
         try:
             future = executor.submit(job.analyse, bag, settings)
         except BrokenExecutor:  # so early
-            lost.append(bag)
+            unfinished.append(bag)
         else:
             bag_of[future] = bag
             future.add_done_callback(ended.put)
@@ -86,7 +86,7 @@ def _done(executor: Executor, bags: Sequence[FleetBag], settings: job.JobSetting
         try:
             yield bag, future.result()
         except BrokenExecutor:
-            lost.append(bag)
+            unfinished.append(bag)
         except CancelledError:
             raise InputError('--scheduler: the scheduler is lost; what is done is kept, run the '
                              'same command again to continue') from None
@@ -94,7 +94,7 @@ def _done(executor: Executor, bags: Sequence[FleetBag], settings: job.JobSetting
             yield bag, job.failed(bag, settings, f'{type(error).__name__} '
                                   f'{" ".join(str(error).split())}')
     order = {bag.path: place for place, bag in enumerate(bags)}
-    return sorted(lost, key=lambda bag: order[bag.path])
+    return sorted(unfinished, key=lambda bag: order[bag.path])
 
 
 @contextmanager
@@ -107,6 +107,7 @@ def at_home(workers: int, memory: int = 0) -> Iterator[Executor]:
     context: Any = multiprocessing.get_context('forkserver')
     # Workers are forked from a process that has loaded all they need.
     context.set_forkserver_preload(['gearbox_monitor.fleet.preload'])
+    resource_tracker.ensure_running()  # or the server starts it, and unblocks SIGINT
     # Ctrl-C reaches every process of a terminal; this one ends the others in order.
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
     try:

@@ -27,7 +27,7 @@ from gearbox_monitor.fleet.paths import content_hash, FleetBag
 from gearbox_monitor.health.backlash.features import Backlash, NotExcited
 from gearbox_monitor.health.backlash.recording_windows import (
     combine, reason_of, RecordingWindows, separable_of)
-from gearbox_monitor.kernels.jit import KERNELS
+from gearbox_monitor.kernels.kernel import KERNELS
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.player import Player

@@ -21,5 +21,5 @@ Public names, by module:
     checks.usability: key_of
     diagnostic_keys: published
     monitor: CONDITIONS, DRIFT_SHOWS, Monitor
-    staleness: Silence, warm_up
+    staleness: Silence
 """

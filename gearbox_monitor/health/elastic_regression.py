@@ -23,10 +23,10 @@ import numpy as np
 
 from gearbox_monitor.estimation.rts_smoother import (
     S_MOTOR_SIDE, S_TWIST, S_TWIST_RATE, S_U, S_X2, S_X3, S_X4)
-from gearbox_monitor.kernels.jit import jit
+from gearbox_monitor.kernels.kernel import entry, kernel
 from gearbox_monitor.kernels.levenberg_marquardt import Damping
 from gearbox_monitor.kernels.linear_least_squares import covariance as covariance_of
-from gearbox_monitor.kernels.types import Array, Flags
+from gearbox_monitor.kernels.types import Array, Cube, Flags, Matrix, Vector
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.transmission import dead_zone
 
@@ -68,9 +68,9 @@ class ElasticLaw(NamedTuple):
     huber: float = math.inf
 
 
-@jit
-def normal_equations(theta: Array, free: Flags, law: ElasticLaw, data: Array, weights: Array,
-                     units: Array, blocks: tuple[Array, Array, Array], residuals: Array
+@entry
+def normal_equations(theta: Vector, free: Flags, law: ElasticLaw, data: Matrix, weights: Vector,
+                     units: Vector, blocks: tuple[Cube, Matrix, Matrix], residuals: Vector
                      ) -> tuple[float, float]:
     """
     Write the weighted normal equations at `theta` [N_SHAPE], block by block.
@@ -182,26 +182,26 @@ class _Problem(NamedTuple):
     """What Regression holds of the same names, for `_minimise`."""
 
     law: ElasticLaw
-    data: Array
-    weights: Array
-    units: Array
-    prior: Array
-    base: Array
-    low: Array
-    high: Array
+    data: Matrix
+    weights: Vector
+    units: Vector
+    prior: Vector
+    base: Vector
+    low: Vector
+    high: Vector
     strict: bool
 
 
 class _Room(NamedTuple):
     """What `_evaluated` and `_minimise` write."""
 
-    blocks: tuple[Array, Array, Array]  # as of normal_equations
-    residuals: Array
-    normals: Array  # [3, N_SHAPE, N_SHAPE]
-    vectors: Array  # [4, N_SHAPE]
+    blocks: tuple[Cube, Matrix, Matrix]  # as of normal_equations
+    residuals: Vector
+    normals: Cube    # [3, N_SHAPE, N_SHAPE]
+    vectors: Matrix  # [4, N_SHAPE]
 
 
-@jit
+@kernel
 def _evaluated(theta: Array, free: Flags, problem: _Problem, room: _Room, normal: Array,
                right: Array) -> float:
     """Move `theta` within its bounds, write the normal equations, return the cost."""
@@ -236,7 +236,7 @@ def _evaluated(theta: Array, free: Flags, problem: _Problem, room: _Room, normal
     return math.inf if problem.strict and beyond else cost
 
 
-@jit
+@kernel
 def _step(normal: Array, right: Array, damping: float, rule: Damping, factor: Array, step: Array
           ) -> bool:
     """Write the damped `step`, by Cholesky; return whether the damped matrix is positive."""
@@ -264,8 +264,8 @@ def _step(normal: Array, right: Array, damping: float, rule: Damping, factor: Ar
     return True
 
 
-@jit
-def _minimise(theta: Array, free: Flags, problem: _Problem, rule: Damping, tolerance: float,
+@entry
+def _minimise(theta: Vector, free: Flags, problem: _Problem, rule: Damping, tolerance: float,
               iterations: int, room: _Room) -> None:
     """Move `theta` to the minimum by the steps of levenberg_marquardt.minimise."""
     normal, next_normal, factor = room.normals[0], room.normals[1], room.normals[2]
@@ -409,9 +409,3 @@ class Regression:
 def _blocks(count: int) -> tuple[Array, Array, Array]:
     """Return zeros for normal_equations of `count` blocks."""
     return np.zeros((count, N_SHAPE, N_SHAPE)), np.zeros((count, N_SHAPE)), np.zeros((3, N_SHAPE))
-
-
-def warm_up() -> None:
-    """Compile what a regression runs, or load it."""
-    Regression(np.zeros((2, N_DATA)), ElasticLaw(), np.ones(2)).solve(
-        np.zeros(N_SHAPE), np.zeros(N_SHAPE, bool), Damping(1.0), 0.0, 1)

@@ -1,20 +1,13 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Age of the newest values of a monitor, and its warm-up: when its answers begin to count."""
-import math
-
-from gearbox_monitor.estimation.estimates import Sample
+"""Age of the newest values of a monitor."""
 from gearbox_monitor.estimation.sample_loop import REASONS, SECOND
-from gearbox_monitor.health import elastic_regression
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.checks import usability
 from gearbox_monitor.health.checks.outcome import Level, Outcome
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.types import Integers
-from gearbox_monitor.parameters import EstimatorParameters
-from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.robot.description import RobotDescription
 
 
 class Silence:
@@ -74,23 +67,3 @@ class Silence:
         outcomes['input'] = Outcome(Level.WARN if starting else Level.ERROR,
                                     f'{reason} for {silent:.1f} s: {advice}', counts)
         return outcomes
-
-
-SECOND_NS = 1_000_000_000
-
-
-def warm_up(model: DriveModel, parameters: EstimatorParameters,
-            robot: RobotDescription | None = None) -> None:
-    """
-    Compile every kernel before the node is ready: the first sample must not wait for it.
-
-    model, parameters, robot: as of Monitor.
-    """
-    window = 0.5 if parameters.arm_joint else 4.0  # the shortest that is fitted
-    monitor = Monitor(model, parameters.replace(drift_window=window), robot=robot)
-    rest = tuple(0.0 for _ in monitor.estimator.robot_joints)
-    if parameters.arm_joint:  # the fit of a window, which this motion does not excite
-        elastic_regression.warm_up()
-    for k in range(2200):  # 4.4 s: trust is judged from the third second on
-        angle = 0.5 * math.sin(0.02 * k)
-        monitor.step(Sample(SECOND_NS + k * 2_000_000, (0.0, 0.0), (angle, -angle), rest))

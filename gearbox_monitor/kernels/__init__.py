@@ -2,25 +2,31 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Numerics: the compiler switch, array types, linear algebra, elementary functions.
+Numerics in C from annotated Python: array types, linear algebra, elementary functions.
 
-In go arrays and functions written in a subset of Python; out come the same functions, compiled. No
-kernel knows a drive.
+`kernel` marks kernels and calls compiled ones, `library` finds them, `build` makes them,
+`translate` writes their C.
+The C is generated and compiled where the package is built, by pip (also -e), colcon and wheels
+alike, and is no file of the repository: it follows from the sources without a second copy that
+could be old, and a merge never touches it. A build needs numpy, as the modules with kernels
+are imported; pip brings it into an isolated build, an apt-installed Jazzy has it.
 
 Public names, by module:
 
     array_input: column, table
-    compilation: announced_compilation, FIRST_START, KernelMissing, only_from_cache
+    callback: address_of, called_back
     cosine_basis: cosine_basis, motion_mask
-    elementary: arctan, exponential, sine
-    jit: bound, CACHE_FOLDER, CACHE_PROBLEM, COMPILED, fma, jit, jit_allocating, jit_anew,
-        jit_inline, jit_part, jit_shared, KERNELS
+    elementary: arctan, exponential, fma, sine
+    kernel: apart, bound, compilable, entry, folding, inline, kernel, KERNELS, prepared,
+        Repeated
     levenberg_marquardt: damped_solve, damped_step, Damping, minimise
+    library: installed
     linalg: add_product, add_transposed_product, carry, multiply, multiply_symmetric,
         solve_positive, transposed_multiply_symmetric
     linear_least_squares: covariance, solution
     sensor_noise: DIFFERENCE_GAIN, MAD_TO_SIGMA, noise_levels, quantisation_step,
         white_noise_std
-    types: AnyArray, Array, Curve, Flags, Four, Integers, Packed, Pair, Slopes, States, Triple,
-        Values
+    types: AnyArray, Array, Block, Bytes, Cube, Curve, FlagMatrix, Flags, Four, IntegerMatrix,
+        Integers, Layout, Matrix, Numbers, Packed, Pair, Slopes, Triple, Values, Vector,
+        WordMatrix, Words
 """

@@ -2,22 +2,54 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Arc tangent, exponential and sine without a call or a branch.
+Arc tangent, exponential and sine without a call or a branch, and the instructions they use.
 
 A call keeps the compiler from running lanes side by side; these fill the vector unit.
 """
+import ctypes
 import math
+import struct
 
-from gearbox_monitor.kernels.jit import COMPILED, fma, jit_inline
+from gearbox_monitor.kernels.kernel import inline, instruction
 
-if COMPILED:
-    from gearbox_monitor.kernels.jit import signed, times_power
+_fma = ctypes.CDLL('libm.so.6').fma
+_fma.restype, _fma.argtypes = ctypes.c_double, [ctypes.c_double] * 3
+
+
+@instruction('gm_fma')
+def fma(a: float, b: float, c: float) -> float:
+    """Return a b + c of float64, rounded once: one instruction, half as many in a product."""
+    fused: float = _fma(a, b, c)
+    return fused
+
+
+def _bits(x: float) -> int:
+    bits: int = struct.unpack('<Q', struct.pack('<d', x))[0]
+    return bits
+
+
+def _number(bits: int) -> float:
+    number: float = struct.unpack('<d', struct.pack('<Q', bits & (2 ** 64 - 1)))[0]
+    return number
+
+
+@instruction('gm_times_power')
+def times_power(a: float, t: float) -> float:
+    """Return a 2^k, normal numbers both, where t is k + 1.5 2^52: its lowest bits hold k."""
+    return _number(_bits(a) + (_bits(t) << 52))
+
+
+@instruction('gm_signed')
+def signed(a: float, t: float) -> float:
+    """Return (-1)^k a, where t is k + 1.5 2^52."""
+    return _number(_bits(a) ^ (_bits(t) << 63))
+
 
 _EIGHTH, _THREE_EIGHTHS = math.tan(math.pi / 8.0), math.tan(3.0 * math.pi / 8.0)
 _QUARTER_TURN, _HALF_TURN = 0.25 * math.pi, 0.5 * math.pi
 
 
-@jit_inline
+@inline
 def arctan(x: float) -> float:
     """
     Return atan(x) within 1e-15 relative; NaN stays NaN.
@@ -45,56 +77,49 @@ def arctan(x: float) -> float:
     return math.copysign(offset + fma(t * z, q, t), x)
 
 
-if COMPILED:
-    # Added to a number, it rounds it to an integer, which the lowest bits then hold.
-    _ROUNDING = 1.5 * 2.0 ** 52
-    _LOG2_E, _LN2, _LN2_REST = 1.0 / math.log(2.0), math.log(2.0), 2.3190468138462996e-17
-    _PI_REST = 1.2246467991473532e-16  # what math.pi lacks
-    _LEAST = -100.0  # of exponents: products with less end in numbers that are slow to work with
+# Added to a number, it rounds it to an integer, which the lowest bits then hold.
+_ROUNDING = 1.5 * 2.0 ** 52
+_LOG2_E, _LN2, _LN2_REST = 1.0 / math.log(2.0), math.log(2.0), 2.3190468138462996e-17
+_PI_REST = 1.2246467991473532e-16  # what math.pi lacks
+_LEAST = -100.0  # of exponents: products with less end in numbers that are slow to work with
 
-    @jit_inline
-    def exponential(x: float) -> float:
-        """
-        Return exp(x) within 1e-15 for -100 <= x <= 709, 4e-44 below; NaN stays NaN.
 
-        2^k exp(r), |r| <= ln(2)/2; there Chebyshev's approximation of (exp(r) - 1 - r)/r^2.
-        """
-        if x < _LEAST:
-            x = _LEAST
-        t = fma(x, _LOG2_E, _ROUNDING)
-        k = t - _ROUNDING
-        r = fma(k, -_LN2_REST, fma(k, -_LN2, x))
-        r2 = r * r
-        r4 = r2 * r2
-        low = fma(r2, fma(0.16666666666666669, r, 0.5), r)
-        mid = fma(r2, fma(0.0001984126986317156, r, 0.0013888888917367081),
-                  fma(0.008333333333330039, r, 0.041666666666623824))
-        high = fma(r2, fma(2.5100472505694996e-08, r, 2.762020159103155e-07),
-                   fma(2.7557268276905696e-06, r, 2.4801521057868204e-05))
-        return times_power(1.0 + fma(r4, fma(r4, high, mid), low), t)
+@inline
+def exponential(x: float) -> float:
+    """
+    Return exp(x) within 1e-15 for -100 <= x <= 709, 4e-44 below; NaN stays NaN.
 
-    @jit_inline
-    def sine(x: float) -> float:
-        """
-        Return sin(x) within 2e-16 for |x| < 1e15; NaN and infinity give NaN.
+    2^k exp(r), |r| <= ln(2)/2; there Chebyshev's approximation of (exp(r) - 1 - r)/r^2.
+    """
+    if x < _LEAST:
+        x = _LEAST
+    t = fma(x, _LOG2_E, _ROUNDING)
+    k = t - _ROUNDING
+    r = fma(k, -_LN2_REST, fma(k, -_LN2, x))
+    r2 = r * r
+    r4 = r2 * r2
+    low = fma(r2, fma(0.16666666666666669, r, 0.5), r)
+    mid = fma(r2, fma(0.0001984126986317156, r, 0.0013888888917367081),
+              fma(0.008333333333330039, r, 0.041666666666623824))
+    high = fma(r2, fma(2.5100472505694996e-08, r, 2.762020159103155e-07),
+               fma(2.7557268276905696e-06, r, 2.4801521057868204e-05))
+    return times_power(1.0 + fma(r4, fma(r4, high, mid), low), t)
 
-        +-sin(r), |r| <= pi/2; there Chebyshev's approximation of (sin(r)/r - 1)/r^2 in r^2.
-        """
-        t = fma(x, 1.0 / math.pi, _ROUNDING)
-        k = t - _ROUNDING
-        r = fma(k, -_PI_REST, fma(k, -math.pi, x))
-        z = r * r
-        z2 = z * z
-        low = fma(z2, fma(2.7557319219115013e-06, z, -0.00019841269841254795),
-                  fma(0.008333333333333316, z, -0.16666666666666666))
-        high = fma(z2, fma(2.7312868913092307e-15, z, -7.643957622560617e-13),
-                   fma(1.6058976915095007e-10, z, -2.505210761086116e-08))
-        return signed(fma(r * z, fma(z2 * z2, high, low), r), t)
-else:
-    def exponential(x: float) -> float:
-        """Return exp(x)."""
-        return math.exp(x)
 
-    def sine(x: float) -> float:
-        """Return sin(x), NaN where there is none."""
-        return math.sin(x) if math.isfinite(x) else math.nan
+@inline
+def sine(x: float) -> float:
+    """
+    Return sin(x) within 2e-16 for |x| < 1e15; NaN and infinity give NaN.
+
+    +-sin(r), |r| <= pi/2; there Chebyshev's approximation of (sin(r)/r - 1)/r^2 in r^2.
+    """
+    t = fma(x, 1.0 / math.pi, _ROUNDING)
+    k = t - _ROUNDING
+    r = fma(k, -_PI_REST, fma(k, -math.pi, x))
+    z = r * r
+    z2 = z * z
+    low = fma(z2, fma(2.7557319219115013e-06, z, -0.00019841269841254795),
+              fma(0.008333333333333316, z, -0.16666666666666666))
+    high = fma(z2, fma(2.7312868913092307e-15, z, -7.643957622560617e-13),
+               fma(1.6058976915095007e-10, z, -2.505210761086116e-08))
+    return signed(fma(r * z, fma(z2 * z2, high, low), r), t)

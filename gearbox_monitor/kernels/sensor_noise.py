@@ -3,7 +3,6 @@
 
 """White noise of an encoder, from fourth differences, and the step of its quantisation."""
 import numpy as np
-import scipy
 
 from gearbox_monitor.kernels.types import Array
 
@@ -37,6 +36,7 @@ def white_noise_std(y: Array, quantum: float = 0.0) -> float:
         y: readings of one encoder [N], rad.
         quantum: quantisation step, rad, or 0.
     """
+    import scipy
     if len(y) < 5:
         return 0.0
     differences = np.abs(np.diff(y, 4))

@@ -44,8 +44,8 @@ Public names, by module:
     free_runs: Begin, Driving, free_runs, RunResult, RunSpans
     friction_law: ATAN, FrictionLaw, IMPEDANCES, TANH, TWO_OVER_PI
     origin: FileLimits, ModelOrigin, NO_LIMIT, NO_LIMITS
-    simulate: N_STATE, Noise, PackedDrive, Plant, plugin_of, ProcessNoise, read_all, rebuilt,
-        Schedule, simulate, Trajectory, with_plugin
+    simulate: N_STATE, Noise, packed_drive, PackedDrive, Plant, plugin_of, ProcessNoise,
+        read_all, rebuilt, Schedule, simulate, Trajectory, with_plugin
     transmission: dead_zone, dead_zone_torque, elastic_torque, play, RIGID
     units: on_axis
 """

@@ -15,8 +15,8 @@ from collections.abc import Callable, Sized
 from functools import cache, reduce
 from typing import Any, TypeAlias
 
-from gearbox_monitor.kernels.jit import COMPILED, jit, jit_anew, jit_inline, jit_part, jit_shared
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.kernel import apart, entry, inline, kernel
+from gearbox_monitor.kernels.types import Array, Cube, Vector
 from gearbox_monitor.plant.drive import (
     ALPHA, arm_acceleration, ARM_ALPHA, CAC, CC, CV, G, gravity, HALF_GAP, INTEGRATOR, KIND, LAW,
     motor_acceleration, steady_arm_load, STIFFNESS)
@@ -59,14 +59,14 @@ def suited(spans: Sized, p: Array, plugin: object) -> bool:
     Returns:
         True if it is faster, too.
     """
-    return bool(COMPILED and len(spans) >= FEWEST and plugin is None and p[KIND] == DEAD_ZONE
+    return bool(len(spans) >= FEWEST and plugin is None and p[KIND] == DEAD_ZONE
                 and p[LAW] == ATAN and p[INTEGRATOR] == RK4)
 
 
 # ---------------------------------------------------------------------- without effects
 
 
-@jit_inline
+@inline
 def _derivative(t: float, x: Four, m: Any, inputs: Any) -> Four:
     x1, x2, x3, x4 = x
     u, on_motor, on_arm, in_gearbox, p = inputs
@@ -75,12 +75,12 @@ def _derivative(t: float, x: Four, m: Any, inputs: Any) -> Four:
             arm_acceleration(x3, x4, tau_k, steady_arm_load(x4, p) - on_arm, p))
 
 
-@jit_inline
+@inline
 def _no_memories(m: Any, x: Four, x3: float, x4: float, h: float, inputs: Any) -> Any:
     return m
 
 
-@jit_inline
+@inline
 def _no_brake(h: float, x: Four, m: Any, inputs: Any) -> tuple[float, float]:
     return 0.0, 0.0
 
@@ -88,7 +88,7 @@ def _no_brake(h: float, x: Four, m: Any, inputs: Any) -> tuple[float, float]:
 _rk4 = integrator(_derivative, _no_memories, _no_brake)
 
 
-@jit
+@kernel
 def _step(s: Array, h: float, p: Array) -> None:
     """Advance the LANES states in s by one Runge-Kutta step of `h` s."""
     for i in range(LANES):
@@ -109,11 +109,11 @@ def _loops(slot: str, term: Callable[[Effect], Loop]) -> Loop:
         def both(*arguments: Any) -> None:
             first(*arguments)
             second(*arguments)
-        return jit_part(both)
+        return both
 
     def nothing(*arguments: Any) -> None:
         pass
-    return reduce(joined, [term(effect) for effect in in_slot(slot)], jit_part(nothing))
+    return reduce(joined, [term(effect) for effect in in_slot(slot)], nothing)
 
 
 def _friction(effect: Effect) -> Loop:
@@ -125,7 +125,7 @@ def _friction(effect: Effect) -> Loop:
             c, base = read(e), MotorFriction(p[CV], p[CC], p[ALPHA], p[LAW])
             for i in range(len(s) // PARTS):
                 s[FRICTION + i] += equation(c, s[T + i] + elapsed, s[Y3 + i], s[row + i], base)
-    return jit_part(term)
+    return term
 
 
 def _arm_torque(effect: Effect) -> Loop:
@@ -137,7 +137,7 @@ def _arm_torque(effect: Effect) -> Loop:
             c = read(e)
             for i in range(len(s) // PARTS):
                 s[LOAD + i] += equation(c, s[T + i] + elapsed, s[Y2 + i], s[Y4 + i], s[row + i])
-    return jit_part(term)
+    return term
 
 
 def _twist(effect: Effect) -> Loop:
@@ -149,7 +149,7 @@ def _twist(effect: Effect) -> Loop:
             c = read(e)
             for i in range(len(s) // PARTS):
                 s[TWIST + i] += equation(c, s[Y1 + i], s[Y2 + i], s[row + i])
-    return jit_part(term)
+    return term
 
 
 def _elastic(effect: Effect) -> Loop:
@@ -161,7 +161,7 @@ def _elastic(effect: Effect) -> Loop:
             c = read(e)
             for i in range(len(s) // PARTS):
                 s[TAU_K + i] += equation(c, s[TWIST + i], s[row + i], p[HALF_GAP])
-    return jit_part(term)
+    return term
 
 
 def _motor_torque(effect: Effect) -> Loop:
@@ -172,7 +172,7 @@ def _motor_torque(effect: Effect) -> Loop:
             c = read(e)
             for i in range(len(s) // PARTS):
                 s[MOTOR + i] = equation(c, s[Y1 + i], s[Y3 + i], s[MOTOR + i])
-    return jit_part(term)
+    return term
 
 
 def _memory(effect: Effect) -> Loop:
@@ -184,7 +184,7 @@ def _memory(effect: Effect) -> Loop:
             c, base = read(e), MotorFriction(p[CV], p[CC], p[ALPHA], p[LAW])
             for i in range(len(s) // PARTS):
                 s[row + i] = equation(c, s[begin + i], s[x3 + i], s[x4 + i], h, base)
-    return jit_part(term)
+    return term
 
 
 _friction_loops = _loops('friction', _friction)
@@ -197,7 +197,7 @@ _effect_memories = _loops('memory', _memory)
 IN_SERVO, OF_SERVO = YM + LANES * INTEGRAL, M + LANES * INTEGRAL  # rows in a stage, at its begin
 
 
-@jit_part
+@inline
 def _memory_loops(s: Array, x3: int, x4: int, h: float, p: Array, e: Array) -> None:
     _effect_memories(s, x3, x4, h, p, e)
     if e[SERVO_KI] > 0.0 or e[SERVO_LATE] > 0.0:
@@ -210,7 +210,7 @@ def _memory_loops(s: Array, x3: int, x4: int, h: float, p: Array, e: Array) -> N
                 (s[U + i], s[X1 + i], s[X3 + i]), s[x3 + i], h, fade, e)
 
 
-@jit
+@kernel
 def _rates(s: Array, elapsed: float, p: Array, e: Array) -> None:
     """Fill in the accelerations of a stage, `elapsed` s after the begin of the step."""
     lanes = len(s) // PARTS  # LANES: known to the compiler, it would unroll loops lane by lane
@@ -246,7 +246,7 @@ def _rates(s: Array, elapsed: float, p: Array, e: Array) -> None:
                                         p)
 
 
-@jit_shared
+@apart
 def _step_with_effects(s: Array, h: float, p: Array, e: Array) -> None:
     """
     Advance the LANES states in `s` by one step of `h` s, as runge_kutta does.
@@ -295,7 +295,7 @@ def _step_with_effects(s: Array, h: float, p: Array, e: Array) -> None:
         s[M + i] = s[YM + i]
 
 
-@jit_shared
+@apart
 def _step_each(s: Array, h: float, drive: PackedDrive) -> None:
     """Advance the LANES states in `s` by one step of `h` s each as simulate.advance does."""
     for i in range(LANES):
@@ -311,7 +311,7 @@ def _step_each(s: Array, h: float, drive: PackedDrive) -> None:
         s[T + i] += h
 
 
-@jit_inline
+@inline
 def step_form(drive: PackedDrive) -> int:
     """Return how step_lanes steps a drive: PLAIN, BY_TERM or ONE_BY_ONE."""
     p, e = drive.p, drive.e
@@ -325,7 +325,7 @@ def step_form(drive: PackedDrive) -> int:
     return PLAIN if plain else BY_TERM
 
 
-@jit_inline
+@inline
 def step_lanes(s: Array, h: float, form: int, drive: PackedDrive) -> None:
     """
     Advance the LANES states in `s` by one Runge-Kutta step.
@@ -351,12 +351,12 @@ def steps_with_plugin(added: Torques) -> Loop:
 
     def plugged_lanes(s: Array, h: float, form: int, drive: PackedDrive) -> None:
         step_each(s, h, drive)
-    return jit_anew(plugged_lanes)
+    return plugged_lanes
 
 
-@jit
-def runs(spans: RunSpans, start: Begin, driving: Driving, drive: PackedDrive, s: Array,
-         path: Array, result: RunResult) -> None:
+@entry
+def runs(spans: RunSpans, start: Begin, driving: Driving, drive: PackedDrive, s: Vector,
+         path: Cube, result: RunResult) -> None:
     """
     Run windows side by side, as free_runs.free_runs does one after the other.
 

@@ -29,7 +29,7 @@ import numpy as np
 
 from gearbox_monitor.errors import expect_choice, expect_keys, InputError, Problems, unknown
 from gearbox_monitor.kernels.elementary import arctan, sine
-from gearbox_monitor.kernels.jit import jit, jit_inline
+from gearbox_monitor.kernels.kernel import inline, kernel
 from gearbox_monitor.kernels.types import Array, Packed, Values
 from gearbox_monitor.plant.effects import Effect, EFFECTS, pack as packed, Parameter, plugins
 from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN
@@ -748,7 +748,7 @@ def expect_integrable(model: DriveModel, dt: float, source: str,
                          f'in {dt:g} s')
 
 
-@jit
+@kernel
 def substeps(dt: float, eigenvalue: float) -> int:
     """
     Return the number of RK4 substeps for a step of `dt` s: n = ceil(dt eigenvalue / 2.7).
@@ -761,7 +761,7 @@ def substeps(dt: float, eigenvalue: float) -> int:
     return max(1, int(math.ceil(n)))
 
 
-@jit_inline
+@inline
 def braked(h: float, damper: float, p: Array) -> tuple[float, float]:
     """
     Return by which factors linear damping at its end changes accelerations in a step.
@@ -807,7 +807,7 @@ def steps_of(model: DriveModel, dt: float, eigenvalue: float) -> int:
     return own * substeps(dt / own, eigenvalue)
 
 
-@jit_inline
+@inline
 def motor_friction(x3: float, tau_k: float, p: Packed) -> float:
     """
     Return the friction of the motor, the last of equations (1).
@@ -823,7 +823,7 @@ def motor_friction(x3: float, tau_k: float, p: Packed) -> float:
     return p[CV] * x3 + (p[CC] + p[CL] * abs(tau_k)) * TWO_OVER_PI * arctan(p[ALPHA] * x3)
 
 
-@jit
+@kernel
 def motor_friction_slope(x3: float, tau_k: float, p: Packed) -> float:
     """
     Return the slope of the motor's friction over its speed.
@@ -840,7 +840,7 @@ def motor_friction_slope(x3: float, tau_k: float, p: Packed) -> float:
     return p[CV] + (p[CC] + p[CL] * abs(tau_k)) * TWO_OVER_PI * p[ALPHA] / (1.0 + v * v)
 
 
-@jit
+@kernel
 def motor_friction_slope_by_law(x3: float, tau_k: float, p: Array) -> float:
     """Do as motor_friction_slope(x3, tau_k, p), any law; a constraint counts until it slips."""
     if p[LAW] > TANH:
@@ -848,7 +848,7 @@ def motor_friction_slope_by_law(x3: float, tau_k: float, p: Array) -> float:
     return p[CV] + (p[CC] + p[CL] * abs(tau_k)) * p[ALPHA] * side_slope(p[ALPHA] * x3, p[LAW])
 
 
-@jit
+@kernel
 def motor_friction_load_slope(x3: float, tau_k: float, p: Array) -> float:
     """
     Return the slope of the motor's friction over the transmitted torque.
@@ -867,7 +867,7 @@ def motor_friction_load_slope(x3: float, tau_k: float, p: Array) -> float:
     return p[CL] * sign * side(p[ALPHA] * x3, p[LAW])
 
 
-@jit_inline
+@inline
 def motor_acceleration(x1: float, x3: float, x4: float, u: float, tau_k: float,
                        p: Packed) -> float:
     """
@@ -888,7 +888,7 @@ def motor_acceleration(x1: float, x3: float, x4: float, u: float, tau_k: float,
             - motor_friction(x3, tau_k, p)) * p[INVERSE_M1]
 
 
-@jit
+@kernel
 def motor_acceleration_by_law(x1: float, x3: float, x4: float, u: float, tau_k: float,
                               p: Packed) -> float:
     """
@@ -916,7 +916,7 @@ def motor_acceleration_by_law(x1: float, x3: float, x4: float, u: float, tau_k: 
     return torque * p[INVERSE_M1]
 
 
-@jit
+@kernel
 def arm_constraint(x3: float, x4: float, tau_k: float, tau_arm: float, p: Packed) -> float:
     """
     Return the Coulomb friction of the arm that is a constraint, which is no part of arm_load.
@@ -937,7 +937,7 @@ def arm_constraint(x3: float, x4: float, tau_k: float, tau_arm: float, p: Packed
                    p[SOFTNESS], p[STATIC])
 
 
-@jit_inline
+@inline
 def arm_acceleration(x3: float, x4: float, tau_k: float, tau_arm: float, p: Packed) -> float:
     """
     Return the acceleration of the arm, the fourth of equations (1).
@@ -955,13 +955,13 @@ def arm_acceleration(x3: float, x4: float, tau_k: float, tau_arm: float, p: Pack
     return (p[D] * (x3 - x4) + tau_k - tau_arm) * p[INVERSE_M2]
 
 
-@jit_inline
+@inline
 def steady_arm_load(x4: float, p: Packed) -> float:
     """Return viscous friction at `x4` (rad/s) and constant load (N m) on the arm of `p`."""
     return p[CAV] * x4 + p[TL]
 
 
-@jit
+@kernel
 def arm_load(x2: float, x4: float, p: Packed) -> float:
     """
     Return the load on the arm: viscous and Coulomb friction, gravity and a constant load.
@@ -983,13 +983,13 @@ def arm_load(x2: float, x4: float, p: Packed) -> float:
     return torque
 
 
-@jit_inline
+@inline
 def gravity(x2: float, p: Packed) -> float:
     """Return the load (N m) of the weight of the arm of `p` at `x2` (rad)."""
     return p[G] * sine(x2 + p[PHI])
 
 
-@jit
+@kernel
 def arm_load_slopes(x2: float, x4: float, p: Array) -> tuple[float, float]:
     """
     Return the slopes of arm_load over position and speed of the arm.
@@ -1010,7 +1010,7 @@ def arm_load_slopes(x2: float, x4: float, p: Array) -> tuple[float, float]:
     return p[G] * math.cos(x2 + p[PHI]) if p[G] != 0.0 else 0.0, on_speed
 
 
-@jit
+@kernel
 def rigid_torque(x1: float, x3: float, u: float, tau_arm: float, p: Array) -> float:
     """
     Return tau_K of a rigid transmission: with it motor and arm accelerate alike.
@@ -1037,7 +1037,7 @@ def rigid_torque(x1: float, x3: float, u: float, tau_arm: float, p: Array) -> fl
     return c / (1.0 + k) if c > 0.0 else c / (1.0 - k)
 
 
-@jit
+@kernel
 def _held_torque(x1: float, x3: float, u: float, tau_arm: float, p: Array) -> float:
     """Return rigid_torque where friction is a constraint: the drive is one joint."""
     m2 = 1.0 / p[INVERSE_M2]

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.kernels.jit import jit
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.kernel import entry, kernel
+from gearbox_monitor.kernels.types import Array, Matrix, Vector
 from gearbox_monitor.plant.drive import ALPHA, CC, CV, INVERSE_M1, INVERSE_M2, KIND, LAW
 from gearbox_monitor.plant.effects import Three, Torques
 from gearbox_monitor.plant.effects.composition import (
@@ -31,7 +31,7 @@ HALVINGS = 12        # of a range for the twist
 NO_SETPOINT = (0.0, 0.0, 0.0)  # of a servo, which a measured motion has not
 
 
-@jit
+@kernel
 def torque_difference(t: float, state: Array, u: float, extra: Three,
                       drives: tuple[PackedDrive, PackedDrive]) -> tuple[float, float]:
     """
@@ -55,9 +55,9 @@ def torque_difference(t: float, state: Array, u: float, extra: Three,
             (target[3] - own[3]) / expressed.p[INVERSE_M2])
 
 
-@jit
-def _run(state: Array, schedule: Schedule, noise: ProcessNoise,
-         drives: tuple[PackedDrive, PackedDrive], torque: Array) -> None:
+@entry
+def _run(state: Vector, schedule: Schedule, noise: ProcessNoise,
+         drives: tuple[PackedDrive, PackedDrive], torque: Matrix) -> None:
     t, u, extra, dt = schedule
     n = u.shape[1]
     h = dt / n
@@ -67,13 +67,14 @@ def _run(state: Array, schedule: Schedule, noise: ProcessNoise,
         for i in range(n):
             at = t[k] + i * h
             first = torque_difference(at, state, u[k, i], external, drives)
-            advance(state, at, h, u[k, i:i + 1], external, noise, drives[0], 0.0)
+            advance(state, at, h, u[k, i:i + 1], external, (noise.numbers[0], noise.std),
+                    drives[0], 0.0)
             second = torque_difference(at + h, state, u[k, i], external, drives)
             torque[k, 0] += (u[k, i] + 0.5 * (first[0] + second[0])) / n
             torque[k, 1] += 0.5 * (first[1] + second[1]) / n
 
 
-@jit
+@kernel
 def lacking_twist(lacks: float, x1: float, x2: float, m: Any, sizes: tuple[float, float],
                   drive: PackedDrive) -> float:
     """
@@ -110,9 +111,10 @@ def lacking_twist(lacks: float, x1: float, x2: float, m: Any, sizes: tuple[float
     return sign * 0.5 * (low + high)
 
 
-@jit
-def imbalance(path: tuple[Array, Array], step: float, sizes: tuple[float, float], torque: Array,
-              extra: Array, drive: PackedDrive, state: Array, out: Array) -> None:
+@entry
+def imbalance(path: tuple[Vector, Matrix], step: float, sizes: tuple[float, float],
+              torque: Vector, extra: Matrix, drive: PackedDrive, state: Vector,
+              out: Matrix) -> None:
     """
     Fill in the torques that move a drive beyond what its equations say.
 
@@ -146,8 +148,8 @@ def imbalance(path: tuple[Array, Array], step: float, sizes: tuple[float, float]
             out[k, 2] = lacking_twist(out[k, 1], x[0], x[1], m, sizes, drive)
 
 
-@jit
-def true_motion(read: Array, dt: float, e: Array, out: Array) -> None:
+@entry
+def true_motion(read: Matrix, dt: float, e: Vector, out: Matrix) -> None:
     """
     Fill in the motion that encoders with their effects read.
 
@@ -174,8 +176,8 @@ def true_motion(read: Array, dt: float, e: Array, out: Array) -> None:
             out[k, 4 + side] = a * (1.0 - slope) - curvature * v * v
 
 
-@jit
-def gains(x1: Array, e: Array, out: Array) -> None:
+@entry
+def gains(x1: Vector, e: Vector, out: Vector) -> None:
     """
     Fill in the torque that acts over the torque that is logged.
 
@@ -211,6 +213,6 @@ def equivalent_torque(schedule: Schedule, state: Array, closed: PackedDrive,
         outside, and what E lacks.
     """
     torque = np.empty((len(schedule.u), 2))
-    _run(state.copy(), schedule, ProcessNoise(np.zeros((1, 4)), np.zeros(4)),
+    _run(state.copy(), schedule, ProcessNoise(np.zeros((1, 1, 4)), np.zeros(4)),
          (closed, expressed), torque)
     return torque

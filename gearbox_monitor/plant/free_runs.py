@@ -4,8 +4,8 @@
 """Free runs of the drive over windows of a recording, one after the other; see batch, too."""
 from typing import NamedTuple
 
-from gearbox_monitor.kernels.jit import jit
-from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.kernels.kernel import entry
+from gearbox_monitor.kernels.types import Cube, Integers, Matrix
 from gearbox_monitor.plant.effects.composition import reading
 from gearbox_monitor.plant.simulate import advance, N_STATE, PackedDrive, ProcessNoise
 
@@ -30,8 +30,8 @@ class RunSpans(NamedTuple):
 class Begin(NamedTuple):
     """Where runs begin: states [W, 4] (rad, rad/s) and memories [W, N_MEMORY]."""
 
-    states: Array
-    memory: Array
+    states: Matrix
+    memory: Matrix
 
 
 class Driving(NamedTuple):
@@ -42,21 +42,21 @@ class Driving(NamedTuple):
     on motor, arm and in the transmission, N m. dt: length of a sample, s.
     """
 
-    u: Array
-    extra: Array
+    u: Matrix
+    extra: Matrix
     dt: float
 
 
 class RunResult(NamedTuple):
     """Room for readings y [W, L, 2] and for states where the next window begins [W, N_STATE]."""
 
-    y: Array
-    carry: Array
+    y: Cube
+    carry: Matrix
 
 
-@jit
+@entry
 def free_runs(spans: RunSpans, start: Begin, driving: Driving, drive: PackedDrive,
-              noise: ProcessNoise, rows: Array, result: RunResult) -> None:
+              noise: ProcessNoise, rows: Matrix, result: RunResult) -> None:
     """
     Run windows one after the other.
 
@@ -65,7 +65,7 @@ def free_runs(spans: RunSpans, start: Begin, driving: Driving, drive: PackedDriv
         start: where they begin.
         driving: what acts on the drive.
         drive: PackedDrive.
-        noise: ProcessNoise of a sample, without any: numbers [n, 4] and std [4] are 0.
+        noise: ProcessNoise of a sample, without any: numbers [1, n, 4] and std [4] are 0.
         rows: room to work in [longest run + 1, N_STATE].
         result: is filled in.
     """
@@ -88,7 +88,8 @@ def free_runs(spans: RunSpans, start: Begin, driving: Driving, drive: PackedDriv
                     carry[w, i] = state[i]
             row = extra[extra_at[w] + k - begin[w]]
             external = (row[0], row[1], row[2])
-            advance(state, k * dt, dt, u[k], external, noise, drive, 0.0)
+            advance(state, k * dt, dt, u[k], external, (noise.numbers[0], noise.std), drive,
+                    0.0)
         if carry_at[w] == first[w] + length:
             for i in range(N_STATE):
                 carry[w, i] = state[i]

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import math
 
 from gearbox_monitor.kernels.elementary import arctan, exponential
-from gearbox_monitor.kernels.jit import jit_inline
+from gearbox_monitor.kernels.kernel import inline
 
 TWO_OVER_PI = 2.0 / math.pi
 LAWS = ('atan', 'tanh', 'mujoco', 'physx', 'ode')
@@ -74,7 +74,7 @@ class FrictionLaw:
         return 2.0 / (impedance * max(self.solref[0], 2.0 * timestep))
 
 
-@jit_inline
+@inline
 def side(v: float, law: float) -> float:
     """
     Return the share of Coulomb friction that acts at a speed.
@@ -92,7 +92,7 @@ def side(v: float, law: float) -> float:
     return TWO_OVER_PI * arctan(v)
 
 
-@jit_inline
+@inline
 def side_slope(v: float, law: float) -> float:
     """
     Return the slope of `side` over v.
@@ -110,7 +110,7 @@ def side_slope(v: float, law: float) -> float:
     return TWO_OVER_PI / (1.0 + v * v)
 
 
-@jit_inline
+@inline
 def holding(torque: float, moving: float, limit: float, softness: float,
             static: float) -> float:
     """

@@ -9,7 +9,6 @@ The classical Runge-Kutta method of fourth order, and the semi-implicit steps of
 from collections.abc import Callable
 from typing import Any, TypeAlias
 
-from gearbox_monitor.kernels.jit import jit_part
 
 Four: TypeAlias = tuple[float, float, float, float]
 
@@ -56,4 +55,4 @@ def integrator(derivative: Callable[..., Four], memories: Callable[..., Any],
         change = (h * v1, h * v2, h / 6.0 * (a3 + 2.0 * b3 + 2.0 * c3 + d3),
                   h / 6.0 * (a4 + 2.0 * b4 + 2.0 * c4 + d4))
         return change, memories(m, x, v1, v2, h, inputs)
-    return jit_part(step)
+    return step

@@ -6,15 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 import math
-import types
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from gearbox_monitor.errors import expect_whole, InputError
 from gearbox_monitor.kernels.array_input import column
-from gearbox_monitor.kernels.jit import jit, jit_anew, jit_inline
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.callback import address_of, called_back
+from gearbox_monitor.kernels.kernel import bound, compilable, entry, inline, kernel
+from gearbox_monitor.kernels.types import Array, Cube, Matrix, Vector
 from gearbox_monitor.plant import effects
 from gearbox_monitor.plant.drive import (
     ALPHA, arm_acceleration, arm_constraint, arm_load, braked, CC, CV, DriveModel, expect_model,
@@ -46,18 +46,24 @@ DOUBLED = 2.0 ** -5     # of the tolerance: the error of a part that may be twic
 
 
 class PackedDrive(NamedTuple):
-    """A drive as kernels take it: DriveModel.pack, effects.pack, parameters of a plug-in."""
+    """
+    A drive as kernels take it: DriveModel.pack, effects.pack, parameters of a plug-in.
 
-    p: Array
-    e: Array
-    theta: Array
+    call: where kernels call the plug-in's torques back; 0: they are in the kernels, or there is
+    none.
+    """
+
+    p: Vector
+    e: Vector
+    theta: Vector
+    call: int = 0
 
 
 class ProcessNoise(NamedTuple):
-    """Standard normal numbers [..., n, 4] and their standard deviations [4] per sqrt(s)."""
+    """Standard normal numbers [N, n, 4] and their standard deviations [4] per sqrt(s)."""
 
-    numbers: Array
-    std: Array
+    numbers: Cube
+    std: Vector
 
 
 class Schedule(NamedTuple):
@@ -68,9 +74,9 @@ class Schedule(NamedTuple):
     from outside [N, 3] on motor, arm and in the transmission, N m. dt: length of a sample, s.
     """
 
-    t: Array
-    u: Array
-    extra: Array
+    t: Vector
+    u: Matrix
+    extra: Matrix
     dt: float
 
 
@@ -113,7 +119,7 @@ class Trajectory:
     tau_arm: np.ndarray
 
 
-@jit_inline
+@inline
 def plugged(t: float, x1: float, x2: float, x3: float, x4: float, u: float, tau_k: float,
             theta: Array) -> Three:
     """
@@ -135,7 +141,7 @@ def plugged(t: float, x1: float, x2: float, x3: float, x4: float, u: float, tau_
     return 0.0, 0.0, 0.0
 
 
-@jit_inline
+@inline
 def torques(t: float, x: Four, m: Any, u: float, drive: PackedDrive) -> Three:
     """
     Return the torques of effects and of the transmission.
@@ -157,10 +163,13 @@ def torques(t: float, x: Four, m: Any, u: float, drive: PackedDrive) -> Three:
         0.0, e, m, t, x3, MotorFriction(p[CV], p[CC], p[ALPHA], p[LAW]))
     tau_arm = arm_effects(arm_load(x2, x4, p), e, m, t, x2, x4)
     on_motor, on_arm, in_gearbox = plugged(t, x1, x2, x3, x4, u, tau_k, drive.theta)
+    if drive.call != 0:
+        on_motor, on_arm, in_gearbox = called_back(
+            drive.call, (t, x1, x2, x3, x4, u, tau_k), drive.theta)
     return tau_k + in_gearbox, tau_arm + on_arm, motor + on_motor
 
 
-@jit_inline
+@inline
 def constrained(x: Four, u: float, extra: Three, acting: Three, p: Array) -> float:
     """
     Return tau_K: of the constraint in a rigid transmission, else with what is added.
@@ -180,7 +189,7 @@ def constrained(x: Four, u: float, extra: Three, acting: Three, p: Array) -> flo
     return acting[0] + extra[2]
 
 
-@jit_inline
+@inline
 def derivative(t: float, x: Four, m: Any, inputs: Inputs) -> Four:
     """
     Return the slopes of positions and speeds.
@@ -206,14 +215,14 @@ def derivative(t: float, x: Four, m: Any, inputs: Inputs) -> Four:
         x[0], x[2], x[3], u + acting[2] + extra[0], tau_k, p), arm)
 
 
-@jit_inline
+@inline
 def _memories(m: Any, x: Four, x3: float, x4: float, h: float, inputs: Inputs) -> Any:
     p = inputs[2].p
     return advanced_memories(m, (inputs[0], x[0], x[2]), x3, x4, h,
                              MotorFriction(p[CV], p[CC], p[ALPHA], p[LAW]), inputs[2].e)
 
 
-@jit_inline
+@inline
 def _brake(h: float, x: Four, m: Any, inputs: Inputs) -> tuple[float, float]:
     u, _, drive = inputs
     return braked(h, step_damper(u, drive.e, x[0], x[2], m), drive.p)
@@ -222,16 +231,16 @@ def _brake(h: float, x: Four, m: Any, inputs: Inputs) -> tuple[float, float]:
 step = integrator(derivative, _memories, _brake)
 
 
-@jit_inline
+@inline
 def play_after(x: Four, m: Any, p: Array) -> float:
     """Return the memory of the transmission in `p` after a step to `x`; `m`: all at its begin."""
     return transmission_torque(
         x[0] - x[1], m[0], int(p[KIND]), p[STIFFNESS], p[HALF_GAP], p[WIDTH], p[K_S])[1]
 
 
-@jit
-def advance(state: Array, t: float, dt: float, u: Array, extra: Three, noise: ProcessNoise,
-            drive: PackedDrive, tolerance: float) -> None:
+@kernel
+def advance(state: Array, t: float, dt: float, u: Array, extra: Three,
+            noise: tuple[Array, Array], drive: PackedDrive, tolerance: float) -> None:
     """
     Advance `state` in place by one sample, in n steps of the Runge-Kutta method.
 
@@ -247,11 +256,11 @@ def advance(state: Array, t: float, dt: float, u: Array, extra: Three, noise: Pr
         dt: length of the sample, s.
         u: torque of the actuator in each step [n], N m.
         extra: torques from outside on motor, arm and in the transmission, N m.
-        noise: ProcessNoise with numbers [n, 4].
+        noise: of a ProcessNoise, numbers in each step [n, 4] and std [4].
         drive: PackedDrive.
         tolerance: error of a step, rad and rad/s; 0: steps are as long as they are.
     """
-    n, p = u.shape[0], drive.p
+    n, p, (numbers, std) = u.shape[0], drive.p, noise
     h = dt / n
     root_h = math.sqrt(h)
     x = (state[0], state[1], state[2], state[3])
@@ -281,11 +290,11 @@ def advance(state: Array, t: float, dt: float, u: Array, extra: Three, noise: Pr
             at += size
             if error <= DOUBLED * tolerance and at % (2 * size) == 0:
                 size *= 2
-        if noise.std[0] + noise.std[1] + noise.std[2] + noise.std[3] > 0.0:
-            x = (x[0] + root_h * noise.std[0] * noise.numbers[i, 0],
-                 x[1] + root_h * noise.std[1] * noise.numbers[i, 1],
-                 x[2] + root_h * noise.std[2] * noise.numbers[i, 2],
-                 x[3] + root_h * noise.std[3] * noise.numbers[i, 3])
+        if std[0] + std[1] + std[2] + std[3] > 0.0:
+            x = (x[0] + root_h * std[0] * numbers[i, 0],
+                 x[1] + root_h * std[1] * numbers[i, 1],
+                 x[2] + root_h * std[2] * numbers[i, 2],
+                 x[3] + root_h * std[3] * numbers[i, 3])
             m = (play_after(x, m, p),) + m[1:]
         t += h
     state[0], state[1], state[2], state[3] = x
@@ -293,9 +302,9 @@ def advance(state: Array, t: float, dt: float, u: Array, extra: Three, noise: Pr
         state[4 + i] = m[i]
 
 
-@jit
-def _run(state: Array, schedule: Schedule, noise: ProcessNoise, drive: PackedDrive, x: Array,
-         tau: Array, tolerance: float) -> None:
+@entry
+def _run(state: Vector, schedule: Schedule, noise: ProcessNoise, drive: PackedDrive, x: Matrix,
+         tau: Matrix, tolerance: float) -> None:
     t, u, extra, dt = schedule
     for k in range(u.shape[0]):
         for i in range(4):
@@ -306,15 +315,18 @@ def _run(state: Array, schedule: Schedule, noise: ProcessNoise, drive: PackedDri
         tau[k, 0] = constrained(at, u[k, 0], external, acting, drive.p)
         tau[k, 1] = acting[1] - external[1]
         tau[k, 1] += arm_constraint(at[2], at[3], tau[k, 0], tau[k, 1], drive.p)
-        advance(state, t[k], dt, u[k], external, ProcessNoise(noise.numbers[k], noise.std), drive,
-                tolerance)
+        advance(state, t[k], dt, u[k], external, (noise.numbers[k], noise.std), drive, tolerance)
 
 
 def rebuilt(kernel: Any, **names: Any) -> Any:
     """Return a copy of `kernel` that calls the functions `names` under these global names."""
-    kernel = getattr(kernel, 'py_func', kernel)
-    copy = types.FunctionType(kernel.__code__, {**kernel.__globals__, **names}, kernel.__name__)
-    return jit_anew(copy)
+    return bound(kernel, 'rebuilt', False, **names)
+
+
+@cache
+def call_of(added: Torques) -> int:
+    """Return PackedDrive.call of a plug-in: 0 if its torques can be compiled into kernels."""
+    return 0 if compilable(added, *(float,) * 7, Vector) else address_of(added)
 
 
 @cache
@@ -322,7 +334,8 @@ def with_plugin(added: Torques, *kernels: Any) -> tuple[Any, ...]:
     """
     Return `kernels` that call torques, step or advance, rebuilt around a plug-in.
 
-    Compiled again in each process, once; without a plug-in the cached ones stay as they are.
+    They are compiled at their first call and kept by their content. As they are where that cannot
+    be: then they call the plug-in back (see call_of).
 
     Args:
         added: the `torques` of the plug-in's Effect.
@@ -331,6 +344,8 @@ def with_plugin(added: Torques, *kernels: Any) -> tuple[Any, ...]:
     Returns:
         As many compiled functions.
     """
+    if call_of(added):
+        return kernels
     with_added = rebuilt(torques, plugged=added)
     added_step = integrator(rebuilt(derivative, torques=with_added), _memories, _brake)
     sample = rebuilt(advance, step=added_step)
@@ -346,7 +361,7 @@ def _sum(first: Torques, second: Torques, n: int) -> Torques:
         a, b, c = first(t, x1, x2, x3, x4, u, tau_k, theta[:n])
         d, e, f = second(t, x1, x2, x3, x4, u, tau_k, theta[n:])
         return a + d, b + e, c + f
-    return jit_anew(torques)
+    return torques
 
 
 def plugin_of(model: DriveModel) -> tuple[Effect | None, Array]:
@@ -364,6 +379,13 @@ def plugin_of(model: DriveModel) -> tuple[Effect | None, Array]:
                              torques=_sum(joined.torques, effect.torques, len(theta)))
         theta += [float(values.get(p.name, p.default)) for p in effect.parameters]
     return joined, np.array(theta, float)
+
+
+def packed_drive(model: DriveModel, e: Array | None = None) -> PackedDrive:
+    """Return the drive `model` as kernels take it, with its plug-in; e: other packed effects."""
+    plugin, theta = plugin_of(model)
+    return PackedDrive(model.pack(), model.pack_effects() if e is None else e, theta,
+                       call_of(plugin.torques) if plugin else 0)
 
 
 def _changes_within(model: DriveModel, e: Array) -> bool:
@@ -408,13 +430,13 @@ class Plant:
 
     @model.setter
     def model(self, model: DriveModel) -> None:
-        plugin, theta = plugin_of(model)
+        plugin, _ = plugin_of(model)
         if plugin is None:
             self._kernel, self._plugin = _run, None
         elif plugin.id != getattr(self, '_plugin', None):
             self._kernel, self._plugin = with_plugin(plugin.torques, _run)[0], plugin.id
         self._model = model
-        self._drive = PackedDrive(model.pack(), model.pack_effects(), theta)
+        self._drive = packed_drive(model)
         self._eigenvalue = fastest_eigenvalue(model)
 
     @property
@@ -479,8 +501,8 @@ class Plant:
         return Trajectory(t, u, quantised(y, self._model.effects), x, tau[:, 0], tau[:, 1])
 
 
-@jit
-def read_all(x: Array, begin: int, dt: float, e: Array, y: Array) -> None:
+@entry
+def read_all(x: Matrix, begin: int, dt: float, e: Vector, y: Matrix) -> None:
     """
     Fill `y` [N, 2] (rad) with what the encoders read, without noise.
 

@@ -9,7 +9,7 @@ for filters that linearise it.
 """
 import math
 
-from gearbox_monitor.kernels.jit import jit_inline
+from gearbox_monitor.kernels.kernel import inline
 from gearbox_monitor.kernels.types import Curve, Slopes
 
 # The order is the code that kernels switch on.
@@ -17,7 +17,7 @@ KINDS = ('dead_zone', 'play', 'passive_play', 'rigid')
 DEAD_ZONE, PLAY, PASSIVE_PLAY, RIGID = range(4)
 
 
-@jit_inline
+@inline
 def dead_zone(twist: float, half_gap: float) -> float:
     """Return the part of `twist` (rad) that lies outside a gap of +-`half_gap` (rad)."""
     if twist > half_gap:
@@ -27,7 +27,7 @@ def dead_zone(twist: float, half_gap: float) -> float:
     return 0.0
 
 
-@jit_inline
+@inline
 def transmission_torque(twist: float, memory: float, kind: int, stiffness: float, half_gap: float,
                         width: float, hysteresis_stiffness: float) -> tuple[float, float]:
     """
@@ -67,7 +67,7 @@ def transmission_torque(twist: float, memory: float, kind: int, stiffness: float
     return tau_k, memory
 
 
-@jit_inline
+@inline
 def play(twist: float, memory: float, width: float) -> tuple[float, float]:
     """
     Return the memory of a play, and which of its ends carries it along.
@@ -87,7 +87,7 @@ def play(twist: float, memory: float, width: float) -> tuple[float, float]:
     return memory, 0.0
 
 
-@jit_inline
+@inline
 def dead_zone_torque(twist: float, stiffness: float, offset: float) -> tuple[float, Slopes]:
     """
     Return what elastic_torque does without hysteresis, without a branch.
@@ -106,7 +106,7 @@ def dead_zone_torque(twist: float, stiffness: float, offset: float) -> tuple[flo
     return torque, (stiffness * abs(side), 0.0, abs(side) * twist, -side, 0.0)
 
 
-@jit_inline
+@inline
 def elastic_torque(twist: float, memory: float, curve: Curve) -> tuple[float, Slopes]:
     """
     Return the torque of a dead zone with play, and its slopes.

@@ -16,51 +16,41 @@ import numpy as np
 import numpy.typing as npt
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.kernels.jit import COMPILED, jit, jit_inline
-from gearbox_monitor.kernels.types import Array, Flags, Integers
+from gearbox_monitor.kernels.kernel import entry, inline
+from gearbox_monitor.kernels.types import Array, Bytes, Flags, Integers, Numbers, WordMatrix, Words
 
 MESSAGE = 5  # opcode
 MESSAGE_HEAD = 31  # opcode, length, channel, sequence, log time, publish time
 CHANNELS = 1 << 16
 U8, U9, U15, U23, U31 = (np.uint64(k) for k in (8, 9, 15, 23, 31))
-Bytes: TypeAlias = npt.NDArray[np.uint8]
-Numbers: TypeAlias = npt.NDArray[np.int32]  # of channels or topics
 Message: TypeAlias = tuple[str, int, int, bytes]  # topic, log_ns, publish_ns, CDR bytes
 
 
 # Bytes in one word; what is unsigned needs no check for an index from the end.
-if COMPILED:
-    @jit_inline
-    def word(data: Any, offset: Any) -> Any:
-        """Return the little-endian uint64 at data[offset] (`data` uint8 [N], `offset` uint64)."""
-        value = np.uint64(0)
-        for i in range(8):
-            value |= np.uint64(data[offset + np.uint64(i)]) << np.uint64(8 * i)
-        return value
+@inline
+def word(data: Any, offset: Any) -> Any:
+    """Return the little-endian uint64 at data[offset] (`data` uint8 [N], `offset` uint64)."""
+    value = np.uint64(0)
+    for i in range(8):
+        value |= np.uint64(data[offset + np.uint64(i)]) << np.uint64(8 * i)
+    return value
 
-    @jit_inline
-    def copy(source: Any, begin: int, size: int, target: Any, place: int) -> None:
-        """Copy source[begin:begin + size] to `target` from `place` on; both are uint8."""
-        for i in range(size):
-            target[np.uint64(place) + np.uint64(i)] = source[np.uint64(begin) + np.uint64(i)]
-else:
-    def copy(source: Any, begin: int, size: int, target: Any, place: int) -> None:
-        """Copy source[begin:begin + size] to `target` from `place` on; both are uint8."""
-        target[place:place + size] = source[begin:begin + size]
 
-    def word(data: Any, offset: Any) -> Any:
-        """Return the little-endian uint64 at data[offset] (`data` uint8 [N], `offset` uint64)."""
-        return np.uint64(int.from_bytes(data[offset:offset + U8].tobytes(), 'little'))
+@inline
+def copy(source: Any, begin: int, size: int, target: Any, place: int) -> None:
+    """Copy source[begin:begin + size] to `target` from `place` on; both are uint8."""
+    for i in range(size):
+        target[np.uint64(place) + np.uint64(i)] = source[np.uint64(begin) + np.uint64(i)]
 
 
 class MessageIndex(NamedTuple):
     """Columns that find_messages fills, one row per message; number: of its topic or channel."""
 
-    offset: Any      # int64 [rows], first byte of the message
-    size: Any        # int64 [rows]
-    number: Any      # int32 [rows]
-    log_ns: Any      # uint64 [rows]
-    publish_ns: Any  # uint64 [rows]
+    offset: Integers   # [rows], first byte of the message
+    size: Integers     # [rows]
+    number: Numbers    # [rows]
+    log_ns: Words      # [rows]
+    publish_ns: Words  # [rows]
 
 
 def empty_index(rows: int) -> MessageIndex:
@@ -70,8 +60,8 @@ def empty_index(rows: int) -> MessageIndex:
     return MessageIndex(offset, size, np.empty(rows, np.int32), log_ns, publish_ns)
 
 
-@jit
-def find_messages(data: Any, begin: int, end: int, number_of: Any, stop: bool, row: int,
+@entry
+def find_messages(data: Bytes, begin: int, end: int, number_of: Numbers, stop: bool, row: int,
                   index: MessageIndex) -> tuple[int, int]:
     """
     Walk over the MCAP records in data[begin:end] and note its messages.
@@ -147,8 +137,9 @@ class MessageBlock:
             yield self.topics[topic], log_ns, publish_ns, data[offset:offset + size]
 
 
-@jit
-def _gather(heads: Any, width: int, data: Any, block: Any, out: Any) -> None:
+@entry
+def _gather(heads: Bytes, width: int, data: Bytes, block: tuple[Integers, Integers],
+            out: Bytes) -> None:
     """
     Write each head and the message behind it to `out`, one after the other.
 
@@ -204,7 +195,6 @@ LITTLE_ENDIAN = b'\x00\x01\x00\x00'
 MAX_JOINTS = 4096   # no robot has more: a message of a million names would take minutes
 MAX_BYTES = 1 << 20  # of a joint state, with names of 200 bytes each
 MAX_LAYOUTS = 16  # of one topic; messages in further layouts are decoded one by one
-Words = npt.NDArray[np.uint64]
 
 
 @dataclass(frozen=True)
@@ -315,8 +305,10 @@ def _aligned(offset: int, size: int) -> int:
     return offset + (4 - offset) % size
 
 
-@jit
-def _decode_rows(data: Any, block: Any, layout: Any, columns: Any, decoded: Any) -> None:
+@entry
+def _decode_rows(data: Bytes, block: tuple[Integers, Integers],
+                 layout: tuple[int, Words, Words, Words], columns: Integers,
+                 decoded: tuple[Integers, WordMatrix, Flags]) -> None:
     """
     Write stamps [N] and values [N, 3 J] of the messages in `data` that share one layout.
 

@@ -78,7 +78,7 @@ class _WaitingRows:
 
 class StampMatcher:
     """
-    Match the rows of two streams as they arrive; each waits for its partner for WAIT.
+    Match the rows of two streams as they arrive; each waits for its partner for MATCH_WAIT.
 
     Args:
         left_width: number of values per row on the left.
@@ -120,7 +120,7 @@ class StampMatcher:
         return matched
 
     def expired(self, log_ns: int | None = None) -> tuple[Integers, Integers]:
-        """Remove rows that have waited for WAIT at `log_ns` (None: all); return their stamps."""
+        """Remove rows that waited for MATCH_WAIT at `log_ns` (None: all); return their stamps."""
         stamps = []
         for side in (self._left, self._right):
             overdue = np.ones(len(side.arrival), bool) if log_ns is None else \

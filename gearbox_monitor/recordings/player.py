@@ -20,7 +20,7 @@ from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
 from gearbox_monitor.estimation.snapshot import SnapshotError
 from gearbox_monitor.files.opening import load_robot
 from gearbox_monitor.health.monitor import Monitor
-from gearbox_monitor.kernels.jit import KERNELS
+from gearbox_monitor.kernels.kernel import KERNELS
 from gearbox_monitor.kernels.types import Flags, Integers
 from gearbox_monitor.parameters import PAYLOAD
 from gearbox_monitor.plant.drive import DriveModel

@@ -104,7 +104,8 @@ class Recovery:
 
 
 def recover(source: str | Path, out: str | Path,
-            progress: Callable[[Work], Iterable[tuple[McapFile, ScannedChunk]]] = iter) -> Recovery:
+            progress: Callable[[Work], Iterable[tuple[McapFile, ScannedChunk]]] = iter
+            ) -> Recovery:
     """
     Copy all readable messages of a damaged bag to a new bag; a complete bag is not copied.
 

@@ -212,8 +212,8 @@ def _table(gearboxes: Sequence[Gearbox]) -> Section:
             gearbox['gearbox'], feature + _unbroken(width_text(gearbox)),
             *(_unbroken(text) for text in (
                 growth_text(gearbox), gearbox['trust'], gearbox['model_level'],
-                f'{gearbox["measured"]} of {gearbox["bags"]}', limit_text(gearbox), pace)),
-            days])
+                f'{gearbox["measured"]} of {gearbox["bags"]}')),
+            limit_text(gearbox), _unbroken(pace), days])
     return Section('fleet/table.html', {
         'gearboxes': PageTable(('gearbox', 'newest backlash', 'growth', 'trust', 'model',
                                 'measured in bags', 'limit', '% per year', 'recorded'), rows),

@@ -478,7 +478,8 @@ def comparison(runs: Sequence[FilterRun], truth: TrueTorque | None = None, title
         for column, k in enumerate(range(row * columns, min((row + 1) * columns, len(runs)))):
             axes = figure.add_subplot(cells[column], sharex=first, sharey=first)
             first = first or axes
-            curves = [Curve(runs[k].twist, runs[k].tau_k, runs[k].name, FILTER_COLORS[k % len(FILTER_COLORS)])]
+            curves = [Curve(runs[k].twist, runs[k].tau_k, runs[k].name,
+                            FILTER_COLORS[k % len(FILTER_COLORS)])]
             if truth is not None and truth.twist is not None:
                 curves.append(Curve(truth.twist, truth.tau_k, 'true', BLACK))
             draw_loops(axes, curves, runs[k].name, axis)

@@ -17,7 +17,7 @@ from gearbox_monitor.estimation.sample_loop import BRIDGED, REASONS, SECOND
 from gearbox_monitor.health.backlash.features import Backlash
 from gearbox_monitor.health.checks.usability import key_of
 from gearbox_monitor.health.monitor import Monitor
-from gearbox_monitor.kernels.jit import KERNELS
+from gearbox_monitor.kernels.kernel import KERNELS
 from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
 from gearbox_monitor.parameters import EstimatorParameters, resolve
 from gearbox_monitor.plant.drive import DriveModel

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gearbox_monitor.kernels.jit import jit
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.kernel import entry, kernel
+from gearbox_monitor.kernels.types import Array, Cube, Matrix, Vector
 from gearbox_monitor.plant.drive import (
     D, DriveModel, HALF_GAP, motor_acceleration, STIFFNESS, Transmission)
 from gearbox_monitor.plant.transmission import dead_zone
@@ -28,18 +28,18 @@ class ServoDrives(NamedTuple):
     u = kp (r - x1) + kd (r' - x3) of each joint; N m/rad and N m s/rad, arm side.
     """
 
-    p: Array
-    kp: Array
-    kd: Array
+    p: Matrix
+    kp: Vector
+    kd: Vector
 
 
 class ArmScratch(NamedTuple):
     """Room for the arm's matrix [n, n], its right side [n], motions [3, n] and slopes [6, 4 n]."""
 
-    matrix: Array
-    right: Array
-    motion: Array
-    slopes: Array
+    matrix: Matrix
+    right: Vector
+    motion: Matrix
+    slopes: Matrix
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class ArmRun:
     tau_k: Array
 
 
-@jit
+@kernel
 def _slopes(robot: RobotArrays, p: Array, x: Array, u: Array, scratch: ArmScratch,
             out: Array) -> None:
     """Write the derivative of x = (motor, arm, motor speed, arm speed), n each, to `out`."""
@@ -79,7 +79,7 @@ def _slopes(robot: RobotArrays, p: Array, x: Array, u: Array, scratch: ArmScratc
             total = matrix[i, j]
             for k in range(j):
                 total -= matrix[i, k] * matrix[j, k]
-            matrix[i, j] = total ** 0.5 if i == j else total / matrix[j, j]
+            matrix[i, j] = math.sqrt(total) if i == j else total / matrix[j, j]
     for i in range(n):
         for k in range(i):
             right[i] -= matrix[i, k] * right[k]
@@ -91,9 +91,9 @@ def _slopes(robot: RobotArrays, p: Array, x: Array, u: Array, scratch: ArmScratc
         out[3 * n + i] = right[i]
 
 
-@jit
-def _run(robot: RobotArrays, drives: ServoDrives, references: Array, payload: Array, x: Array,
-         dt: float, scratch: ArmScratch, out: Array) -> None:
+@entry
+def _run(robot: RobotArrays, drives: ServoDrives, references: Cube, payload: Vector, x: Vector,
+         dt: float, scratch: ArmScratch, out: Cube) -> None:
     """Run the arm; references [N, 2, n], payload [N], x [4 n] changed, out [N, 4, n]."""
     p, kp, kd = drives
     substeps = math.ceil(dt / LONGEST_STEP)

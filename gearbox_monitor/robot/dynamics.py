@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from gearbox_monitor.errors import InputError, unknown
-from gearbox_monitor.kernels.jit import jit, jit_inline
-from gearbox_monitor.kernels.types import Array, Integers, Triple
+from gearbox_monitor.kernels.kernel import entry, inline, kernel
+from gearbox_monitor.kernels.types import Array, Cube, Integers, Matrix, Triple, Vector
 from gearbox_monitor.robot.description import RobotDescription
 
 GRAVITY = (0.0, 0.0, -9.80665)
@@ -36,21 +36,21 @@ class RobotArrays(NamedTuple):
 
     parent: Integers
     source: Integers
-    ratio: Array
-    offset: Array
-    prismatic: Array
-    rotation: Array
-    origin: Array
-    axis: Array
+    ratio: Vector
+    offset: Vector
+    prismatic: Vector
+    rotation: Cube
+    origin: Matrix
+    axis: Matrix
     body_joint: Integers
-    mass: Array
-    com: Array
-    inertia: Array
-    amounts: Array
-    deviations: Array
-    gravity: Array
-    frames: Array
-    bodies: Array
+    mass: Vector
+    com: Matrix
+    inertia: Cube
+    amounts: Vector
+    deviations: Vector
+    gravity: Vector
+    frames: Matrix
+    bodies: Matrix
 
 
 class Payload(NamedTuple):
@@ -101,27 +101,27 @@ def arrays_of(robot: RobotDescription, payload: Payload = NO_PAYLOAD, tolerance:
         np.zeros((count + 1, N_BODY)))
 
 
-@jit_inline
+@inline
 def _cross(a: Triple, b: Triple) -> Triple:
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-@jit_inline
+@inline
 def _dot(a: Triple, b: Triple) -> float:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@jit_inline
+@inline
 def _at(row: Array, i: int) -> Triple:
     return row[i], row[i + 1], row[i + 2]
 
 
-@jit_inline
+@inline
 def _put(row: Array, i: int, a: Triple) -> None:
     row[i], row[i + 1], row[i + 2] = a
 
 
-@jit_inline
+@inline
 def _turned(frame: Array, a: Triple) -> Triple:
     """Return the vector `a` of the frame in coordinates of the base."""
     return (frame[0] * a[0] + frame[1] * a[1] + frame[2] * a[2],
@@ -129,13 +129,13 @@ def _turned(frame: Array, a: Triple) -> Triple:
             frame[6] * a[0] + frame[7] * a[1] + frame[8] * a[2])
 
 
-@jit_inline
+@inline
 def _times(tensor: Array, a: Triple) -> Triple:
     return _turned(tensor[TENSOR:], a)
 
 
-@jit
-def move(robot: RobotArrays, motion: Array) -> None:
+@entry
+def move(robot: RobotArrays, motion: Matrix) -> None:
     """
     Place the frames and bodies of a robot, with the forces that its motion takes.
 
@@ -187,7 +187,7 @@ def move(robot: RobotArrays, motion: Array) -> None:
         _move_body(robot, b)
 
 
-@jit_inline
+@inline
 def _place_frame(robot: RobotArrays, i: int, axis: Triple, angle: float) -> None:
     """Write the rotation of joint `i`, turned by `angle` (rad) about its `axis`."""
     c, s = math.cos(angle), math.sin(angle)
@@ -209,7 +209,7 @@ def _place_frame(robot: RobotArrays, i: int, axis: Triple, angle: float) -> None
             frame[column], frame[3 + column], frame[6 + column] = a
 
 
-@jit_inline
+@inline
 def _move_body(robot: RobotArrays, b: int) -> None:
     """Write centre, force, moment and inertia of body `b`."""
     body, frame = robot.bodies[b], robot.frames[robot.body_joint[b]]
@@ -231,7 +231,7 @@ def _move_body(robot: RobotArrays, b: int) -> None:
         body[MOMENT + k] = turning[k] + spin[k]
 
 
-@jit_inline
+@inline
 def _jacobians(robot: RobotArrays, b: int, joint: int) -> tuple[Triple, Triple]:
     """Return how centre and orientation of body `b` answer to `joint` of RobotDescription."""
     body, i = robot.bodies[b], robot.body_joint[b]
@@ -251,7 +251,7 @@ def _jacobians(robot: RobotArrays, b: int, joint: int) -> tuple[Triple, Triple]:
     return linear, angular
 
 
-@jit
+@entry
 def torque_on(robot: RobotArrays, joint: int, acceleration: float = 0.0) -> Triple:
     """
     Return the torque that a joint needs for the motion of `move`.
@@ -282,7 +282,7 @@ def torque_on(robot: RobotArrays, joint: int, acceleration: float = 0.0) -> Trip
     return torque, variance, inertia
 
 
-@jit
+@entry
 def coupled_inertia(robot: RobotArrays, i: int, j: int) -> float:
     """Return the element (`i`, `j`) of the inertia matrix of a `robot` that was moved, kg m^2."""
     total = 0.0
@@ -310,9 +310,9 @@ class MotionState(NamedTuple):
     ns. acting [3, n]: scratch.
     """
 
-    joints: Array
+    joints: Matrix
     clock: Integers
-    acting: Array
+    acting: Matrix
 
 
 def motion_at_start(n: int) -> MotionState:
@@ -320,7 +320,7 @@ def motion_at_start(n: int) -> MotionState:
     return MotionState(np.zeros((5, n)), np.zeros(2, np.int64), np.zeros((3, n)))
 
 
-@jit
+@kernel
 def _follow(motion: MotionState, stamp: int, positions: Array, time: float) -> bool:
     """Take the `positions` [n] (rad) at `stamp` (ns); return whether the sample is a next one."""
     joints, clock = motion.joints, motion.clock
@@ -338,9 +338,10 @@ def _follow(motion: MotionState, stamp: int, positions: Array, time: float) -> b
     clock[0] = stamp
     clock[1] += elapsed
     fading, late = math.exp(-dt / time), 1.0 - math.exp(-dt / (LAG * time))
-    gain1 = 1.0 - fading ** 3
-    gain2 = 1.5 * (1.0 - fading) ** 2 * (1.0 + fading) / dt
-    gain3 = (1.0 - fading) ** 3 / (dt * dt)
+    fresh = 1.0 - fading
+    gain1 = 1.0 - fading * fading * fading
+    gain2 = 1.5 * (fresh * fresh) * (1.0 + fading) / dt
+    gain3 = fresh * fresh * fresh / (dt * dt)
     for i in range(positions.shape[0]):
         q, v, a = joints[0, i], joints[1, i], joints[2, i]
         q, v = q + dt * (v + 0.5 * dt * a), v + dt * a
@@ -358,9 +359,9 @@ def _follow(motion: MotionState, stamp: int, positions: Array, time: float) -> b
     return True
 
 
-@jit
+@entry
 def write_loads(robot: RobotArrays, motion: MotionState, joint: int, time: float, stamps: Integers,
-                positions: Array, out: Array, weight: Array) -> None:
+                positions: Matrix, out: Matrix, weight: Vector) -> None:
     """
     Write load, its errors and the inertia of a joint for N samples.
 

@@ -10,7 +10,6 @@ are thin shells around `health.monitor.Monitor`.
 Public names, by module:
 
     .: live_node
-    first_start: in_child
     middleware: Child, ChildFailed, cores, Interrupt, own_domain
     playback: play
     watcher: Watcher

@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.files.opening import config_path, load_robot
-from gearbox_monitor.kernels.compilation import announced_compilation
 from gearbox_monitor.parameters import ARM_PLANT, ArmPlantParameters
 from gearbox_monitor.robot.arm_plant import GapGrowth, WorkingArm
 from gearbox_monitor.ros.node_parameters import declare
@@ -34,8 +33,7 @@ class ArmPlantNode(PacedNode):
         self.set_pace(v.rate, v.duration, v.wait_for_subscribers)
         robot = load_robot(str(config_path('arm6.urdf')))
         growth = GapGrowth(v.faulty_joint - 1, v.gap_growth_rate, v.gap_growth_start)
-        with announced_compilation(self.get_logger().info):  # the first sample must not be late
-            WorkingArm(robot, self.dt, v.seed).run(2)
+        WorkingArm(robot, self.dt, v.seed).run(2)  # loads kernels
         self._arm = WorkingArm(robot, self.dt, v.seed, growth)
         self._no_load = [math.nan] * len(robot.joints)
         self.begin([*(f'motor{k + 1}' for k in range(len(robot.joints))), *robot.joints],

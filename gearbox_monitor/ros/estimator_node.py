@@ -21,14 +21,13 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from gearbox_monitor import __version__
-from gearbox_monitor.health.staleness import warm_up
-from gearbox_monitor.kernels.jit import CACHE_PROBLEM, COMPILED
+from gearbox_monitor.kernels.kernel import KERNELS
+from gearbox_monitor.kernels.library import installed
 from gearbox_monitor.parameters import SETTINGS
 from gearbox_monitor.recordings.topics import DIAGNOSTICS, DRIFT_ALERTS, JOINT_STATES, SIGNALS
 from gearbox_monitor.ros.black_box import KEEP
 from gearbox_monitor.ros.change_watch import ChangeNamer
 from gearbox_monitor.ros.convert import serialised, to_diagnostics, to_joint_states
-from gearbox_monitor.ros.first_start import compile_first
 from gearbox_monitor.ros.joint_subscriptions import JointSubscriptions, TakenSamples
 from gearbox_monitor.ros.monitored_gearbox import (
     declare_gearboxes, GearboxSettings, located, MonitoredGearbox)
@@ -51,12 +50,7 @@ class EstimatorNode(TableNode):
     def __init__(self, **node: Any) -> None:
         super().__init__('estimator', **node)
         settings = declare_gearboxes(self)
-        if CACHE_PROBLEM:
-            self.get_logger().warning(CACHE_PROBLEM)
-        for gearbox in settings:
-            with located(gearbox.name):
-                compile_first(self.get_logger().info, warm_up, gearbox.model, gearbox.parameters,
-                              gearbox.robot)
+        installed()  # the first sample must not wait for it
         self._outputs = [
             (signal, advertise(self, JointState, signal.topic, OUTPUT_DEPTH))
             for signal in SIGNALS]
@@ -90,8 +84,7 @@ class EstimatorNode(TableNode):
             self.get_logger().info(
                 f'gearbox_monitor {__version__}: '
                 + (f'{gearbox.name}: ' if gearbox.name else '') + f'model {gearbox.model_file}, '
-                + ('compiled' if COMPILED else 'INTERPRETED (numba is missing, expect < 1 kHz)')
-                + ', ' + ', '.join(f'{k}={v}' for k, v in {
+                + KERNELS + ', ' + ', '.join(f'{k}={v}' for k, v in {
                     **gearbox.parameters.to_dict(), **gearbox.changed}.items()))
         self.warn_of_unknown()
         for shell in self._gearboxes:

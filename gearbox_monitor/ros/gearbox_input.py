@@ -28,8 +28,8 @@ from gearbox_monitor.ros.convert import (
 from gearbox_monitor.ros.qos import advertise
 
 SECOND_NS = 1_000_000_000
-RECENT = 2 * SECOND_NS   # ns between two changes of publisher that are no restart; a rival that sends
-#                       less often than this is not recognised
+# ns between two changes of publisher that are no restart; a slower rival is not recognised
+RECENT = 2 * SECOND_NS
 HOLD = SECOND_NS // 4    # ns without a sample after a change: a rival would show up meanwhile
 
 

@@ -33,7 +33,7 @@ from gearbox_monitor.health.checks import usability
 from gearbox_monitor.health.checks.outcome import Level, Outcome, outcome_of, with_more
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.health.staleness import Silence
-from gearbox_monitor.kernels.jit import COMPILED, KERNELS
+from gearbox_monitor.kernels.kernel import KERNELS
 from gearbox_monitor.parameters import (
     ESTIMATOR, EstimatorParameters, FIXED, MODEL, PAYLOAD, ROBOT, RobotParameters, SETTINGS, Table)
 from gearbox_monitor.plant.drive import DriveModel
@@ -467,15 +467,8 @@ class MonitoredGearbox:
     # ------------------------------------------------------------------ changes
 
     def set_parameters(self, changes: Mapping[str, Any]) -> None:
-        """
-        Apply `changes` {name: value} of parameters. Raises InputError.
-
-        Also where they need kernels that are not compiled: the node would not answer meanwhile.
-        """
+        """Apply `changes` {name: value} of parameters. Raises InputError."""
         estimator = self.monitor.estimator
-        if COMPILED and estimator.with_changes(changes).kernels != estimator.kernels:
-            raise InputError(f'{", ".join(changes)}: needs kernels that only a start compiles, '
-                             'expected in the parameter file (or with -p) of a new start')
         logged = estimator.warnings
         restarts = self.monitor.set_parameters(changes)
         self._node.get_logger().info(

@@ -22,7 +22,6 @@ from std_msgs.msg import Float64MultiArray
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import config_path
 from gearbox_monitor.files.yaml_files import load_model
-from gearbox_monitor.kernels.compilation import announced_compilation
 from gearbox_monitor.parameters import PLANT, PLANT_MODEL, PlantParameters
 from gearbox_monitor.plant.drive import expect_integrable, expect_torque_input, model_from_dict
 from gearbox_monitor.plant.effects.arm_side import ARM_COULOMB, GRAVITY, LOAD_TORQUE
@@ -67,8 +66,7 @@ class PlantNode(PacedNode):
         self._command_at: int | None = None
         self._use(v)
         self.plant = FaultyPlant(self._model, self._noise, v.seed, self._faults)
-        with announced_compilation(self.get_logger().info):  # the first sample must not be late
-            Plant(self._model, Noise(process=(1.0,) * 4)).run(np.zeros(2), self.dt)
+        Plant(self._model, Noise(process=(1.0,) * 4)).run(np.zeros(2), self.dt)  # loads kernels
         on_change(self, PLANT, self._change)
         self._open()
         self.begin([v.motor_joint, v.arm_joint], [TRANSMISSION])

@@ -4,6 +4,6 @@
 """
 Recordings in memory, and what their signals say before any model of a drive is asked.
 
-A Recording of a drive or of a robot goes in; segments of regular stamps, noise of encoders,
-smoothed motion and findings of the checks come out.
+In go stamps, positions and efforts of a drive or a robot; out come a Recording, positions without
+jumps, a recording on an even grid, and findings with limit and advice. Nothing here reads a file.
 """

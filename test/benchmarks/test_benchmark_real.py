@@ -10,7 +10,6 @@ import pytest
 from benchmarks import real, real_fit
 from benchmarks.__main__ import main
 from benchmarks.static_compensation import fit_static
-from gearbox_monitor.kernels.jit import COMPILED
 
 DATA = Path(__file__).resolve().parents[3] / 'shared' / 'data' / 'davinci_backend'
 BURN_IN = 1000
@@ -22,7 +21,6 @@ FITTED = {
     'r_std_motor': 1.62e-4, 'r_std_arm': 6.014e-4, 'tau_k_stiffness': 2.447,
     'tau_k_model_std': 0.002928,
 }
-pytestmark = pytest.mark.skipif(not COMPILED, reason='numba is not in use')
 
 
 @pytest.fixture(scope='module')

@@ -13,11 +13,8 @@ from benchmarks.harness import BarTable
 from gearbox_monitor.health.backlash import drift_words
 from gearbox_monitor.health.backlash.features import Backlash
 from gearbox_monitor.health.checks.outcome import Level, Outcome
-from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import Noise
-
-compiled = pytest.mark.skipif(not COMPILED, reason='numba is not in use')
 
 
 def test_intervals():
@@ -73,7 +70,6 @@ def test_gap_and_growth_of_a_play_count_its_width():
     assert trust_drift.half_gap_growth(DriveModel(), 0.01) == pytest.approx(0.01)
 
 
-@compiled
 def test_a_watched_drive_is_healthy_until_its_fault():
     packaged = trust_runs.packaged_drive()
     assert packaged.model.effects and not packaged.assumed.effects
@@ -90,7 +86,6 @@ def test_a_watched_drive_is_healthy_until_its_fault():
     assert all(np.array_equal(found.flags[t], again.flags[t]) for t in trust_runs.TESTS)
 
 
-@compiled
 def test_a_table_judges_its_rows():
     drive = trust_runs.SimulatedDrive(
         'B', DriveModel(), Noise((0.0, 0.0, 0.4, 0.4), (0.005, 0.005)), DriveModel(),
@@ -105,7 +100,6 @@ def test_a_table_judges_its_rows():
     assert bars.rows[3]['expected'] == '0.4 .. 0.6'
 
 
-@compiled
 @pytest.mark.parametrize('met, code', [(True, 0), (False, 1)])
 def test_a_missed_bar_ends_with_1(monkeypatch, capsys, tmp_path, met, code):
     def evaluate(size, full, data, progress):
@@ -126,7 +120,6 @@ def test_a_missed_bar_ends_with_1(monkeypatch, capsys, tmp_path, met, code):
 
 
 @pytest.mark.system
-@compiled
 def test_stated_deviations_cover_drives_within_the_tolerances(tmp_path):
     path = tmp_path / 'tolerances.json'
     main(['trust', '--tolerances', '3', '--json', str(path)])
@@ -137,7 +130,6 @@ def test_stated_deviations_cover_drives_within_the_tolerances(tmp_path):
             assert row['one_noise'] + 0.1 < row['one'] and row['ratio'] < 1.8
 
 
-@compiled
 @pytest.mark.parametrize('arguments, words', [
     (['--seeds', '0'], '--seeds: 0'), (['--quick', '--full'], '--full'),
     (['--json', 'no_such/x.json'], 'no_such'), (['no_such_folder'], 'no_such_folder')])
@@ -148,7 +140,6 @@ def test_bad_arguments_are_one_line(arguments, words, capsys):
 
 
 @pytest.mark.system
-@compiled
 def test_the_learned_gap_is_that_of_the_drive():
     """The estimator begins with a gap that is 30 % too wide."""
     drive = trust_runs.SimulatedDrive(

@@ -16,7 +16,6 @@ import yaml
 from benchmarks import blind
 from benchmarks.blind import generate, motions, plant, runner, scorer, sizing, window_fit
 from gearbox_monitor.files.yaml_files import load_model
-from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.simulate import Plant
@@ -24,7 +23,6 @@ from gearbox_monitor.plant.simulate import Plant
 DT = 1e-3
 FOLDER = Path(blind.__file__).parent
 NOMINAL = {**plant.NOMINAL, 'K': 20.0, 'b': 0.08}
-compiled = pytest.mark.skipif(not COMPILED, reason='too slow without numba')
 
 
 def torque(n=600):
@@ -39,7 +37,7 @@ def sign(v, alpha=100.0):
 @pytest.mark.parametrize('path', sorted(FOLDER.glob('*.py')), ids=lambda p: p.name)
 def test_shares_no_code_with_what_it_judges(path):
     allowed = ('benchmarks.blind', 'benchmarks.harness',
-               'benchmarks', 'gearbox_monitor.kernels.jit',
+               'benchmarks', 'gearbox_monitor.kernels.kernel',
                'gearbox_monitor.kernels.types',
                'gearbox_monitor.errors')
     if path.name.startswith('mujoco_'):
@@ -251,7 +249,6 @@ def labelled(tmp_path_factory):
 
 
 @pytest.mark.system
-@compiled
 def test_recordings_say_nothing_but_the_measured(labelled):
     folder, labels, _, _ = labelled
     for name, label in labels.items():
@@ -351,7 +348,6 @@ def test_bars_of_one_encoder_judge_values_and_forgive_what_is_admitted():
     assert missed(**wrong, confusable=['stiffness']) == {'location', 'delay against compliance'}
 
 
-@compiled
 @pytest.mark.system
 def test_oracle_meets_the_bars_and_others_do_not(labelled):
     _, labels, verdicts, read = labelled
@@ -403,7 +399,6 @@ def test_oracle_meets_the_bars_and_others_do_not(labelled):
 
 
 @pytest.mark.system
-@compiled
 def test_a_value_that_may_scatter_has_the_evidence_of_its_tolerance():
     """Without the effect the value moves itself: at most (change / tolerance)^2 is lost."""
     spec = {'set': 'stress', 'class': 'single', 'ids': ['motor_viscous'], 'options': {}}
@@ -415,7 +410,6 @@ def test_a_value_that_may_scatter_has_the_evidence_of_its_tolerance():
     assert label['truth']['m1'] != label['told']['m1']
 
 
-@compiled
 def test_states_of_windows_are_found_where_impacts_follow_each_other():
     """A model that hardly differs fits all of a window, from states that are not near."""
     nominal = {**plant.NOMINAL, 'm1': 0.0083, 'm2': 0.0231, 'D': 0.0075, 'Cv': 0.1081,
@@ -432,7 +426,6 @@ def test_states_of_windows_are_found_where_impacts_follow_each_other():
 
 
 @pytest.mark.system
-@compiled
 def test_what_the_real_diagnosis_says(labelled):
     """A small sample of the benchmark; the whole of it is run by command."""
     folder, labels, _, _ = labelled
@@ -495,7 +488,6 @@ pathlib.Path('verdict.json').write_text(json.dumps({'verdict': 'none', 'location
 
 
 @pytest.mark.system
-@compiled
 def test_labels_are_out_of_reach_while_diagnosing(tmp_path, monkeypatch):
     spy = tmp_path / 'spy.py'
     spy.write_text(SPY)

@@ -8,7 +8,7 @@ from benchmarks.__main__ import main as benchmarks_main
 from gearbox_monitor.cli.main import main
 
 
-@pytest.mark.parametrize('words, says', [
+USAGE = [
     (['diagnose', 'BAG', '--modle', 'M'],
      "diagnose: --modle: no option of this command, did you mean '--model'?;"),
     (['diagnose', 'BAG'],
@@ -24,25 +24,31 @@ from gearbox_monitor.cli.main import main
      "--fliter: no option of this command, did you mean '--filter'?;"),
     (['live', '--port', 'x'], "--port: 'x', expected a whole number from 0 to 65535;"),
     (['diagnose', 'BAG', '--model', 'M', '--re', 'x'],
-     '--re: expected one of --recorded-motor, ')])
-def test_bad_usage_is_one_line(words, says, capsys):
-    with pytest.raises(SystemExit, match='2'):
-        main(words)
-    line, = capsys.readouterr().err.splitlines()
-    assert says in line
+     '--re: expected one of --recorded-motor, ')]
 
 
-@pytest.mark.parametrize('words', [
+def test_bad_usage_is_one_line(capsys):
+    for words, says in USAGE:
+        with pytest.raises(SystemExit, match='2'):
+            main(words)
+        line, = capsys.readouterr().err.splitlines()
+        assert says in line
+
+
+RESULTS = [
     ['report', 'BAG', '--out'], ['check', 'BAG', '--json'], ['replay', 'BAG', '--csv'],
     ['compare', 'BAG', '--png'], ['accept', 'BAG', '--write-model'],
-    ['tune', 'BAG', '--out']])
-def test_folder_of_a_result_is_checked_first(words, capsys, tmp_path):
-    path = tmp_path / 'none' / 'result.png'
-    assert main([*words, str(path)]) == 2
-    assert f'{path}: no such folder, expected a new name' in capsys.readouterr().err
+    ['tune', 'BAG', '--out']]
 
 
-@pytest.mark.parametrize('words, says', [
+def test_folder_of_a_result_is_checked_first(capsys, tmp_path):
+    for words in RESULTS:
+        path = tmp_path / 'none' / 'result.png'
+        assert main([*words, str(path)]) == 2
+        assert f'{path}: no such folder, expected a new name' in capsys.readouterr().err
+
+
+WRONG_USE = [
     *((['live', '--estimator', name], f'--estimator: {name!r}, expected the name of a node, such '
        'as estimator or /left/estimator') for name in ('', 'a b', '/', 'left//arm', '2nd')),
     (['suggest', '--pair', 'lugre', 'lugre', '--model', 'M', '--max-torque', '3'],
@@ -61,14 +67,17 @@ def test_folder_of_a_result_is_checked_first(words, capsys, tmp_path):
      "--filters: 'ekf' twice, expected each filter once"),
     (['fleet', 'BAG', '--out', 'fleet', '--gearbox', 'archive'],
      "--gearbox: 'archive' has no group, expected one around the name of the gearbox: "
-     "'archive/([^/]+)/'")])
-def test_wrong_use_is_one_line(words, says, capsys):
-    assert main(words) == 2
-    line, = capsys.readouterr().err.splitlines()
-    assert line.endswith(says) and line.count(f'{words[0]}: ') == 1
+     "'archive/([^/]+)/'")]
 
 
-@pytest.mark.parametrize('words, option', [
+def test_wrong_use_is_one_line(capsys):
+    for words, says in WRONG_USE:
+        assert main(words) == 2
+        line, = capsys.readouterr().err.splitlines()
+        assert line.endswith(says) and line.count(f'{words[0]}: ') == 1
+
+
+INTO_A_BAG = [
     (['report', 'BAG'], '--out'), (['check', 'BAG'], '--json'), (['tune', 'BAG'], '--out'),
     (['replay', 'BAG'], '--out'), (['replay', 'BAG'], '--csv'), (['compare', 'BAG'], '--png'),
     (['accept', 'BAG'], '--write-model'), (['diagnose', 'BAG', '--model', 'M'], '--out'),
@@ -76,25 +85,31 @@ def test_wrong_use_is_one_line(words, says, capsys):
     (['fit-nominal', 'BAG', '--model', 'M'], '--out'), (['fleet', 'BAG'], '--out'),
     (['simulate', '--against', 'BAG', '--model', 'M'], '--out'),
     (['suggest', '--pair', 'lugre', 'stribeck', '--model', 'M', '--max-torque', '3'], '--csv'),
-    (['export', 'M', '--to', 'mjcf'], '--out'), (['example'], '')])
-def test_nothing_is_written_into_the_folder_of_a_bag(words, option, capsys, tmp_path):
-    for name in ('metadata.yaml', 'run_0.mcap'):
-        (tmp_path / name).write_text('')
-    name = str(tmp_path / ('found.png' if option == '--png' else 'found.yaml'))
-    assert main([*words, *filter(None, [option]), name]) == 2
-    assert f'{name}: in the folder of a bag, which stays as it was recorded' in \
-        capsys.readouterr().err
-    assert sorted(path.name for path in tmp_path.iterdir()) == ['metadata.yaml', 'run_0.mcap']
+    (['export', 'M', '--to', 'mjcf'], '--out'), (['example'], '')]
 
 
-@pytest.mark.parametrize('words, says', [
+def test_nothing_is_written_into_the_folder_of_a_bag(capsys, tmp_path):
+    for words, option in INTO_A_BAG:
+        for name in ('metadata.yaml', 'run_0.mcap'):
+            (tmp_path / name).write_text('')
+        name = str(tmp_path / ('found.png' if option == '--png' else 'found.yaml'))
+        assert main([*words, *filter(None, [option]), name]) == 2
+        assert f'{name}: in the folder of a bag, which stays as it was recorded' in \
+            capsys.readouterr().err
+        assert sorted(path.name for path in tmp_path.iterdir()) == ['metadata.yaml', 'run_0.mcap']
+
+
+BENCHMARK_USAGE = [
     (['nonsense'], "NAME: 'nonsense', expected one of actuators, "),
     (['trust', '--quik'],
      "trust: --quik: no option of this command, did you mean '--quick'?; "
      'see python -m benchmarks trust --help'),
-    (['wear', '3'], 'wear: 3: one argument too many, expected none;')])
-def test_bad_usage_of_a_benchmark_is_one_line(words, says, capsys):
-    with pytest.raises(SystemExit, match='2'):
-        benchmarks_main(words)
-    line, = capsys.readouterr().err.splitlines()
-    assert line.startswith('python -m benchmarks') and says in line
+    (['wear', '3'], 'wear: 3: one argument too many, expected none;')]
+
+
+def test_bad_usage_of_a_benchmark_is_one_line(capsys):
+    for words, says in BENCHMARK_USAGE:
+        with pytest.raises(SystemExit, match='2'):
+            benchmarks_main(words)
+        line, = capsys.readouterr().err.splitlines()
+        assert line.startswith('python -m benchmarks') and says in line

@@ -13,11 +13,9 @@ import yaml
 from gearbox_monitor.cli.inputs import add_recording_arguments, load_drive, load_recording
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.simulate import Noise, Plant
 
-pytestmark = pytest.mark.skipif(not COMPILED, reason='takes minutes without numba')
 DT = 0.01
 SERVO = {'controller': {'kp': 6.0, 'kd': 0.15, 'torque_limit': 5.0}}
 

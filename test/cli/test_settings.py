@@ -14,9 +14,7 @@ from gearbox_monitor.recordings.recorded_samples import NO_MODEL
 
 COMMANDS = {
     'replay': ['--estimates-only', '--json'], 'accept': ['--max-gap', '0.3', '--json'],
-    'compare': ['--filters', 'ekf', '--json'], 'report': ['--json', '-', '--out', 'x.html'],
-    'check': ['--json', '-'], 'tune': ['--out', 'x.yaml', '--json'],
-    'fleet': ['--out', 'fleet', '--json']}
+    'compare': ['--filters', 'ekf', '--json'], 'report': ['--json', '-', '--out', 'x.html']}
 
 
 @pytest.fixture(scope='module')
@@ -26,7 +24,7 @@ def bag(tmp_path_factory):
     return str(path)
 
 
-@pytest.mark.parametrize('command', ['replay', 'accept', 'compare', 'report'])
+@pytest.mark.parametrize('command', COMMANDS)
 def test_the_packaged_drive_is_never_used_without_a_word(bag, tmp_path, capsys, monkeypatch,
                                                          command):
     for model in ([], ['--model', str(config_path('drive.yaml'))]):
@@ -37,16 +35,3 @@ def test_the_packaged_drive_is_never_used_without_a_word(bag, tmp_path, capsys, 
         warned = f'gearbox_monitor {command}: warning: {NO_MODEL}\n' in shown.err
         assert said == warned == (not model)
         (tmp_path / 'x.html').unlink(missing_ok=True)
-
-
-@pytest.mark.parametrize('command', COMMANDS)
-def test_parameters_of_another_node_are_an_error(bag, tmp_path, capsys, monkeypatch, command):
-    monkeypatch.chdir(tmp_path)
-    for name, text, told in (
-            ('other.yaml', 'estimatr: {ros__parameters: {filter: ukf}}', 'sets nothing of node'),
-            (str(config_path('drive.yaml')), None, 'a key of a model file')):
-        if text:
-            (tmp_path / name).write_text(text)
-        assert main([command, bag, *COMMANDS[command], '--params', name]) == 2
-        shown = capsys.readouterr().err
-        assert told in shown and shown.count('\n') == 1

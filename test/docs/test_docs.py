@@ -90,12 +90,12 @@ def test_parameter_files_show_the_defaults(node, parameters):
 
 def test_every_topic_is_explained():
     text = (ROOT / 'docs/messages.md').read_text(encoding='utf-8')
-    topics = [signal.topic for signal in topics.SIGNALS]
-    topics += [topics.JOINT_STATES, topics.PAIRED_JOINT_STATES,
+    names = [signal.topic for signal in topics.SIGNALS]
+    names += [topics.JOINT_STATES, topics.PAIRED_JOINT_STATES,
                topics.PLANT_TRANSMISSION_STATE, topics.DIAGNOSTICS, topics.DRIFT_ALERTS,
                f'~/{topics.SNAPSHOT}', f'~/{topics.DIAGNOSIS}']
-    for topic in topics:
-        assert f'`{topic}`' in text
+    for name in names:
+        assert f'`{name}`' in text
 
 
 def test_every_published_value_is_explained():

@@ -127,7 +127,7 @@ def with_filter(folder):
         """Return what Python prints with `words`; interpreted: compiling takes longer."""
         done = subprocess.run(
             [sys.executable, *words], cwd=folder, capture_output=True, text=True, check=False,
-            env={**os.environ, 'GEARBOX_MONITOR_JIT': '0', 'PYTHONPATH': str(folder)})
+            env={**os.environ, 'GEARBOX_MONITOR_KERNELS': 'python', 'PYTHONPATH': str(folder)})
         assert done.returncode == 0, done.stderr
         return done.stdout
     return run

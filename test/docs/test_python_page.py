@@ -13,13 +13,11 @@ import pytest
 
 import gearbox_monitor as gm
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.kernels.jit import COMPILED
 
 DOCS = Path(__file__).parents[2] / 'docs'
 PAGE = (DOCS / 'python.md').read_text(encoding='utf-8')
 NOTEBOOK = (DOCS / 'python.ipynb').read_text(encoding='utf-8')
 MODULES = sorted({f'gearbox_monitor.{module}' for module in gm._PUBLIC.values()})
-pytestmark = pytest.mark.skipif(not COMPILED, reason='takes minutes without numba')
 
 
 @pytest.fixture

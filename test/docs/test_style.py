@@ -7,6 +7,7 @@ import re
 
 import pytest
 
+pytestmark = pytest.mark.prose
 ROOT = Path(__file__).parents[2]
 # A contorted phrase, and what to write.
 PHRASES = {

@@ -13,11 +13,12 @@ from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.filter_kind import Belief, Reading, Scratch
 from gearbox_monitor.estimation.filters import aekf, ekf
-from gearbox_monitor.estimation.process_model import ADAPT_AT, markers, P0, pack, state_names
+from gearbox_monitor.estimation.process_model import ADAPT_AT, layout_of, P0, pack, state_names
 from gearbox_monitor.estimation.sample_loop import START
 from gearbox_monitor.estimation.step_record import places, record_size
 from gearbox_monitor.health.monitor import Monitor
-from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.kernels.kernel import Entry
+from gearbox_monitor.kernels.types import Layout
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
@@ -31,7 +32,9 @@ TUNED = {
     'filter': 'aekf', 'arm_load': 'none', 'r_std_motor': R_A[0], 'r_std_arm': R_A[1],
     'q_std_motor_position': Q_A[0], 'q_std_arm_position': Q_A[1], 'q_std_motor_speed': Q_A[2],
     'q_std_arm_speed': Q_A[3], 'q_std_tau_k': 10.0}
-slow = pytest.mark.skipif(not COMPILED, reason='takes minutes without numba')
+
+DIFFERENTIATE = Entry(aekf.differentiate, installed=False)
+STEP = Entry(ekf.step, installed=False)
 
 
 def simulated(seconds, seed=1, dt=1e-3):
@@ -92,8 +95,8 @@ def test_gradient_is_that_of_the_log_likelihood(setup):
         scratch = Scratch(np.zeros((aekf.N_VECTORS, n)), np.zeros((5, n * n)))
         value, gradient, record = 0.0, np.zeros(aekf.MAX_THETA), np.zeros(record_size(n))
         for u, (y1, y2) in zip(out.u, y):
-            assert aekf.differentiate(markers(p, n), Belief(z, P, memory),
-                                      Reading(dt, u, 0.0, y1, y2), p, scratch, record)
+            assert DIFFERENTIATE(layout_of(p, n), Belief(z, P, memory),
+                                 Reading(dt, u, 0.0, y1, y2), p, scratch, record)
             value += record[places(n)[-1] + 1]
             gradient += [aekf.gradient(scratch.vectors, i) for i in range(aekf.MAX_THETA)]
         assert aekf.guards(memory)['sensitivity_resets'] == 0
@@ -142,12 +145,12 @@ def test_frozen_adaptation_is_the_ekf():
     for u, (y1, y2) in zip(out.u, out.y):
         (z, P, record), (z_e, P_e, record_e) = beliefs
         reading = Reading(1e-3, u, 0.0, y1, y2)
-        assert aekf.differentiate((None,) * n, Belief(z, P, memory), reading, p, scratch, record)
-        assert ekf.step((None,) * n, Belief(z_e, P_e, np.zeros(0)), reading, p, scratch, record_e)
+        layout = Layout(n, False, -1, False)
+        assert DIFFERENTIATE(layout, Belief(z, P, memory), reading, p, scratch, record)
+        assert STEP(layout, Belief(z_e, P_e, np.zeros(0)), reading, p, scratch, record_e)
         np.testing.assert_allclose(record, record_e, rtol=1e-9, atol=1e-9)
 
 
-@slow
 @pytest.mark.parametrize('q, r', [(1.0, 1.0), (100.0, 3.0)])
 def test_finds_the_noise_from_a_wrong_start(q, r):
     out = simulated(30.0)
@@ -195,7 +198,6 @@ def test_what_was_adapted_survives_starts():
         assert fresh.learnt() == {}
 
 
-@slow
 def test_finds_viscous_friction_from_twice_its_value():
     estimator = Estimator(CASE_A.with_(viscous_friction=0.2),
                           {**TUNED, 'adapt': ['viscous_friction']})
@@ -203,14 +205,12 @@ def test_finds_viscous_friction_from_twice_its_value():
     assert estimator.adapted()['viscous_friction'] == pytest.approx(0.1, abs=2e-3)
 
 
-@slow
 def test_finds_a_stiffness_that_halves_the_error():
     estimator = Estimator(CASE_A, {**TUNED, 'adapt': ['q_std_tau_k', 'tau_k_stiffness'],
                                    'tau_k_stiffness': 1.0})
     assert settled(estimator, simulated(30.0), (15, 30)) < 0.66
 
 
-@slow
 def test_follows_encoders_that_become_noisier():
     out = simulated(40.0)
     y = out.y.copy()
@@ -220,7 +220,6 @@ def test_follows_encoders_that_become_noisier():
     assert adaptive < 1.75 < 2.4 < fixed
 
 
-@slow
 def test_six_at_once_all_wrong():
     estimator = Estimator(CASE_A.with_(viscous_friction=0.05), {
         **TUNED, 'adapt': list(ADAPTABLE), 'q_std_tau_k': 100.0, 'r_std_motor': 0.2,

@@ -2,10 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Filter and smoother against exact cases, filterpy and an independent oracle."""
-import os
-from pathlib import Path
-import subprocess
-import sys
 
 from filterpy.kalman import ExtendedKalmanFilter, KalmanFilter
 import numpy as np
@@ -18,12 +14,13 @@ from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.filter_kind import Belief, Reading, Scratch
 from gearbox_monitor.estimation.filters import ekf
 from gearbox_monitor.estimation.process_model import (
-    EIGENVALUE, markers, N_PACKED, P0, pack, propagate, Q0, state_names)
+    EIGENVALUE, layout_of, N_PACKED, P0, pack, propagate, Q0, state_names)
 from gearbox_monitor.estimation.rts_smoother import (
     N_SMOOTHED, S_TAU_K, S_TAU_K_STD, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_RATE,
     S_TWIST_RATE_NOISE_STD, S_X2, S_X3, S_X4, smooth, Span)
 from gearbox_monitor.estimation.step_record import correction, predicted, record_size, updated
-from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.kernels.kernel import Entry
+from gearbox_monitor.kernels.types import Layout
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel, substeps
 from gearbox_monitor.plant.excitation import Excitation
@@ -41,6 +38,7 @@ VARIANTS = {
     'friction error': ('none', {'friction_error_std': 0.2, 'friction_error_time': 0.3}, {}),
     'all': ('unknown', {'tau_k_stiffness': 2.0, 'friction_error_std': 0.2}, LOADS),
 }
+STEP = Entry(ekf.step, installed=False)
 CASE_B = DriveModel().with_(stiffness=5.0, half_gap=0.6)
 TUNED = {'arm_load': 'none', 'r_std_motor': 0.0612, 'r_std_arm': 0.0828,
          'q_std_motor_position': 0.0612, 'q_std_arm_position': 0.0828,
@@ -71,8 +69,8 @@ def filtered(p, n, z, P, dts, u, load, y):
     scratch = Scratch(np.zeros((1, n)), np.zeros((5, n * n)))
     records = np.zeros((len(dts), record_size(n)))
     for k, dt in enumerate(dts):
-        assert ekf.step(markers(p, n), belief, Reading(dt, u[k], load[k], *y[k]), p, scratch,
-                        records[k])
+        assert STEP(layout_of(p, n), belief, Reading(dt, u[k], load[k], *y[k]), p, scratch,
+                    records[k])
     return records
 
 
@@ -105,7 +103,7 @@ def test_tangent_is_that_of_the_rk4_step(variant, x3, dt):
     counted = substeps(dt, p[EIGENVALUE])
     expected, phi_expected = oracle.flow(z, 0.05, 0.2, dt, counted, constants)
     phi = np.full(n * n, np.nan)
-    propagate(markers(p, n), z, phi, (0.05, 0.2), dt, counted, p)
+    propagate(layout_of(p, n), z, phi, (0.05, 0.2), dt, counted, p)
     np.testing.assert_allclose(z, expected, rtol=1e-12, atol=1e-14)
     np.testing.assert_allclose(phi.reshape(n, n), phi_expected, rtol=1e-10, atol=1e-12)
 
@@ -116,7 +114,8 @@ def test_substeps_cover_what_the_process_model_adds():
         p, _, n = setup('paper', **changes)
         z, phi = np.full(n, 0.01), np.zeros(n * n)
         for _ in range(300):
-            propagate((None,) * n, z, phi, (0.0, 0.0), 1e-3, substeps(1e-3, p[EIGENVALUE]), p)
+            propagate(Layout(n, False, -1, False), z, phi, (0.0, 0.0), 1e-3,
+                      substeps(1e-3, p[EIGENVALUE]), p)
         assert np.abs(z).max() < 100.0
 
 
@@ -226,7 +225,8 @@ def test_linear_drive_equals_the_kalman_filter(rows):
 def smoothed(records, n, newest, oldest, keep_until, ring=None):
     ring = records if ring is None else ring
     out = np.zeros((keep_until - oldest + 1, N_SMOOTHED))
-    smooth((None,) * n, ring, Span(newest, oldest, keep_until), np.zeros(N_PACKED), np.zeros(n),
+    smooth(Layout(n, False, -1, False), ring, Span(newest, oldest, keep_until),
+           np.zeros(N_PACKED), np.zeros(n),
            np.zeros((5, n * n)), out)
     return out
 
@@ -339,47 +339,3 @@ def test_process_noise_is_a_spectral_density():
         out = data(20000 * dt, dt)
         estimates, _ = monitored(out, TUNED, dt=dt)
         assert estimates.nis[500:].mean() == pytest.approx(2.0, abs=0.08), dt
-
-
-COMPARE = """
-import sys
-import numpy as np
-from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.kernels.jit import COMPILED
-from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.estimation.estimator import Estimator
-assert not COMPILED
-data = np.load(sys.argv[1])
-estimator = Estimator(DriveModel(), {'friction_error_std': 0.1, 'arm_load': 'none'})
-estimates = estimator.run(Samples(data['stamps'], data['u'], data['y']))
-np.savez(sys.argv[2], rows=estimates.rows, smoothed=estimates.smoothed, codes=estimates.codes,
-         smoothed_stamps=estimates.smoothed_stamp_ns, counts=estimator.counts)
-"""
-
-
-def test_interpreted_equals_compiled(tmp_path):
-    if not COMPILED:
-        pytest.skip('numba is not installed: nothing to compare with')
-    out = data(0.6)
-    stamps = 10 ** 9 + np.arange(600) * 10 ** 6
-    stamps[300:] += 10 ** 8
-    stamps[400] = 0
-    y = out.y.copy()
-    y[100:120, 0], y[110:150, 1], y[200] = np.nan, np.nan, np.inf
-    u = np.stack([out.u, np.zeros(600)], axis=1)
-    u[250:260] = np.nan
-    np.savez(tmp_path / 'in.npz', stamps=stamps, u=u, y=y)
-    subprocess.run(
-        [sys.executable, '-W', 'error', '-c', COMPARE, tmp_path / 'in.npz', tmp_path / 'out.npz'],
-        check=True, timeout=120,
-        env={**os.environ, 'GEARBOX_MONITOR_JIT': '0',
-             'PYTHONPATH': str(Path(__file__).parents[2])})
-    other = np.load(tmp_path / 'out.npz')
-    estimator = Estimator(DriveModel(), {'friction_error_std': 0.1, 'arm_load': 'none'})
-    estimates = estimator.run(Samples(stamps, u, y))
-    np.testing.assert_array_equal(estimates.codes, other['codes'])
-    np.testing.assert_array_equal(estimator.counts, other['counts'])
-    np.testing.assert_array_equal(estimates.smoothed_stamp_ns, other['smoothed_stamps'])
-    np.testing.assert_allclose(estimates.rows, other['rows'], rtol=1e-9, atol=1e-9)
-    np.testing.assert_allclose(estimates.smoothed, other['smoothed'], rtol=1e-9, atol=1e-9)
-    assert len(estimates.smoothed) > 200

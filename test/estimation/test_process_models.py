@@ -12,6 +12,7 @@ from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.process_model import (
     EIGENVALUE, noise, pack, propagate, state_names, TAU_K)
+from gearbox_monitor.kernels.types import Layout
 from gearbox_monitor.parameters import EstimatorParameters, FILTER_NAMES
 from gearbox_monitor.plant.drive import DriveModel, motor_friction, substeps
 from gearbox_monitor.plant.excitation import Excitation
@@ -48,7 +49,8 @@ def test_tangent_is_that_of_the_map(options):
 
         def flow(z):
             z, phi = z.copy(), np.empty(n * n)
-            propagate((None,) * n, z, phi, (1.0, 0.0), 1e-3, substeps(1e-3, p[EIGENVALUE]), p)
+            propagate(Layout(n, False, -1, False), z, phi, (1.0, 0.0), 1e-3,
+                      substeps(1e-3, p[EIGENVALUE]), p)
             return z, phi.reshape(n, n)
         _, phi = flow(z)
         numeric = np.empty((n, n))

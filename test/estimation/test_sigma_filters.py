@@ -2,10 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """UKF, SRUKF and the EKF's options against exact cases, filterpy and one another."""
-import os
-from pathlib import Path
-import subprocess
-import sys
 
 from filterpy.kalman import KalmanFilter, MerweScaledSigmaPoints, UnscentedKalmanFilter
 import numpy as np
@@ -19,15 +15,17 @@ from gearbox_monitor.estimation.filter_kind import Belief, filter_kind, Reading,
 from gearbox_monitor.estimation.filters import ekf, srukf, ukf
 from gearbox_monitor.estimation.filters.srukf import triangularise
 from gearbox_monitor.estimation.process_model import (
-    EIGENVALUE, markers, propagate, propagate_numeric, Q0, softened_sharpness, X1, X2, X3)
+    EIGENVALUE, layout_of, propagate, propagate_numeric, Q0, softened_sharpness, X1, X2, X3)
 from gearbox_monitor.estimation.step_record import correction, predicted, record_size, updated
-from gearbox_monitor.kernels.jit import COMPILED
+from gearbox_monitor.kernels.kernel import Entry
 from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.plant.drive import ALPHA, CAC, DriveModel, substeps
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 
 CASE_A = DriveModel().with_(kind='play', stiffness=5.0, half_gap=0.3, hysteresis_width=0.3)
+STEPS = {module: Entry(module.step, installed=False) for module in (ekf, ukf, srukf)}
+NUMERIC = Entry(propagate_numeric, installed=False)
 KINDS = {'statistical': (ekf, {'friction_linearisation': 'statistical'}),
          'ukf': (ukf, {}), 'srukf': (srukf, {})}
 
@@ -40,8 +38,8 @@ def filtered(module, p, n, z, P, dts, u, load, y):
     scratch = Scratch(np.zeros((kind.n_vectors, n)), np.zeros((max(kind.n_matrices, 5), n * n)))
     records = np.zeros((len(dts), record_size(n)))
     for k, dt in enumerate(dts):
-        assert module.step(markers(p, n), belief, Reading(dt, u[k], load[k], *y[k]), p, scratch,
-                           records[k])
+        assert STEPS[module](layout_of(p, n), belief, Reading(dt, u[k], load[k], *y[k]), p,
+                             scratch, records[k])
     return records
 
 
@@ -70,7 +68,7 @@ def relative(got, expected, n):
 def test_linear_drive_equals_the_kalman_filter(kind, rows):
     _, n, dt, F, B, Q, u, _, y = linear(steps=700)
     module, options = KINDS[kind]
-    close = close_P = 1e-9
+    close = 1e-9
     p, _, _ = setup('unknown load', DriveModel().with_(coulomb_friction=0.0),
                     q_std_motor_position=0.01, q_std_arm_position=0.01, **options)
     stock = KalmanFilter(dim_x=n, dim_z=max(len(rows), 1), dim_u=1)
@@ -89,18 +87,18 @@ def test_linear_drive_equals_the_kalman_filter(kind, rows):
         # One encoder leaves speeds unknown: what is estimated then grows to hundreds of rad/s.
         size = close * max(1.0, np.abs(stock.x).max())
         np.testing.assert_allclose(z_pred, stock.x.ravel(), rtol=0.0, atol=size)
-        np.testing.assert_allclose(P_pred / scale, stock.P / scale, rtol=0.0, atol=close_P)
-        np.testing.assert_allclose(cross / scale, F @ before / scale, rtol=0.0, atol=close_P)
+        np.testing.assert_allclose(P_pred / scale, stock.P / scale, rtol=0.0, atol=close)
+        np.testing.assert_allclose(cross / scale, F @ before / scale, rtol=0.0, atol=close)
         if rows:
             stock.update(y[k, list(rows)])
         z, P = updated(record, n)
         np.testing.assert_allclose(z, stock.x.ravel(), rtol=0.0, atol=size)
         scale = np.outer(*[np.sqrt(np.diag(stock.P))] * 2)
-        np.testing.assert_allclose(P / scale, stock.P / scale, rtol=0.0, atol=close_P)
+        np.testing.assert_allclose(P / scale, stock.P / scale, rtol=0.0, atol=close)
         _, _, _, (_, loglik, dof) = correction(record, n)
         assert dof == len(rows)
         if rows:
-            near = 10 * close_P
+            near = 10 * close
             assert loglik == pytest.approx(stock.log_likelihood, rel=near, abs=near)
 
 
@@ -218,8 +216,8 @@ def test_numeric_tangent_is_close_to_the_exact_one(variant):
     for x3 in (0.005, 1.0):
         start = np.array([0.3, -0.2, x3, 0.5 * x3, 0.02, -0.1, 0.03])[:n]
         a, b, phi, numeric = start.copy(), start.copy(), np.zeros(n * n), np.zeros(n * n)
-        propagate(markers(p, n), a, phi, (0.05, 0.2), 2e-3, 3, p)
-        propagate_numeric(markers(p, n), b, numeric, (0.05, 0.2), 2e-3, 3, p, np.zeros(n))
+        propagate(layout_of(p, n), a, phi, (0.05, 0.2), 2e-3, 3, p)
+        NUMERIC(layout_of(p, n), b, numeric, (0.05, 0.2), 2e-3, 3, p, np.zeros(n))
         np.testing.assert_allclose(b, a, rtol=1e-13)
         np.testing.assert_allclose(numeric, phi, atol=1e-4)
 
@@ -286,40 +284,6 @@ def test_goes_on_bit_for_bit_from_a_snapshot(settings):
     expected = whole.run(samples)
     parts = [chunks.run(cut(samples, k, k + 250)) for k in range(0, 2000, 250)]
     np.testing.assert_array_equal(np.concatenate([part.rows for part in parts]), expected.rows)
-
-
-COMPARE = """
-import sys
-import numpy as np
-from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.kernels.jit import COMPILED
-from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.estimation.estimator import Estimator
-assert not COMPILED
-data = np.load(sys.argv[1])
-samples = Samples(data['stamps'], data['u'], data['y'])
-rows = [Estimator(DriveModel(), settings).run(samples).rows for settings in eval(sys.argv[3])]
-np.savez(sys.argv[2], *rows)
-"""
-
-
-def test_interpreted_equals_compiled(tmp_path):
-    if not COMPILED:
-        pytest.skip('numba is not installed: nothing to compare with')
-    samples = cut(recording(), 0, 500)
-    settings = [s for s in SETTINGS if s.get('filter') != 'ekf']
-    np.savez(tmp_path / 'in.npz', stamps=samples.stamp_ns, u=samples.u, y=samples.y)
-    subprocess.run(
-        [sys.executable, '-W', 'error', '-c', COMPARE, tmp_path / 'in.npz', tmp_path / 'out.npz',
-         repr(settings)], check=True, timeout=300,
-        env={**os.environ, 'GEARBOX_MONITOR_JIT': '0',
-             'PYTHONPATH': str(Path(__file__).parents[2])})
-    other = np.load(tmp_path / 'out.npz')
-    for i, chosen in enumerate(settings):
-        rows = Estimator(DriveModel(), chosen).run(samples).rows
-        # Differences of 1e-7 of numbers that differ in the last bit; single precision.
-        close = 1e-9 if chosen in ({'filter': 'ukf'}, {'filter': 'srukf'}) else 1e-3
-        np.testing.assert_allclose(rows, other[f'arr_{i}'], rtol=close, atol=close)
 
 
 def test_every_filter_is_chosen_by_its_name():

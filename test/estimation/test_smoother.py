@@ -12,7 +12,6 @@ from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.interval_smoother import smooth_interval
 from gearbox_monitor.estimation.rts_smoother import (
     S_TAU_K, S_TAU_K_STD, S_TWIST, smoother_parameters)
-from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
@@ -25,7 +24,6 @@ CASES = {
     'B': ({'half_gap': 0.6}, (0.0612, 0.0828), (3.06, 4.14, 17.9, 23.6)),
 }
 START = 500
-needs_numba = pytest.mark.skipif(not COMPILED, reason='numba is not in use')
 
 
 def case(name, seconds=20.0, seed=1):
@@ -49,7 +47,6 @@ def rms(values):
     return float(np.sqrt(np.mean(values ** 2)))
 
 
-@needs_numba
 @pytest.mark.parametrize('name, bound', [('A', 0.23), ('B', 0.20)])
 def test_whole_recording(name, bound):
     model, parameters, samples, tau_k, _ = case(name)
@@ -61,7 +58,6 @@ def test_whole_recording(name, bound):
     assert 0.68 < np.mean(np.abs(error) < found.rows[START:, S_TAU_K_STD]) < 0.97
 
 
-@needs_numba
 @pytest.mark.parametrize('name', CASES)
 def test_lag_of_40_ms(name):
     model, parameters, samples, tau_k, _ = case(name)
@@ -70,7 +66,6 @@ def test_lag_of_40_ms(name):
     assert rms((found.smoothed[:, S_TAU_K] - tau_k[at])[at >= START]) < 0.34
 
 
-@needs_numba
 def test_no_false_hysteresis():
     """The filtered loop looks like hysteresis where there is none; the smoothed one does not."""
     model, parameters, samples, _, _ = case('B')

@@ -14,9 +14,10 @@ from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.filter import Filter
 from gearbox_monitor.estimation.interval_smoother import smooth_interval
 from gearbox_monitor.estimation.process_model import (
-    curve_count, markers, pack, propagate, propagate_numeric, state_names)
+    curve_count, layout_of, pack, propagate, propagate_numeric, state_names)
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K
 from gearbox_monitor.estimation.sample_loop import START
+from gearbox_monitor.kernels.kernel import Entry
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
@@ -30,6 +31,8 @@ TUNED = {'arm_load': 'none', 'r_std_motor': 1e-3, 'r_std_arm': 1e-3, 'q_std_moto
 SHAPES = {'dead zone': {}, 'play': {'kind': 'play', 'hysteresis_width': 0.03},
           'passive play': {'kind': 'passive_play', 'hysteresis_width': 0.03,
                            'hysteresis_stiffness': 4.0}}
+
+NUMERIC = Entry(propagate_numeric, installed=False)
 
 
 def recorded(model, seconds):
@@ -70,8 +73,8 @@ def test_tangent_is_that_of_the_map(name, shape, load):
     parameters = EstimatorParameters(
         tau_k_model=name, arm_load=load, friction_error_std=0.1 if effects else 0.0)
     p, n = pack(model, parameters), len(state_names(model, parameters))
-    states, rng = markers(p, n), np.random.default_rng(4)
-    at = n - curve_count(states[1])
+    states, rng = layout_of(p, n), np.random.default_rng(4)
+    at = n - curve_count(states.curve)
     for case, substeps in itertools.product(range(15), (1, 2)):
         z = 0.3 * rng.normal(size=n)
         z[1] = z[0] - 0.25 * rng.normal()
@@ -81,7 +84,7 @@ def test_tangent_is_that_of_the_map(name, shape, load):
             z[at + 1:] = 30.0, 2.4, 0.6 if shape == 'passive play' or case % 2 else -0.6
         other, phi, numeric = z.copy(), rng.normal(size=n * n), np.empty(n * n)
         propagate(states, z, phi, (1.0, 0.2), 1e-3 * substeps, substeps, p)
-        propagate_numeric(states, other, numeric, (1.0, 0.2), 1e-3 * substeps, substeps, p,
+        NUMERIC(states, other, numeric, (1.0, 0.2), 1e-3 * substeps, substeps, p,
                           np.empty(n))
         np.testing.assert_allclose(z, other, rtol=0.0, atol=1e-12)
         np.testing.assert_allclose(phi, numeric, rtol=1e-3, atol=1e-3)

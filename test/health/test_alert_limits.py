@@ -95,7 +95,7 @@ def contradicted_of(off):
     return pooled._contradicted([(0.2 + off, 1.0), *[(0.2, 1.0)] * 3])
 
 
-@pytest.mark.parametrize('limit, decision', [
+DECISIONS = [
     ('covariance_low', covariance_of), ('covariance_high', covariance_of),
     ('nis_low', lambda x: errors_of(nis=x)), ('nis_high', lambda x: errors_of(nis=x)),
     ('nis_gross', lambda x: errors_of(nis=x)),
@@ -109,9 +109,12 @@ def contradicted_of(off):
     ('learned_probability', lambda x: learned_of(probability=x)),
     ('twist_room', twist_of),
     ('contradicted', contradicted_of),
-    ('trend_deviations', lambda x: Trend(0, 0.1, 0.01, 0.02 * x, 0.02).found)])
-def test_a_value_just_below_and_just_above_decides_otherwise(limit, decision):
-    assert_decides(decision, getattr(LIMITS, limit))
+    ('trend_deviations', lambda x: Trend(0, 0.1, 0.01, 0.02 * x, 0.02).found)]
+
+
+def test_a_value_just_below_and_just_above_decides_otherwise():
+    for limit, decision in DECISIONS:
+        assert_decides(decision, getattr(LIMITS, limit))
 
 
 def test_counts_decide_at_their_value():
@@ -140,14 +143,14 @@ def test_the_mean_is_that_of_the_last_samples_alone():
         assert innovation.systematic({**said.values, 'ljung_box': 0.0}) == biased
 
 
-@pytest.mark.parametrize('channel', [0, 1])
-def test_either_channel_tells_a_mean_and_what_is_not_white(channel):
-    white = np.random.default_rng(5).standard_normal((4000, 2))
-    white[:, channel] = np.convolve(white[:, channel], [0.6, 0.8], 'same')
-    said = judged(white)
-    assert 'not white' in said.message
-    sums = np.abs(white[-500:].sum(axis=0)) / np.sqrt(500.0)
-    assert said.values['mean'] == pytest.approx(sums.max(), rel=1e-12)
+def test_either_channel_tells_a_mean_and_what_is_not_white():
+    for channel in (0, 1):
+        white = np.random.default_rng(5).standard_normal((4000, 2))
+        white[:, channel] = np.convolve(white[:, channel], [0.6, 0.8], 'same')
+        said = judged(white)
+        assert 'not white' in said.message
+        sums = np.abs(white[-500:].sum(axis=0)) / np.sqrt(500.0)
+        assert said.values['mean'] == pytest.approx(sums.max(), rel=1e-12)
 
 
 def test_few_samples_or_few_that_were_read_are_too_few():
@@ -162,23 +165,26 @@ def test_bounds_are_stated_in_the_unit_of_the_reference():
     assert values['upper_bound'] == pytest.approx(LIMITS.covariance_high * 0.25)
 
 
-@pytest.mark.parametrize('component', [name for name, debounce in DEBOUNCE.items()
-                                       if debounce != (1, 1)])
-def test_a_level_rises_and_falls_after_its_count_of_evaluations(component):
-    alarm, fine = Alarm(*DEBOUNCE[component]), outcome_of([], '', {})
-    broken = outcome_of([covariance.BELOW], '', {})
-    stamp = 0
+DEBOUNCED = [name for name, debounce in DEBOUNCE.items()
+                                       if debounce != (1, 1)]
 
-    def levels(outcome, count):
-        nonlocal stamp
-        result = []
-        for _ in range(count):
-            stamp += 1_000_000_000
-            result.append(alarm.judge(outcome, stamp).level)
-        return result
 
-    levels(fine, 20)
-    up = levels(broken, LIMITS.debounce_up)
-    assert up == [Level.OK] * (LIMITS.debounce_up - 1) + [Level.WARN]
-    down = levels(fine, LIMITS.debounce_down)
-    assert down == [Level.WARN] * (LIMITS.debounce_down - 1) + [Level.OK]
+def test_a_level_rises_and_falls_after_its_count_of_evaluations():
+    for component in DEBOUNCED:
+        alarm, fine = Alarm(*DEBOUNCE[component]), outcome_of([], '', {})
+        broken = outcome_of([covariance.BELOW], '', {})
+        stamp = 0
+
+        def levels(outcome, count):
+            nonlocal stamp
+            result = []
+            for _ in range(count):
+                stamp += 1_000_000_000
+                result.append(alarm.judge(outcome, stamp).level)
+            return result
+
+        levels(fine, 20)
+        up = levels(broken, LIMITS.debounce_up)
+        assert up == [Level.OK] * (LIMITS.debounce_up - 1) + [Level.WARN]
+        down = levels(fine, LIMITS.debounce_down)
+        assert down == [Level.WARN] * (LIMITS.debounce_down - 1) + [Level.OK]

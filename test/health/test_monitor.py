@@ -4,10 +4,6 @@
 """One sample in, one estimate out: same bits however it is fed, whatever comes in."""
 from dataclasses import replace
 import json
-import os
-from pathlib import Path
-import subprocess
-import sys
 
 from filter_choice import EACH_FILTER
 import numpy as np
@@ -22,7 +18,6 @@ from gearbox_monitor.health.backlash.change import Tracker
 from gearbox_monitor.health.backlash.wear_data import ERRORS_LARGER, TRUSTED
 from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.health.monitor import COMPONENTS, Monitor
-from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
@@ -111,7 +106,7 @@ def state_of(monitor):
     return {k: snapshot[k] for k in ('z', 'P', 'clock', 'efforts', 'counts', 'gate')}
 
 
-@pytest.mark.parametrize('seed', range(3))
+@pytest.mark.parametrize('seed', range(2))
 def test_step_by_step_equals_run(seed):
     samples = corrupted(seed)
     whole, single, chunked = Monitor(MODEL), Monitor(MODEL), Monitor(MODEL)
@@ -140,7 +135,7 @@ def test_step_by_step_equals_run(seed):
         assert repr(other.outcomes) == repr(whole.outcomes)  # NaN compares by its text
 
 
-@pytest.mark.parametrize('seed', range(12))
+@pytest.mark.parametrize('seed', range(4))
 def test_nothing_non_finite_and_nothing_lost(seed):
     samples = corrupted(seed)
     good, _ = drive(4.0, seed=2)
@@ -192,7 +187,7 @@ def test_snapshot_goes_on_bit_for_bit(at):
         assert state_of(live) == state_of(other) and live.input_count == other.input_count
 
 
-@pytest.mark.parametrize('at', [1000, 1018, 1063, 1099])
+@pytest.mark.parametrize('at', [1018, 1099])
 def test_smoothed_rows_after_a_snapshot(at):
     samples, _ = drive(2.0)
     live = Monitor(MODEL)
@@ -204,8 +199,7 @@ def test_smoothed_rows_after_a_snapshot(at):
     same(first.smoothed[expected], second.smoothed)
 
 
-@pytest.mark.parametrize('lag, dt', [(0.1, 1e-3), (0.1, 0.01), (0.02, 5e-4), (1.0, 5e-4),
-                                     (1.0, 2e-4)])
+@pytest.mark.parametrize('lag, dt', [(0.1, 0.01), (0.02, 5e-4), (1.0, 5e-4)])
 def test_every_step_is_smoothed_once(lag, dt):
     samples, _ = drive(4.0, dt)
     estimates = Monitor(MODEL, {'smoother_lag': lag}).run(samples)
@@ -272,16 +266,19 @@ def test_a_change_between_two_evaluations_is_the_same_step_by_step(arm_joint):
     assert single.snapshot() == whole.snapshot()
 
 
-@pytest.mark.parametrize('change', [
+DAMAGES = [
     {'z': '["nonsense"]'}, {'P': '[]'}, {'gate': '[1]'}, {'model': '{"motor_inertia": 0}'},
-    {'parameters': '{"a": 1}'}, {'clock': None}])
-def test_damaged_snapshot(change):
-    snapshot = {**Monitor(MODEL).snapshot(), **change}
-    with pytest.raises(InputError):
-        Monitor.restore(snapshot, 'file.yaml')
-    del snapshot['z']
-    with pytest.raises(InputError):
-        Monitor.restore(snapshot, 'file.yaml')
+    {'parameters': '{"a": 1}'}, {'clock': None}]
+
+
+def test_damaged_snapshot():
+    for change in DAMAGES:
+        snapshot = {**Monitor(MODEL).snapshot(), **change}
+        with pytest.raises(InputError):
+            Monitor.restore(snapshot, 'file.yaml')
+        del snapshot['z']
+        with pytest.raises(InputError):
+            Monitor.restore(snapshot, 'file.yaml')
 
 
 def test_effort_delay():
@@ -515,20 +512,7 @@ def test_loads_of_the_model_act_besides_the_measured_one():
             in monitor.estimator.warnings[0])
 
 
-RUN = """
-import json, sys
-import numpy as np
-from gearbox_monitor.kernels.jit import COMPILED
-from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.health.monitor import Monitor
-assert not COMPILED
-data = np.load(sys.argv[1])
-monitor = Monitor.restore(json.loads(sys.argv[3]))
-np.save(sys.argv[2], monitor.run(Samples(data['stamps'], data['u'], data['y'])).rows)
-"""
-
-
-def test_loads_of_the_model_in_replay_and_without_compiler(tmp_path):
+def test_loads_of_the_model_in_replay():
     model = MODEL.with_(effects=[*LOADS['all'], {'id': 'arm_viscous', 'Cav': 0.1}])
     samples, _ = drive(0.6, model=model)
     live = Monitor(model, {'arm_load': 'none'})
@@ -537,16 +521,6 @@ def test_loads_of_the_model_in_replay_and_without_compiler(tmp_path):
     rows = live.run(cut(samples, 300, 600)).rows
     again = Monitor.restore(snapshot).run(cut(samples, 300, 600)).rows
     np.testing.assert_array_equal(again, rows)
-    if not COMPILED:
-        pytest.skip('numba is not installed: nothing to compare with')
-    rest = cut(samples, 300, 600)
-    np.savez(tmp_path / 'in.npz', stamps=rest.stamp_ns, u=rest.u, y=rest.y)
-    subprocess.run(
-        [sys.executable, '-W', 'error', '-c', RUN, tmp_path / 'in.npz', tmp_path / 'out.npy',
-         json.dumps(snapshot)], check=True, timeout=120,
-        env={**os.environ, 'GEARBOX_MONITOR_JIT': '0',
-             'PYTHONPATH': str(Path(__file__).parents[2])})
-    np.testing.assert_allclose(rows, np.load(tmp_path / 'out.npy'), rtol=1e-9, atol=1e-9)
 
 
 def test_no_arm_load_for_the_papers_plant():
@@ -613,19 +587,22 @@ def test_lost_positive_definiteness_is_told_with_its_eigenvalue():
     assert told.smallest_eigenvalue <= -1.0
 
 
-@pytest.mark.parametrize('effect', [
+KNOWN_OR_NOT = [
     {'id': 'gravity', 'G': 0.5}, {'id': 'arm_coulomb', 'Cac': 0.5},
     {'id': 'arm_viscous', 'Cav': 0.1}, {'id': 'load_torque', 'TL': 0.5},
     {'id': 'load_friction', 'Cl': 0.2}, {'id': 'torque_offset', 'u0': 0.5},
     {'id': 'motor_viscous', 'Cv': 0.2}, {'id': 'motor_coulomb', 'Cc': 0.5},
     {'id': 'motor_inertia', 'm1': 0.01}, {'id': 'arm_inertia', 'm2': 0.04},
     {'id': 'transmission_damping', 'D': 0.1}, {'id': 'stribeck', 'Cs': 0.2, 'vs': 0.5},
-    {'id': 'actuator_lag', 'T': 0.01}], ids=lambda e: e['id'])
-def test_an_effect_is_used_or_said_to_be_left_out(effect):
-    samples, _ = drive(0.4)
-    plain = Monitor(MODEL, {'arm_load': 'none'})
-    given = Monitor(replace(MODEL, effects=(effect,)), {'arm_load': 'none'})
-    # Friction that is left out still asks for finer steps.
-    used = np.median(np.abs(plain.run(samples).tau_k - given.run(samples).tau_k)) > 0.02
-    told = any(effect['id'] in warning for warning in given.estimator.warnings)
-    assert used != told
+    {'id': 'actuator_lag', 'T': 0.01}]
+
+
+def test_an_effect_is_used_or_said_to_be_left_out():
+    for effect in KNOWN_OR_NOT:
+        samples, _ = drive(0.4)
+        plain = Monitor(MODEL, {'arm_load': 'none'})
+        given = Monitor(replace(MODEL, effects=(effect,)), {'arm_load': 'none'})
+        # Friction that is left out still asks for finer steps.
+        used = np.median(np.abs(plain.run(samples).tau_k - given.run(samples).tau_k)) > 0.02
+        told = any(effect['id'] in warning for warning in given.estimator.warnings)
+        assert used != told

@@ -5,7 +5,6 @@
 import itertools
 
 import numpy as np
-import pytest
 
 from gearbox_monitor.health.checks.outcome import (
     Alarm, Condition, joined, Level, Outcome, outcome_of)
@@ -72,16 +71,16 @@ def check_promises(raws, up, down):
             assert b - a >= (up if alarmed[b] else down)  # how fast it can flap at most
 
 
-@pytest.mark.parametrize('up, down', DEBOUNCES)
-def test_every_short_sequence(up, down):
-    for raws in itertools.product(range(3), repeat=7):
-        check_promises(raws, up, down)
+def test_every_short_sequence():
+    for up, down in DEBOUNCES:
+        for raws in itertools.product(range(3), repeat=7):
+            check_promises(raws, up, down)
 
 
-@pytest.mark.parametrize('up, down', DEBOUNCES)
-def test_long_random_sequences(up, down):
-    for raws in random_sequences(30, 300):
-        check_promises(raws, up, down)
+def test_long_random_sequences():
+    for up, down in DEBOUNCES:
+        for raws in random_sequences(30, 300):
+            check_promises(raws, up, down)
 
 
 def test_counters_are_clamped():
@@ -141,9 +140,12 @@ def test_findings_are_made_of_conditions():
         Level.ERROR, 'odd, bad, strange: look; mend', {'x': 2})
 
 
-@pytest.mark.parametrize('levels, level, message', [
+JOINED = [
     ((0, 0, 0), 0, 'a'), ((1, 0, 0), 1, 'a'), ((0, 1, 0), 1, 'b'), ((0, 1, 2), 2, 'b; c'),
-    ((1, 0, 2), 2, 'c; a'), ((2, 1, 1), 2, 'b; c; a')])
-def test_joined_outcomes_say_what_is_wrong_and_the_first_last(levels, level, message):
-    outcomes = [Outcome(Level(n), text, {text: n}) for n, text in zip(levels, 'abc')]
-    assert joined(outcomes) == Outcome(Level(level), message, {'a': levels[0]})
+    ((1, 0, 2), 2, 'c; a'), ((2, 1, 1), 2, 'b; c; a')]
+
+
+def test_joined_outcomes_say_what_is_wrong_and_the_first_last():
+    for levels, level, message in JOINED:
+        outcomes = [Outcome(Level(n), text, {text: n}) for n, text in zip(levels, 'abc')]
+        assert joined(outcomes) == Outcome(Level(level), message, {'a': levels[0]})

@@ -12,9 +12,10 @@ from scipy import stats
 from benchmarks import paper
 from gearbox_monitor.estimation import process_model, sample_loop
 from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.estimation.score import WHITE_LIMIT
 from gearbox_monitor.estimation.whiteness import LAGS, ljung_box
 from gearbox_monitor.health.alert_limits import LIMITS
-from gearbox_monitor.health.checks import covariance, innovation, observability
+from gearbox_monitor.health.checks import covariance, elastic_curve, innovation, observability
 from gearbox_monitor.health.checks.outcome import Level, Outcome
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
@@ -101,7 +102,7 @@ def test_gramian_against_the_exact_tangent(moving, effects):
             information = np.diag(1.0 / packed[[process_model.R1, process_model.R2]])
             gramian += product[:2].T @ information @ product[:2]
             z[:] = state
-            process_model.propagate(process_model.markers(packed, 5), z, phi.reshape(-1),
+            process_model.propagate(process_model.layout_of(packed, 5), z, phi.reshape(-1),
                                     (0.0, 0.0), 1e-3, 8, packed)
             product = phi @ product
         scale = np.array([1.0, 1.0, 20.0, 20.0, 3.6])
@@ -233,6 +234,9 @@ def test_thresholds_have_the_stated_odds():
     alpha = LIMITS.error_significance
     assert innovation.MEAN_LIMIT == pytest.approx(stats.norm.isf(alpha / 4))
     assert innovation.LJUNG_BOX_LIMIT == pytest.approx(stats.chi2.isf(alpha / 2, LAGS))
+    assert elastic_curve.OFTEN == pytest.approx(stats.t.ppf(
+        elastic_curve.LIMITS.curve_often, elastic_curve.BLOCKS - 1))
+    assert WHITE_LIMIT == pytest.approx(stats.chi2.isf(0.025, LAGS))
     for dof in (200.0, 4000.0):
         low, high = innovation.nis_limits(dof)
         assert low * dof == pytest.approx(stats.chi2.ppf(alpha / 2, dof), rel=1e-6)
@@ -379,8 +383,7 @@ def test_reference_of_the_uncertainty_can_be_given():
         assert monitor.tau_k_std_reference is None
 
 
-@pytest.mark.parametrize('dt', [1e-2, 1e-3, 5e-4])
-@pytest.mark.parametrize('disturbed', [False, True])
+@pytest.mark.parametrize('dt, disturbed', [(5e-4, False), (1e-2, True), (1e-3, True)])
 def test_one_evaluation_per_second_of_stamps(dt, disturbed):
     data = default_samples(6.0, dt=dt)
     if disturbed:

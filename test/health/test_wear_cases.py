@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Two things at once: each of them has the size that it has, and ends by itself."""
+from copy import deepcopy
+from functools import cache
 import json
 import math
 from pathlib import Path
@@ -26,10 +28,15 @@ FRICTION = 0.1 + 0.27 / 18.0  # of the model, at the speed of the windows: N m s
 COULOMB = 0.27 / 18.0 / FRICTION  # its share of it
 
 
-def learnt(seed, windows=90, **state):
+@cache
+def healthy(seed, windows, temperature):
     gearbox = Gearbox(seed, 'A')
-    gearbox.go(windows, **state)
+    gearbox.go(windows, temperature=temperature)
     return gearbox
+
+
+def learnt(seed, windows=90, temperature=None):
+    return deepcopy(healthy(seed, windows, temperature))
 
 
 def size(gearbox, key, true, stage=None):
@@ -40,8 +47,8 @@ def size(gearbox, key, true, stage=None):
     return change
 
 
-@pytest.mark.parametrize('growth, stage', [(0.2, WARNED), (0.5, GROSS)])
-@pytest.mark.parametrize('new', [{'load': 9.0}, {'temperature': 45.0}])
+@pytest.mark.parametrize('growth, stage, new', [
+    (0.2, WARNED, {'load': 9.0}), (0.5, GROSS, {'temperature': 45.0})])
 def test_growth_together_with_a_new_motion_or_a_warming(growth, stage, new):
     gearbox = learnt(1, **({'temperature': 20.0} if 'temperature' in new else {}))
     gearbox.go(3, growth, **new)

@@ -25,20 +25,20 @@ def test_catalogue_has_the_entries_of_its_folder():
     assert sorted(path.stem for path in folder.glob('*.yaml')) == sorted(NAMES) == sorted(SOURCES)
 
 
-@pytest.mark.parametrize('name', NAMES)
-def test_entry_has_values_within_its_ranges_and_their_source(name):
-    found = gm.load_actuator(name)
-    stored = yaml.safe_load(config_path(f'actuators/{name}.yaml').read_text())
-    assert ranges_data(found.ranges) == stored['ranges']
-    i = found.ranges.names.index('Cc')
-    assert found.ranges.low[i] < found.model.coulomb_friction < found.ranges.high[i]
-    assert all(found.provenance.values())
-    fitted, unseen = set(found.ranges.sources), set(found.held_out['recordings'])
-    assert unseen and not fitted & unseen
-    assert len(found.held_out['error']) == len(unseen)
-    drawn = found.ranges.sample(2000, seed=1)['Cc']
-    inside = (drawn >= found.ranges.low[i]) & (drawn <= found.ranges.high[i])
-    assert np.mean(inside) == pytest.approx(0.9, abs=0.03)
+def test_entry_has_values_within_its_ranges_and_their_source():
+    for name in NAMES:
+        found = gm.load_actuator(name)
+        stored = yaml.safe_load(config_path(f'actuators/{name}.yaml').read_text())
+        assert ranges_data(found.ranges) == stored['ranges']
+        i = found.ranges.names.index('Cc')
+        assert found.ranges.low[i] < found.model.coulomb_friction < found.ranges.high[i]
+        assert all(found.provenance.values())
+        fitted, unseen = set(found.ranges.sources), set(found.held_out['recordings'])
+        assert unseen and not fitted & unseen
+        assert len(found.held_out['error']) == len(unseen)
+        drawn = found.ranges.sample(2000, seed=1)['Cc']
+        inside = (drawn >= found.ranges.low[i]) & (drawn <= found.ranges.high[i])
+        assert np.mean(inside) == pytest.approx(0.9, abs=0.03)
 
 
 def is_rounded(stated, value):
@@ -47,26 +47,26 @@ def is_rounded(stated, value):
     return abs(float(stated) - value) <= 1.001 * half
 
 
-@pytest.mark.parametrize('name', NAMES)
-def test_page_states_the_entry_and_what_is_open(name):
-    page = (Path(__file__).parents[2] / 'docs/actuators.md').read_text()
-    row, = re.findall(rf'^\| {name} \| (.*) \|$', page, re.MULTILINE)
-    *cells, error = row.split(' | ')
-    found = gm.load_actuator(name)
-    model = found.model
-    undetermined = {key for c in found.ranges.combinations for key in c.exponents}
-    for cell, (key, value) in zip(cells, (
-            ('m1', model.motor_inertia), ('Cc', model.coulomb_friction),
-            ('Cv', model.viscous_friction), ('kt', model.torque_constant)), strict=True):
-        stated = cell.split()[0]
-        assert (stated == 'open') == (key in undetermined), key
-        assert stated == 'open' or is_rounded(stated, value), key
-    for stated, values in zip(error.split(' of '), ('error', 'motion'), strict=True):
-        numbers = re.findall(r'[0-9.]+', stated)
-        ends = min(found.held_out[values]), max(found.held_out[values])
-        assert is_rounded(min(numbers, key=float), ends[0]), values
-        assert is_rounded(max(numbers, key=float), ends[1]), values
-    assert error.endswith(f' {found.held_out["unit"]}')
+def test_page_states_the_entry_and_what_is_open():
+    for name in NAMES:
+        page = (Path(__file__).parents[2] / 'docs/actuators.md').read_text()
+        row, = re.findall(rf'^\| {name} \| (.*) \|$', page, re.MULTILINE)
+        *cells, error = row.split(' | ')
+        found = gm.load_actuator(name)
+        model = found.model
+        undetermined = {key for c in found.ranges.combinations for key in c.exponents}
+        for cell, (key, value) in zip(cells, (
+                ('m1', model.motor_inertia), ('Cc', model.coulomb_friction),
+                ('Cv', model.viscous_friction), ('kt', model.torque_constant)), strict=True):
+            stated = cell.split()[0]
+            assert (stated == 'open') == (key in undetermined), key
+            assert stated == 'open' or is_rounded(stated, value), key
+        for stated, values in zip(error.split(' of '), ('error', 'motion'), strict=True):
+            numbers = re.findall(r'[0-9.]+', stated)
+            ends = min(found.held_out[values]), max(found.held_out[values])
+            assert is_rounded(min(numbers, key=float), ends[0]), values
+            assert is_rounded(max(numbers, key=float), ends[1]), values
+        assert error.endswith(f' {found.held_out["unit"]}')
 
 
 def test_unknown_name_lists_the_catalogue():
@@ -81,24 +81,24 @@ def test_export_names_the_actuator_that_was_meant(options, capsys):
         "gearbox_monitor export: actuator: 'davinci_backnd', did you mean 'davinci_backend'?\n")
 
 
-@pytest.mark.parametrize('name', NAMES)
-def test_export_takes_a_name_of_the_catalogue(name, capsys):
-    arm = str(config_path('arm6.urdf'))
-    model = gm.load_actuator(name).model
-    code = main(['export', name, '--to', 'urdf', '--into', arm, '--joint', 'joint6'])
-    shown = capsys.readouterr().out
-    for value in (model.viscous_friction, model.coulomb_friction):
-        assert f'"{value:.9g}"' in shown
-    lacking = [line for line in shown.splitlines() if 'refused' in line]
-    assert code == (1 if lacking else 0)
-    loaded = any(e['id'] == 'load_friction' for e in model.effects)
-    assert any('load_friction' in line for line in lacking) == loaded
+def test_export_takes_a_name_of_the_catalogue(capsys):
+    for name in NAMES:
+        arm = str(config_path('arm6.urdf'))
+        model = gm.load_actuator(name).model
+        code = main(['export', name, '--to', 'urdf', '--into', arm, '--joint', 'joint6'])
+        shown = capsys.readouterr().out
+        for value in (model.viscous_friction, model.coulomb_friction):
+            assert f'"{value:.9g}"' in shown
+        lacking = [line for line in shown.splitlines() if 'refused' in line]
+        assert code == (1 if lacking else 0)
+        loaded = any(e['id'] == 'load_friction' for e in model.effects)
+        assert any('load_friction' in line for line in lacking) == loaded
 
 
-@pytest.mark.parametrize('name', NAMES)
-def test_ranges_of_the_catalogue_are_exported(name, capsys):
-    assert main(['export', name, '--to', 'mjlab', '--ranges']) == 0
-    ast.parse(capsys.readouterr().out)
+def test_ranges_of_the_catalogue_are_exported(capsys):
+    for name in NAMES:
+        assert main(['export', name, '--to', 'mjlab', '--ranges']) == 0
+        ast.parse(capsys.readouterr().out)
 
 
 def test_file_of_the_same_name_wins(tmp_path, monkeypatch, capsys):

@@ -20,7 +20,6 @@ from gearbox_monitor.diagnosis.joint.judge import decide
 from gearbox_monitor.diagnosis.joint.shooting import shooting_windows, Simulator
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model
-from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant import effects
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.effects import EFFECTS
@@ -29,7 +28,6 @@ from gearbox_monitor.plant.faults import Faults, FaultyPlant
 from gearbox_monitor.plant.simulate import Noise, Plant
 from gearbox_monitor.signals.uniform import UniformRecording
 
-compiled = pytest.mark.skipif(not COMPILED, reason='takes minutes without numba')
 PAGE = Path(__file__).parents[2] / 'docs/extend.md'
 DT = 1e-3
 T = DT * np.arange(3000)
@@ -92,7 +90,6 @@ def test_values_are_given_for_all():
         assert parameters == tuple(p.name for p in effect.parameters) or name == 'disturbance'
 
 
-@compiled
 @pytest.mark.parametrize('name', ON_TORQUE)
 def test_agrees_with_a_plant_that_shares_no_code(name):
     """
@@ -135,8 +132,7 @@ def test_agrees_with_a_plant_that_shares_no_code(name):
     assert np.abs(runs[0] - y).max() < 1e-3
 
 
-@compiled
-@pytest.mark.parametrize('seed', range(3))
+@pytest.mark.parametrize('seed', range(2))
 def test_agrees_with_several_effects_at_once(seed):
     random = np.random.default_rng(seed)
     names = [n for n in ON_TORQUE if n not in ('disturbance', 'stribeck')
@@ -225,7 +221,6 @@ def test_faults_act_on_replaced_values():
     np.testing.assert_array_equal(twice.x, direct.x)
 
 
-@compiled
 @pytest.mark.parametrize('effect', [
     {'id': 'lugre', 'sigma0': 500.0, 'sigma1': 30.0, 'Cs': 0.1, 'vs': 0.3},
     {'id': 'lugre', 'sigma0': 5000.0, 'sigma1': 0.3, 'Cs': 0.1, 'vs': 0.3},
@@ -239,7 +234,7 @@ def test_steep_friction_stays_stable(effect):
 # ---------------------------------------------------------------------- model file
 
 
-@pytest.mark.parametrize('text, words', [
+BAD_EFFECTS = [
     ('[{id: wobble}]', ['wobble', 'gravity', 'stribeck']),
     ('[{id: stribeck, Cs: 0.1}]', ['effects.stribeck.vs', 'None', 'rad/s']),
     ('[{id: stribeck, Cs: 0.1, vs: 0.2, v: 1}]',
@@ -252,15 +247,18 @@ def test_steep_friction_stays_stable(effect):
     ('[{id: stiffness, K: 30}, {id: stiffness, K: 31}]', ['stiffness', 'twice']),
     ('[gravity]', ['gravity', 'unknown id']),
     ('{id: gravity, G: 1}', ['expected a list']),
-])
-def test_bad_effect_in_a_model_file(tmp_path, text, words):
-    path = tmp_path / 'drive.yaml'
-    path.write_text(f'effects: {text}\n', encoding='utf-8')
-    with pytest.raises(InputError) as error:
-        load_model(path)
-    assert '\n' not in str(error.value)
-    for word in ['drive.yaml', *words]:
-        assert word in str(error.value)
+]
+
+
+def test_bad_effect_in_a_model_file(tmp_path):
+    for text, words in BAD_EFFECTS:
+        path = tmp_path / 'drive.yaml'
+        path.write_text(f'effects: {text}\n', encoding='utf-8')
+        with pytest.raises(InputError) as error:
+            load_model(path)
+        assert '\n' not in str(error.value)
+        for word in ['drive.yaml', *words]:
+            assert word in str(error.value)
 
 
 # ---------------------------------------------------------------------- plug-ins
@@ -292,7 +290,6 @@ def plugin_folder(tmp_path, monkeypatch):
     sys.modules.pop('my_effects', None)
 
 
-@compiled
 @pytest.mark.system
 def test_the_plugin_of_the_page(plugin_folder):
     """Simulated as the own plant does it, beside the nominal drive, and found by the search."""
@@ -357,8 +354,8 @@ def test_two_plugins_in_one_model(plugin_folder):
     ('starts=(0.1,)', 'starts=()', ['starts', '1 parameters']),
     ('starts=(0.1,)', 'starts=(-1.0,)', ['starts', 'bounds']),
     ('torques=torques, ', '', ['torques']),
-    ('tau_k, theta)', 'theta)', ['torques', 'tau_k', 'numba']),
-    ('theta[0] * x2', 'open("file")', ['torques', 'numba']),
+    ('tau_k, theta)', 'theta)', ['torques', 'tau_k']),
+    ('theta[0] * x2', 'open("file")', ['torques', 'FileNotFoundError']),
     ('return 0.0, theta[0] * x2, 0.0', 'return theta[0] * x2', ['returns', 'three']),
     ('return 0.0, theta[0] * x2, 0.0', 'return 0.0, theta[0] / (x2 - x2), 0.0', ['torques']),
 ])

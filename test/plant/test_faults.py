@@ -40,22 +40,25 @@ def test_no_fault_is_the_plant():
     assert np.array_equal(tau_k, HEALTHY.tau_k)
 
 
-@pytest.mark.parametrize('fault, expected', [
+ENCODER_FAULTS = [
     ({'frozen': True}, lambda x, y: np.full(N - AT, y[AT - 1])),
     ({'lost': True}, lambda x, y: np.full(N - AT, np.nan)),
     ({'delay': 0.005}, lambda x, y: y[AT - 5:N - 5]),
     ({'scale': 1.01}, lambda x, y: (1.01 * x + (y - x))[AT:]),
     ({'noise': 3.0}, lambda x, y: (x + 3.0 * (y - x))[AT:]),
-])
-@pytest.mark.parametrize('joint', [0, 1])
-def test_encoder_fault(fault, expected, joint):
-    name = ('motor', 'arm')[joint]
-    y, x, _ = run(Faults(START, **{name: EncoderFault(**fault)}))
-    assert np.array_equal(x, HEALTHY.x)
-    assert np.array_equal(y[:, 1 - joint], HEALTHY.y[:, 1 - joint])
-    assert np.array_equal(y[:AT], HEALTHY.y[:AT])
-    np.testing.assert_allclose(
-        y[AT:, joint], expected(x[:, joint], HEALTHY.y[:, joint]), rtol=0, atol=1e-12)
+]
+
+
+def test_encoder_fault():
+    for fault, expected in ENCODER_FAULTS:
+        for joint in (0, 1):
+            name = ('motor', 'arm')[joint]
+            y, x, _ = run(Faults(START, **{name: EncoderFault(**fault)}))
+            assert np.array_equal(x, HEALTHY.x)
+            assert np.array_equal(y[:, 1 - joint], HEALTHY.y[:, 1 - joint])
+            assert np.array_equal(y[:AT], HEALTHY.y[:AT])
+            np.testing.assert_allclose(
+                y[AT:, joint], expected(x[:, joint], HEALTHY.y[:, joint]), rtol=0, atol=1e-12)
 
 
 def test_outliers_have_the_stated_rate_and_size():
@@ -75,11 +78,11 @@ def test_a_fault_ends():
         assert not np.array_equal(y[:900], HEALTHY.y[:900])
 
 
-@pytest.mark.parametrize('name', ['viscous_friction', 'coulomb_friction', 'torque'])
-def test_drive_fault_changes_the_motion_from_its_start_on(name):
-    _, x, _ = run(Faults(START, **{name: 1.3}))
-    assert np.array_equal(x[:AT + 1], HEALTHY.x[:AT + 1])
-    assert np.abs(x - HEALTHY.x)[AT + 1:].max() > 1e-3
+def test_drive_fault_changes_the_motion_from_its_start_on():
+    for name in ('viscous_friction', 'coulomb_friction', 'torque'):
+        _, x, _ = run(Faults(START, **{name: 1.3}))
+        assert np.array_equal(x[:AT + 1], HEALTHY.x[:AT + 1])
+        assert np.abs(x - HEALTHY.x)[AT + 1:].max() > 1e-3
 
 
 def test_torque_over_twist_follows_stiffness_and_gap():

@@ -9,8 +9,8 @@ import pytest
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.process_model import (
-    advance, advance_beside, BESIDE, EIGENVALUE, FACTOR_DELAY, markers, N_FACTORS, N_LANE, NUMERIC,
-    pack, propagate, propagate_numeric)
+    advance, advance_beside, BESIDE, EIGENVALUE, FACTOR_DELAY, layout_of, N_FACTORS, N_LANE,
+    NUMERIC, pack, propagate, propagate_numeric)
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import model_from_dict, substeps
 from gearbox_monitor.plant.excitation import Excitation
@@ -45,8 +45,7 @@ def changed(file, h, integrator, *pairs):
 
 
 @pytest.mark.parametrize('integrator', ['Euler', 'implicitfast', 'RK4'])
-@pytest.mark.parametrize('h', [1e-3, 2e-3])
-@pytest.mark.parametrize('arm', [0.0, 0.1])
+@pytest.mark.parametrize('h, arm', [(1e-3, 0.0), (2e-3, 0.1)])
 def test_mujoco_itself(h, integrator, arm):
     u = Excitation().torque(np.arange(500) * DT)
     text = changed('pair.xml', h, integrator, (
@@ -105,7 +104,7 @@ def test_the_process_model_of_filters_has_the_law(law):
         {'id': 'arm_coulomb', 'Cac': 0.1}], 'arm_friction_sharpness': 60.0}, 'test')
     run = simulate(model, Excitation().torque(np.arange(200) * 1e-3), 1e-3)
     p = pack(model, EstimatorParameters(tau_k_model='elastic'))
-    states, z, n = markers(p, 5), np.zeros(5), substeps(1e-3, p[EIGENVALUE])
+    states, z, n = layout_of(p, 5), np.zeros(5), substeps(1e-3, p[EIGENVALUE])
     for u in run.u[:-1]:
         advance(states, z, (u, 0.0), 1e-3, n, p)
     np.testing.assert_allclose(z[:2], run.x[-1, :2], atol=2e-5)
@@ -135,7 +134,7 @@ def test_sharpness_of_the_arm():
     assert np.abs(same - both).max() > 0.01
 
 
-@pytest.mark.parametrize('values, problem', [
+WRONG = [
     ({'friction_law': {'kind': 'mujoco'}},
      r'timestep: missing, expected that of the simulator \(s\) with friction_law: mujoco'),
     ({'integrator': 'euler'}, 'timestep: missing, .* with integrator: euler'),
@@ -144,10 +143,13 @@ def test_sharpness_of_the_arm():
     ({'friction_law': {'kind': 'atan', 'solref': [0.02, 1]}}, 'solref: not of the law atan'),
     ({'friction_law': {'kind': 'mujoco', 'solimp': 0.9}}, 'solimp: 0.9, expected two numbers'),
     ({'friction_law': {'kind': 'physx', 'static': 0.5}}, 'static: 0.5, expected a number >= 1'),
-    ({**MUJOCO, 'driven_by': 'position', 'process_torque_time': 0.1}, 'expected atan or tanh')])
-def test_what_is_wrong_is_one_line(values, problem):
-    with pytest.raises(InputError, match=problem):
-        model_from_dict(values, 'drive.yaml')
+    ({**MUJOCO, 'driven_by': 'position', 'process_torque_time': 0.1}, 'expected atan or tanh')]
+
+
+def test_what_is_wrong_is_one_line():
+    for values, problem in WRONG:
+        with pytest.raises(InputError, match=problem):
+            model_from_dict(values, 'drive.yaml')
 
 
 def test_a_model_file_keeps_the_law():

@@ -9,7 +9,6 @@ import pytest
 
 from gearbox_monitor.diagnosis.joint.shooting import N_MEMORY, shooting_windows, Simulator
 from gearbox_monitor.kernels.elementary import arctan, exponential, sine
-from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant import batch
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.excitation import Excitation
@@ -57,15 +56,13 @@ def test_sine():
     assert math.isnan(sine(math.inf)) and math.isnan(sine(math.nan))
 
 
-@pytest.mark.skipif(not COMPILED, reason='interpreted, windows run one after the other')
 @pytest.mark.parametrize('effects', [
     [],
     [{'id': 'stiffness', 'K': 31.0}, {'id': 'load_friction', 'Cl': 0.1},
      {'id': 'arm_viscous', 'Cav': 0.02}, {'id': 'load_torque', 'TL': 0.3}],
     [{'id': 'actuator_lag', 'T': 0.004}, {'id': 'motor_encoder_delay', 'T': 0.003},
      {'id': 'arm_encoder_eccentricity', 'A': 0.02, 'phi': 1.0}],
-    *([effect] for effect in OWN_EQUATIONS), *MAPS,
-    OWN_EQUATIONS,
+    *MAPS, OWN_EQUATIONS,
 ], ids=lambda effects: '+'.join(e['id'] for e in effects[:3]))
 def test_side_by_side_and_one_by_one_are_the_same_bits(effects, monkeypatch):
     model = model_from_dict({'effects': effects}, 'test')

@@ -14,7 +14,6 @@ import sys
 
 import pytest
 
-from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant.drive import DriveModel, Transmission
 from gearbox_monitor.plant.effects import EFFECTS
 
@@ -62,7 +61,6 @@ def section(title):
 
 
 @pytest.mark.system
-@pytest.mark.skipif(not COMPILED, reason='takes minutes without numba')
 def test_the_effect_of_the_page_is_simulated_side_by_side_and_found(tmp_path):
     [block] = re.findall(r'```python\n(.*?)```', section('An effect'), re.DOTALL)
     [file] = re.findall(r'at the end of\n\[.*?\]\(\.\./(.*?)\)', section('An effect'))

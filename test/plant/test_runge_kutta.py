@@ -7,7 +7,6 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from gearbox_monitor.diagnosis.joint.shooting import N_MEMORY, ShootingWindows, Simulator
-from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant import batch
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.signals.uniform import UniformRecording
@@ -32,7 +31,7 @@ def exact(model, cogging):
 
 
 @pytest.mark.parametrize('side_by_side', [
-    False, pytest.param(True, marks=pytest.mark.skipif(not COMPILED, reason='no lanes'))])
+    False, True])
 @pytest.mark.parametrize('effects', [[], [COGGING]], ids=['plain', 'cogging'])
 def test_half_the_step_leaves_a_sixteenth_of_the_error(side_by_side, effects):
     model = model_from_dict({**SMOOTH, 'effects': effects}, 'test')

@@ -125,7 +125,7 @@ def test_other_readers_and_metadata(tmp_path):
     assert topic['type_description_hash'].startswith('RIHS01_')
 
 
-@pytest.mark.parametrize('compression', ['none', 'lz4', 'zstd'])
+@pytest.mark.parametrize('compression', ['none', 'zstd'])
 def test_blocks_and_single_messages_give_the_same_bytes(tmp_path, monkeypatch, compression):
     """Messages of any size and order, a topic without any."""
     monkeypatch.setattr('gearbox_monitor.recordings.write.CHUNK_BYTES', 3000)
@@ -320,7 +320,7 @@ def test_cut_chunk_gives_what_it_has(tmp_path):
         assert len(read_all(bag)) == 119
 
 
-@pytest.mark.parametrize('share', [0.0, 0.3, 0.5, 0.9])
+@pytest.mark.parametrize('share', [0.0, 0.5])
 @pytest.mark.parametrize('compression', ['none', 'lz4', 'zstd'])
 def test_zeros_over_the_end_of_a_chunk(tmp_path, compression, share):
     """A block that never reached the medium: what is whole before it is kept, and exact."""
@@ -532,19 +532,22 @@ def test_joint_states_equal_slow_decoding(tmp_path):
             bag.joint_states('/text', ['motor'])
 
 
-@pytest.mark.parametrize('names', [(), ('m',), NAMES, ('a', 'bcd', 'efghi')])
-@pytest.mark.parametrize('frame_id', ['', 'abc', 'base_link'])
-def test_encoder_equals_rosbags(names, frame_id):
-    rng = np.random.default_rng(4)
-    stamps = np.array([0, 1, BASE_NS, BASE_NS + 999_999_999, -1])
-    fields = rng.normal(size=(3, len(stamps), len(names)))
-    fields[0, 0] = np.nan
-    for used in ((0, 1, 2), (0,), (0, 2), (2,), ()):
-        given = [fields[k] if k in used else None for k in range(3)]
-        encoded = cdr.encode_joint_states(stamps, names, *given, frame_id=frame_id)
-        assert encoded == [raw_joint_state(
-            int(t), names, *(fields[k][row] if k in used else () for k in range(3)),
-            frame_id=frame_id) for row, t in enumerate(stamps)]
+FRAMES = [(), ('m',), NAMES, ('a', 'bcd', 'efghi')]
+
+
+def test_encoder_equals_rosbags():
+    for names in FRAMES:
+        for frame_id in ('', 'abc', 'base_link'):
+            rng = np.random.default_rng(4)
+            stamps = np.array([0, 1, BASE_NS, BASE_NS + 999_999_999, -1])
+            fields = rng.normal(size=(3, len(stamps), len(names)))
+            fields[0, 0] = np.nan
+            for used in ((0, 1, 2), (0,), (0, 2), (2,), ()):
+                given = [fields[k] if k in used else None for k in range(3)]
+                encoded = cdr.encode_joint_states(stamps, names, *given, frame_id=frame_id)
+                assert encoded == [raw_joint_state(
+                    int(t), names, *(fields[k][row] if k in used else () for k in range(3)),
+                    frame_id=frame_id) for row, t in enumerate(stamps)]
 
 
 FULL_DISK = """

@@ -12,11 +12,9 @@ import scipy.io
 
 import gearbox_monitor as gm
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.recordings.examples import ExampleMotion, write_example_bag
 from gearbox_monitor.recordings.read import open_bag
 
-pytestmark = pytest.mark.skipif(not COMPILED, reason='takes minutes without numba')
 MODEL = gm.DriveModel()
 ENDINGS = ('csv', 'npz', 'mat', 'jsonl', 'parquet', 'feather', 'h5')
 

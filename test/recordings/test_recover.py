@@ -205,7 +205,7 @@ def test_bad_input_leaves_nothing(tmp_path, monkeypatch, capsys):
         capture_output=True, text=True, cwd=tmp_path,
         # A limit cuts compiled modules without a word, too.
         env={'PYTHONPATH': str(Path(__file__).parents[2]), 'PYTHONDONTWRITEBYTECODE': '1',
-             'GEARBOX_MONITOR_JIT': '0'},
+             'GEARBOX_MONITOR_KERNELS': 'python'},
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1500, 1500)))
     assert done.returncode == 2 and done.stderr.count('\n') == 1, done.stderr
     assert 'cut_recovered_0.mcap: cannot write: File too large; ' in done.stderr

@@ -31,9 +31,9 @@ PICTURES = ('overlay.png', 'where.png', 'ranking.png')
 
 
 def record(path, effects, seed=1):
-    t = np.arange(6000) * 1e-3
+    t = np.arange(2500) * 2e-3
     u = Excitation('multisine', (4.0, 2.0, 1.0), (0.5, 1.3, 3.1 + 0.1 * seed)).torque(t)
-    x = simulate(replace(MODEL, effects=effects), u, 1e-3).x[:, :2]
+    x = simulate(replace(MODEL, effects=effects), u, 2e-3).x[:, :2]
     y = x + 0.002 * np.random.default_rng(seed).standard_normal(x.shape)
     np.savetxt(path, np.column_stack([t, u, y]), '%.9g', ',', header='t,u,motor,arm', comments='')
 
@@ -283,7 +283,7 @@ def test_simulate(folder, tmp_path, capsys):
     shown = capsys.readouterr().out
     text = shown.replace(str(folder), '').replace(str(tmp_path), '')
     assert max(map(len, text.splitlines())) <= 80
-    assert 'The closed model closes' in shown and 'one free run of 6 s' in shown
+    assert 'The closed model closes' in shown and 'one free run of 5 s' in shown
     assert sorted(p.name for p in out.iterdir()) == ['free_run.png', 'windows.png']
     data = json.loads((tmp_path / 'numbers.json').read_text())
     known = json.loads((folder / 'out/verdict.json').read_text())['validation']

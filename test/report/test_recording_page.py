@@ -197,19 +197,19 @@ def test_the_newest_state_is_stated():
     assert line.spans['backlash'].messages == ['gap +0.1 % over the baseline']
 
 
-@pytest.mark.parametrize('level', [1, 2])
-def test_warning_and_error_differ(level):
+def test_warning_and_error_differ():
     """The headline of each has its own kind and word."""
-    line = Timeline(60.0)
-    line.add_inputs(T0 + np.arange(3) * 1_000_000_000, np.zeros(3))
-    line.add_outcomes(T0, {'backlash': (level, 'backlash has grown')})
-    line.finish()
-    html = recording_page.recording_page(
-        line, RecordingFacts(True, DriveModel(), Monitor(DriveModel()).parameters), 'worn',
-        'a/bag')
-    kind = ('good', 'warn', 'error')[level]
-    assert f'class="verdict {kind}"' in html and f'class="badge">{kind.upper()}<' in html
-    assert 'gearbox_monitor accept a/bag' in html
+    for level in (1, 2):
+        line = Timeline(60.0)
+        line.add_inputs(T0 + np.arange(3) * 1_000_000_000, np.zeros(3))
+        line.add_outcomes(T0, {'backlash': (level, 'backlash has grown')})
+        line.finish()
+        html = recording_page.recording_page(
+            line, RecordingFacts(True, DriveModel(), Monitor(DriveModel()).parameters), 'worn',
+            'a/bag')
+        kind = ('good', 'warn', 'error')[level]
+        assert f'class="verdict {kind}"' in html and f'class="badge">{kind.upper()}<' in html
+        assert 'gearbox_monitor accept a/bag' in html
 
 
 @pytest.mark.parametrize('width', [1280, 390])

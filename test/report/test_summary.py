@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """The first sentence of a verdict: what differs, by how much, and what that explains."""
-import pytest
 
 from gearbox_monitor.cli import fit_nominal, tune
 from gearbox_monitor.diagnosis.joint.verdict import Finding, model_values, Remainder
@@ -28,7 +27,7 @@ def data_of(kind, *findings, remainder=None, model=MODEL, **more):
             'model_values': model_values([f.effect for f in findings], model), **more}
 
 
-@pytest.mark.parametrize('data, expected', [
+ANSWERS = [
     (data_of('effect', HEAVY), "The arm's inertia is 0.0330 kg m², not 0.0235 (+40 %). "
      'This explains the whole difference.'),
     (data_of('effect', HEAVY, WEIGHT),
@@ -56,9 +55,12 @@ def data_of(kind, *findings, remainder=None, model=MODEL, **more):
      'it: motor side, over the speed of the motor.'),
     (data_of('none') | {'gap_before': 0.99},
      'No gap: the model explains the recording down to the noise of the encoders (misfit 0.987, '
-     'where 1 is noise alone).')])
-def test_the_answer_states_sizes_and_what_they_explain(data, expected):
-    assert summary(data) == expected
+     'where 1 is noise alone).')]
+
+
+def test_the_answer_states_sizes_and_what_they_explain():
+    for data, expected in ANSWERS:
+        assert summary(data) == expected
 
 
 def test_an_effect_of_the_model_file_is_compared_with_its_value_there():
@@ -71,20 +73,26 @@ def test_a_slide_has_masses_and_forces():
     assert 'inertia is 0.0330 kg, not' in summary(data_of('effect', HEAVY), 'prismatic')
 
 
-@pytest.mark.parametrize('value, expected', [
+SIZES = [
     (0.0, '0'), (25.0, '25.0'), (0.033, '0.0330'), (1234.0, '1234'), (2e-7, '2.00e-07'),
-    (-0.5, '-0.500')])
-def test_sizes_have_three_digits(value, expected):
-    assert sized(value) == expected
+    (-0.5, '-0.500')]
 
 
-@pytest.mark.parametrize('value, deviation, expected', [
+def test_sizes_have_three_digits():
+    for value, expected in SIZES:
+        assert sized(value) == expected
+
+
+VALUES = [
     (1.99, 0.0074, '1.9900 ± 0.0074'), (3.02, 0.0996, '3.02 ± 0.10'),
     (0.2, 0.002, '0.2000 ± 0.0020'), (12345.0, 1234.0, '12300 ± 1200'),
     (0.0234531, 3.8e-7, '0.02345310 ± 0.00000038'),
-    (1.2345e-9, 3e-11, '1.235e-09 ± 3.0e-11'), (0.5, 0.0, '0.500 ± 0')])
-def test_a_value_has_the_digits_of_its_deviation(value, deviation, expected):
-    assert with_deviation(value, deviation) == expected
+    (1.2345e-9, 3e-11, '1.235e-09 ± 3.0e-11'), (0.5, 0.0, '0.500 ± 0')]
+
+
+def test_a_value_has_the_digits_of_its_deviation():
+    for value, deviation, expected in VALUES:
+        assert with_deviation(value, deviation) == expected
 
 
 def test_values_and_widths_have_the_digits_of_their_deviations():

@@ -194,16 +194,19 @@ def test_a_torque_without_the_weight_gets_it_back():
     assert error < 0.05 * without
 
 
-@pytest.mark.parametrize('changes, said', [
+BAD_PARAMETERS = [
     ({'effort_is': 'current'}, 'effort_is: current, but torque_constant'),
     ({'effort_is': 'gravity_compensated', 'arm_load': 'unknown'}, 'expected arm_load model'),
     ({'arm_joint': 'elbow'}, "no joint 'elbow' \\(arm_joint\\), expected"),
     ({'filter': 'aekf'}, 'filter: aekf, expected one of ekf, ukf'),
     ({'payload_link': 'gripper'}, "payload_link: 'gripper', expected"),
-    ({'robot_gravity': [0.0, 9.8]}, 'robot_gravity: .*, expected three numbers')])
-def test_bad_parameters_are_named(changes, said):
-    with pytest.raises(InputError, match=said):
-        estimator(**changes)
+    ({'robot_gravity': [0.0, 9.8]}, 'robot_gravity: .*, expected three numbers')]
+
+
+def test_bad_parameters_are_named():
+    for changes, said in BAD_PARAMETERS:
+        with pytest.raises(InputError, match=said):
+            estimator(**changes)
 
 
 def test_without_the_description_at_hand_the_load_is_unknown():

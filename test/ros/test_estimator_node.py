@@ -7,8 +7,6 @@ from dataclasses import dataclass
 import json
 import math
 from pathlib import Path
-import re
-import signal
 import time
 
 import numpy as np
@@ -28,7 +26,6 @@ from std_srvs.srv import Trigger  # noqa: E402
 from gearbox_monitor.files.baselines import state_text, write_whole  # noqa: E402
 from gearbox_monitor.health.backlash.change import Tracker, TrackerSettings  # noqa: E402
 from gearbox_monitor.health.backlash.features import Backlash  # noqa: E402
-from gearbox_monitor.kernels.compilation import FIRST_START  # noqa: E402
 from gearbox_monitor.parameters import EstimatorParameters  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
 from gearbox_monitor.plant.excitation import Excitation  # noqa: E402
@@ -331,23 +328,6 @@ def test_drift_state_survives_a_restart(graph, drive, tmp_path):
     errors = graph.stop(estimator)
     for path in (file, baseline):
         assert f'set aside as {path.name}.corrupt-' in errors and not path.exists()
-
-
-@pytest.mark.system
-def test_first_start_announces_that_it_compiles(graph, tmp_path, monkeypatch):
-    """Of an estimator, which a signal ends meanwhile, and of a plant; not so the next start."""
-    pytest.importorskip('numba')
-    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'cache'))
-    monkeypatch.delenv('NUMBA_CACHE_DIR', raising=False)
-    estimator = graph.start('estimator_node')
-    assert f'[estimator]: {FIRST_START}' in estimator.stderr.readline()
-    assert 'compiled in' not in graph.stop(estimator, signal.SIGTERM)
-    plant = graph.start('plant_node', duration=0.01)
-    assert f'[plant]: {FIRST_START}' in plant.stderr.readline()
-    assert re.search(r'\[plant\]: compiled in \d+\.\d s\n', plant.stderr.readline())
-    graph.until(lambda: plant.poll() is not None, 'the end of the plant')
-    _, errors = graph.start('plant_node', duration=0.01).communicate(timeout=300)
-    assert 'published 10 samples' in errors and 'compil' not in errors
 
 
 def test_a_bad_parameter_ends_with_one_line(tmp_path):

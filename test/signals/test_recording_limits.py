@@ -8,7 +8,7 @@ from limits import assert_all_decide, assert_decides, loose_numbers
 import numpy as np
 import pytest
 
-from gearbox_monitor import quality
+from gearbox_monitor import signals
 from gearbox_monitor.signals import encoders, stamps
 from gearbox_monitor.signals.recording_limits import LIMITS, RecordingLimits
 from gearbox_monitor.signals.torque import TorqueResponse

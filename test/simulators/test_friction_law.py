@@ -41,8 +41,8 @@ def advanced(x, u, h, integrator):
 
 
 @pytest.mark.parametrize('integrator', ['Euler', 'implicitfast', 'RK4'])
-@pytest.mark.parametrize('h', [1e-3, 2e-3])
-def test_closed_form(h, integrator):
+def test_closed_form(integrator):
+    h = 2e-3
     text = PAIR.replace('timestep="0.0001" integrator="RK4"',
                         f'timestep="{h}" integrator="{integrator}" gravity="0 0 0"')
     m = mujoco.MjModel.from_xml_string(text)

@@ -205,7 +205,7 @@ def fit_text(value=1.0, error=0.1, covariance=0.01, name='Cc', unit='N m'):
                        'covariance': [[covariance]]})
 
 
-@pytest.mark.parametrize('text, words', [
+BAD_ESTIMATES = [
     (fit_text(-1.0), 'bad.json: Cc: -1, expected no negative number'),
     (fit_text(error=None), 'bad.json: values: Cc: no value, error'),
     (fit_text(error=-0.1), 'bad.json: values: Cc: no value, error'),
@@ -223,15 +223,18 @@ def fit_text(value=1.0, error=0.1, covariance=0.01, name='Cc', unit='N m'):
     ('{"findings": [{"effect": "payload", "values": [1]}], "remainders": []}',
      'bad.json: payload: no values'),
     ('{"accepted": true}', 'bad.json: neither values nor findings'),
-    ('{', 'bad.json: no JSON')])
-def test_bad_estimate_is_one_line(tmp_path, monkeypatch, capsys, text, words):
-    monkeypatch.chdir(tmp_path)
-    written(tmp_path / 'good.json', 1.0, 0.1)
-    (tmp_path / 'bad.json').write_text(text)
-    assert main(['export', 'good.json', 'bad.json', '--to', 'yaml', '--ranges']) == 2
-    shown = capsys.readouterr()
-    assert words in shown.err
-    assert (shown.err.count('\n'), shown.out) == (1, '')
+    ('{', 'bad.json: no JSON')]
+
+
+def test_bad_estimate_is_one_line(tmp_path, monkeypatch, capsys):
+    for text, words in BAD_ESTIMATES:
+        monkeypatch.chdir(tmp_path)
+        written(tmp_path / 'good.json', 1.0, 0.1)
+        (tmp_path / 'bad.json').write_text(text)
+        assert main(['export', 'good.json', 'bad.json', '--to', 'yaml', '--ranges']) == 2
+        shown = capsys.readouterr()
+        assert words in shown.err
+        assert (shown.err.count('\n'), shown.out) == (1, '')
 
 
 def test_one_file_is_no_two_drives(tmp_path, monkeypatch, capsys):

@@ -174,11 +174,11 @@ def test_the_model_moves_as_the_file_does(name):
     assert np.abs(ours - theirs).max() < 5e-4 * max(1.0, np.ptp(theirs))
 
 
-@pytest.mark.parametrize('words', REFUSED)
-def test_what_acts_besides_is_refused_by_name(words):
-    with pytest.raises(InputError) as error:
-        model_of(drive_with(REFUSED[words]))
-    assert words in str(error.value) and 'joint elbow' in str(error.value)
+def test_what_acts_besides_is_refused_by_name():
+    for words in REFUSED:
+        with pytest.raises(InputError) as error:
+            model_of(drive_with(REFUSED[words]))
+        assert words in str(error.value) and 'joint elbow' in str(error.value)
 
 
 def test_every_array_of_the_compiled_model_is_decided_about():

@@ -120,40 +120,46 @@ def test_the_robot_is_read():
         (9.81 * math.hypot(0.07, 0.16), math.atan2(-0.07, 0.16)), rel=1e-6)
 
 
-@pytest.mark.parametrize('change, model, row', [
+INEXPRESSIBLE = [
     (('<limit lower="-2" upper="2" effort="10" velocity="3"/>', ''), {},
      'no <limit> in the joint, which needs a velocity: add one with effort="4"'),
     (('mass   value="1.0"', 'mass value="one"'), {}, "'one', expected a number"),
     (('', ''), {'arm_inertia': 0.02}, 'expected a sum above 0; the joint moves 0.026442'),
     (('<axis xyz="0 2 0"/>', '<axis xyz="0 0 1"/>'),
      {'effects': [{'id': 'gravity', 'G': 1.5}]}, 'gravity acts along its axis'),
-    (('', ''), {'transmission': {'kind': 'dead_zone'}}, 'a joint is rigid there')])
-def test_what_a_file_cannot_express_is_listed(change, model, row):
-    data = {**MODEL.to_dict(), **model}
-    patch = patch_of(model_from_dict(data, 'test'), URDF.replace(*change))
-    assert any(row in one.words and one.kind == 'refused' for one in patch.exported)
+    (('', ''), {'transmission': {'kind': 'dead_zone'}}, 'a joint is rigid there')]
 
 
-@pytest.mark.parametrize('effect', EFFECTS.values(), ids=lambda e: e.id)
-def test_an_effect_without_a_parameter_is_listed(effect):
-    values = {p.name: p.choices[0] if p.choices else [0.1, 0.2] if p.listed else
-              2 if p.whole else min(max(0.013, p.low), p.high) for p in effect.parameters}
-    changes = {'controller': {'kp': 20.0}} if effect.location == 'controller' else {}
-    if effect.location in ('transmission', 'arm_sensor'):
-        changes['kind'] = 'dead_zone'
-    model = MODEL.with_(**changes, effects=[{'id': effect.id, **values}])
-    listed = {row.id for row in patch_of(model).exported if row.kind == 'refused'}
-    assert in_urdf(effect).startswith('none: ') == bool(
-        listed & {effect.id, 'controller', 'transmission'})
+def test_what_a_file_cannot_express_is_listed():
+    for change, model, row in INEXPRESSIBLE:
+        data = {**MODEL.to_dict(), **model}
+        patch = patch_of(model_from_dict(data, 'test'), URDF.replace(*change))
+        assert any(row in one.words and one.kind == 'refused' for one in patch.exported)
 
 
-@pytest.mark.parametrize('text, joint, problem', [
+def test_an_effect_without_a_parameter_is_listed():
+    for effect in EFFECTS.values():
+        values = {p.name: p.choices[0] if p.choices else [0.1, 0.2] if p.listed else
+                  2 if p.whole else min(max(0.013, p.low), p.high) for p in effect.parameters}
+        changes = {'controller': {'kp': 20.0}} if effect.location == 'controller' else {}
+        if effect.location in ('transmission', 'arm_sensor'):
+            changes['kind'] = 'dead_zone'
+        model = MODEL.with_(**changes, effects=[{'id': effect.id, **values}])
+        listed = {row.id for row in patch_of(model).exported if row.kind == 'refused'}
+        assert in_urdf(effect).startswith('none: ') == bool(
+            listed & {effect.id, 'controller', 'transmission'})
+
+
+BAD_FILES = [
     ('<sdf/>', 'elbow', '<sdf>, expected <robot> with --to urdf'),
-    (URDF, 'knee', "'knee' is not in this file, expected one of elbow, wrist")])
-def test_one_line_for_a_bad_file(text, joint, problem):
-    with pytest.raises(InputError) as error:
-        patch_of(text=text, joint=joint)
-    assert problem in str(error.value)
+    (URDF, 'knee', "'knee' is not in this file, expected one of elbow, wrist")]
+
+
+def test_one_line_for_a_bad_file():
+    for text, joint, problem in BAD_FILES:
+        with pytest.raises(InputError) as error:
+            patch_of(text=text, joint=joint)
+        assert problem in str(error.value)
 
 
 def test_the_command(tmp_path, capsys, monkeypatch):

@@ -13,7 +13,6 @@ import pytest
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import save_model
-from gearbox_monitor.kernels.jit import jit_allocating
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
@@ -26,7 +25,6 @@ SIGMA = 2e-3
 NOMINAL = DriveModel(friction_sharpness=20.0)
 
 
-@jit_allocating
 def stepped(torque, start, dt, m2, coulomb):
     """Integrate equation (1) with small semi-implicit steps, nothing of the package's plant."""
     x1, x2, x3, x4 = start
@@ -93,7 +91,7 @@ def test_ways_of_effects():
     assert passed(closed, closed, ()) == {}
 
 
-@pytest.mark.parametrize('source, problem', [
+BAD_SIMULATORS = [
     (None, 'no module nothing.py, expected it in the working directory or installed'),
     ('import absent_module', 'no module absent_module, expected'),
     ('def', 'SyntaxError'),
@@ -107,16 +105,19 @@ def test_ways_of_effects():
      'sample 0: position [nan, nan], expected finite numbers'),
     ('def simulate(torque, start, dt): return torque * 0 + 9.0',
      'first position [9.0, 9.0], expected the start'),
-    ('def simulate(torque, start, dt):\n    return 1 / 0', 'line 2), expected positions')])
-def test_one_line_for_what_is_wrong_with_a_simulator(source, problem, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    name = 'nothing' if source is None else f'simulator_{abs(hash(source))}'
-    if source is not None:
-        (tmp_path / f'{name}.py').write_text(source, encoding='utf-8')
-    with pytest.raises(InputError) as error:
-        user_simulator(f'{name}:simulate').probe(recording_of(NOMINAL, 2.0), NOMINAL)
-    assert problem in str(error.value) and str(error.value).startswith(f'--simulator {name}')
-    assert '\n' not in str(error.value)
+    ('def simulate(torque, start, dt):\n    return 1 / 0', 'line 2), expected positions')]
+
+
+def test_one_line_for_what_is_wrong_with_a_simulator(tmp_path, monkeypatch):
+    for source, problem in BAD_SIMULATORS:
+        monkeypatch.chdir(tmp_path)
+        name = 'nothing' if source is None else f'simulator_{abs(hash(source))}'
+        if source is not None:
+            (tmp_path / f'{name}.py').write_text(source, encoding='utf-8')
+        with pytest.raises(InputError) as error:
+            user_simulator(f'{name}:simulate').probe(recording_of(NOMINAL, 2.0), NOMINAL)
+        assert problem in str(error.value) and str(error.value).startswith(f'--simulator {name}')
+        assert '\n' not in str(error.value)
 
 
 def test_models_that_take_no_torque_are_refused(tmp_path, monkeypatch, capsys):

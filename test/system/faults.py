@@ -23,7 +23,7 @@ from fault_runs import BARS, run_case
 from script import run_script
 from tqdm import tqdm
 
-from benchmarks.harness import add_json_option, require_compiled, require_whole, write_json
+from benchmarks.harness import add_json_option, require_whole, write_json
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.health.monitor import JUDGED
@@ -94,7 +94,6 @@ def verdicts(rows):
 
 def run(args):
     """Run the benchmark; returns 1 when a bar is missed."""
-    require_compiled('faults')
     require_whole('--seeds', args.seeds)
     if args.node is not None and not 0 <= args.node <= 232:
         raise InputError(f'--node: {args.node}, expected a ROS domain, 0 to 232')

@@ -15,6 +15,7 @@ usage examples:
   .venv/bin/python test/system/fleet.py --bags 20 --seconds 50 --rounds 2 --json fleet.json
 """
 from contextlib import ExitStack
+from importlib import import_module
 import importlib.util
 import multiprocessing
 from pathlib import Path
@@ -176,4 +177,6 @@ def run(args):
 
 
 if __name__ == '__main__':
-    sys.exit(run_script(sys.modules[__name__]))
+    # Workers import the script that started them: all of this one, of the command nothing.
+    del sys.modules['__main__'].__file__
+    sys.exit(run_script(import_module('fleet')))

@@ -27,7 +27,7 @@ from sample_source import NOTHING_SAID, SampleSource
 from script import run_script
 from tqdm import tqdm
 
-from benchmarks.harness import add_json_option, bar_lines, BarTable, finish, require_compiled
+from benchmarks.harness import add_json_option, bar_lines, BarTable, finish
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.ros.joint_subscriptions import DEPTH
@@ -277,7 +277,6 @@ def text(data):
 
 def run(args):
     """Run the benchmark; returns 1 when a bar is missed."""
-    require_compiled('load')
     for option in ('numbers', 'seconds', 'past'):
         if args.naming and getattr(args, option) is not None:
             raise InputError(f'--{option} with --naming: one gearbox runs until its change is '

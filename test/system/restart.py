@@ -28,8 +28,7 @@ from node_processes import live_nodes
 from script import run_script
 from tqdm import tqdm
 
-from benchmarks.harness import (
-    add_json_option, bar_lines, BarTable, finish, require_compiled, require_whole)
+from benchmarks.harness import add_json_option, bar_lines, BarTable, finish, require_whole
 from gearbox_monitor.files.baselines import load_state
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.health.monitor import Monitor
@@ -274,7 +273,6 @@ def text(data):
 
 def run(args):
     """Run the benchmark; returns 1 when a bar is missed."""
-    require_compiled('restart')
     require_whole('--times', args.times)
     expect_folder_of(args.json)
     data = evaluate(args.times, args.seed)

@@ -31,7 +31,7 @@ from sample_source import parameters_of, simulated, slowness
 from script import run_script
 from sensor_msgs.msg import JointState
 
-from benchmarks.harness import add_json_option, bar_lines, BarTable, finish, require_compiled
+from benchmarks.harness import add_json_option, bar_lines, BarTable, finish
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.files.yaml_files import expect_folder_of
@@ -266,7 +266,6 @@ def text(data):
 
 def run(args):
     """Run the benchmark; returns 1 when a bar is missed."""
-    require_compiled('robot')
     matches = [re.fullmatch(r'([1-9]\d?)x([1-9]\d{0,3})', run) for run in args.runs]
     if not all(matches):
         raise InputError(f'--runs: {" ".join(args.runs)}, expected texts like 7x1000')

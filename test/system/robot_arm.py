@@ -18,7 +18,7 @@ import sys
 import numpy as np
 from script import run_script
 
-from benchmarks.harness import add_json_option, bar_lines, BarTable, finish, require_compiled
+from benchmarks.harness import add_json_option, bar_lines, BarTable, finish
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
@@ -83,7 +83,6 @@ def text(data):
 
 def run(args):
     """Run the benchmark; returns 1 when a bar is missed."""
-    require_compiled('robot_arm')
     if args.arms < 1:
         raise InputError(f'--arms: {args.arms}, expected >= 1')
     expect_folder_of(args.json)

@@ -23,7 +23,7 @@ import sys
 import numpy as np
 from script import run_script
 
-from benchmarks.harness import add_json_option, bar_lines, BarTable, finish, require_compiled
+from benchmarks.harness import add_json_option, bar_lines, BarTable, finish
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.files.opening import config_path, load_robot
@@ -181,7 +181,6 @@ def text(data):
 
 def run(args):
     """Run the benchmark; returns 1 when a bar is missed."""
-    require_compiled('robot_trust')
     for name, least in (('arms', 0), ('cases', 0), ('minutes', 0.5), ('jobs', 1)):
         if getattr(args, name) < least:
             raise InputError(f'--{name}: {getattr(args, name)}, expected >= {least}')

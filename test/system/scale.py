@@ -22,8 +22,7 @@ import scale_numbers
 from script import run_script
 from tqdm import tqdm
 
-from benchmarks.harness import (
-    add_json_option, bar_lines, BarTable, finish, require_compiled, require_whole)
+from benchmarks.harness import add_json_option, bar_lines, BarTable, finish, require_whole
 from benchmarks.replay_cost import in_a_process, write_recording
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
@@ -119,7 +118,6 @@ def text(data):
 
 
 def run(args):
-    require_compiled('scale')
     sizes = {}
     for axis in args.of:
         option = 'minutes' if axis == LENGTH else axis

@@ -16,7 +16,7 @@ from gearbox_monitor.diagnosis.joint.shooting import N_MEMORY, shooting_windows,
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.excitation import Excitation
 from gearbox_monitor.plant.simulate import simulate
-from gearbox_monitor.recordings.examples import ExampleMotion, NOISE, write_example_bag
+from gearbox_monitor.recordings.examples import NOISE
 from gearbox_monitor.signals.uniform import UniformRecording
 
 DT = 1e-3  # s

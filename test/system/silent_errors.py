@@ -25,7 +25,7 @@ from script import run_script
 from silent_runs import FAULTS, HEALTHY, LOADS, MOTIONS, run as run_one, SECONDS
 from tqdm import tqdm
 
-from benchmarks.harness import add_json_option, require_compiled, require_whole, write_json
+from benchmarks.harness import add_json_option, require_whole, write_json
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.parameters import FILTER_NAMES
@@ -141,7 +141,6 @@ def by_cell(results):
 
 def run(args):
     """Run the system test; returns 1 when one of BARS is missed."""
-    require_compiled('silent_errors')
     require_whole('--jobs', args.jobs)
     if args.draws < 0:
         raise InputError(f'--draws: {args.draws}, expected a whole number >= 0')

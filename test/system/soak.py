@@ -23,7 +23,7 @@ from scipy.stats import theilslopes
 from script import run_script
 from tqdm import tqdm
 
-from benchmarks.harness import add_json_option, bar_lines, BarTable, finish, require_compiled
+from benchmarks.harness import add_json_option, bar_lines, BarTable, finish
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
 
@@ -195,7 +195,6 @@ def text(data):
 
 def run(args):
     """Run the benchmark; returns 1 when a bar is missed."""
-    require_compiled('soak')
     option, value = ('--hours', args.hours) if args.minutes is None else (
         '--minutes', args.minutes)
     for name, number in ((option, value), ('--rate', args.rate), ('--every', args.every)):

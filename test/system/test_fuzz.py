@@ -74,7 +74,7 @@ def write(path, text):
     return path
 
 
-@pytest.mark.parametrize('text, told', [
+REFUSED = [
     ('a: &a [*a]\n', 'line 1: an alias that contains itself'),
     ('x: &x [1, 1]\n' + ''.join(f'{b}: &{b} [{", ".join([f"*{a}"] * 10)}]\n'
                                 for a, b in zip('xabcdef', 'abcdefg')), 'aliases of aliases'),
@@ -88,30 +88,39 @@ def write(path, text):
     ('a: !!float ' + '1:' * 10 ** 6 + '1', 'line 1: '),
     ('damping: 1\narm_inertia: 1\ndamping: 2\n', "line 3: key 'damping' stands in line 1, too"),
     ('a: !!python/object/apply:os.system [true]\n', 'line 1: could not determine a constructor'),
-])
-def test_yaml_that_is_refused(tmp_path, text, told):
-    with pytest.raises(InputError) as info:
-        load_yaml(write(tmp_path / 'drive.yaml', text))
-    assert told in str(info.value) and '\n' not in str(info.value)
+]
 
 
-@pytest.mark.parametrize('text, value', [
+def test_yaml_that_is_refused(tmp_path):
+    for text, told in REFUSED:
+        with pytest.raises(InputError) as info:
+            load_yaml(write(tmp_path / 'drive.yaml', text))
+        assert told in str(info.value) and '\n' not in str(info.value)
+
+
+NUMBERS_OF_ROS = [
     ('1e-3', 1e-3), ('-.5', -0.5), ('1_000', 1000), ('0x1F', 31), ('.inf', np.inf),
-    ('12:30:00', '12:30:00'), ('1:30.5', '1:30.5'), ('9' * 100, '9' * 100), ('08', '08')])
-def test_numbers_are_those_of_ros(tmp_path, text, value):
-    assert load_yaml(write(tmp_path / 'x.yaml', f'a: {text}')).content == {'a': value}
+    ('12:30:00', '12:30:00'), ('1:30.5', '1:30.5'), ('9' * 100, '9' * 100), ('08', '08')]
 
 
-@pytest.mark.parametrize('text, told', [
+def test_numbers_are_those_of_ros(tmp_path):
+    for text, value in NUMBERS_OF_ROS:
+        assert load_yaml(write(tmp_path / 'x.yaml', f'a: {text}')).content == {'a': value}
+
+
+OTHER_NODES = [
     ('estimatr: {ros__parameters: {filter: ukf}}', 'sets nothing of node estimator'),
     ('/**: {ros__parameters: {use_sim_time: true}}', 'sets nothing of node estimator'),
     ('{}', 'blocks: none'),
     ('motor_inertia: 0.01\ndamping: 1.0', 'damping: a key of a model file'),
-])
-def test_a_parameter_file_for_another_node_is_an_error(tmp_path, text, told):
-    path = write(tmp_path / 'p.yaml', text)
-    with pytest.raises(InputError, match=told):
-        load_parameters(path, 'estimator', ESTIMATOR)
+]
+
+
+def test_a_parameter_file_for_another_node_is_an_error(tmp_path):
+    for text, told in OTHER_NODES:
+        path = write(tmp_path / 'p.yaml', text)
+        with pytest.raises(InputError, match=told):
+            load_parameters(path, 'estimator', ESTIMATOR)
 
 
 def test_a_parameter_file_is_no_model_file(tmp_path):

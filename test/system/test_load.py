@@ -16,11 +16,9 @@ from script import run_script  # noqa: E402
 import soak  # noqa: E402
 
 from benchmarks.harness import all_met  # noqa: E402
-from gearbox_monitor.kernels.jit import COMPILED  # noqa: E402
 from gearbox_monitor.ros.gearbox_input import MessageLossCounter  # noqa: E402
 
-pytestmark = pytest.mark.ros
-compiled = pytest.mark.skipif(not COMPILED, reason='numba is not in use')
+pytestmark = [pytest.mark.ros, pytest.mark.benchmark]
 
 
 def test_lost_messages_are_counted_by_their_numbers():
@@ -39,7 +37,6 @@ def bar(data, name):
 
 
 @pytest.mark.system
-@compiled
 def test_load(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(load, 'LAYOUTS', (load.ONE,))
     file = tmp_path / 'load.json'
@@ -55,7 +52,6 @@ def test_load(tmp_path, capsys, monkeypatch):
     assert code == (0 if all_met(data['bars']) else 1)
 
 
-@compiled
 @pytest.mark.system
 def test_naming_costs_no_sample(tmp_path):
     file = tmp_path / 'naming.json'
@@ -65,7 +61,6 @@ def test_naming_costs_no_sample(tmp_path):
     assert named['sent'] == pytest.approx(plain['sent'], rel=0.05)
 
 
-@compiled
 @pytest.mark.system
 def test_soak(tmp_path):
     file = tmp_path / 'soak.json'
@@ -100,7 +95,6 @@ def test_slope_has_its_interval():
     assert low < 0.5 < high and high - low < 0.03 and low < middle < high
 
 
-@compiled
 @pytest.mark.system
 def test_restart(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(restart, 'AT_WORK', (2.5, 3.0))

@@ -5,6 +5,7 @@
 import mutants
 import pytest
 
+pytestmark = pytest.mark.benchmark
 SOURCE = '''FIRST, STEPS = 0.5, (-1e-3, 7)
 RULE = Damping(1e-4, 20.0, attempts=5)
 BOTH = 2 * STEPS

@@ -8,6 +8,7 @@ pytest.importorskip('mujoco')
 import robot_files  # noqa: E402
 from script import run_script  # noqa: E402
 
+pytestmark = pytest.mark.benchmark
 ARM = """<mujoco><worldbody><body><joint name="shoulder" axis="0 1 0" damping="0.3"
 frictionloss="0.1" armature="0.01"/><inertial pos="0.2 0 0" mass="1" diaginertia="0.01 0.01 0.01"/>
 <body pos="0.4 0 0"><joint name="elbow" axis="0 1 0" {}/>

@@ -12,13 +12,11 @@ import scale_numbers
 from script import run_script
 
 from benchmarks.harness import all_met
-from gearbox_monitor.kernels.jit import COMPILED
 
-compiled = pytest.mark.skipif(not COMPILED, reason='numba is not in use')
+pytestmark = pytest.mark.benchmark
 
 
 @pytest.mark.system
-@compiled
 def test_scale_prints_bars_that_follow_from_its_rows(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(scale, 'WARM', 1.0)
     monkeypatch.setattr(scale, 'MODES', {'estimates only': False})
@@ -36,7 +34,6 @@ def test_scale_prints_bars_that_follow_from_its_rows(monkeypatch, tmp_path, caps
     assert capsys.readouterr().out.count('expected <=') == len(data['bars']) == 2
 
 
-@compiled
 def test_exponents_follow_from_what_was_done(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(scale_numbers, 'SECONDS', dict.fromkeys(scale_numbers.SECONDS, 0.5))
     done, file = [], tmp_path / 'scale.json'
@@ -59,7 +56,6 @@ def test_exponents_follow_from_what_was_done(monkeypatch, tmp_path, capsys):
     assert capsys.readouterr().out.count('exponent of CPU time') == 1
 
 
-@compiled
 @pytest.mark.parametrize('arguments, message', [
     (['--windows', '3'], '--windows: 3, expected two or more different numbers'),
     (['--minutes', '3'], '--minutes: 3, expected two or more different numbers'),

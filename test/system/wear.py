@@ -31,7 +31,6 @@ from gearbox_monitor.health.backlash import drift_words
 from gearbox_monitor.health.backlash.change_tests import COMPONENTS, FEATURES, TESTS
 from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.health.monitor import Monitor
-from gearbox_monitor.kernels.jit import jit_allocating
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.ros.change_watch import ChangeNamer, ChangeWatch
 from gearbox_monitor.ros.recording_export import RecordingBuffer
@@ -53,7 +52,6 @@ SPEED = 20.4           # rad/s rms of the first motion, at which viscous_share l
 NEVER_ALL = 0.985      # of the friction, that is viscous
 
 
-@jit_allocating
 def integrate(state, u, noise, values):
     """
     Return positions [N, 2] under torques u [N], with semi-implicit Euler; `state` [5] goes on.

@@ -27,7 +27,7 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS, MEMORIES
 from gearbox_monitor.plant.effects.composition import DELAY1, DELAY2
 from gearbox_monitor.plant.effects.registry import INTEGRAL, LATE_A, LATE_B, LATE_C
-from gearbox_monitor.plant.simulate import N_STATE, PackedDrive, plugin_of
+from gearbox_monitor.plant.simulate import N_STATE, packed_drive, PackedDrive, plugin_of
 from gearbox_monitor.signals.uniform import UniformRecording
 
 FIRST_NOISE = 0.05  # of the standard deviation of the torque
@@ -420,8 +420,7 @@ Likelihood: TypeAlias = InnovationLikelihood | JointLikelihood
 
 def _kernels_of(model: DriveModel) -> tuple[PackedDrive, tuple[Any, Any]]:
     """Return the PackedDrive of `model` and the kernels `filtered` and `sensitivity` for it."""
-    plugin, theta = plugin_of(model)
-    drive = PackedDrive(model.pack(), model.pack_effects(), theta)
+    plugin, drive = plugin_of(model)[0], packed_drive(model)
     if plugin is None:
         return drive, (kernels.filtered, kernels.sensitivity)
     return drive, kernels.with_plugin(plugin.torques)

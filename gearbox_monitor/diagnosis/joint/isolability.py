@@ -306,8 +306,9 @@ def sized(starts: Starts, name: str, values: Values | None = None) -> CandidateM
         for c in candidate.coordinates))
 
 
-def motion_separations(model: DriveModel, effects: Mapping[str, Values | None], u: Array, sigma: Array,
-                pairs: Sequence[Pair]) -> tuple[dict[Pair, float], Limits] | tuple[None, None]:
+def motion_separations(
+        model: DriveModel, effects: Mapping[str, Values | None], u: Array, sigma: Array,
+        pairs: Sequence[Pair]) -> tuple[dict[Pair, float], Limits] | tuple[None, None]:
     """
     Return ({(a, b): d s2}, limits reached) for a torque, (None, None) if a run diverges.
 

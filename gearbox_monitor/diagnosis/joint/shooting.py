@@ -23,7 +23,7 @@ from gearbox_monitor.plant.effects.composition import (
     actuator, COMMAND_PLACES, lead, steady_command)
 from gearbox_monitor.plant.free_runs import Begin, Driving, free_runs, RunResult, RunSpans
 from gearbox_monitor.plant.simulate import (
-    N_STATE, PackedDrive, plugin_of, ProcessNoise, with_plugin)
+    N_STATE, packed_drive, plugin_of, ProcessNoise, with_plugin)
 from gearbox_monitor.signals.uniform import UniformRecording
 
 N_MEMORY = N_STATE - 4
@@ -126,7 +126,7 @@ class Simulator:
         u, past = between_stamps(recording, self._parts), self._keep * self._parts
         self._padded = np.concatenate([np.full(past, u[0]), u])
         self._acting: dict[Any, Array] = {}
-        self._noise = ProcessNoise(np.zeros((self.n, 4)), np.zeros(4))
+        self._noise = ProcessNoise(np.zeros((1, self.n, 4)), np.zeros(4))
 
     def loaded(self, torque: Array) -> 'Simulator':
         """Return the simulator with more `torque` [N], N m, on the arm."""
@@ -168,15 +168,14 @@ class Simulator:
         e, w, length = model.pack_effects(), len(windows), windows.length
         extra = self.extra if extra is None else extra
         extra_at = windows.begin if extra.ndim == 2 else np.arange(w) * extra.shape[1]
-        plugin, theta = plugin_of(model)
+        plugin, _ = plugin_of(model)
         if model.transmission.kind == 'rigid':
             states = states[:, [0, 0, 2, 2]]
         result = RunResult(np.empty((w, length, 2)), np.empty((w, N_STATE)))
         spans = RunSpans(windows.begin, windows.first, length, windows.first + length, extra_at)
-        # Contiguous: each layout of the arguments compiles the kernels once more.
         start = Begin(*map(np.ascontiguousarray, (states, memory)))
         driving = Driving(self.acting(e), extra.reshape(-1, 3), self.dt)
-        drive = PackedDrive(model.pack(), e, theta)
+        drive = packed_drive(model, e)
         added = None if plugin is None else plugin.torques
         if batch.suited(spans.begin, drive.p, added):
             batch.runs(spans, start, driving, drive, np.empty(batch.N_LANE_STATE),

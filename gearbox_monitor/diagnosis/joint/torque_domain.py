@@ -20,7 +20,7 @@ from gearbox_monitor.kernels.sensor_noise import noise_levels
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.equivalent_torque import gains, imbalance, imbalance_with, true_motion
-from gearbox_monitor.plant.simulate import N_STATE, PackedDrive, plugin_of
+from gearbox_monitor.plant.simulate import N_STATE, packed_drive, plugin_of
 from gearbox_monitor.signals.uniform import UniformRecording
 
 X1, X3, A1, MOVES, SMOOTH_U = range(5)  # columns of the motor's motion; SMOOTH_U acts on it
@@ -133,8 +133,7 @@ class BalanceSimulator(Simulator):
         soft or has too large a gap has no torque, and is far from the readings all the same.
         """
         e = model.pack_effects()
-        plugin, theta = plugin_of(model)
-        drive = PackedDrive(model.pack(), e, theta)
+        plugin, drive = plugin_of(model)[0], packed_drive(model, e)
         moved = np.empty_like(self.read)
         true_motion(self.read, self.dt, e, moved)
         kernel = imbalance if plugin is None else imbalance_with(plugin.torques)

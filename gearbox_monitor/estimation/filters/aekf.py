@@ -38,9 +38,10 @@ from gearbox_monitor.estimation.process_model import (
     TRACE_SLOPE, TRACE_SPEED, TRACE_TAU_K, TRACE_TORQUE, TRACE_TWIST_RATE, TRACE_X2, TRACE_X3,
     TRACE_X4, X1, X2, X3, X4)
 from gearbox_monitor.estimation.step_record import places
-from gearbox_monitor.kernels.jit import fma, jit, jit_inline
+from gearbox_monitor.kernels.elementary import fma
+from gearbox_monitor.kernels.kernel import apart, inline, kernel
 from gearbox_monitor.kernels.linalg import multiply, multiply_symmetric
-from gearbox_monitor.kernels.types import Array, Pair, States, Values
+from gearbox_monitor.kernels.types import Array, Layout, Pair, Values, Vector
 from gearbox_monitor.plant.drive import (
     ALPHA, ARM_ALPHA, CAV, CC, CL, CV, G, INVERSE_M1, INVERSE_M2, PHI, substeps)
 from gearbox_monitor.plant.friction_law import TWO_OVER_PI
@@ -119,7 +120,7 @@ def in_use(memory: Array, p: Array) -> Array:
     return memory[IN_USE:IN_USE + N_PACKED].copy() if memory[STARTED] else p
 
 
-@jit_inline
+@inline
 def used(memory: Array, p: Array) -> tuple[Array, float]:
     """Return a view of in_use and how much its fastest eigenvalue exceeds that of `p`, 1/s."""
     if memory[STARTED] == 0.0:
@@ -128,7 +129,7 @@ def used(memory: Array, p: Array) -> tuple[Array, float]:
     return current, _eigenvalue(current, p) - p[EIGENVALUE]
 
 
-@jit
+@kernel
 def resume(memory: Array) -> None:
     """Restart the filter with the parameters in `memory`."""
     memory[SAMPLES] = 0.0
@@ -201,35 +202,35 @@ def recall(memory: Array, p: Array, state: Values) -> bool:
     return True
 
 
-@jit
-def step(states: States, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
-         record: Array) -> bool:
+@apart
+def step(layout: Layout, belief: Belief, reading: Reading, p: Vector, scratch: Scratch,
+         record: Vector) -> bool:
     """
     Predict, update and adapt.
 
-    The arguments states, belief, reading, p, scratch and record are as of ekf.step.
+    The arguments layout, belief, reading, p, scratch and record are as of ekf.step.
 
     Returns:
         False if the belief is unusable.
 
     """
     if p[ADAPT_COUNT] == 0.0:
-        return ekf.step(states, belief, reading, p, scratch, record)
+        return ekf.step(layout, belief, reading, p, scratch, record)
     if belief.memory[STARTED] == 0.0:
         begin(belief.memory, p)
-    if not differentiate(states, belief, reading, p, scratch, record):
+    if not differentiate(layout, belief, reading, p, scratch, record):
         return False
-    _adapt(states, belief.memory, p, scratch.vectors, scratch.matrices, record)
+    _adapt(layout, belief.memory, p, scratch.vectors, scratch.matrices, record)
     return True
 
 
-@jit
+@kernel
 def _range(slot: int) -> float:
     """Return how far theta of that place in p may go from its start, either way."""
     return MODEL_RANGE if slot == CV or slot == CC or slot == K_P else NOISE_RANGE
 
 
-@jit
+@kernel
 def begin(memory: Array, p: Array) -> None:
     """Set `memory`, all zero, to the parameters `p`; sensitivities start at zero."""
     memory[STARTED] = 1.0
@@ -242,43 +243,43 @@ def begin(memory: Array, p: Array) -> None:
         memory[INFORMATION + i * (i + 1) // 2 + i] = 1.0
 
 
-@jit_inline
+@inline
 def gradient(vectors: Array, i: int) -> float:
     """Return how the log-likelihood of the innovation of `differentiate` answers to theta `i`."""
     return -vectors[_GRADIENT + i, 0]
 
 
-@jit_inline
+@inline
 def information(vectors: Array, i: int, j: int) -> float:
     """Return what the innovation of `differentiate` tells of theta `i` and `j` (Fisher)."""
     a, b = vectors[_SCORE + i], vectors[_SCORE + j]
     return a[0] * b[0] + a[1] * b[1] + 0.5 * (a[2] * b[2] + 2.0 * a[3] * b[3] + a[4] * b[4])
 
 
-@jit
-def differentiate(states: States, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
-                  record: Array) -> bool:
+@apart
+def differentiate(layout: Layout, belief: Belief, reading: Reading, p: Vector, scratch: Scratch,
+                  record: Vector) -> bool:
     """
     Predict and update belief and sensitivities with the theta in the memory.
 
-    The arguments states, belief, reading, p, scratch and record are as of step.
+    The arguments layout, belief, reading, p, scratch and record are as of step.
 
     Returns:
         False if the belief is unusable.
 
     """
-    n, memory, vectors = len(states), belief.memory, scratch.vectors
+    n, memory, vectors = layout.n, belief.memory, scratch.vectors
     current = memory[IN_USE:IN_USE + N_PACKED]
     count = int(p[ADAPT_COUNT])
     s = memory[SENSITIVITY:SENSITIVITY + MAX_THETA * n].reshape(MAX_THETA, n)
     P_s = memory[SENSITIVITY + MAX_THETA * n:].reshape(MAX_THETA, n * n)
-    _predict(states, belief, BeliefSensitivity(s, P_s, count), reading, current, p, scratch,
+    _predict(layout, belief, BeliefSensitivity(s, P_s, count), reading, current, p, scratch,
              record)
-    if not ekf.update(states, belief, reading.y1, reading.y2, current, record):
+    if not ekf.update(layout, belief, reading.y1, reading.y2, current, record):
         return False
-    _correct(states, BeliefSensitivity(s, P_s, count), current, p, vectors, record)
+    _correct(layout, BeliefSensitivity(s, P_s, count), current, p, vectors, record)
     for i in range(count):
-        if not _sound(states, s[i], P_s[i]):
+        if not _sound(layout, s[i], P_s[i]):
             memory[RESETS] += 1.0
             for a in range(n):
                 s[i, a] = 0.0
@@ -287,12 +288,12 @@ def differentiate(states: States, belief: Belief, reading: Reading, p: Array, sc
             vectors[_GRADIENT + i, 0] = 0.0
             for a in range(5):
                 vectors[_SCORE + i, a] = 0.0
-    return ekf.healthy(states, belief)
+    return ekf.healthy(layout, belief)
 
 
-@jit_inline
-def _sound(states: States, s: Array, P_s: Array) -> bool:
-    n = len(states)
+@inline
+def _sound(layout: Layout, s: Array, P_s: Array) -> bool:
+    n = layout.n
     of_s = of_P = 0.0
     for a in range(n):
         of_s += s[a] * s[a]
@@ -301,7 +302,7 @@ def _sound(states: States, s: Array, P_s: Array) -> bool:
     return of_s <= S_LIMIT * S_LIMIT and of_P <= P_LIMIT * P_LIMIT  # NaN is not
 
 
-@jit
+@kernel
 def _eigenvalue(current: Array, p: Array) -> float:
     """Return a bound on the fastest eigenvalue with the parameters in use."""
     slope = current[CV] - p[CV] + TWO_OVER_PI * p[ALPHA] * (current[CC] - p[CC])
@@ -310,16 +311,16 @@ def _eigenvalue(current: Array, p: Array) -> float:
             + math.sqrt(stiffer * (p[INVERSE_M1] + p[INVERSE_M2])))
 
 
-@jit_inline
-def _arm(loaded: bool | None, q: int, vectors: Array) -> Pair:
+@inline
+def _arm(loaded: bool, q: int, vectors: Array) -> Pair:
     """Return the slopes of the load on the arm that stage `q` has seen."""
-    if loaded is None:
+    if not loaded:
         return 0.0, 0.0
     return vectors[TRACE_ON_POSITION, q], vectors[TRACE_ON_SPEED, q]
 
 
-@jit_inline
-def _apply(loaded: bool | None, v: Column, stage: int, current: Array, vectors: Array) -> Column:
+@inline
+def _apply(loaded: bool, v: Column, stage: int, current: Array, vectors: Array) -> Column:
     """Return A v for v = (v1, v2, v3, v4, v_tau), A as of stage `stage`, from these states."""
     m = (v[0], v[2], v[3], v[4], v[1])
     load = answer(loaded, _arm(loaded, stage, vectors), 0.0, m)
@@ -327,8 +328,8 @@ def _apply(loaded: bool | None, v: Column, stage: int, current: Array, vectors: 
     return v[2], v[3], r[0], r[1], current[K_P] * (v[2] - v[3])
 
 
-@jit_inline
-def _look(loaded: bool | None, with_atan: bool, current: Array, vectors: Array) -> None:
+@inline
+def _look(loaded: bool, with_atan: bool, current: Array, vectors: Array) -> None:
     """Complete what rk4 has seen of its four stages by what sensitivities need besides."""
     for q in range(4):
         x3, tau = vectors[TRACE_X3, q], vectors[TRACE_TAU_K, q]
@@ -341,7 +342,7 @@ def _look(loaded: bool | None, with_atan: bool, current: Array, vectors: Array) 
         vectors[_CROSS, q] = current[CL] * vectors[_FORCE, q] * sign
         vectors[_TWIST_RATE, q] = x3 - vectors[TRACE_X4, q]
         vectors[_TORQUE, q] = TWO_OVER_PI * math.atan(v) if with_atan else 0.0
-        if loaded is not None:  # how the slopes of the load bend
+        if loaded:  # how the slopes of the load bend
             v = current[ARM_ALPHA] * vectors[TRACE_X4, q]
             coulomb = vectors[TRACE_ON_SPEED, q] - current[CAV]
             vectors[_ON_SPEED, q] = -2.0 * coulomb * current[ARM_ALPHA] * v / (1.0 + v * v)
@@ -349,27 +350,27 @@ def _look(loaded: bool | None, with_atan: bool, current: Array, vectors: Array) 
                 vectors[TRACE_X2, q] + current[PHI])
 
 
-@jit_inline
+@inline
 def _sum(a: float, v: Column, b: float, w: Column) -> Column:
     return (a * v[0] + b * w[0], a * v[1] + b * w[1], a * v[2] + b * w[2], a * v[3] + b * w[3],
             a * v[4] + b * w[4])
 
 
-@jit_inline
+@inline
 def _write(row: Array, v: Column, n: int) -> None:
     for j in range(n):
         row[j] = v[j] if j < 5 else 0.0
 
 
-@jit_inline
-def _answers(states: States, unit: Column, g: int, h: float, current: Array,
+@inline
+def _answers(layout: Layout, unit: Column, g: int, h: float, current: Array,
              vectors: Array) -> None:
     """
     Write into rows g .. g + 2 how the end of a step of `h` s answers to a `unit` on z'.
 
     On that of the stages 1 to 3 each; the answer to the last one is h / 6 of the unit.
     """
-    n, loaded = len(states), states[0]
+    n, loaded = layout.n, layout.loaded
     a3 = _apply(loaded, unit, 3, current, vectors)
     _write(vectors[g + 2], _sum(h / 3.0, unit, h * h / 6.0, a3), n)
     a2 = _apply(loaded, unit, 2, current, vectors)
@@ -384,8 +385,8 @@ def _answers(states: States, unit: Column, g: int, h: float, current: Array,
     _write(vectors[g], _sum(h / 6.0, unit, 0.5 * h, end), n)
 
 
-@jit_inline
-def _sensitivity_rates(loaded: bool | None, m: Column, q: int, theta: tuple[int, Pair],
+@inline
+def _sensitivity_rates(loaded: bool, m: Column, q: int, theta: tuple[int, Pair],
                        error: float, load: float, current: Array, vectors: Array) -> Pair:
     """
     Return how x3' and x4' of stage `q` answer to theta, m = (s1, s3, s4, s_tau, s2) of that stage.
@@ -407,7 +408,7 @@ def _sensitivity_rates(loaded: bool | None, m: Column, q: int, theta: tuple[int,
         error += current[CC] * vectors[_TORQUE, q]
     vectors[_C_SPEED, q] = -c * current[INVERSE_M1]
     vectors[_C_TORQUE, q] = -vectors[_CROSS, q] * moved * current[INVERSE_M1]
-    if loaded is not None:
+    if loaded:
         x4 = vectors[TRACE_X4, q]
         coulomb = arm_sharper * (vectors[TRACE_ON_SPEED, q] - current[CAV])
         load += coulomb * x4
@@ -418,11 +419,11 @@ def _sensitivity_rates(loaded: bool | None, m: Column, q: int, theta: tuple[int,
                  answer(loaded, _arm(loaded, q, vectors), load, m), current)
 
 
-@jit_inline
-def _advance_sensitivity(states: States, s: Array, theta: tuple[int, Pair], h: float,
+@inline
+def _advance_sensitivity(layout: Layout, s: Array, theta: tuple[int, Pair], h: float,
                          current: Array, vectors: Array) -> None:
     """Advance `s` [n] by the derivative of one RK4 step; theta: as of _sensitivity_rates."""
-    n, loaded, slot = len(states), states[0], theta[0]
+    n, loaded, slot = layout.n, layout.loaded, theta[0]
     half, sixth = 0.5 * h, h / 6.0
     error, load = (0.0, 0.0, 0.0, 0.0, 0.0), 0.0
     if n > 5:
@@ -453,16 +454,16 @@ def _advance_sensitivity(states: States, s: Array, theta: tuple[int, Pair], h: f
         twist[0] + 2.0 * (twist[1] + twist[2]) + twist[3])
 
 
-@jit_inline
+@inline
 def _added(m: Column, torque: float) -> Column:
     return m[0], m[1], m[2], m[3] + torque, m[4]
 
 
-@jit_inline
-def _predict(states: States, belief: Belief, sensitivity: BeliefSensitivity, reading: Reading,
+@inline
+def _predict(layout: Layout, belief: Belief, sensitivity: BeliefSensitivity, reading: Reading,
              current: Array, p: Array, scratch: Scratch, record: Array) -> None:
     """Predict belief and sensitivities; current: packed parameters in use."""
-    n, loaded = len(states), states[0]
+    n, loaded = layout.n, layout.loaded
     z, P, dt, torques = belief.z, belief.P, reading.dt, (reading.u, reading.load)
     s, P_s, count = sensitivity
     vectors, matrices = scratch
@@ -485,54 +486,54 @@ def _predict(states: States, belief: Belief, sensitivity: BeliefSensitivity, rea
         current[ARM_ALPHA] = softened_sharpness(arm, P[X4 * n + X4])
         for i in range(count):
             row = vectors[_SHARPER + i]
-            row[0] = -current[ALPHA] ** 2 / math.pi * P_s[i, X3 * n + X3]
-            row[1] = -current[ARM_ALPHA] ** 2 / math.pi * P_s[i, X4 * n + X4]
-    _add_noise(states, z, sensitivity, half, current, p)
+            row[0] = -current[ALPHA] * current[ALPHA] / math.pi * P_s[i, X3 * n + X3]
+            row[1] = -current[ARM_ALPHA] * current[ARM_ALPHA] / math.pi * P_s[i, X4 * n + X4]
+    _add_noise(layout, z, sensitivity, half, current, p)
     for i in range(n):
         record[at_z + i] = half * noise(z, current, i)
     for part in range(counted):
-        rk4(states, z, phi, True, torques, h, current, vectors)
+        rk4(layout, z, phi, True, torques, h, current, vectors)
         _look(loaded, with_atan, current, vectors)
         if part == 0:
-            multiply(states, phi, P, cross)
+            multiply(layout, phi, P, cross)
             for i in range(n):
                 for j in range(n):
                     product[i * n + j] = fma(phi[i * n + j], record[at_z + j], cross[i * n + j])
         else:
-            multiply(states, phi, cross, product)
+            multiply(layout, phi, cross, product)
             for i in range(n * n):
                 cross[i] = product[i]
-            multiply(states, phi, P_pred, product)
-        multiply_symmetric(states, product, phi, P_pred)
-        _answers(states, (0.0, 0.0, 1.0, 0.0, 0.0), _G, h, current, vectors)
-        _times(states, product, _R_SPEED, flat, _V_SPEED)
+            multiply(layout, phi, P_pred, product)
+        multiply_symmetric(layout, product, phi, P_pred)
+        _answers(layout, (0.0, 0.0, 1.0, 0.0, 0.0), _G, h, current, vectors)
+        _times(layout, product, _R_SPEED, flat, _V_SPEED)
         if current[CL] > 0.0:
-            _times(states, product, _R_TORQUE, flat, _V_TORQUE)
+            _times(layout, product, _R_TORQUE, flat, _V_TORQUE)
         if with_twist:
-            _answers(states, (0.0, 0.0, 0.0, 0.0, 1.0), _G_TWIST, h, current, vectors)
-            _times(states, product, _R_TWIST, flat, _V_TWIST)
-        if loaded is not None:
-            _answers(states, (0.0, 0.0, 0.0, 1.0, 0.0), _G_ARM, h, current, vectors)
-            _times(states, product, _R_ARM_POSITION, flat, _V_ARM_POSITION)
-            _times(states, product, _R_ARM_SPEED, flat, _V_ARM_SPEED)
+            _answers(layout, (0.0, 0.0, 0.0, 0.0, 1.0), _G_TWIST, h, current, vectors)
+            _times(layout, product, _R_TWIST, flat, _V_TWIST)
+        if loaded:
+            _answers(layout, (0.0, 0.0, 0.0, 1.0, 0.0), _G_ARM, h, current, vectors)
+            _times(layout, product, _R_ARM_POSITION, flat, _V_ARM_POSITION)
+            _times(layout, product, _R_ARM_SPEED, flat, _V_ARM_SPEED)
         for i in range(count):
             slot = int(p[ADAPT_AT + i])
             sharper = vectors[_SHARPER + i, 0], vectors[_SHARPER + i, 1]
-            _advance_sensitivity(states, s[i], (slot, sharper), h, current, vectors)
-            multiply(states, phi, P_s[i], change)
-            multiply_symmetric(states, change, phi, P_s[i])
-            _advance_covariance(states, P_s[i], slot, h, current, vectors, flat)
+            _advance_sensitivity(layout, s[i], (slot, sharper), h, current, vectors)
+            multiply(layout, phi, P_s[i], change)
+            multiply_symmetric(layout, change, phi, P_s[i])
+            _advance_covariance(layout, P_s[i], slot, h, current, vectors, flat)
     current[ALPHA], current[ARM_ALPHA] = motor, arm
-    _add_noise(states, z, sensitivity, half, current, p)
+    _add_noise(layout, z, sensitivity, half, current, p)
     for i in range(n):
         P_pred[i * n + i] += half * noise(z, current, i)
         record[at_z + i] = z[i]
 
 
-@jit_inline
-def _times(states: States, product: Array, source: int, flat: Array, out: int) -> None:
+@inline
+def _times(layout: Layout, product: Array, source: int, flat: Array, out: int) -> None:
     """Write Phi P r of the four stages' rows r from row `source` on into rows from `out` on."""
-    n = len(states)
+    n = layout.n
     for a in range(n):
         v0 = v1 = v2 = v3 = 0.0
         for b in range(n):
@@ -543,11 +544,11 @@ def _times(states: States, product: Array, source: int, flat: Array, out: int) -
         flat[at], flat[at + n], flat[at + 2 * n], flat[at + 3 * n] = v0, v1, v2, v3
 
 
-@jit_inline
-def _advance_covariance(states: States, P_i: Array, slot: int, h: float, current: Array,
+@inline
+def _advance_covariance(layout: Layout, P_i: Array, slot: int, h: float, current: Array,
                         vectors: Array, flat: Array) -> None:
     """Add dphi_i P phi' + phi P dphi_i' to `P_i` [n * n]."""
-    n = len(states)
+    n = layout.n
     for q in range(4):
         c, d = vectors[_C_SPEED, q], vectors[_C_TORQUE, q]
         for a in range(n):
@@ -555,27 +556,27 @@ def _advance_covariance(states: States, P_i: Array, slot: int, h: float, current
             if current[CL] > 0.0:
                 w += d * flat[(_V_TORQUE + q) * n + a]
             flat[(_W + q) * n + a] = w
-    _add_products(states, P_i, 1.0, X3, h, _G, _W, flat)
+    _add_products(layout, P_i, 1.0, X3, h, _G, _W, flat)
     if slot == K_P:
-        _add_products(states, P_i, current[K_P], TAU_K, h, _G_TWIST, _V_TWIST, flat)
-    if states[0] is not None:
+        _add_products(layout, P_i, current[K_P], TAU_K, h, _G_TWIST, _V_TWIST, flat)
+    if layout.loaded:
         for q in range(4):
             c, d = vectors[_C_ARM_POSITION, q], vectors[_C_ARM_SPEED, q]
             for a in range(n):
                 flat[(_W + q) * n + a] = (c * flat[(_V_ARM_POSITION + q) * n + a]
                                           + d * flat[(_V_ARM_SPEED + q) * n + a])
-        _add_products(states, P_i, 1.0, X4, h, _G_ARM, _W, flat)
+        _add_products(layout, P_i, 1.0, X4, h, _G_ARM, _W, flat)
 
 
-@jit_inline
-def _add_products(states: States, P_i: Array, factor: float, at: int, h: float, g: int, w: int,
+@inline
+def _add_products(layout: Layout, P_i: Array, factor: float, at: int, h: float, g: int, w: int,
                   flat: Array) -> None:
     """
     Add factor (g w' + w g') of the four stages, rows from `g` and `w` on, to P_i [n * n].
 
     The last stage's g is h / 6 at the state `at` alone.
     """
-    n = len(states)
+    n = layout.n
     for a in range(n):
         for b in range(a + 1):
             total = 0.0
@@ -590,11 +591,11 @@ def _add_products(states: States, P_i: Array, factor: float, at: int, h: float, 
             P_i[a * n + b], P_i[b * n + a] = value, value
 
 
-@jit_inline
-def _add_noise(states: States, z: Array, sensitivity: BeliefSensitivity, half: float,
+@inline
+def _add_noise(layout: Layout, z: Array, sensitivity: BeliefSensitivity, half: float,
                current: Array, p: Array) -> None:
     """Add the derivative of half a step's process noise."""
-    n, (s, P_s, count) = len(states), sensitivity
+    n, (s, P_s, count) = layout.n, sensitivity
     for i in range(count):
         q = 2.0 * current[Q_TAU_K_SPEED] * z[X3] * s[i, X3]
         if p[ADAPT_AT + i] == Q0 + TAU_K:
@@ -605,11 +606,11 @@ def _add_noise(states: States, z: Array, sensitivity: BeliefSensitivity, half: f
             P_s[i, at * n + at] += half * current[Q0 + at]
 
 
-@jit_inline
-def _correct(states: States, sensitivity: BeliefSensitivity, current: Array, p: Array,
+@inline
+def _correct(layout: Layout, sensitivity: BeliefSensitivity, current: Array, p: Array,
              vectors: Array, record: Array) -> None:
     """Update the sensitivities after ekf.update, and keep what the score needs."""
-    n = len(states)
+    n = layout.n
     s, P_s, count = sensitivity
     _, _, _, _, _, at_innovation, at_S, at_K, _ = places(n)
     e1, e2 = record[at_innovation], record[at_innovation + 1]
@@ -663,11 +664,11 @@ def _correct(states: States, sensitivity: BeliefSensitivity, current: Array, p: 
                      + white2 * white2 * v22))
 
 
-@jit_inline
-def _adapt(states: States, memory: Array, p: Array, vectors: Array, matrices: Array,
+@inline
+def _adapt(layout: Layout, memory: Array, p: Array, vectors: Array, matrices: Array,
            record: Array) -> None:
     """Move theta by one Gauss-Newton step on the likelihood of the present innovation."""
-    _, _, _, _, _, _, _, _, at_scores = places(len(states))
+    _, _, _, _, _, _, _, _, at_scores = places(layout.n)
     if record[at_scores + 2] == 0.0:
         return  # nothing measured, nothing learnt
     count = int(p[ADAPT_COUNT])
@@ -703,7 +704,7 @@ def _adapt(states: States, memory: Array, p: Array, vectors: Array, matrices: Ar
     memory[AT_BOUND] += 1.0 if clipped else 0.0
 
 
-@jit_inline
+@inline
 def _solve(memory: Array, count: int, ridge: float, vectors: Array, factor: Array) -> bool:
     """
     Solve (M + ridge I) x = g by L D L'; g stands in column 0 of the gradient rows, x goes to 1.

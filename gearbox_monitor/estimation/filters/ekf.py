@@ -4,8 +4,8 @@
 """
 Extended Kalman filter with the exact tangent of the RK4 step and Joseph's update.
 
-Optional: the tangent by forward differences (`ekf_jacobian: numeric`), and the friction linearised
-over the present uncertainty of the motor speed (`friction_linearisation: statistical`).
+Optional: the friction linearised over the present uncertainty of the motor speed
+(`friction_linearisation: statistical`).
 
 Process noise enters in halves before and after the propagation (Strang), the trapezoid rule for
 the integral of Phi Q Phi'; it needs no Phi, so every filter can share it.
@@ -17,23 +17,24 @@ from gearbox_monitor.estimation.process_model import (
     bound_curve, EIGENVALUE, noise, NUMERIC, propagate, propagate_numeric, R1, R2,
     softened_sharpness, STATISTICAL, X3, X4)
 from gearbox_monitor.estimation.step_record import places
-from gearbox_monitor.kernels.jit import fma, jit_inline
+from gearbox_monitor.kernels.elementary import fma
+from gearbox_monitor.kernels.kernel import apart, inline
 from gearbox_monitor.kernels.linalg import carry
-from gearbox_monitor.kernels.types import Array, Four, Pair, States, Triple
+from gearbox_monitor.kernels.types import Array, Four, Layout, Pair, Triple, Vector
 from gearbox_monitor.parameters import CURVES, RANDOM_WALK
 from gearbox_monitor.plant.drive import ALPHA, ARM_ALPHA, substeps
 
 LOG_TWO_PI = math.log(2.0 * math.pi)
 
 
-@jit_inline
-def step(states: States, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
-         record: Array) -> bool:
+@apart
+def step(layout: Layout, belief: Belief, reading: Reading, p: Vector, scratch: Scratch,
+         record: Vector) -> bool:
     """
     Predict over a step and update with its measurements: the signature of every filter.
 
     Args:
-        states: process_model.markers of the n states.
+        layout: of the n states.
         belief: changed in place.
         reading: torques, held over the step, and positions at its end.
         p: process_model.pack [N_PACKED].
@@ -45,22 +46,22 @@ def step(states: States, belief: Belief, reading: Reading, p: Array, scratch: Sc
         unusable.
 
     """
-    predict(states, belief, reading, p, scratch, record)
-    if not update(states, belief, reading.y1, reading.y2, p, record):
+    predict(layout, belief, reading, p, scratch, record)
+    if not update(layout, belief, reading.y1, reading.y2, p, record):
         return False
-    bound_curve(states, belief.z, p)
-    return healthy(states, belief)
+    bound_curve(layout, belief.z, p)
+    return healthy(layout, belief)
 
 
-@jit_inline
-def predict(states: States, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
+@inline
+def predict(layout: Layout, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
             record: Array) -> None:
     """
     Predict z and the record's P_pred and C; P stays.
 
-    The arguments states, belief, reading, p, scratch and record are as of step.
+    The arguments layout, belief, reading, p, scratch and record are as of step.
     """
-    n, z, P, dt = len(states), belief.z, belief.P, reading.dt
+    n, z, P, dt = layout.n, belief.z, belief.P, reading.dt
     at_z, at_P, at_cross, _, _, _, _, _, _ = places(n)
     phi = scratch.matrices[0]
     cross, P_pred = record[at_cross:at_cross + n * n], record[at_P:at_P + n * n]
@@ -72,26 +73,26 @@ def predict(states: States, belief: Belief, reading: Reading, p: Array, scratch:
         p[ALPHA] = softened_sharpness(motor, P[X3 * n + X3])
         p[ARM_ALPHA] = softened_sharpness(arm, P[X4 * n + X4])
     if p[NUMERIC] > 0.0:
-        propagate_numeric(states, z, phi, (reading.u, reading.load), dt, counted, p,
+        propagate_numeric(layout, z, phi, (reading.u, reading.load), dt, counted, p,
                           scratch.vectors[0])
     else:
-        propagate(states, z, phi, (reading.u, reading.load), dt, counted, p)
+        propagate(layout, z, phi, (reading.u, reading.load), dt, counted, p)
     if p[STATISTICAL] > 0.0:
         p[ALPHA], p[ARM_ALPHA] = motor, arm
-    carry(states, phi, P, record[at_z:at_z + n], cross, P_pred)
+    carry(layout, phi, P, record[at_z:at_z + n], cross, P_pred)
     for i in range(n):
         P_pred[i * n + i] += 0.5 * dt * noise(z, p, i)
         record[at_z + i] = z[i]
 
 
-@jit_inline
-def update(states: States, belief: Belief, y1: float, y2: float, p: Array,
+@inline
+def update(layout: Layout, belief: Belief, y1: float, y2: float, p: Array,
            record: Array) -> bool:
     """
     Update z with the measurements, and P from the record's P_pred, in Joseph's form.
 
     Args:
-        states: as of step.
+        layout: as of step.
         belief: as of step.
         p: as of step.
         record: as of step.
@@ -102,7 +103,7 @@ def update(states: States, belief: Belief, y1: float, y2: float, p: Array,
         False if S is not positive or the NIS overflows.
 
     """
-    n, z, P = len(states), belief.z, belief.P
+    n, z, P = layout.n, belief.z, belief.P
     _, at_prior, _, at_z, at_P, at_innovation, at_S, at_K, at_scores = places(n)
     prior = record[at_prior:at_prior + n * n]
     r1, r2 = p[R1], p[R2]
@@ -149,14 +150,14 @@ def update(states: States, belief: Belief, y1: float, y2: float, p: Array,
     return True
 
 
-@jit_inline
+@inline
 def inverse(s11: float, s12: float, s22: float, determinant: float) -> Triple:
     """Return the inverse (i11, i12, i22) of S, given by s11, s12, s22 and its `determinant`."""
     scale = 1.0 / determinant
     return s22 * scale, -s12 * scale, s11 * scale
 
 
-@jit_inline
+@inline
 def mahalanobis(e1: float, e2: float, i11: float, i12: float, i22: float) -> float:
     """Return e' S^-1 e of e = (e1, e2), with the inverse of S, given by i11, i12, i22."""
     return e1 * (i11 * e1 + i12 * e2) + e2 * (i12 * e1 + i22 * e2)
@@ -165,7 +166,7 @@ def mahalanobis(e1: float, e2: float, i11: float, i12: float, i22: float) -> flo
 # (I - K H) P (I - K H)' + K R K' = T + (K R - T H') K' with T = (I - K H) P. H picks the first two
 # states, the rest of I - K H is I.
 
-@jit_inline
+@inline
 def joseph(i: int, gain: Pair, column: Pair, prior: Triple, r: Pair) -> Four:
     """
     Return (a, b, w1, w2), which all elements of a row of Joseph's update share.
@@ -187,7 +188,7 @@ def joseph(i: int, gain: Pair, column: Pair, prior: Triple, r: Pair) -> Four:
     return a, b, gain[0] * r[0] - t1, gain[1] * r[1] - t2
 
 
-@jit_inline
+@inline
 def joseph_element(i: int, prior: float, row: Four, column_j: Pair, gain: Pair) -> float:
     """
     Return the element (i, j) of the updated P.
@@ -204,10 +205,10 @@ def joseph_element(i: int, prior: float, row: Four, column_j: Pair, gain: Pair) 
     return fma(row[3], gain[1], fma(row[2], gain[0], predicted))
 
 
-@jit_inline
-def healthy(states: States, belief: Belief) -> bool:
+@inline
+def healthy(layout: Layout, belief: Belief) -> bool:
     """Return True if z of the `belief` in `states` is finite and P has a positive diagonal."""
-    n, z, P = len(states), belief.z, belief.P
+    n, z, P = layout.n, belief.z, belief.P
     for i in range(n):
         if not (math.isfinite(z[i]) and P[i * n + i] > 0.0 and math.isfinite(P[i * n + i])):
             return False

@@ -5,26 +5,21 @@
 Square-root unscented Kalman filter: the factor L of P = L L' is carried, P is never factored.
 
 Time and measurement update are in array form (QR by Householder reflections), without Cholesky
-downdates: what those subtract is where float32, or a tiny R, breaks a filter. It estimates
-exactly what the UKF does. `srukf_precision: float32` keeps mean, sigma points and factor in single
-precision, as a small controller would.
+downdates: what those subtract is where a tiny R breaks a filter. It estimates exactly what the UKF
+does.
 """
 import math
-
-import numpy as np
 
 from gearbox_monitor.estimation import sigma_points
 from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, Reading, Scratch
 from gearbox_monitor.estimation.filters.ekf import healthy, LOG_TWO_PI
-from gearbox_monitor.estimation.process_model import noise, R1, R2, SINGLE
+from gearbox_monitor.estimation.process_model import noise, R1, R2
 from gearbox_monitor.estimation.sigma_points import cholesky, cross_covariance, N_LANES, transform
 from gearbox_monitor.estimation.step_record import places
-from gearbox_monitor.kernels.jit import jit_inline
-from gearbox_monitor.kernels.types import Array, States
+from gearbox_monitor.kernels.kernel import apart, inline
+from gearbox_monitor.kernels.types import Array, Layout, Vector
 
-# In float32, the first ones are used as single precision; the last never are.
-N_SINGLE = 6
-N_MATRICES = N_SINGLE + 1 + N_LANES
+N_MATRICES = 7 + N_LANES
 
 
 def memory_size(n: int) -> int:
@@ -32,38 +27,24 @@ def memory_size(n: int) -> int:
     return n * n
 
 
-@jit_inline
-def step(states: States, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
-         record: Array) -> bool:
+@apart
+def step(layout: Layout, belief: Belief, reading: Reading, p: Vector, scratch: Scratch,
+         record: Vector) -> bool:
     """
     Predict over a step and update with its measurements; the memory holds L.
 
-    The arguments states, belief, reading, p, scratch and record are as of ekf.step.
+    The arguments layout, belief, reading, p, scratch and record are as of ekf.step.
 
     Returns:
         False if the belief is unusable.
 
     """
-    n, vectors, matrices = len(states), scratch.vectors, scratch.matrices
-    double = matrices[N_SINGLE:]
-    if p[SINGLE] > 0.0:
-        single = matrices[:3].reshape(3 * n * n).view(np.float32)
-        return _step(states, belief, reading, p, Scratch(
-            vectors.reshape(n).view(np.float32)[:n].reshape(1, n),
-            single.reshape(N_SINGLE, n * n)), double, record)
-    return _step(states, belief, reading, p, scratch, double, record)
-
-
-@jit_inline
-def _step(states: States, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
-          double: Array, record: Array) -> bool:
-    """Do the step in the precision of `scratch`; double: matrices of double precision."""
-    n, dt = len(states), reading.dt
+    n, dt = layout.n, reading.dt
     (z, P, memory), (vectors, matrices) = belief, scratch
     at_z, at_P, at_cross, at_z_out, at_P_out, _, _, _, _ = places(n)
     mean, factor = vectors[0], matrices[0]
     if memory[0] == 0.0:
-        if not cholesky(states, P, factor):
+        if not cholesky(layout, P, factor):
             return False
     else:
         for i in range(n * n):
@@ -72,34 +53,34 @@ def _step(states: States, belief: Belief, reading: Reading, p: Array, scratch: S
         mean[i] = z[i]
     # First half of the process noise: [L'; sqrt(Q / 2)] -> upper triangle
     rows = matrices[1:4].reshape(3 * n, n)
-    _upper(states, factor, rows)
-    _noise(states, rows[n:], mean, dt, p)
+    _upper(layout, factor, rows)
+    _noise(layout, rows[n:], mean, dt, p)
     triangularise(rows[:2 * n], n, 0, n)
-    _lower(states, rows, factor)
+    _lower(layout, rows, factor)
     # Through the drive, and the second half
-    transform(states, mean, factor, reading, p, rows, double[1:])
-    cross_covariance(states, rows, factor, P, double[0], record[at_cross:at_cross + n * n])
-    _noise(states, rows[2 * n:], mean, dt, p)
+    transform(layout, mean, factor, reading, p, rows, matrices[7:])
+    cross_covariance(layout, rows, factor, P, matrices[6], record[at_cross:at_cross + n * n])
+    _noise(layout, rows[2 * n:], mean, dt, p)
     triangularise(rows, n, 2 * n, 2 * n)
-    _lower(states, rows, factor)
-    _square(states, factor, record, at_P)
+    _lower(layout, rows, factor)
+    _square(layout, factor, record, at_P)
     for i in range(n):
         record[at_z + i] = mean[i]
     array = matrices[4:6].reshape(2 * n * n)[:4 * (n + 2)].reshape(4, n + 2)
-    if not _update(states, mean, factor, reading.y1, reading.y2, p, array, record):
+    if not _update(layout, mean, factor, reading.y1, reading.y2, p, array, record):
         return False
-    _square(states, factor, P, 0)
+    _square(layout, factor, P, 0)
     for i in range(n):
         z[i] = mean[i]
         record[at_z_out + i] = z[i]
     for i in range(n * n):
         record[at_P_out + i] = P[i]
         memory[i] = factor[i]
-    return healthy(states, belief)
+    return healthy(layout, belief)
 
 
-@jit_inline
-def _update(states: States, mean: Array, factor: Array, y1: float, y2: float, p: Array,
+@inline
+def _update(layout: Layout, mean: Array, factor: Array, y1: float, y2: float, p: Array,
             array: Array, record: Array) -> bool:
     """
     Update with what was measured: [[sqrt R, 0], [(H L)', L']] -> [[Sy', Kbar'], [0, L+']].
@@ -107,7 +88,7 @@ def _update(states: States, mean: Array, factor: Array, y1: float, y2: float, p:
     H picks the first two states, so only the first two rows of L' take part: array [4, n + 2].
     The predicted covariance stands in the record. False when the NIS overflows.
     """
-    n = len(states)
+    n = layout.n
     _, at_P, _, _, _, at_innovation, at_S, at_K, at_scores = places(n)
     have1, have2 = math.isfinite(y1), math.isfinite(y2)
     e1, e2 = y1 - mean[0] if have1 else math.nan, y2 - mean[1] if have2 else math.nan
@@ -146,7 +127,7 @@ def _update(states: States, mean: Array, factor: Array, y1: float, y2: float, p:
     return True
 
 
-@jit_inline
+@inline
 def triangularise(a: Array, columns: int, dense: int, tail: int) -> None:
     """
     Make the first `columns` columns of `a` [m, n] upper triangular by Householder reflections.
@@ -185,38 +166,38 @@ def triangularise(a: Array, columns: int, dense: int, tail: int) -> None:
         a[j, j] = norm
 
 
-@jit_inline
-def _upper(states: States, lower: Array, out: Array) -> None:
+@inline
+def _upper(layout: Layout, lower: Array, out: Array) -> None:
     """Write the transpose of the triangle `lower` [n * n] into the first rows of `out`."""
-    n = len(states)
+    n = layout.n
     for i in range(n):
         for j in range(n):
             out[i, j] = lower[j * n + i]
 
 
-@jit_inline
-def _lower(states: States, upper: Array, out: Array) -> None:
+@inline
+def _lower(layout: Layout, upper: Array, out: Array) -> None:
     """Write the transpose of the triangle that `upper` starts with into `out` [n * n]."""
-    n = len(states)
+    n = layout.n
     for i in range(n):
         for j in range(n):
             out[i * n + j] = upper[j, i] if j <= i else 0.0
 
 
-@jit_inline
-def _noise(states: States, rows: Array, z: Array, dt: float, p: Array) -> None:
+@inline
+def _noise(layout: Layout, rows: Array, z: Array, dt: float, p: Array) -> None:
     """Write the root of half the process noise of `dt` s at `z` [n] into rows[:n]."""
-    n = len(states)
+    n = layout.n
     for i in range(n):
         for j in range(n):
             rows[i, j] = 0.0
         rows[i, i] = math.sqrt(0.5 * dt * noise(z, p, i))
 
 
-@jit_inline
-def _square(states: States, factor: Array, out: Array, at: int) -> None:
+@inline
+def _square(layout: Layout, factor: Array, out: Array, at: int) -> None:
     """Write L L' [n, n] into `out` from place `at` on."""
-    n = len(states)
+    n = layout.n
     for i in range(n):
         for j in range(i + 1):
             s = 0.0

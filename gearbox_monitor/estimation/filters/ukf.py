@@ -13,41 +13,41 @@ from gearbox_monitor.estimation.filters.ekf import healthy, update
 from gearbox_monitor.estimation.process_model import noise
 from gearbox_monitor.estimation.sigma_points import cholesky, cross_covariance, N_LANES, transform
 from gearbox_monitor.estimation.step_record import places
-from gearbox_monitor.kernels.jit import jit_inline
+from gearbox_monitor.kernels.kernel import apart, inline
 from gearbox_monitor.kernels.linalg import add_transposed_product
-from gearbox_monitor.kernels.types import Array, States
+from gearbox_monitor.kernels.types import Array, Layout, Vector
 
 
-@jit_inline
-def step(states: States, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
-         record: Array) -> bool:
+@apart
+def step(layout: Layout, belief: Belief, reading: Reading, p: Vector, scratch: Scratch,
+         record: Vector) -> bool:
     """
     Predict over a step and update with its measurements.
 
-    The arguments states, belief, reading, p, scratch and record are as of ekf.step.
+    The arguments layout, belief, reading, p, scratch and record are as of ekf.step.
 
     Returns:
         False if the belief is unusable.
 
     """
-    return (predict(states, belief, reading, p, scratch, record)
-            and update(states, belief, reading.y1, reading.y2, p, record)
-            and healthy(states, belief))
+    return (predict(layout, belief, reading, p, scratch, record)
+            and update(layout, belief, reading.y1, reading.y2, p, record)
+            and healthy(layout, belief))
 
 
-@jit_inline
-def predict(states: States, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
+@inline
+def predict(layout: Layout, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
             record: Array) -> bool:
     """
     Predict z and the record's P_pred and C by the unscented transform; P stays.
 
-    The arguments states, belief, reading, p, scratch and record are as of ekf.step.
+    The arguments layout, belief, reading, p, scratch and record are as of ekf.step.
 
     Returns:
         False if P is not positive definite.
 
     """
-    n, z, P, dt, matrices = len(states), belief.z, belief.P, reading.dt, scratch.matrices
+    n, z, P, dt, matrices = layout.n, belief.z, belief.P, reading.dt, scratch.matrices
     at_z, at_P, at_cross, _, _, _, _, _, _ = places(n)
     factor, slope, rows = matrices[0], matrices[1], matrices[2:4].reshape(2 * n, n)
     cross, P_pred = record[at_cross:at_cross + n * n], record[at_P:at_P + n * n]
@@ -55,16 +55,16 @@ def predict(states: States, belief: Belief, reading: Reading, p: Array, scratch:
         for j in range(n):
             slope[i * n + j] = P[i * n + j]
         slope[i * n + i] += 0.5 * dt * noise(z, p, i)
-    if not cholesky(states, slope, factor):
+    if not cholesky(layout, slope, factor):
         return False
-    transform(states, z, factor, reading, p, rows, matrices[4:])
-    cross_covariance(states, rows, factor, P, slope, cross)
+    transform(layout, z, factor, reading, p, rows, matrices[4:])
+    cross_covariance(layout, rows, factor, P, slope, cross)
     for i in range(n):
         record[at_z + i] = z[i]
         for j in range(n):
             P_pred[i * n + j] = 0.5 * dt * noise(z, p, i) if i == j else 0.0
     flat = matrices[2:4].reshape(2 * n * n)
-    add_transposed_product(states, flat, flat, 2 * n, P_pred)
+    add_transposed_product(layout, flat, flat, 2 * n, P_pred)
     return True
 
 

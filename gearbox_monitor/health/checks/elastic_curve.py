@@ -26,7 +26,6 @@ late encoder is viscous friction. Where neither is certain, each is asked for on
 other held to its tolerances in the model file: one of the two is wrong then.
 """
 import numpy as np
-import scipy
 
 from gearbox_monitor.estimation.process_model import UNIFORM
 from gearbox_monitor.estimation.rts_smoother import (
@@ -39,15 +38,16 @@ from gearbox_monitor.health.elastic_regression import (
     BLOCKS, COLUMN_OF, COULOMB, D_TORQUE, D_TWIST, D_X2, D_X4, data_of, DELAY, ElasticLaw, GAIN,
     HALF_GAP, HEIGHT, INERTIA, N_SHAPE, Optimum, Regression, SCALE, STIFFNESS, VISCOUS, WIDTH,
     ZERO)
-from gearbox_monitor.kernels.jit import jit
+from gearbox_monitor.kernels.kernel import entry
 from gearbox_monitor.kernels.levenberg_marquardt import Damping
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.types import Array, Vector
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
 
 TORQUE, TWIST = [VISCOUS, COULOMB, GAIN], [SCALE, DELAY]
 SIGMA = LIMITS.curve_sigma
-OFTEN = float(scipy.special.stdtrit(BLOCKS - 1, LIMITS.curve_often))  # not in a block or two
+# Of Student's t, as scipy.special has it: it takes longer to load than all of this.
+OFTEN = 1.7291328115213682  # not in a block or two
 RULE = Damping(1e-3, relative=1e-12)
 ITERATIONS, ENOUGH = 12, 1e-3
 ZEROS = 13  # of the grid that the fit starts from
@@ -187,8 +187,8 @@ def _start(fit: Regression, centre: float) -> Array:
     return theta
 
 
-@jit
-def _stretches(twist: Array, width: float, side: float, stretch: Array) -> None:
+@entry
+def _stretches(twist: Vector, width: float, side: float, stretch: Vector) -> None:
     """Write by how much `twist` [N] leads the play behind it, `side` the end that carried it."""
     memory = twist[0] - side * width
     for i in range(len(twist)):
@@ -217,6 +217,7 @@ def _share_beyond(columns: Array, stds: Array, optimum: Optimum, at: list[int]) 
         at: places of the A parameters.
 
     """
+    import scipy
     size = np.abs(optimum.theta[at] @ columns)
     beyond = size > SIGMA * stds
     if not beyond.any():

@@ -15,16 +15,16 @@ from functools import lru_cache
 import math
 
 import numpy as np
-import scipy
 
 from gearbox_monitor.estimation.whiteness import LAGS, ljung_box, MIN_SAMPLES
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.checks.outcome import Condition, Level, Outcome, outcome_of
-from gearbox_monitor.kernels.jit import jit
-from gearbox_monitor.kernels.types import Array, Values
+from gearbox_monitor.kernels.kernel import entry
+from gearbox_monitor.kernels.types import Array, Matrix, Values, Vector
 
-MEAN_LIMIT = float(-scipy.special.ndtri(LIMITS.error_significance / 4))  # two channels, two sides
-LJUNG_BOX_LIMIT = float(scipy.special.chdtri(LAGS, LIMITS.error_significance / 2))
+# Numbers of scipy.special, which takes longer to load than all of this; a test computes them.
+MEAN_LIMIT = 5.026312836056685  # two channels, two sides
+LJUNG_BOX_LIMIT = 67.29689616943706
 _TUNE = 'check friction, inertia and torque scale of the model'
 
 BIASED = Condition(
@@ -73,8 +73,8 @@ CONDITIONS = (BIASED, COLOURED, LARGER, SMALLER, GROSS, MOTOR_VARIANCE, ARM_VARI
               TOO_FEW)
 
 
-@jit
-def _finite_sum(column: Array) -> tuple[float, int]:
+@entry
+def _finite_sum(column: Vector) -> tuple[float, int]:
     """Return (sum, number) of the finite values of `column` [N]."""
     total, count = 0.0, 0
     for i in range(column.shape[0]):
@@ -84,8 +84,8 @@ def _finite_sum(column: Array) -> tuple[float, int]:
     return total, count
 
 
-@jit
-def _sizes(errors: Array, stds: Array, newest: int) -> tuple[float, float, float]:
+@entry
+def _sizes(errors: Matrix, stds: Matrix, newest: int) -> tuple[float, float, float]:
     """
     Return the mean of (error / std)^2 of motor and arm, and the largest abs(error) / std.
 
@@ -113,6 +113,7 @@ def _sizes(errors: Array, stds: Array, newest: int) -> tuple[float, float, float
 @lru_cache(maxsize=64)
 def nis_limits(dof: float) -> tuple[float, float]:
     """Return (low, high) of the mean NIS per degree of freedom, of `dof` in all."""
+    import scipy
     return (float(scipy.special.chdtri(dof, 1.0 - LIMITS.error_significance / 2)) / dof,
             float(scipy.special.chdtri(dof, LIMITS.error_significance / 2)) / dof)
 

@@ -19,8 +19,8 @@ from gearbox_monitor.estimation.process_model import (
     K_P, LOAD_AT, P0, Q0, R1, R2, tangent, TAU_K, X1, X2, X3, X4)
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.checks.outcome import Condition, Level, Outcome, outcome_of
-from gearbox_monitor.kernels.jit import jit, jit_allocating, jit_inline
-from gearbox_monitor.kernels.types import Array, Flags, Values
+from gearbox_monitor.kernels.kernel import entry, inline
+from gearbox_monitor.kernels.types import Array, FlagMatrix, Flags, Matrix, Values, Vector
 from gearbox_monitor.plant.drive import (
     arm_load_slopes, D, INVERSE_M1, INVERSE_M2, motor_friction_slope)
 
@@ -43,9 +43,9 @@ UNKNOWN = Condition(
 CONDITIONS = (HIDDEN, UNKNOWN)
 
 
-@jit
-def _gramian(states: Array, dts: Array, measured: Array, p: Array, gramian: Array, product: Array,
-             slope: Array) -> None:
+@entry
+def _gramian(states: Matrix, dts: Vector, measured: FlagMatrix, p: Vector, gramian: Matrix,
+             product: Matrix, slope: Matrix) -> None:
     """
     Sum Phi' H' R^-1 H Phi over W samples [W, n], from the first state on.
 
@@ -85,7 +85,7 @@ def _gramian(states: Array, dts: Array, measured: Array, p: Array, gramian: Arra
                     product[i, j] += h * slope[i, j]
 
 
-@jit_inline
+@inline
 def _braked(rate: float) -> tuple[float, float]:
     """Return speed and way under a constant push, over those without friction of that rate."""
     if not abs(rate) > 1e-6:
@@ -94,13 +94,12 @@ def _braked(rate: float) -> tuple[float, float]:
     return speed, 2.0 * (1.0 - speed) / rate
 
 
-@jit_inline
+@inline
 def _scale(p: Array, i: int) -> float:
     """Return the typical magnitude of state `i`: its prior standard deviation."""
     return POSITION_SCALE if i <= X2 else math.sqrt(p[P0 + i])
 
 
-@jit_allocating
 def information_share(states: Array, dts: Array, measured: Array, p: Array) -> Array:
     """
     Return posterior over prior standard deviation of each state after a window of W samples.
@@ -139,14 +138,12 @@ def information_share(states: Array, dts: Array, measured: Array, p: Array) -> A
     return shares
 
 
-@jit_allocating
 def _condition(jacobian: Array) -> float:
     s = np.linalg.svd(jacobian, False)[1]
     ratio: float = s[-1] / max(s[0], TINY)
     return ratio
 
 
-@jit_allocating
 def _paper(state: Array, measured: Flags, p: Array) -> tuple[float, float, float, float]:
     n = state.shape[0]
     a, unit = np.empty((n, n)), np.empty((n, n))

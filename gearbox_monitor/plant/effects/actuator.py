@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from gearbox_monitor.kernels.elementary import sine
-from gearbox_monitor.kernels.jit import jit_part
+from gearbox_monitor.kernels.kernel import inline
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects.balance_column import (
     BalanceColumn, COMMAND, JointMotion, moved, one, TORQUE, wave as wave_values, waves)
@@ -15,13 +15,13 @@ from gearbox_monitor.plant.effects.effect import (
     Coefficients, Effect, FreeParameter, MAX_DELAY, Parameter, PERIOD, Scales, Starts, wave)
 
 
-@jit_part
+@inline
 def scaled_command(c: Coefficients, u: float) -> float:
     """Return (1 + g) u for the command `u` (N m) and the parameter g of `c`."""
     return u * (1.0 + c.g)
 
 
-@jit_part
+@inline
 def gain_of_command(c: Coefficients, x1: float) -> float:
     """Return 1 + g of `c`, at any position `x1` of the motor."""
     return 1.0 + c.g
@@ -75,7 +75,7 @@ ACTUATOR_DELAY = Effect(
         needs=COMMAND, twins=('actuator_lag', 'motor_encoder_delay')))
 
 
-@jit_part
+@inline
 def clipped_command(c: Coefficients, u: float) -> float:
     """Return the command `u` (N m) within +-umax of `c`."""
     return min(max(u, -c.umax), c.umax)
@@ -138,13 +138,13 @@ SATURATION = Effect(
     column=limit_column(COMMAND))
 
 
-@jit_part
+@inline
 def ripple_gain(c: Coefficients, x1: float) -> float:
     """Return the factor of torque ripple with the parameters `c` at the position `x1` (rad)."""
     return 1.0 + c.A * sine(c.N * x1 + c.phi)
 
 
-@jit_part
+@inline
 def with_ripple(c: Coefficients, x1: float, x3: float, u: float) -> float:
     """
     Return the torque of the motor with ripple.

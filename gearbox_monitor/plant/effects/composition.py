@@ -16,8 +16,8 @@ import math
 from typing import Any, NamedTuple
 
 from gearbox_monitor.kernels.elementary import exponential
-from gearbox_monitor.kernels.jit import jit, jit_part
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.kernel import entry, inline, kernel
+from gearbox_monitor.kernels.types import Array, Matrix, Vector
 from gearbox_monitor.plant.drive import HALF_GAP, K_S, KIND, STIFFNESS, WIDTH
 from gearbox_monitor.plant.effects.actuator import ACTUATOR_DELAY, ACTUATOR_LAG
 from gearbox_monitor.plant.effects.controller import (
@@ -86,7 +86,7 @@ def term_of(effect: Effect, slot: str) -> Term:
         return coefficients(e[k], e[k + 1], e[k + 2], e[k + 3])
     read: Kernel = _array if effect.size else (
         _one, _two, _three, _four)[len(effect.parameters) - 1]
-    return Term(getattr(effect, slot), jit_part(read), k, MEMORIES.get(effect.id, 0))
+    return Term(getattr(effect, slot), read, k, MEMORIES.get(effect.id, 0))
 
 
 def chained(terms: Sequence[Kernel]) -> Kernel:
@@ -97,8 +97,8 @@ def chained(terms: Sequence[Kernel]) -> Kernel:
     def _joined(first: Kernel, second: Kernel) -> Kernel:
         def _both(value: Any, *arguments: Any) -> Any:
             return second(first(value, *arguments), *arguments)
-        return jit_part(_both)
-    return reduce(_joined, terms) if terms else jit_part(_unchanged)
+        return _both
+    return reduce(_joined, terms) if terms else _unchanged
 
 
 def _added(slot: str, motion: int) -> Callable[[Effect], Kernel]:
@@ -111,7 +111,7 @@ def _added(slot: str, motion: int) -> Callable[[Effect], Kernel]:
                 value += equation(read(e), *(arguments[:motion] + (m[memory],)
                                              + arguments[motion:]))
             return value
-        return jit_part(_term)
+        return _term
     return _of
 
 
@@ -122,7 +122,7 @@ def _motor_torque(effect: Effect) -> Kernel:
         if e[place] != 0.0:
             u = equation(read(e), x1, x3, u)
         return u
-    return jit_part(_term)
+    return _term
 
 
 def _motor_gain(effect: Effect) -> Kernel:
@@ -132,7 +132,7 @@ def _motor_gain(effect: Effect) -> Kernel:
         if e[place] != 0.0:
             gain *= equation(read(e), x1)
         return gain
-    return jit_part(_term)
+    return _term
 
 
 def _command(effect: Effect) -> Kernel:
@@ -143,7 +143,7 @@ def _command(effect: Effect) -> Kernel:
         if e[place] != off:
             u = equation(read(e), u)
         return u
-    return jit_part(_term)
+    return _term
 
 
 def _moved(effect: Effect, sign: float) -> Kernel:
@@ -154,7 +154,7 @@ def _moved(effect: Effect, sign: float) -> Kernel:
         if e[place] != 0.0:
             position += sign * equation(read(e), position)[0]
         return position
-    return jit_part(_term)
+    return _term
 
 
 def _error(effect: Effect) -> Kernel:
@@ -165,7 +165,7 @@ def _error(effect: Effect) -> Kernel:
             error, slope, curvature = equation(read(e), x)
             return total[0] + error, total[1] + slope, total[2] + curvature
         return total
-    return jit_part(_term)
+    return _term
 
 
 def _memory(effect: Effect) -> Kernel:
@@ -176,13 +176,13 @@ def _memory(effect: Effect) -> Kernel:
         if e[place] != 0.0:
             z = equation(read(e), z, x3, x4, h, base)
         return advanced + (z,)
-    return jit_part(_term)
+    return _term
 
 
 def _stored(place: int) -> Kernel:
     def _term(memories: Any, state: Array) -> Any:
         return memories + (state[4 + place],)
-    return jit_part(_term)
+    return _term
 
 
 def _chain(slot: str, term: Callable[[Effect], Kernel]) -> Kernel:
@@ -208,13 +208,13 @@ _advanced = _chain('memory', _memory)
 memories_of = chained([_stored(place) for place in range(1, N_MEMORY)])
 
 
-@jit_part
+@inline
 def _limited(u: float, e: Array) -> float:
     limit = min(e[SERVO_TORQUE], e[LIMIT])
     return min(max(u, -limit), limit)
 
 
-@jit_part
+@inline
 def _control_law(r: float, e: Array, x1: float, x3: float, integral: float) -> float:
     """Return the torque (N m) that the servo computes of setpoint and motion, see servo."""
     error, slope, _ = motor_error(NO_ERROR, e, x1)
@@ -222,7 +222,7 @@ def _control_law(r: float, e: Array, x1: float, x3: float, integral: float) -> f
                     - e[SERVO_KD] * x3 * (1.0 + slope), e)
 
 
-@jit_part
+@inline
 def servo(r: float, e: Array, x1: float, x3: float, memory: Any) -> float:
     """
     Return the torque that a servo and the actuator behind it make of a setpoint.
@@ -250,7 +250,7 @@ def servo(r: float, e: Array, x1: float, x3: float, memory: Any) -> float:
     return command_effects(u, e)
 
 
-@jit_part
+@inline
 def step_damper(r: float, e: Array, x1: float, x3: float, m: Any) -> float:
     """
     Return the damping that MuJoCo's implicitfast has at the end of a step beside the model's own.
@@ -275,7 +275,7 @@ def step_damper(r: float, e: Array, x1: float, x3: float, m: Any) -> float:
     return bristles + e[SERVO_KD] if free else bristles
 
 
-@jit_part
+@inline
 def late_fade(h: float, e: Array) -> Any:
     """
     Return h / T of the servo's delay T, and exp(p h / T): real, imaginary part; real pole.
@@ -292,7 +292,7 @@ def late_fade(h: float, e: Array) -> Any:
             fade * math.sin(LATE_IMAGINARY * spans), exponential(LATE_POLE * spans))
 
 
-@jit_part
+@inline
 def advanced_servo(memory: Any, begin: Three, x3: float, h: float, late: Any, e: Array) -> Any:
     """
     Return the memory of the servo after a step, exact for a torque that changes evenly.
@@ -332,7 +332,7 @@ def advanced_servo(memory: Any, begin: Three, x3: float, h: float, late: Any, e:
     return integral, a, b, c
 
 
-@jit_part
+@inline
 def motor_effects(u: float, e: Array, x1: float, x3: float, m: Any) -> float:
     """
     Return the torque that acts on the motor.
@@ -351,7 +351,7 @@ def motor_effects(u: float, e: Array, x1: float, x3: float, m: Any) -> float:
         u, e, x1, x3, (m[INTEGRAL], m[LATE_A], m[LATE_B], m[LATE_C])), e, x1, x3)
 
 
-@jit_part
+@inline
 def advanced_memories(m: Any, begin: Three, x3: float, x4: float, h: float, base: Any,
                       e: Array) -> Any:
     """
@@ -373,13 +373,13 @@ def advanced_memories(m: Any, begin: Three, x3: float, x4: float, h: float, base
         (m[INTEGRAL], m[LATE_A], m[LATE_B], m[LATE_C]), begin, x3, h, late_fade(h, e), e)
 
 
-@jit_part
+@inline
 def stored_memories(state: Array) -> Any:
     """Return the memories in `state` [4 + N_MEMORY] as a tuple."""
     return memories_of((state[4],), state)
 
 
-@jit_part
+@inline
 def elastic_torque(x1: float, x2: float, m: Any, p: Array, e: Array) -> float:
     """
     Return tau_K of a transmission that is not rigid, with all effects in it.
@@ -400,14 +400,14 @@ def elastic_torque(x1: float, x2: float, m: Any, p: Array, e: Array) -> float:
     return elastic_effects(tau_k, e, m, twist, p[HALF_GAP])
 
 
-@jit
-def steady_command(u: float, e: Array) -> float:
+@entry
+def steady_command(u: float, e: Vector) -> float:
     """Return the torque (N m) of an actuator at rest under the command `u`, `e` packed effects."""
     return u if e[SERVO_KP] != 0.0 else command_effects(u, e)
 
 
-@jit
-def lead(r: Array, past: Array, dt: float, e: Array) -> None:
+@entry
+def lead(r: Vector, past: Vector, dt: float, e: Vector) -> None:
     """
     Move setpoints ahead so that a servo without feedforward does what one with it does.
 
@@ -433,8 +433,8 @@ def lead(r: Array, past: Array, dt: float, e: Array) -> None:
         r[k] += ahead
 
 
-@jit
-def actuator(u: Array, past: int, act: float, dt: float, e: Array, out: Array) -> float:
+@entry
+def actuator(u: Vector, past: int, act: float, dt: float, e: Vector, out: Matrix) -> float:
     """
     Fill `out` with the mean torque of the actuator in each part of each sample.
 
@@ -478,7 +478,7 @@ def actuator(u: Array, past: int, act: float, dt: float, e: Array, out: Array) -
     return act
 
 
-@jit
+@kernel
 def reading(x: Array, k: int, i: int, dt: float, e: Array) -> float:
     """
     Return what an encoder reads, without noise.

@@ -139,7 +139,7 @@ class Effect:
             parameters; `c` is then an array and where in it they begin.
         problem(effect): what is wrong with its parameters together, '' for nothing.
 
-    Its equation, a function with @jit_part in one of these slots:
+    Its equation, a function with @inline in one of these slots:
         friction(c, t, x3, z, base): torque (N m) added to tau_f. base: MotorFriction.
         arm_torque(c, t, x2, x4, z): torque (N m) added to tau_arm.
         twist(c, x1, x2, z): angle (rad) added to the twist that acts.
@@ -155,8 +155,7 @@ class Effect:
         arm_profile(effect, t, dt): torque [N] added to tau_arm in the steps of dt s from t [N].
         lattice: its first parameter is the step to which readings are rounded.
         torques: of a plug-in, a function (t, x1, x2, x3, x4, u, tau_k, theta) -> torques (N m)
-            added to the motor, taken from the arm, and added to the transmission; it must compile
-            with numba.
+            added to the motor, taken from the arm, and added to the transmission.
         at_rest(effect, sharpness): AtRest, for the fastest eigenvalue.
 
     Its fit:

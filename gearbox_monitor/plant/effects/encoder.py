@@ -4,13 +4,13 @@
 """Effects in the two encoders: what they read beside the position."""
 import math
 
-from gearbox_monitor.kernels.jit import jit_part
+from gearbox_monitor.kernels.kernel import inline
 from gearbox_monitor.plant.effects.effect import (
     Coefficients, Effect, FreeParameter, MAX_DELAY, Parameter, positive, Scales, Starts, Three,
     wave)
 
 
-@jit_part
+@inline
 def eccentricity_error(c: Coefficients, x: float) -> Three:
     """
     Return the error of an encoder whose disc is off centre.
@@ -91,7 +91,7 @@ ARM_ENCODER_DELAY = Effect(
     twin_alone='actuator_delay', separated_by={'actuator_delay': BOTH})
 
 
-@jit_part
+@inline
 def offset_error(c: Coefficients, x: float) -> Three:
     """Return the constant error (rad) of `c` at the position `x`, and its derivatives, 0."""
     return c.c, 0.0, 0.0

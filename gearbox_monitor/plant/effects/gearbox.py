@@ -5,7 +5,7 @@
 import math
 
 from gearbox_monitor.kernels.elementary import sine
-from gearbox_monitor.kernels.jit import jit_part
+from gearbox_monitor.kernels.kernel import inline
 from gearbox_monitor.plant.effects.effect import (
     Coefficients, Effect, FreeParameter, logarithmic, MotorFriction, of_model, Parameter, PERIOD,
     positive, PROFILE, replaced, Scales, Starts, wave)
@@ -63,7 +63,7 @@ STIFFNESS = Effect(
 # ---------------------------------------------------------------------- torque over twist
 
 
-@jit_part
+@inline
 def hardening_torque(c: Coefficients, twist: float, z: float, half_gap: float) -> float:
     """
     Return the torque (N m) that hardening adds.
@@ -89,7 +89,7 @@ HARDENING = Effect(
     starts=lambda s: [[FreeParameter('K3', 0.0, 0.1 * s.torque / s.twist ** 3)]])
 
 
-@jit_part
+@inline
 def bouc_wen_torque(c: Coefficients, twist: float, z: float, half_gap: float) -> float:
     """
     Return the torque (N m) that the Bouc-Wen hysteresis adds.
@@ -106,7 +106,7 @@ def bouc_wen_torque(c: Coefficients, twist: float, z: float, half_gap: float) ->
     return c.Th * z
 
 
-@jit_part
+@inline
 def loop_memory(c: Coefficients, z: float, x3: float, x4: float, h: float,
                 base: MotorFriction) -> float:
     """
@@ -146,7 +146,7 @@ BOUC_WEN = Effect(
     starts=_bouc_wen_starts)
 
 
-@jit_part
+@inline
 def branch_twist(c: Coefficients, x1: float, x2: float, z: float) -> float:
     """
     Return the twist (rad) by which the branch of a loop is shifted.
@@ -187,7 +187,7 @@ TRANSMISSION_DAMPING = Effect(
     starts=of_model(_D, 'damping', usual=lambda s: 0.1 * s.torque / s.speed))
 
 
-@jit_part
+@inline
 def mesh_twist(c: Coefficients, x1: float, x2: float, z: float) -> float:
     """
     Return the twist (rad) that the error of mesh adds.

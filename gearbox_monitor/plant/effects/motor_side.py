@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from gearbox_monitor.kernels.elementary import exponential, sine
-from gearbox_monitor.kernels.jit import jit_inline, jit_part
+from gearbox_monitor.kernels.kernel import inline
 from gearbox_monitor.plant.effects.balance_column import (
     BalanceColumn, not_negative, one, per_unit, wave as wave_values, waves, whole_friction)
 from gearbox_monitor.plant.effects.effect import (
@@ -20,7 +20,7 @@ _M1 = Parameter('m1', 'kg m^2', 1e-9)
 _SEVERAL_SPEEDS = 'steps to several speeds'
 
 
-@jit_inline
+@inline
 def relaxed(memory: float, target: float, rate: float, h: float) -> float:
     """
     Return a memory of memory' = rate (target - memory) after a step.
@@ -37,7 +37,7 @@ def relaxed(memory: float, target: float, rate: float, h: float) -> float:
     return target + (memory - target) * exponential(-rate * h)
 
 
-@jit_inline
+@inline
 def friction_side(x3: float, base: MotorFriction) -> float:
     """Return the sign of the speed `x3` (rad/s) in the Coulomb friction `base`."""
     return side(base.sharpness * x3, base.law)
@@ -79,7 +79,7 @@ MOTOR_COULOMB = Effect(
 # ---------------------------------------------------------------------- friction
 
 
-@jit_part
+@inline
 def stribeck_torque(c: Coefficients, t: float, x3: float, z: float, base: MotorFriction) -> float:
     """
     Return the torque (N m) that Stribeck friction adds.
@@ -120,7 +120,7 @@ STRIBECK = Effect(
         grid=lambda m: (0.05, 0.1, 0.2, 0.4), low=not_negative))
 
 
-@jit_part
+@inline
 def lugre_level(c: Coefficients, x3: float, base: MotorFriction) -> float:
     """
     Return g (N m), the friction of LuGre's model in steady sliding.
@@ -137,7 +137,7 @@ def lugre_level(c: Coefficients, x3: float, base: MotorFriction) -> float:
     return base.coulomb + c.Cs * exponential(-v * v)
 
 
-@jit_part
+@inline
 def lugre_torque(c: Coefficients, t: float, x3: float, z: float, base: MotorFriction) -> float:
     """
     Return what the LuGre model (Canudas de Wit et al., 1995) adds to Coulomb friction.
@@ -159,7 +159,7 @@ def lugre_torque(c: Coefficients, t: float, x3: float, z: float, base: MotorFric
     return bristles - base.coulomb * friction_side(x3, base) if base.law <= TANH else bristles
 
 
-@jit_part
+@inline
 def bristle(c: Coefficients, z: float, x3: float, x4: float, h: float,
             base: MotorFriction) -> float:
     """
@@ -204,7 +204,7 @@ LUGRE = Effect(
     at_rest=lambda effect, sharpness: AtRest(effect['sigma1'], effect['sigma0']))
 
 
-@jit_part
+@inline
 def asymmetry_torque(c: Coefficients, t: float, x3: float, z: float,
                      base: MotorFriction) -> float:
     """
@@ -234,7 +234,7 @@ COULOMB_ASYMMETRY = Effect(
     at_rest=lambda effect, sharpness: AtRest(TWO_OVER_PI * sharpness * abs(effect['Ca'])))
 
 
-@jit_part
+@inline
 def viscous_asymmetry_torque(c: Coefficients, t: float, x3: float, z: float,
                              base: MotorFriction) -> float:
     """
@@ -291,7 +291,7 @@ MOTOR_INERTIA = Effect(
         low=lambda m: -math.inf if m.learnt else -m.armature, states='m1_change'))
 
 
-@jit_part
+@inline
 def drift_torque(c: Coefficients, t: float, x3: float, z: float, base: MotorFriction) -> float:
     """
     Return the torque (N m) that a drift of viscous friction adds.
@@ -331,7 +331,7 @@ VISCOUS_DRIFT = Effect(
 # ---------------------------------------------------------------------- torque
 
 
-@jit_part
+@inline
 def with_cogging(c: Coefficients, x1: float, x3: float, u: float) -> float:
     """
     Return the torque of the motor with cogging.

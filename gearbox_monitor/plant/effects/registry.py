@@ -17,7 +17,6 @@ from types import ModuleType
 import numpy as np
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.kernels.jit import jit_anew
 from gearbox_monitor.kernels.types import Array, Values
 import gearbox_monitor.plant.effects.actuator as actuator
 import gearbox_monitor.plant.effects.arm_side as arm_side
@@ -187,12 +186,12 @@ def _plugin(entry: EntryPoint) -> Effect:
     if not good:
         raise InputError(f'{source}: starts: {effect.starts!r}, expected one number within the '
                          f'bounds for each of the {len(effect.parameters)} parameters')
-    torques = jit_anew(effect.torques)
+    torques = effect.torques
     try:
         result = torques(0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, np.array(effect.starts, float))
-    except Exception as error:  # numba has many kinds
+    except Exception as error:  # whatever the function does
         raise InputError(f'{source}: torques: {_first_line(error)}, expected a function '
-                         '(t, x1, x2, x3, x4, u, tau_k, theta) that numba compiles') from None
+                         '(t, x1, x2, x3, x4, u, tau_k, theta)') from None
     if not isinstance(result, tuple) or len(result) != 3 or not all(
             isinstance(v, float) and math.isfinite(v) for v in result):
         raise InputError(f'{source}: torques: returns {result!r}, expected three finite floats')
@@ -202,6 +201,4 @@ def _plugin(entry: EntryPoint) -> Effect:
 def _first_line(error: Exception) -> str:
     """Return type and text of an exception in one short line."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    # numba names the cause last, under the step that failed.
-    causes = [line for line in lines if not line.startswith(('Failed in', 'File', 'During'))]
-    return f'{type(error).__name__}: {(causes or lines or [""])[0][:120]}'
+    return f'{type(error).__name__}: {(lines or [""])[0][:120]}'

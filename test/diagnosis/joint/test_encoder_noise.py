@@ -46,13 +46,13 @@ def test_an_encoder_that_stands_still_has_its_noise_where_it_moves(rows):
     assert sigma == pytest.approx([0.002, 0.002], rel=0.1) and not quantum.any()
 
 
-@pytest.mark.parametrize('rows', [1, 4, 5])
-def test_an_encoder_that_is_read_less_often_does_not_stand_still(rows):
-    t = np.arange(4000) * DT
-    y = np.sin(6.0 * t)[:, None] + 0.002 * np.random.default_rng(0).standard_normal((4000, 2))
-    y = np.repeat(y[::rows], rows, axis=0)
-    sigma, _ = noise_floor(UniformRecording(t, t, y, DT), DriveModel())
-    assert sigma.tolist() == noise_levels(y)[0].tolist()
+def test_an_encoder_that_is_read_less_often_does_not_stand_still():
+    for rows in (1, 4, 5):
+        t = np.arange(4000) * DT
+        y = np.sin(6.0 * t)[:, None] + 0.002 * np.random.default_rng(0).standard_normal((4000, 2))
+        y = np.repeat(y[::rows], rows, axis=0)
+        sigma, _ = noise_floor(UniformRecording(t, t, y, DT), DriveModel())
+        assert sigma.tolist() == noise_levels(y)[0].tolist()
 
 
 @pytest.mark.parametrize('lowest, within', [(60.0, 0.1), (20.0, 0.06)])

@@ -122,15 +122,18 @@ def test_a_motion_that_is_put_in_is_weighed_by_its_torque():
         replace(recording(), motor=np.zeros((2000, 5))),)).balances
 
 
-@pytest.mark.parametrize('changes, share', [
+ALLOWED = [
     ({}, 0.0), ({'tolerance': 0.1}, THRESHOLDS.torque_noise),
     ({'process_torque': 1e-3}, THRESHOLDS.torque_noise),
-    ({'process_torque_time': 0.5}, THRESHOLDS.lasting_torque)])
-def test_torque_noise_is_allowed_where_the_model_file_says_that_it_is_not_exact(changes, share):
-    judged = evidence(recording(), model=MODEL.with_(**changes))
-    assert judged.noisy == (share > 0.0)
-    np.testing.assert_allclose(judged.allowed_noise, np.maximum(
-        judged.whole.least_noise, share * judged.torque))
+    ({'process_torque_time': 0.5}, THRESHOLDS.lasting_torque)]
+
+
+def test_torque_noise_is_allowed_where_the_model_file_says_that_it_is_not_exact():
+    for changes, share in ALLOWED:
+        judged = evidence(recording(), model=MODEL.with_(**changes))
+        assert judged.noisy == (share > 0.0)
+        np.testing.assert_allclose(judged.allowed_noise, np.maximum(
+            judged.whole.least_noise, share * judged.torque))
 
 
 def test_a_stated_torque_noise_is_allowed_in_full():
@@ -138,11 +141,11 @@ def test_a_stated_torque_noise_is_allowed_in_full():
         evidence(recording(), model=MODEL.with_(process_torque=5.0)).allowed_noise, 5.0)
 
 
-@pytest.mark.parametrize('step, rough', [(0.5, False), (2.0, True)])
-def test_an_encoder_is_rough_by_its_step_in_deviations_of_its_noise(step, rough):
+def test_an_encoder_is_rough_by_its_step_in_deviations_of_its_noise():
     """In units of the threshold; 4 deviations of the white noise are 2.6 of it with rounding."""
-    quantum = step * THRESHOLDS.rough_lattice * SIGMA[0]
-    assert evidence(recording(quantum=quantum)).rough == rough
+    for step, rough in ((0.5, False), (2.0, True)):
+        quantum = step * THRESHOLDS.rough_lattice * SIGMA[0]
+        assert evidence(recording(quantum=quantum)).rough == rough
 
 
 def test_a_map_of_the_torque_is_tried_where_it_is_asked_for_and_the_model_has_none():

@@ -58,7 +58,8 @@ def test_limits_hold_in_simulation(found):
 @pytest.mark.system
 def test_the_suggestion_separates_what_slow_motion_does_not(found):
     t = np.arange(12000) * DT
-    before, _ = motion_separations(MODEL, {'actuator_lag': {'T': LAG['T']}}, slow(t), SIGMA, [PAIR])
+    before, _ = motion_separations(
+        MODEL, {'actuator_lag': {'T': LAG['T']}}, slow(t), SIGMA, [PAIR])
     assert before[PAIR] < THRESHOLDS.isolable < found[0].separation[PAIR]
 
 

@@ -163,16 +163,16 @@ def test_steps_reach_as_far_as_scale_value_or_logarithm_allow():
     assert fit.z == pytest.approx([0.01 + REACH * 0.1, 2.0 - REACH * 2.0, LOG_REACH])
 
 
-@pytest.mark.parametrize('share, taken', [(0.5, False), (2.0, True)])
-def test_a_step_is_taken_for_what_is_worth_it(share, taken):
-    likelihood = Gaussian(readings(TRUE, TORQUE))
-    candidate = candidate_of((0.5, 0.2, {}), (-1.0, 0.1, {}))
-    fit = fitted(likelihood, InnovationFit(candidate, TRUE, TORQUE), 30, 0.0, free_noise=False)
-    curvature = float((X[READ, :, 0] ** 2 / (SIZE * TORQUE) ** 2).sum())
-    z = fit.z + [(share * ENOUGH / curvature) ** 0.5, 0.0]
-    begun = InnovationFit(candidate, z, TORQUE)
-    again = fitted(likelihood, begun, 30, 0.0, free_noise=False)
-    assert (again.z.tolist() != z.tolist()) == taken
+def test_a_step_is_taken_for_what_is_worth_it():
+    for share, taken in ((0.5, False), (2.0, True)):
+        likelihood = Gaussian(readings(TRUE, TORQUE))
+        candidate = candidate_of((0.5, 0.2, {}), (-1.0, 0.1, {}))
+        fit = fitted(likelihood, InnovationFit(candidate, TRUE, TORQUE), 30, 0.0, free_noise=False)
+        curvature = float((X[READ, :, 0] ** 2 / (SIZE * TORQUE) ** 2).sum())
+        z = fit.z + [(share * ENOUGH / curvature) ** 0.5, 0.0]
+        begun = InnovationFit(candidate, z, TORQUE)
+        again = fitted(likelihood, begun, 30, 0.0, free_noise=False)
+        assert (again.z.tolist() != z.tolist()) == taken
 
 
 def test_iterations_end_with_little_gain_or_when_they_are_used_up():
@@ -220,17 +220,17 @@ def test_noise_anneals_to_the_likeliest_of_both_sides_and_of_each():
     assert np.exp(bounded.annealed(1.0, 1.0)) == pytest.approx([50.0, 1e-3])
 
 
-@pytest.mark.parametrize('at', [-1.0, 1.0])
-@pytest.mark.parametrize('side', [0, 1])
-def test_noise_moves_by_the_least_factor_for_a_gain_that_counts(side, at):
+def test_noise_moves_by_the_least_factor_for_a_gain_that_counts():
     """A factor beyond it would be too far."""
-    step = at * np.log(FACTORS[0])
-    for depth, moved in ((0.1, step), (0.03, step), (0.015, 0.0)):
-        valley = Valley(lambda *log: depth * min((log[side] / step - 1.0) ** 2, 1.0)
-                        + 9.0 * log[1 - side] ** 2)
-        expected = np.zeros(2)
-        expected[side] = moved
-        assert valley.annealed(1.0, 1.0) == pytest.approx(expected)
+    for at in (-1.0, 1.0):
+        for side in (0, 1):
+            step = at * np.log(FACTORS[0])
+            for depth, moved in ((0.1, step), (0.03, step), (0.015, 0.0)):
+                valley = Valley(lambda *log: depth * min((log[side] / step - 1.0) ** 2, 1.0)
+                                + 9.0 * log[1 - side] ** 2)
+                expected = np.zeros(2)
+                expected[side] = moved
+                assert valley.annealed(1.0, 1.0) == pytest.approx(expected)
 
 
 def test_columns_are_derivatives_by_coordinates_also_at_bounds():

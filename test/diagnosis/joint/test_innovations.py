@@ -230,17 +230,17 @@ def test_torque_noise_is_of_the_size_of_torque_and_inertia():
     assert rigid.least_noise * moves / inertia.sum() == pytest.approx(STRAY * SIGMA[0], rel=2e-3)
 
 
-@pytest.mark.parametrize('dt, every', [(1e-3, 20), (8e-3, 2), (0.05, 1)])
-def test_beside_torque_that_lasts_readings_are_some_20_ms_apart(dt, every):
-    recording = replace(recorded(BLUNT, 0.2), dt=dt)
-    likelihood = likelihood_of(recording, replace(BLUNT, process_torque_time=0.3),
-                               [slice(0, 101), slice(101, 150)])
-    assert likelihood.every == every and likelihood.fade == pytest.approx(np.exp(-dt / 0.3))
-    assert likelihood.readings == 2 * (148 // every)
-    one = replace(recording, channels=(1,))
-    assert likelihood_of(one, BLUNT, [slice(0, 101), slice(101, 150)]).readings == 148
-    assert likelihood_of(one, BLUNT).thinned(3).readings == 199 // 3
-    assert likelihood_of(one, BLUNT).fade == 0.0
+def test_beside_torque_that_lasts_readings_are_some_20_ms_apart():
+    for dt, every in ((1e-3, 20), (8e-3, 2), (0.05, 1)):
+        recording = replace(recorded(BLUNT, 0.2), dt=dt)
+        likelihood = likelihood_of(recording, replace(BLUNT, process_torque_time=0.3),
+                                   [slice(0, 101), slice(101, 150)])
+        assert likelihood.every == every and likelihood.fade == pytest.approx(np.exp(-dt / 0.3))
+        assert likelihood.readings == 2 * (148 // every)
+        one = replace(recording, channels=(1,))
+        assert likelihood_of(one, BLUNT, [slice(0, 101), slice(101, 150)]).readings == 148
+        assert likelihood_of(one, BLUNT).thinned(3).readings == 199 // 3
+        assert likelihood_of(one, BLUNT).fade == 0.0
 
 
 def test_each_memory_of_the_drive_is_estimated_on_its_own_scale():
@@ -376,21 +376,21 @@ def test_sensitivities_are_those_of_a_filter_with_frozen_gains(effect, name, tol
     assert np.abs(change - difference).max() < tolerance * np.abs(difference).max()
 
 
-@pytest.mark.parametrize('start', [(1e-3, 3.0), (3.0, 1e-3), (0.05, 0.05)])
-def test_no_other_torque_noise_of_either_side_is_likelier(start):
-    recording = recorded(BLUNT, 0.8)
-    stray = np.array([3e-3, 2e-3]) * np.random.default_rng(3).standard_normal((800, 2))
-    recording = replace(recording, y=recording.y + np.cumsum(np.cumsum(stray, 0), 0) * 0.02)
-    likelihood = likelihood_of(recording, BLUNT)
-    none = Starts(BLUNT, [recording]).none()
-    fit = evaluated(likelihood, InnovationFit(none, none.start(), np.array(start)))
-    torque = annealed(likelihood, fit)
-    lowest = likelihood.with_noise(fit.run, torque)[0]
-    assert (likelihood.least_noise < torque).all() and (torque < likelihood.most_noise).all()
-    for sides in ([True, True], [True, False], [False, True]):
-        for factor in (1.0 / 1.5, 1.5):
-            trial = np.where(sides, factor, 1.0) * torque
-            assert likelihood.with_noise(fit.run, trial)[0] >= lowest - 0.02
+def test_no_other_torque_noise_of_either_side_is_likelier():
+    for start in ((1e-3, 3.0), (3.0, 1e-3), (0.05, 0.05)):
+        recording = recorded(BLUNT, 0.8)
+        stray = np.array([3e-3, 2e-3]) * np.random.default_rng(3).standard_normal((800, 2))
+        recording = replace(recording, y=recording.y + np.cumsum(np.cumsum(stray, 0), 0) * 0.02)
+        likelihood = likelihood_of(recording, BLUNT)
+        none = Starts(BLUNT, [recording]).none()
+        fit = evaluated(likelihood, InnovationFit(none, none.start(), np.array(start)))
+        torque = annealed(likelihood, fit)
+        lowest = likelihood.with_noise(fit.run, torque)[0]
+        assert (likelihood.least_noise < torque).all() and (torque < likelihood.most_noise).all()
+        for sides in ([True, True], [True, False], [False, True]):
+            for factor in (1.0 / 1.5, 1.5):
+                trial = np.where(sides, factor, 1.0) * torque
+                assert likelihood.with_noise(fit.run, trial)[0] >= lowest - 0.02
 
 
 def test_late_encoders_are_read_at_their_own_time_within_a_sample():
@@ -404,7 +404,7 @@ def test_late_encoders_are_read_at_their_own_time_within_a_sample():
     assert whole.shift.tolist() == [0, 2] and whole.reads.tolist() == [[1, 1]]
 
 
-@pytest.mark.parametrize('late, parts, channels, segments, edges, part, ends, reads, shift', [
+SCHEDULES = [
     ((0.0, 0.0), 3, (0, 1), [1.0], [1 / 3, 2 / 3, 1.0], [0, 1, 2], [-1, -1, 0], [[1, 1]], [0, 0]),
     ((3.4, 1.7), 2, (0, 1), [0.3, 0.6, 1.0], [0.3, 0.5, 0.6, 1.0], [0, 0, 1, 1], [0, -1, 1, 2],
      [[0, 1], [1, 0], [0, 0]], [3, 1]),
@@ -419,18 +419,20 @@ def test_late_encoders_are_read_at_their_own_time_within_a_sample():
      [0, 1, 2], [[0, 1], [1, 0], [0, 0]], [0, 0]),
     ((2.0 - 5e-7, 1.0 + 5e-7), 1, (0, 1), [1.0], [1.0], [0], [0], [[1, 1]], [2, 1]),
     ((2.0 - 5e-6, 1.0 + 5e-6), 1, (0, 1), [5e-6, 1.0 - 5e-6, 1.0], [5e-6, 1.0 - 5e-6, 1.0],
-     [0, 0, 0], [0, 1, 2], [[1, 0], [0, 1], [0, 0]], [1, 1])])
-def test_steps_of_a_sample_end_where_torque_changes_and_encoders_read(
-        late, parts, channels, segments, edges, part, ends, reads, shift):
+     [0, 0, 0], [0, 1, 2], [[1, 0], [0, 1], [0, 0]], [1, 1])]
+
+
+def test_steps_of_a_sample_end_where_torque_changes_and_encoders_read():
     """All in samples."""
-    dt = 2e-3
-    e = effects.pack([{'id': f'{side}_encoder_delay', 'T': T * dt}
-                      for side, T in zip(('motor', 'arm'), late) if T])
-    line = schedule(e, dt, parts, channels)
-    assert line.span / dt == pytest.approx(np.diff([0.0, *segments]), abs=9e-7)
-    assert line.length / dt == pytest.approx(np.diff([0.0, *edges]), abs=9e-7)
-    assert line.part.tolist() == part and line.ends.tolist() == ends
-    assert line.reads.tolist() == reads and line.shift.tolist() == shift
+    for late, parts, channels, segments, edges, part, ends, reads, shift in SCHEDULES:
+        dt = 2e-3
+        e = effects.pack([{'id': f'{side}_encoder_delay', 'T': T * dt}
+                          for side, T in zip(('motor', 'arm'), late) if T])
+        line = schedule(e, dt, parts, channels)
+        assert line.span / dt == pytest.approx(np.diff([0.0, *segments]), abs=9e-7)
+        assert line.length / dt == pytest.approx(np.diff([0.0, *edges]), abs=9e-7)
+        assert line.part.tolist() == part and line.ends.tolist() == ends
+        assert line.reads.tolist() == reads and line.shift.tolist() == shift
 
 
 def test_the_true_effect_is_proposed_and_fitted_from_nothing_and_the_noise_vanishes():

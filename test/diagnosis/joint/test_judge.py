@@ -400,7 +400,7 @@ def test_a_doubt_about_signs_must_be_likelier_than_any_effect():
 def test_the_law_of_friction_is_doubted_once(law):
     """MuJoCo's constraint against an arctangent in the model file is no effect and no unknown."""
     true = {'friction_law': {'kind': law}, 'timestep': 0.001, 'integrator': 'rk4'}
-    recording = record([], 6, std=(5e-4, 5e-4), model=true)
+    recording = record([], 4, std=(5e-4, 5e-4), model=true)
     data = diagnose.diagnose([recording], DriveModel(), only=['motor_viscous', 'stribeck']).data
     assert data['verdict'] == 'none', data['effect']
     assert any(f'follows the law {law}' in warning for warning in data['warnings'])
@@ -525,20 +525,22 @@ def test_a_value_far_beyond_its_tolerance_is_an_effect(effects, expected):
     assert all(abs(shift) < 4.0 for shift in data['nominal_shift'].values())
 
 
-@pytest.mark.parametrize('place, gain, left, command, expected', [
+TIED = [
     (None, 0.0, {'arm_side': 1.0}, 0.0, ('arm_side',)),
     (None, 0.0, {'motor_side': 1.005, 'arm_side': 1.0}, 0.5, ('arm_side', 'actuator')),
     ('motor_side', 100.0, {'motor_side': 1.005, 'arm_side': 1.0}, 0.0, ('motor_side',)),
     ('motor_side', 100.0, {'motor_side': 1.005, 'arm_side': 1.0}, 0.5, ('actuator',)),
     ('motor_side', 30.0, {'motor_side': 1.005, 'arm_side': 1.0}, 0.0, ('arm_side', 'motor_side')),
     ('motor_side', 100.0, {'motor_side': 1.02, 'arm_side': 1.0}, 0.5, ('arm_side',)),
-])
-def test_a_dependence_decides_between_places_that_explain_as_much(place, gain, left, command,
-                                                                  expected):
-    found = {'places': {p: {'left': v} for p, v in left.items()},
-             'actuator': {'command': command, 'motion': 0.3}}
-    law = place and Dependence(place, 'speed', gain, 40.0, {}, np.zeros(0))
-    assert localisation.tied(found, law) == expected
+]
+
+
+def test_a_dependence_decides_between_places_that_explain_as_much():
+    for place, gain, left, command, expected in TIED:
+        found = {'places': {p: {'left': v} for p, v in left.items()},
+                 'actuator': {'command': command, 'motion': 0.3}}
+        law = place and Dependence(place, 'speed', gain, 40.0, {}, np.zeros(0))
+        assert localisation.tied(found, law) == expected
 
 
 @pytest.mark.system
@@ -589,14 +591,17 @@ def test_a_command_from_before_the_recording_is_no_evidence():
     assert data['params']['actuator_lag']['T'] == pytest.approx(lag, rel=0.01)
 
 
-@pytest.mark.parametrize('seconds, settling, count, length', [
-    (4.0, 0.0, 4, 1000), (6.5, 0.1, 6, 1000), (4.95, 0.1, 4, 1000), (4.05, 0.1, 4, 987)])
-def test_windows_after_settling_are_as_many(seconds, settling, count, length):
-    n = round(seconds / DT)
-    recording = UniformRecording(np.arange(n) * DT, np.zeros(n), np.zeros((n, 2)), DT)
-    windows = shooting_windows(recording, 1.0, settling)
-    assert (len(windows), windows.length) == (count, length)
-    assert windows.first[0] == round(settling / DT)
+SETTLED = [
+    (4.0, 0.0, 4, 1000), (6.5, 0.1, 6, 1000), (4.95, 0.1, 4, 1000), (4.05, 0.1, 4, 987)]
+
+
+def test_windows_after_settling_are_as_many():
+    for seconds, settling, count, length in SETTLED:
+        n = round(seconds / DT)
+        recording = UniformRecording(np.arange(n) * DT, np.zeros(n), np.zeros((n, 2)), DT)
+        windows = shooting_windows(recording, 1.0, settling)
+        assert (len(windows), windows.length) == (count, length)
+        assert windows.first[0] == round(settling / DT)
 
 
 LASTS = 0.1  # s

@@ -11,14 +11,12 @@ from gearbox_monitor.diagnosis.joint.closed_model import validate
 from gearbox_monitor.diagnosis.joint.diagnose import diagnose, visible
 from gearbox_monitor.diagnosis.joint.noise_model import noise_floor
 from gearbox_monitor.diagnosis.joint.nominal import fit_nominal
-from gearbox_monitor.kernels.jit import COMPILED
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.simulate import Plant
 from gearbox_monitor.signals.admission import admitted
 from gearbox_monitor.signals.uniform import UniformRecording
 
-compiled = pytest.mark.skipif(not COMPILED, reason='takes minutes without numba')
 DT = 0.01
 STATED = {'kp': 6.3, 'kd': 0.145, 'torque_limit': 8.0, 'tolerance': 0.06}  # the true ones: 6, 0.15
 MODEL = model_from_dict({'controller': STATED}, 'stated')
@@ -41,7 +39,6 @@ def recorded(*effects, columns=(0, 1), noise=0.003, true=None, stated=MODEL):
     return admitted(t, setpoint, y, None, 'servo', None, stated, 'stated')[0]
 
 
-@compiled
 @pytest.mark.parametrize('effect, columns', [
     ({'id': 'setpoint_delay', 'T': 0.025}, (0, 1)),
     *(pytest.param(effect, columns, marks=pytest.mark.system) for effect, columns in (
@@ -60,8 +57,8 @@ def test_effect_is_named_with_gains_in_doubt(effect, columns):
         assert verdict['nominal']['kp'] == pytest.approx(6.0, rel=0.01)
 
 
-@compiled
-@pytest.mark.parametrize('effects', [(), ({'id': 'motor_viscous', 'Cv': 0.12},)])
+@pytest.mark.parametrize('effects', [
+    (), pytest.param(({'id': 'motor_viscous', 'Cv': 0.12},), marks=pytest.mark.system)])
 def test_of_ties_the_gain_that_the_model_states_is_named(effects):
     """Without damping and limit of the servo, a torque scale is the same motion."""
     stated = {**STATED, 'kd': 0.0, 'tolerance': 0.0, 'torque_limit': 50.0}
@@ -73,14 +70,12 @@ def test_of_ties_the_gain_that_the_model_states_is_named(effects):
     assert 'torque_gain' in verdict['confusable']
 
 
-@compiled
 def test_right_model_with_gains_in_doubt_has_no_effect():
     verdict = diagnose([recorded()], MODEL, only=['servo_deadband']).to_dict()
     assert verdict['verdict'] == 'none'
     assert verdict['nominal']['kp'] == pytest.approx(6.0, rel=0.01)
 
 
-@compiled
 @pytest.mark.system
 def test_unknown_gains_of_a_late_servo_are_fitted():
     true = {'kp': 6.0, 'kd': 0.15, 'ki': 8.0, 'feedforward': 0.1, 'delay': 0.004, 'rate': 500.0,
@@ -95,7 +90,6 @@ def test_unknown_gains_of_a_late_servo_are_fitted():
         assert verdict['nominal'][name] == pytest.approx(true[key], rel=0.03)
 
 
-@compiled
 def test_models_are_compared_with_their_own_gains():
     effect = {'id': 'servo_gain', 'kp': 4.0}
     recording, closed = recorded(effect), model_from_dict(
@@ -112,7 +106,6 @@ def test_gains_scatter_by_their_own_tolerance():
     assert 'kp' not in nuisances_of(model_from_dict({'tolerance': 0.02}, 'torque'))
 
 
-@compiled
 def test_effects_fit_what_is_recorded():
     recording = recorded()
     for name, effect in EFFECTS.items():
@@ -123,7 +116,6 @@ def test_effects_fit_what_is_recorded():
     assert 0.5 < scales.torque < 8.0 and scales.values['kp'] == 6.3
 
 
-@compiled
 def test_fit_nominal_finds_the_gain_of_a_servo_that_swings_a_weight_it_knows():
     effects = [{'id': 'gravity', 'G': 1.0}, {'id': 'load_friction', 'Cl': 0.3}]
     truth = model_from_dict({'transmission': {'kind': 'rigid'}, 'effects': effects,

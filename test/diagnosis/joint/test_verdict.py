@@ -54,8 +54,11 @@ def test_a_verdict_cannot_be_changed():
     assert finding.undetermined == ('g',)
 
 
-@pytest.mark.parametrize('findings, remainder, expected', [
+VERDICTS = [
     (False, False, 'none'), (True, False, 'effect'), (True, True, 'incomplete'),
-    (False, True, 'unknown')])
-def test_the_kind_follows_from_findings_and_remainder(findings, remainder, expected):
-    assert kind_of(findings, remainder) == expected and expected in KINDS
+    (False, True, 'unknown')]
+
+
+def test_the_kind_follows_from_findings_and_remainder():
+    for findings, remainder, expected in VERDICTS:
+        assert kind_of(findings, remainder) == expected and expected in KINDS

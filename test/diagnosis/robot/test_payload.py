@@ -170,17 +170,20 @@ def test_replay_of_a_robot_says_what_it_held_and_writes_a_table(tmp_path, arm, l
     assert data['summary'] == str(track) and data['last']['mass'] == track.mass[-1]
 
 
-@pytest.mark.parametrize('options, words', [
+WRONG_OPTIONS = [
     (['--filter', 'ekf'], '--filter: of the estimator of a drive'),
     (['--link', 'flang'], "link: did you mean 'flange'?"),
-    (['--out', 'bag'], 'expected FILE.csv')])
-def test_wrong_options_of_a_robot_are_one_line(tmp_path, arm, capsys, options, words):
-    path = tmp_path / 'log.csv'
-    names = ['t', *(f'{x}_{j}' for x in ('q', 'tau') for j in arm.joints)]
-    path.write_text(f'{",".join(names)}\n{",".join("0" * len(names))}\n')
-    assert main(['replay', str(path), '--model', str(config_path('arm6.urdf')), *options]) == 2
-    error = capsys.readouterr().err
-    assert words in error and len(error.splitlines()) == 1
+    (['--out', 'bag'], 'expected FILE.csv')]
+
+
+def test_wrong_options_of_a_robot_are_one_line(tmp_path, arm, capsys):
+    for options, words in WRONG_OPTIONS:
+        path = tmp_path / 'log.csv'
+        names = ['t', *(f'{x}_{j}' for x in ('q', 'tau') for j in arm.joints)]
+        path.write_text(f'{",".join(names)}\n{",".join("0" * len(names))}\n')
+        assert main(['replay', str(path), '--model', str(config_path('arm6.urdf')), *options]) == 2
+        error = capsys.readouterr().err
+        assert words in error and len(error.splitlines()) == 1
 
 
 def test_a_log_too_short_for_an_estimate_is_refused(tmp_path, arm, log):

@@ -123,7 +123,7 @@ def test_a_damaged_file_of_knowledge_is_refused_in_one_line(arm, tmp_path):
     assert refused > 140
 
 
-@pytest.mark.parametrize('options, words', [
+BAD_OPTIONS = [
     (['--recorded', 'jint1=a'], 'did you mean'), (['--recorded', 'joint1'], 'NAME=LOGNAME'),
     (['--only', 'payloud'], "did you mean 'payload'"), (['--validate', 'x'], 'of one joint'),
     (['--reference', 'a.knowledge', 'b.csv'], 'one file of learn'),
@@ -132,11 +132,14 @@ def test_a_damaged_file_of_knowledge_is_refused_in_one_line(arm, tmp_path):
     *((['--' + option, 'sum'], f'--{option}: of one joint, expected --joint')
       for option in ('model-arm-joint', 'keyframe', 'actuator', 'recorded-motor',
                      'recorded-arm', 'recorded-setpoint', 'validate', 'simulator')),
-    (['--repeated', 'drop'], '--repeated: of one joint')])
-def test_bad_options_are_one_line(arm, capsys, options, words):
-    assert diagnose(arm, *options) == 2
-    error = capsys.readouterr().err
-    assert words in error and error.count('\n') == 1
+    (['--repeated', 'drop'], '--repeated: of one joint')]
+
+
+def test_bad_options_are_one_line(arm, capsys):
+    for options, words in BAD_OPTIONS:
+        assert diagnose(arm, *options) == 2
+        error = capsys.readouterr().err
+        assert words in error and error.count('\n') == 1
 
 
 def test_values_are_checked(arm, tmp_path, capsys):

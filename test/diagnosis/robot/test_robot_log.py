@@ -76,14 +76,14 @@ def test_joints_in_messages_of_their_own_come_to_one_clock(kind):
         np.testing.assert_allclose(s.input, np.column_stack([s.t, 5 * (s.t - behind)]), atol=1e-6)
 
 
-@pytest.mark.parametrize('rate, refused', [(29, True), (31, False)])
-def test_slow_logs_are_refused_below_30_hz(rate, refused):
-    t = np.arange(0, 20, 1 / rate)
-    if refused:
-        with pytest.raises(InputError, match='29 samples/s, expected 30'):
-            checked_log(raw(t), JOINTS)
-    else:
-        assert checked_log(raw(t), JOINTS).rate == pytest.approx(rate)
+def test_slow_logs_are_refused_below_30_hz():
+    for rate, refused in ((29, True), (31, False)):
+        t = np.arange(0, 20, 1 / rate)
+        if refused:
+            with pytest.raises(InputError, match='29 samples/s, expected 30'):
+                checked_log(raw(t), JOINTS)
+        else:
+            assert checked_log(raw(t), JOINTS).rate == pytest.approx(rate)
 
 
 def test_missing_joint_names_what_the_log_has():

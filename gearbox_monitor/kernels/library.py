@@ -1,0 +1,110 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Find compiled kernels: in the library that was built at installation, or build what it lacks.
+
+A library knows the sources that it was made of. Where they have changed (a checkout at work), and
+for kernels around a user's function, the C compiler is asked at run time, and what it makes is
+kept in the user's cache.
+"""
+import ctypes
+from functools import cache
+import hashlib
+import os
+from pathlib import Path
+import subprocess
+import sys
+import tempfile
+from typing import Any
+
+from gearbox_monitor.errors import InputError
+
+ENTRIES: list[Any] = []  # all that were made in this process
+PACKAGE = Path(__file__).parents[1]
+STEMS = ('_kernels_v3', '_kernels')  # of libraries in the package, the best first
+V3 = ('avx2', 'bmi2', 'fma', 'movbe')
+
+
+def missing(reason: str) -> InputError:
+    """Return the error of kernels that are not there and cannot be built."""
+    return InputError(f'compiled kernels: {reason}, expected a C compiler: install gcc (apt) or '
+                      'ziglang (pip), then install gearbox_monitor again')
+
+
+@cache
+def stems() -> tuple[str, ...]:
+    """Return the names of libraries that this processor can run, the best first."""
+    try:
+        words = set(Path('/proc/cpuinfo').read_text().partition('flags')[2].partition('\n')[0]
+                    .split())
+    except OSError:
+        words = set()
+    return STEMS if words.issuperset(V3) else STEMS[1:]
+
+
+def digest(sources: str) -> str:
+    """Return a digest of the files of the package that `sources` names, one a line."""
+    seen = hashlib.sha256()
+    for name in sources.splitlines():
+        try:
+            seen.update((PACKAGE / name).read_bytes())
+        except OSError:
+            seen.update(b'missing')
+    return seen.hexdigest()
+
+
+def note(path: Path, name: str) -> str:
+    """Return what the library at `path` notes under a name: sources, digest, text; or ''."""
+    try:
+        value = ctypes.c_char_p.in_dll(ctypes.CDLL(str(path)), f'gm_{name}').value
+    except (OSError, ValueError):
+        return ''
+    return (value or b'').decode()
+
+
+def _current(path: Path) -> Any:
+    """Return the library at `path`, None if it is not there or made of other sources."""
+    fresh = path.exists() and note(path, 'digest') == digest(note(path, 'sources'))
+    return ctypes.CDLL(str(path)) if fresh else None
+
+
+def cache_folder() -> Path:
+    """Return the folder of what is built at run time; it is the user's own. Raises InputError."""
+    base = os.environ.get('XDG_CACHE_HOME') or os.path.join(os.path.expanduser('~'), '.cache')
+    for folder in (Path(base, 'gearbox_monitor', 'kernels'),
+                   Path(tempfile.gettempdir(), f'gearbox_monitor-{os.getuid()}', 'kernels')):
+        try:
+            folder.mkdir(0o700, parents=True, exist_ok=True)
+            if any(path.stat().st_uid != os.getuid() or path.stat().st_mode & 0o002
+                   for path in (folder.parent, folder)):
+                continue  # what others put there would be run
+            with tempfile.TemporaryFile(dir=folder):
+                return folder
+        except OSError:
+            continue
+    raise missing('no folder can keep them, set XDG_CACHE_HOME to one')
+
+
+@cache
+def installed() -> Any:
+    """Return the library of the package; it is built where the sources have changed."""
+    for stem in stems():
+        library = _current(PACKAGE / f'{stem}.so')
+        if library is not None:
+            return library
+    key = hashlib.sha256(b''.join(
+        path.read_bytes() for path in sorted(PACKAGE.rglob('*.py')))).hexdigest()[:16]
+    folder = cache_folder() / key
+    path = folder / f'{stems()[0]}.so'
+    if not path.exists():
+        sys.stderr.write(
+            'compiling kernels: their sources are not those of the installed library\n')
+        sys.stderr.flush()
+        run = subprocess.run([sys.executable, '-m', 'gearbox_monitor.kernels.build', str(folder)],
+                             env={**os.environ, 'PYTHONPATH': str(PACKAGE.parent),
+                                  'GEARBOX_MONITOR_KERNELS': ''},
+                             capture_output=True, text=True, check=False)
+        if run.returncode:
+            raise missing((run.stderr.strip().splitlines() or ['no library'])[-1])
+    return ctypes.CDLL(str(path))

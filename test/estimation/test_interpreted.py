@@ -1,0 +1,69 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Estimates of compiled kernels are those of the same Python, bit for bit, on a damaged stream."""
+import os
+from pathlib import Path
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.estimation.estimator import Estimator
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.simulate import Noise, simulate
+
+N = 400
+LOADED = [{'id': 'gravity', 'G': 0.4}, {'id': 'arm_coulomb', 'Cac': 0.05}]
+PLAY = {'kind': 'play', 'hysteresis_width': 0.02}
+# What differs from a default estimator with an unknown load, and from the default model.
+VARIANTS = {
+    'ekf': ({}, {}), 'ukf': ({'filter': 'ukf'}, {}), 'srukf': ({'filter': 'srukf'}, {}),
+    'aekf': ({'filter': 'aekf', 'adapt': ['q_std_tau_k', 'coulomb_friction']}, {}),
+    'elastic': ({'tau_k_model': 'elastic'}, {}), 'learned': ({'tau_k_model': 'learned'}, PLAY),
+    'mixed': ({'tau_k_model': 'mixed'}, PLAY),
+    'statistical': ({'friction_linearisation': 'statistical', 'friction_error_std': 0.1}, {}),
+    'loaded': ({'arm_load': 'none'}, {'effects': LOADED}),
+    'loaded aekf': ({'filter': 'aekf', 'adapt': ['r_std_motor', 'viscous_friction']},
+                    {'effects': LOADED}),
+    'tanh': ({'filter': 'ukf'}, {'friction_law': {'kind': 'tanh'}}),
+    'held': ({}, {'friction_law': {'kind': 'ode'}, 'timestep': 1e-3})}
+
+
+def samples():
+    """Return samples with what a stream can do to a filter."""
+    out = simulate(DriveModel(), Excitation().torque(1e-3 * np.arange(N)), 1e-3,
+                   Noise(measurement=(0.005, 0.005)), 3)
+    stamps = 10 ** 9 + np.arange(N) * 10 ** 6
+    stamps[150:] += 10 ** 8
+    stamps[200], stamps[210] = 0, stamps[209]
+    y, u = out.y.copy(), np.stack([out.u, np.zeros(N)], axis=1)
+    y[60:80, 0], y[70:90, 1], y[120], y[300:, 0] = np.nan, np.nan, np.inf, y[300:, 0] + 3.0
+    u[170:180], u[250] = np.nan, 1e10
+    return Samples(stamps, u, y)
+
+
+def run(name):
+    """Return {name of an array: what the estimator of a variant gives}."""
+    parameters, changes = VARIANTS[name]
+    estimator = Estimator(DriveModel().with_(**changes), {'arm_load': 'unknown', **parameters})
+    result = estimator.run(samples())
+    return {'rows': result.rows, 'smoothed': result.smoothed, 'codes': result.codes,
+            'counts': estimator.counts}
+
+
+@pytest.mark.parametrize('name', VARIANTS)
+def test_interpreted_equals_compiled(tmp_path, name):
+    here = Path(__file__).parent
+    code = ('import sys; sys.path.insert(0, sys.argv[1]); import numpy as np; '
+            'import test_interpreted as t; np.savez(sys.argv[2], **t.run(sys.argv[3]))')
+    subprocess.run([sys.executable, '-c', code, here, tmp_path / 'out.npz', name], check=True,
+                   timeout=300, env={**os.environ, 'GEARBOX_MONITOR_KERNELS': 'python',
+                                     'PYTHONPATH': str(here.parents[1])})
+    interpreted, compiled = np.load(tmp_path / 'out.npz'), run(name)
+    assert len(compiled['rows']) > N // 2 and len(compiled['smoothed']) > 0
+    for key, values in compiled.items():
+        np.testing.assert_array_equal(values, interpreted[key], key)

@@ -1,0 +1,126 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Compiled kernels are found, built where sources have changed, and called with what they take."""
+from importlib import import_module
+import math
+import os
+
+import numpy as np
+import pytest
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.kernels import build, library
+from gearbox_monitor.kernels.callback import address_of
+from gearbox_monitor.kernels.kernel import compilable, Entry, prepared, Repeated
+from gearbox_monitor.kernels.types import Vector
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.simulate import N_STATE, packed_drive, Plant, with_plugin
+
+T = 1e-3 * np.arange(300)
+U = 4.0 * np.cos(2 * np.pi * 1.1 * T)
+
+
+def added(z: Vector, a: float, b: float) -> float:
+    z[0] += a
+    return z[0] * b
+
+
+def torques(t, x1, x2, x3, x4, u, tau_k, theta):
+    drag = theta[0] * x3 * abs(x3)
+    if x2 > theta[1]:
+        drag += theta[2] * math.sin(3.0 * x2)
+    return -drag, 0.0, 0.01 * tau_k
+
+
+@pytest.fixture(scope='module')
+def entry(tmp_path_factory):
+    """Return `added` compiled."""
+    made = Entry(added, installed=False)
+    symbol, types = made.variants()[0]
+    path = build.one(made, symbol, types, tmp_path_factory.mktemp('kernels'))
+    made.use(getattr(library.ctypes.CDLL(str(path)), symbol), types)
+    return made
+
+
+def test_the_library_has_every_entry_of_the_package():
+    import_module(build.EVERYTHING)
+    assert len(library.ENTRIES) > 40
+    for one in library.ENTRIES:
+        if one.__wrapped__.__module__.startswith('gearbox_monitor'):
+            for symbol, _ in one.variants():
+                assert hasattr(library.installed(), symbol), symbol
+
+
+def test_a_library_of_other_sources_is_not_used(tmp_path, monkeypatch):
+    monkeypatch.setattr(library, 'PACKAGE', tmp_path)
+    (tmp_path / 'a.py').write_text('1')
+    text = ('const char *gm_sources = "a.py"; '
+            f'const char *gm_digest = "{library.digest("a.py")}";')
+    build.compile_({'-O1': text}, tmp_path / '_kernels.so')
+    assert library._current(tmp_path / '_kernels.so') is not None
+    (tmp_path / 'a.py').write_text('2')
+    assert library._current(tmp_path / '_kernels.so') is None
+    assert library._current(tmp_path / 'missing.so') is None
+
+
+def test_without_a_compiler_one_line_says_what_to_install(monkeypatch):
+    monkeypatch.setenv('PATH', '')
+    monkeypatch.delenv('CC', raising=False)
+    monkeypatch.setitem(library.sys.modules, 'ziglang', None)
+    with pytest.raises(InputError) as error:
+        build.compiler()
+    assert '\n' not in str(error.value) and 'gcc' in str(error.value)
+
+
+def test_a_folder_that_others_write_into_keeps_no_kernels(tmp_path, monkeypatch):
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
+    folder = library.cache_folder()
+    assert folder.is_relative_to(tmp_path) and os.stat(folder).st_mode & 0o077 == 0
+    os.chmod(folder.parent, 0o777)
+    assert not library.cache_folder().is_relative_to(tmp_path / 'gearbox_monitor')
+
+
+def test_prepared_calls_take_what_is_missing(entry):
+    z = np.array([1.0, 5.0])
+    once, step = entry.prepared(z, 2.0, 10.0), prepared(entry, z)
+    assert once() == 30.0 and once() == 50.0
+    assert step(1.0, 2.0) == 12.0 and z.tolist() == [6.0, 5.0]
+    assert prepared(added, z)(1.0, 2.0) == 14.0
+
+
+def test_repeated_calls_follow_their_arguments(entry):
+    repeated, arrays = Repeated(entry), [np.array([float(k)]) for k in range(9)]
+    for _ in range(2):
+        for z in arrays:
+            repeated(z, 1.0, 1.0)
+    assert [z[0] for z in arrays] == [k + 2.0 for k in range(9)]
+
+
+def test_arguments_by_name(entry):
+    assert entry(np.array([1.0]), b=2.0, a=3.0) == 8.0
+    for arguments, named in (((1.0,), {}), ((1.0, 2.0), {'c': 1.0}), ((1.0, 2.0, 3.0), {})):
+        with pytest.raises(TypeError, match='added'):
+            entry(np.zeros(1), *arguments, **named)
+
+
+def test_a_plugin_called_back_gives_what_it_gives_compiled(monkeypatch):
+    model, theta = DriveModel(), np.array([0.02, 0.5, 0.1])
+    assert compilable(torques, *(float,) * 7, Vector)
+    runs = []
+    for call in (0, address_of(torques)):
+        plant = Plant(model)
+        if not call:
+            plant._kernel = with_plugin(torques, plant._kernel)[0]
+        plant._drive = packed_drive(model)._replace(theta=theta, call=call)
+        runs.append(plant.run(U, 1e-3))
+    assert len(plant.state) == N_STATE
+    np.testing.assert_array_equal(runs[0].x, runs[1].x)
+    np.testing.assert_array_equal(runs[0].tau_k, runs[1].tau_k)
+    assert np.abs(runs[0].x - Plant(model).run(U, 1e-3).x).max() > 1e-4
+
+
+def test_a_plugin_that_cannot_be_compiled_is_called_back():
+    def of_a_list(t, x1, x2, x3, x4, u, tau_k, theta):
+        return [0.0, 0.0, 0.0]
+    assert not compilable(of_a_list, *(float,) * 7, Vector)
