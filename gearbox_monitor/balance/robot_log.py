@@ -3,7 +3,7 @@
 
 """A log of all joints of a robot, checked and cut into sections at its gaps."""
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
@@ -11,6 +11,9 @@ import scipy
 from gearbox_monitor.balance.settings import SETTINGS
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.signals.convention import AS_RECORDED, Convention
+from gearbox_monitor.signals.jumps import (
+    JumpFinding, OUTLIER, PERIODS, SLIP, strangers, turns, TURNS, without_jumps)
 from gearbox_monitor.signals.recording import Recording
 
 TORQUE, CURRENT, SETPOINT = 'torque', 'current', 'setpoint'
@@ -89,7 +92,68 @@ def raw_log(recording: Recording, joints: Mapping[str, str], kind: str,
         inputs = {joint: x * constants[joint] for joint, x in inputs.items()}
     return RawLog(recording.name, (stamps - stamps[:1]) * 1e-9,
                   {joint: s.position for joint, s in by_joint.items()}, inputs, kind,
-                  all(s.measured for s in signals), recording.notes)
+                  all(s.measured for s in signals), tuple(recording.notes))
+
+
+def read_by(raw: RawLog, conventions: Mapping[str, Convention]) -> RawLog:
+    """Return a log with joints read by `conventions` {joint: Convention}."""
+    position, given = dict(raw.position), dict(raw.input)
+    for joint, convention in conventions.items():
+        if joint in position:
+            position[joint] = convention.position(position[joint])
+            given[joint] = convention.position(given[joint]) if raw.kind == SETPOINT else \
+                convention.torque(given[joint])
+    stated = [f'{joint}: read as {c.rules}' for joint, c in conventions.items()
+              if c != AS_RECORDED]
+    return replace(raw, position=position, input=given, notes=(*raw.notes, *stated))
+
+
+def continuous(raw: RawLog) -> RawLog:
+    """
+    Return a log with turns counted on, without rows of a second publisher and without outliers.
+
+    Notes say what was found of each joint and when; a slip stays as it is.
+    """
+    notes = list(raw.notes)
+    joints = list(raw.position)
+    foreign = strangers(np.column_stack([raw.position[joint] for joint in joints]), raw.t)
+    if foreign.any():
+        first = float(raw.t[foreign][0] - raw.t[0])
+        notes.append(f'{int(foreign.sum())} of {len(foreign)} samples are left out: one and the '
+                     f'same posture, the first at {first:.4g} s, between those of the robot: two '
+                     'publishers on one topic, stop the second one')
+    keep = ~foreign
+    t, position, given = raw.t[keep], dict[str, Array](), dict[str, Array]()
+    for joint in joints:
+        position[joint], found = without_jumps(raw.position[joint][keep], t)
+        given[joint] = raw.input[joint][keep]
+        for finding in found:
+            seconds = float(t[finding.row] - t[0])
+            notes.append(f'{joint}: {jump_words(finding, seconds)}')
+        if raw.kind == SETPOINT:
+            period, at = turns(given[joint], t)
+            if not len(at):
+                period = next((abs(f.size) for f in found if f.kind == TURNS), 0.0)
+            period = min(PERIODS, key=lambda p: abs(p - period)) if period else 0.0
+            if period:
+                given[joint] = given[joint] + period * np.round(
+                    (position[joint] - given[joint]) / period)
+    return replace(raw, t=t, position=position, input=given, notes=tuple(notes))
+
+
+TURNED = 'the position jumps by a turn'
+
+
+def jump_words(finding: JumpFinding, seconds: float) -> str:
+    """Return a `finding` about a joint's positions in words, the first one at `seconds`."""
+    size, times = f'{abs(finding.size):.4g}', f'{finding.count} times' if finding.count > 1 else \
+        'once'
+    return {TURNS: f'{TURNED} ({size}) {times}, first at {seconds:.4g} s: '
+                   'turns are counted on',
+            OUTLIER: f'{finding.count} outliers, the first one {size} off at {seconds:.4g} s: not '
+                     'used',
+            SLIP: f'the position jumps by {size} at {seconds:.4g} s and stays there, {times} in '
+                  'all: an encoder that slips or was set anew'}[finding.kind]
 
 
 def _at_stamps(t: Array, values: Array, rows: Integers, kind: str

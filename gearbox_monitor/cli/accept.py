@@ -12,6 +12,9 @@ the error of the method, 1 % of the gap and 2 % of the stiffness.
 If the motion cannot distinguish backlash from compliance (slow motion against friction), the lost
 motion is tested in its place: the gap is no larger, so the gearbox can pass, but not fail.
 
+A lost-motion test counts as well: the input locked, a torque on the output that goes to and fro
+and is recorded as effort of the arm (or as the motor's, where that holds the input).
+
 usage examples:
   gearbox_monitor accept BAG --max-gap 0.21
   gearbox_monitor accept BAG --max-gap 30arcmin --min-stiffness 20 --confidence 0.99
@@ -35,14 +38,16 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model, save_model
 from gearbox_monitor.monitoring.alert_limits import LIMITS
 from gearbox_monitor.monitoring.backlash.features import Backlash, NotExcited
+from gearbox_monitor.monitoring.backlash.locked_input import is_locked, locked_windows
 from gearbox_monitor.monitoring.backlash.recording_windows import (
     combine, reason_of, RecordingWindows, separable_of)
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report.summary import with_deviation
 
-UNITS = {'': 1.0, 'rad': 1.0, 'mrad': 1e-3, 'deg': math.radians(1.0),
-         'arcmin': math.radians(1.0) / 60.0}
+UNITS = {'rotary': {'rad': 1.0, 'mrad': 1e-3, 'deg': math.radians(1.0),
+                    'arcmin': math.radians(1.0) / 60.0},
+         'prismatic': {'m': 1.0, 'mm': 1e-3, 'um': 1e-6}}
 SIGNIFICANT = 3.0  # standard deviations: a larger hysteresis goes into the model file
 INSEPARABLE = 'the motion does not distinguish backlash and compliance'
 EXIT = {'pass': 0, 'fail': 1, 'not excited': 3, 'undecided': 3, 'measured': 0}
@@ -51,8 +56,9 @@ EXIT = {'pass': 0, 'fail': 1, 'not excited': 3, 'undecided': 3, 'measured': 0}
 def add_arguments(parser: ArgumentParser) -> None:
     """Declare the options in `parser`."""
     add_estimator_arguments(parser)
-    parser.add_argument('--max-gap', metavar='ANGLE',
-                        help='largest gap at the output, rad; or with a unit: 12arcmin, 0.2deg')
+    parser.add_argument('--max-gap', metavar='SIZE',
+                        help='largest gap at the output, rad (prismatic axis: m); or with a unit: '
+                        '12arcmin, 0.2deg, 50um, 0.1mm')
     parser.add_argument('--min-stiffness', metavar='K', type=float,
                         help='smallest stiffness in contact, N m/rad')
     parser.add_argument('--confidence', metavar='P', type=float, default=0.95,
@@ -64,8 +70,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
-    limits = {'max_gap': angle(args.max_gap) if args.max_gap else None,
-              'min_stiffness': args.min_stiffness}
+    unit_axis, max_gap = limit_of(args.max_gap) if args.max_gap else ('', None)
+    limits = {'max_gap': max_gap, 'min_stiffness': args.min_stiffness}
     if args.min_stiffness is not None and not 0.0 < args.min_stiffness < math.inf:
         raise InputError(f'--min-stiffness: {args.min_stiffness:g}, expected a number > 0 (N m/'
                          'rad)')
@@ -80,9 +86,12 @@ def run(args: Namespace) -> int:
                         args.topic)
     assert result.summary is not None
     notes = result.summary['notes']
+    model = result.estimator.model
+    if unit_axis and unit_axis != model.axis:
+        raise InputError(f'--max-gap: {args.max_gap!r}, expected a limit in '
+                         f'{", ".join(UNITS[model.axis])}: the axis of the model is {model.axis}')
     data = {'bag': str(args.bag), **limits, 'confidence': args.confidence,
             **judge(windows(result), limits, args.confidence), 'notes': notes}
-    model = result.estimator.model
     data = {'summary': summary(data, model.axis), **data}
     if args.write_model:
         if 'gap_rad' not in data or not data['separable']:
@@ -95,21 +104,32 @@ def run(args: Namespace) -> int:
     return EXIT[data['verdict']]
 
 
-def angle(word: str) -> float:
-    """Return the angle `word`, a number with or without a unit, in rad. Raises InputError."""
+def limit_of(word: str) -> tuple[str, float]:
+    """
+    Return (axis that the unit belongs to, '' without a unit; limit in rad or m) of `word`.
+
+    Raises InputError: no number above 0, or an unknown unit.
+    """
     match = re.fullmatch(r'\s*([-+.0-9eE]+)\s*([a-z]*)\s*', word)
+    axis, factor = '', 1.0
+    if match and match[2]:
+        axis, factor = next(((axis, units[match[2]]) for axis, units in UNITS.items()
+                             if match[2] in units), ('', math.nan))
     try:
-        value = float(match[1]) * UNITS[match[2]] if match else math.nan
-    except (ValueError, KeyError):
+        value = float(match[1]) * factor if match else math.nan
+    except ValueError:
         value = math.nan
     if not 0.0 < value < math.inf:
-        raise InputError(f'--max-gap: {word!r}, expected a number > 0 with '
-                         f'{", ".join(u for u in UNITS if u)} or nothing (rad)')
-    return value
+        rotary, prismatic = (', '.join(units) for units in UNITS.values())
+        raise InputError(f'--max-gap: {word!r}, expected a number > 0 with {rotary} (prismatic '
+                         f'axis: {prismatic}), or nothing for rad (m)')
+    return axis, value
 
 
 def windows(result: Replay) -> Sequence[Backlash | NotExcited]:
-    """Return what features.fit finds in each window of the replay `result`."""
+    """Return the features of each window of the replay `result`, or of a lost-motion test."""
+    if is_locked(result.recording.samples):
+        return locked_windows(result.recording.samples)
     loops = RecordingWindows(result.estimator)
     loops.add(result.estimates)
     return loops.finish()
@@ -271,4 +291,4 @@ def _measured(data: Mapping[str, Any], name: str, unit: float = 1.0) -> str:
 def _arcmin(data: Mapping[str, Any], name: str, axis: str) -> str:
     """Return the angle `name` of `data` in arc minutes, '' for a prismatic axis."""
     return '' if axis == 'prismatic' else (
-        f' = {_measured(data, name, UNITS["arcmin"])} arcmin at the output')
+        f' = {_measured(data, name, UNITS["rotary"]["arcmin"])} arcmin at the output')

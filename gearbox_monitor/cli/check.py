@@ -7,12 +7,15 @@ Show the contents of a recording, and whether it suits estimation, drift and dia
 Looks at the stamps, the torque, both encoders and the motion, without running a filter: seconds
 for an hour of recording. Each line has a verdict (ok, warn, bad), the figure behind it and advice.
 A model file is not needed; with --model, or in a bag of the estimator, signs, units and motion are
-checked against it as well. docs/check.md explains each line.
+checked against it as well. With the file of a whole robot (--model robot.urdf) all joints are
+checked: stamps, jumps, ranges, and whether they count as the file says. docs/check.md explains
+each line.
 
 usage examples:
   gearbox_monitor check BAG
   gearbox_monitor check BAG --model drive.yaml --params joint3.yaml
   gearbox_monitor check BAG --motor-joint joint3_motor --arm-joint joint3 --for estimation
+  gearbox_monitor check log.csv --model robot.urdf
   gearbox_monitor check BAG --json - | jq .suits
 """
 from argparse import ArgumentParser, Namespace
@@ -26,12 +29,14 @@ from typing import Any
 from gearbox_monitor.bag.joint_input import find_input
 from gearbox_monitor.bag.read import BagReader
 from gearbox_monitor.bag.recorded_samples import sample_parts
+from gearbox_monitor.cli import check_robot
 from gearbox_monitor.cli.drive_recordings import add_setpoint_argument
 from gearbox_monitor.cli.filter_inputs import settings_of
 from gearbox_monitor.cli.options import (
     add_estimator_arguments, bag_arguments, estimator_options, expect_new_file, opened, show,
     wrapped)
 from gearbox_monitor.cli.progress import count_bar
+from gearbox_monitor.cli.robot_inputs import add_robot_arguments
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.noise_search import MIN_SAMPLES, MIN_SECONDS
 from gearbox_monitor.parameters import EstimatorParameters
@@ -62,6 +67,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--arm-joint', metavar='NAME', help="name of the arm joint, '' for none "
                         '(default: as --params, arm)')
     add_setpoint_argument(parser)
+    add_robot_arguments(parser, reference=False)
     parser.add_argument('--for', dest='purposes', nargs='+', choices=PURPOSES, metavar='PURPOSE',
                         default=PURPOSES, help='purpose of the recording: '
                         f'{", ".join(PURPOSES)} (default: all)')
@@ -71,6 +77,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
+    if check_robot.is_robot(args):
+        return check_robot.run(args)
     expect_new_file(args.json)
     with opened(args) as reader:
         source = find_input(reader, args.topic)

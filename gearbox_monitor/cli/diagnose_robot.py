@@ -11,14 +11,12 @@ from pathlib import Path
 import time
 from typing import Any
 
-from gearbox_monitor.cli.options import (
-    dump, expect_new_file, ids_in, reading_of, refuse, show, write_files)
+from gearbox_monitor.cli.options import dump, expect_new_file, ids_in, refuse, show, write_files
 from gearbox_monitor.cli.progress import progress_bar
-from gearbox_monitor.cli.robot_inputs import names_of, robot_of, robot_options
+from gearbox_monitor.cli.robot_inputs import names_of, reading_of_robot, robot_of, robot_options
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.export.robot_model import SUFFIXES
-from gearbox_monitor.library.robot import (
-    diagnose_robot, robot_effects, RobotDiagnosis)
+from gearbox_monitor.library.robot import diagnose_robot, robot_effects, RobotDiagnosis
 from gearbox_monitor.report.robot_gap_page import robot_gap_page
 from gearbox_monitor.report.robot_words import robot_text
 
@@ -39,8 +37,8 @@ def is_robot(args: Namespace) -> bool:
     """Return whether the options `args` of diagnose are about a whole robot."""
     if args.joint is None and Path(args.model).suffix.lower() in SUFFIXES:
         return True
-    refuse(args, ('reference', 'recorded', 'prefix'), 'of a whole robot, expected an MJCF or '
-           'URDF file as --model, and no --joint')
+    refuse(args, ('reference', 'recorded', 'prefix', 'convention'),
+           'of a whole robot, expected an MJCF or URDF file as --model, and no --joint')
     return False
 
 
@@ -54,13 +52,14 @@ def run(args: Namespace) -> int:
     with progress_bar('diagnose') as progress:
         diagnosis = diagnose_robot(
             args.bag, robot_of(args), reference=args.reference or None, effects=effects,
-            recorded=names_of(args), reading=reading_of(args), topic=args.topic, progress=progress)
+            recorded=names_of(args), reading=reading_of_robot(args), topic=args.topic,
+            progress=progress)
     data = {**diagnosis.data, 'options': robot_options(args),
             'cpu_s': round(time.process_time() - began, 2)}
     if args.out:
         _write(args, diagnosis, data)
     show(args, data, lambda: robot_text(data))
-    return 0 if data['verdict'] == 'none' else 1
+    return 0 if data['verdict'] == 'none' and not data['readings'] else 1
 
 
 def _effects(args: Namespace) -> list[str] | None:

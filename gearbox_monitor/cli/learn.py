@@ -14,9 +14,10 @@ usage examples:
 """
 from argparse import ArgumentParser, Namespace
 
-from gearbox_monitor.cli.options import add_reading_arguments, expect_new_file, reading_of, show
+from gearbox_monitor.cli.options import add_reading_arguments, expect_new_file, show
 from gearbox_monitor.cli.progress import progress_bar
-from gearbox_monitor.cli.robot_inputs import add_robot_arguments, names_of, robot_of
+from gearbox_monitor.cli.robot_inputs import (
+    add_robot_arguments, names_of, reading_of_robot, robot_of)
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.knowledge_file import save_knowledge, SUFFIX
 from gearbox_monitor.library.robot import learn_robot
@@ -47,7 +48,7 @@ def run(args: Namespace) -> int:
     expect_new_file(args.out)
     with progress_bar('learn') as progress:
         knowledge, notes = learn_robot(args.log, robot_of(args), topic=args.topic,
-                                       recorded=names_of(args), reading=reading_of(args),
+                                       recorded=names_of(args), reading=reading_of_robot(args),
                                        progress=progress)
     save_knowledge(args.out, knowledge)
     rows = {joint: (float(d), [name for j, name in knowledge.shapes if j == i])

@@ -12,6 +12,7 @@ import os
 import re
 import sys
 from typing import Any, NoReturn
+import warnings
 
 from gearbox_monitor import __version__
 from gearbox_monitor.cli.exit_codes import (
@@ -129,7 +130,11 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     Returns its exit code, see exit_codes.
     """
-    argv = sys.argv[1:] if argv is None else argv
+    if argv is None:
+        argv = sys.argv[1:]
+        if not sys.warnoptions:  # of numpy and others: for developers, who ask with python -W
+            warnings.simplefilter('ignore')
+            os.environ.setdefault('PYTHONWARNINGS', 'ignore')  # of the processes of the command
     words = [word for word in argv if not word.startswith('-')]
     command = words[0] if words else None
     if gone := refusal(command):

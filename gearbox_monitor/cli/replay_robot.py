@@ -11,16 +11,17 @@ import csv
 import io
 from pathlib import Path
 
-from gearbox_monitor.cli.options import expect_new_file, reading_of, refuse, show, write_new
+from gearbox_monitor.cli.options import expect_new_file, refuse, show, write_new
 from gearbox_monitor.cli.progress import progress_bar
-from gearbox_monitor.cli.robot_inputs import add_robot_arguments, names_of, robot_of
+from gearbox_monitor.cli.robot_inputs import (
+    add_robot_arguments, names_of, reading_of_robot, robot_of)
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.export.robot_model import SUFFIXES
 from gearbox_monitor.library.payload_track import PayloadTrack, track_payload
 from gearbox_monitor.library.views import columns
 
 OF_ESTIMATOR = ('params', 'filter', 'estimates_only', 'smooth')
-OF_ROBOT = ('reference', 'values', 'root', 'recorded', 'prefix', 'link', 'empty')
+OF_ROBOT = ('reference', 'values', 'root', 'recorded', 'prefix', 'convention', 'link', 'empty')
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -51,8 +52,8 @@ def run(args: Namespace) -> int:
     with progress_bar('replay') as progress:
         track = track_payload(
             args.bag, robot_of(args), reference=args.reference or None, link=args.link,
-            empty=args.empty, recorded=names_of(args), reading=reading_of(args), topic=args.topic,
-            progress=progress)
+            empty=args.empty, recorded=names_of(args), reading=reading_of_robot(args),
+            topic=args.topic, progress=progress)
     for path in paths:
         _write(path, track)
     show(args, {'summary': str(track), 'log': track.log, 'link': track.link,

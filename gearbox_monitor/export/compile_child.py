@@ -185,6 +185,7 @@ def compiled(text: str, folder: Path, root: Path, locked: dict[str, float]) -> b
     check_references(text, folder, root, set())
     import mujoco
     import numpy as np
+    mujoco.set_mju_user_warning(lambda message: None)  # which goes to a file in this folder
     try:
         spec = mujoco.MjSpec.from_string(text)
         without_shapes(spec, mujoco, root)

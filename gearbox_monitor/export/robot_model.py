@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 import hashlib
 import json
+import math
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,7 @@ from gearbox_monitor.export.mjcf_file import read_file
 from gearbox_monitor.export.xml_edit import parse_xml
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.robot.chain import (
-    Chain, chain_of, inertial, joint_losses, Link, LOCKED_IN_VALUES, PER_LINK)
+    Chain, chain_of, inertial, joint_losses, Link, LOCKED_IN_VALUES, PER_LINK, ranges_in)
 from gearbox_monitor.robot.compiled_model import (
     actuator_law, actuator_losses, actuators_on, disabled, ends_of, mujoco_module, name_of,
     scalar_joints, tendon_forces, undecided_of_robot, Unread)
@@ -38,7 +39,8 @@ class ChainFile:
     chain: its balance; kp N m/rad, kd N m s/rad [J] of its position actuators, None where a joint
     has none, and no_servo says which; digest: hash of the file and of `locked`; compiled:
     mujoco.MjModel of an MJCF, None of a URDF; locked {joint: position, rad or m}: joints that
-    stand still, which the chain has not.
+    stand still, which the chain has not. low, high [J]: ends of the range of each joint, rad or m,
+    infinite where the file states none.
     """
 
     path: Path
@@ -49,6 +51,8 @@ class ChainFile:
     compiled: Any = None
     no_servo: str = ''
     locked: Mapping[str, float] = field(default_factory=dict)
+    low: Array = field(default_factory=lambda: np.array([-math.inf]))
+    high: Array = field(default_factory=lambda: np.array([math.inf]))
 
 
 def read_robot(path: str | Path, root: str | Path | None = None,
@@ -77,15 +81,19 @@ def read_robot(path: str | Path, root: str | Path | None = None,
                              'an MJCF')
         text = data.decode('utf-8', 'replace')
         chain = chain_of(parse(text, str(path), locked), joint_losses(text, str(path)), str(path))
+        low, high = ranges_in(text, chain.joints, str(path))
         return ChainFile(path, chain, None, None, digest, no_servo='a URDF has no actuators',
-                         locked=locked)
+                         locked=locked, low=low, high=high)
     if element.tag != 'mujoco':
         raise InputError(f'{path}: line {element.line}: <{element.tag}>, expected <mujoco> or '
                          '<robot> of a URDF file')
     m = compiled_model(data, path, Path(root) if root else None, locked)
     _refuse(m, path)
     kp, kd, missing = _servo(m)
-    return ChainFile(path, chain_of_compiled(m, path), kp, kd, digest, m, missing, locked)
+    limited = m.jnt_limited.astype(bool)
+    return ChainFile(path, chain_of_compiled(m, path), kp, kd, digest, m, missing, locked,
+                     np.where(limited, m.jnt_range[:, 0], -math.inf),
+                     np.where(limited, m.jnt_range[:, 1], math.inf))
 
 
 def _refuse(m: Any, path: Path) -> None:

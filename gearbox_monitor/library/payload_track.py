@@ -3,23 +3,25 @@
 
 """What a robot held over a log, and the external torque on its joints."""
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from gearbox_monitor.balance.conventions import columns_as_read, named_readings
 from gearbox_monitor.balance.knowledge import Knowledge
 from gearbox_monitor.balance.payload import PayloadTracker, SECOND
-from gearbox_monitor.balance.robot_log import SETPOINT
+from gearbox_monitor.balance.robot_log import checked_log, SETPOINT
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.interfaces.signals import JOINT_STATES
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.library.drive_file import expect_path
 from gearbox_monitor.library.robot import expect_robot, learn_robot, Robot
 from gearbox_monitor.presentation import Drawn
-from gearbox_monitor.recordings.from_bag import robot_log
-from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOptions
-from gearbox_monitor.recordings.robot_values import robot_model
+from gearbox_monitor.recordings.reading import BY_NAMES, ReadOptions
+from gearbox_monitor.recordings.robot_values import load_columns, robot_model
+from gearbox_monitor.report.robot_words import reading_words
+from gearbox_monitor.signals.convention import conventions_of
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -90,8 +92,14 @@ def track_payload(log: str | Path, robot: Robot, *,
     knowledge = learn_robot(
         reference, robot, recorded=recorded, topic=topic, reading=reading)[0] if (
         reference is not None) else None
-    with open_recording(path, reading, topic) as reader:
-        raw = robot_log(reader, joints, recorded or {}, values.constants, topic=topic)
+    raw = load_columns(str(path), robot.file, values, recorded or {}, topic, reading)
+    named = named_readings(
+        checked_log(raw, joints), robot_model(robot.file, values, False),
+        (robot.file.low, robot.file.high),
+        [joints.index(j) for j in conventions_of(reading.conventions, joints)]) if (
+            raw.kind != SETPOINT) else []
+    raw = columns_as_read(raw, [n.reading for n in named])
+    raw = replace(raw, notes=(*(reading_words(n, joints) for n in named), *raw.notes))
     if raw.kind == SETPOINT:
         raise InputError(f'{path}: setpoints, expected the torque or current of all joints')
     lacking = [joint for joint in joints if joint not in raw.position]

@@ -11,6 +11,7 @@ import numpy as np
 
 from gearbox_monitor import __version__
 from gearbox_monitor.balance import knowledge, verdict as balance
+from gearbox_monitor.balance.conventions import log_as_read, named_readings
 from gearbox_monitor.balance.knowledge import Knowledge
 from gearbox_monitor.balance.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.balance.robot_log import RobotLog
@@ -26,11 +27,14 @@ from gearbox_monitor.interfaces.signals import JOINT_STATES
 from gearbox_monitor.library.drive_file import expect_path
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.presentation import Paged, Saved
+from gearbox_monitor.quality.finding import BAD, DataFinding, hurts, WARN
 from gearbox_monitor.recordings.from_bag import ANY
 from gearbox_monitor.recordings.reading import BY_NAMES, ReadOptions
 from gearbox_monitor.recordings.robot_values import (
     load_locked, load_log, load_values, robot_model, RobotValues)
-from gearbox_monitor.report.robot_words import robot_headline
+from gearbox_monitor.report.robot_words import reading_words, robot_headline
+from gearbox_monitor.report.words import counted
+from gearbox_monitor.signals.convention import conventions_of
 
 Progress = Callable[[int, int], None]
 
@@ -183,6 +187,9 @@ def learn_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
         raise InputError(f'reference: {", ".join(learnt)} beside others, expected logs, or one '
                          'file of learn')
     read = robot_logs(paths, robot, recorded=recorded, topic=topic, learnt=True, reading=reading)
+    _, doubts = as_named(read, robot, reading)
+    if doubts:
+        raise InputError('; '.join(doubts))
     result = knowledge.learn(robot_model(robot.file, robot.values, True), read, robot.file.digest,
                              progress=progress or (lambda done, total: None))
     return result, [f'{log.name}: {note}' for log in read for note in log.notes]
@@ -227,6 +234,7 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
     read = robot_logs(logs, robot, recorded=recorded, topic=topic, reading=reading,
                       learnt=knowledge is not None)
     notes += [f'{log.name}: {note}' for log in read for note in log.notes]
+    read, readings = as_named(read, robot, reading)
     if knowledge is not None:
         if knowledge.kind != read[0].kind:
             raise InputError(f'reference: learnt from {knowledge.kind}, but {read[0].name} '
@@ -243,7 +251,7 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
         'logs': names, 'model': str(file.path), 'model_digest': file.digest,
         'locked': dict(file.locked),
         'references': list(knowledge.references) if knowledge else [],
-        'options': '', 'warnings': notes, 'rollouts': None, 'closed': None}
+        'readings': readings, 'options': '', 'warnings': notes, 'rollouts': None, 'closed': None}
     torque = not verdict.evidence.recordings[0].setpoint
     if file.compiled is not None and verdict.findings and torque:
         runs = data['rollouts'] = plain(rollouts(file, verdict))
@@ -255,6 +263,67 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
     text, refused = closed_file(file, data['findings'], f'gearbox_monitor {__version__} diagnose')
     return RobotDiagnosis(verdict, robot, {'summary': robot_headline(data), **data}, text,
                           tuple(refused))
+
+
+def check_robot(log: str | Path, robot: Robot, *, recorded: Mapping[str, str] | None = None,
+                topic: str = JOINT_STATES, reading: ReadOptions = BY_NAMES) -> list[DataFinding]:
+    """
+    Return what a log says of itself and of its conventions, joint by joint.
+
+    Args:
+        log: a recording of any kind.
+        robot: of `load_robot`.
+        recorded: {joint: its name in the log}, where they differ.
+        topic: of the joints, in bags.
+        reading: how columns and joints are read.
+
+    Raises:
+        InputError: the log cannot be read, lacks a joint, or is too short or slow.
+    """
+    read = robot_logs(log, robot, recorded=recorded, topic=topic, reading=reading)
+    found = read[0]
+    findings = [DataFinding(
+        'log', 'length', f'{found.seconds:.4g} s of {found.kind} at {found.rate:.4g} samples/s in '
+        f'{counted(len(found.sections), "part")}', values={
+            'seconds': found.seconds, 'rate_hz': found.rate, 'parts': len(found.sections)})]
+    for note in found.notes:
+        joint, colon, words = note.partition(': ')
+        of_joint = bool(colon) and joint in robot.joints
+        advice, grade = '', WARN
+        if 'beyond the range' in note:
+            advice = ('check zero, direction and unit of the joint (--convention '
+                      f'{joint}=zero:RAD, reversed or deg), or the range in the model')
+        findings.append(DataFinding(joint if of_joint else 'log', 'note', words if of_joint else
+                                    note, advice, hurts(diagnosis=grade)))
+    _, doubts = as_named(read, robot, reading)
+    findings += [DataFinding('conventions', 'reading', doubt.partition(': ')[2], '',
+                             hurts(diagnosis=BAD)) for doubt in doubts]
+    if not doubts:
+        findings.append(DataFinding('conventions', 'reading', 'direction, zero, unit and order of '
+                                    'all joints contradict no weight and inertia of the model'))
+    places = ['log', 'conventions', *robot.joints]
+    return sorted(findings, key=lambda finding: places.index(finding.group))
+
+
+def as_named(logs: Sequence[RobotLog], robot: Robot, reading: ReadOptions
+             ) -> tuple[list[RobotLog], list[str]]:
+    """
+    Return logs as weight and inertia say that they have to be read, and that in words.
+
+    Args:
+        logs: of the robot, of one driver.
+        robot: of `load_robot`.
+        reading: what the user states; joints of its conventions are read as it says.
+    """
+    model = robot_model(robot.file, robot.values, False)
+    stated = conventions_of(reading.conventions, robot.joints)
+    for log in logs:
+        named = named_readings(log, model, (robot.file.low, robot.file.high),
+                               [robot.joints.index(joint) for joint in stated])
+        if named:
+            return ([log_as_read(x, [n.reading for n in named]) for x in logs],
+                    [f'{log.name}: {reading_words(n, robot.joints)}' for n in named])
+    return list(logs), []
 
 
 def robot_effects() -> set[str]:

@@ -13,11 +13,11 @@ from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.quality.input_checks import check
-from gearbox_monitor.quality.recording import (
-    Doubt, prepare, RecordingKind, UniformRecording)
+from gearbox_monitor.quality.recording import Doubt, prepare, RecordingKind, UniformRecording
 from gearbox_monitor.quality.recording_limits import LIMITS
 from gearbox_monitor.quality.stamps import burst_size
 from gearbox_monitor.quality.unphysical import is_uninitialised, physical_columns
+from gearbox_monitor.signals.jumps import strangers
 
 # Faults of channels, signs and units, which say how the data would have to be read.
 READ_OTHERWISE = ('sign', 'swapped', 'units')
@@ -40,6 +40,12 @@ def require_samples(name: str, stamp_ns: Integers, y: Array) -> None:
     """
     if len(stamp_ns) > 1 and (stamp_ns <= 0).all():
         raise InputError(f'{name}: {unstamped(len(stamp_ns))}')
+    foreign = strangers(y, stamp_ns)
+    if foreign.any():
+        first = float(stamp_ns[foreign][0] - stamp_ns[0]) * 1e-9
+        raise InputError(f'{name}: the positions jump to one posture and back {foreign.sum()} '
+                         f'times, first at {first:.4g} s: two publishers on one topic, expected '
+                         'those of the drive alone: stop the second one, and record anew')
     if two_publishers(y):
         raise InputError(f'{name}: motor and arm are never in one message: two publishers on one '
                          'topic, expected arm_topic (docs/ros.md), or for this recording '

@@ -14,9 +14,9 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.quality.finding import BAD, DataFinding, everything, hurts, OK, WARN
 from gearbox_monitor.quality.recording_limits import LIMITS
 from gearbox_monitor.quality.stretch import EvenStretch
+from gearbox_monitor.signals.jumps import turns
 
 NAMES = ('motor', 'arm')
-TURN = 2.0 * np.pi
 Noises: TypeAlias = Sequence[tuple[float, float] | None]
 
 
@@ -198,15 +198,15 @@ def wraps(name: str, y: Array, begin: float, dt: float) -> list[DataFinding]:
         begin: time of the first reading, s.
         dt: sample time, s.
     """
-    jump = np.abs(np.diff(y))
-    turns = np.flatnonzero(np.abs(jump - TURN) < LIMITS.near_turn)
-    if not len(turns) or jump[turns].min() < 5.0 * np.percentile(jump, 98):
+    rows = turns(y, np.arange(len(y)))[1]
+    if not len(rows):
         return []
+    first = int(rows[0])
     return [DataFinding(
-        name, 'wraps', f'the position of the {name} jumps by {jump[turns[0]]:.4g} rad at t = '
-        f'{begin + (turns[0] + 1) * dt:.4g} s, {len(turns)} jumps of one turn in all',
+        name, 'wraps', f'the position of the {name} jumps by {abs(y[first] - y[first - 1]):.4g} '
+        f'rad at t = {begin + first * dt:.4g} s, {len(rows)} jumps of one turn in all',
         'count the position over turns (unwrap it) before it is published', everything(BAD),
-        {'wraps': len(turns)}, 'wraps')]
+        {'wraps': len(rows)}, 'wraps')]
 
 
 def sticks(name: str, y: Array, i: int, play: float, begin: float, dt: float) -> list[DataFinding]:

@@ -25,6 +25,7 @@ from gearbox_monitor.quality.smoothed_motion import SmoothedMotion
 from gearbox_monitor.quality.stamps import StampClock
 from gearbox_monitor.quality.stretch import EvenStretch
 from gearbox_monitor.quality.unphysical import is_uninitialised, physical_columns
+from gearbox_monitor.signals.jumps import OUTLIER, SLIP, strangers, without_jumps
 
 GROUPS = ('stamps', 'torque', 'motor', 'arm', 'motion', 'signs', 'model')
 # Findings of the diagnosis' own check that make estimates as wrong as the diagnosis.
@@ -63,16 +64,19 @@ def examine(samples: Samples, parameters: EstimatorParameters,
     if len(samples.stamp_ns) >= LIMITS.min_samples and (samples.stamp_ns <= 0).all():
         raise InputError(unstamped(len(samples.stamp_ns)))
     samples, publishers = _of_one_publisher(samples)
+    samples, foreign = _of_this_drive(samples)
+    publishers = publishers or foreign
     clock = stamps.clock(samples.stamp_ns, parameters.max_gap)
     if clock is None or len(clock.seconds) < LIMITS.min_samples:
         raise InputError(f'{len(samples.stamp_ns)} samples, expected {LIMITS.min_samples} or '
                          f'more with '
                          'increasing stamps')
     samples, unphysical = _physical(samples, clock)
+    jumping = _jumping(samples)
     u, y = samples.u[:, 0], samples.y
     servo = model is not None and model.controller is not None
     lines = stamps.lines(samples.stamp_ns, clock, parameters.max_gap, parameters.drift_window)
-    lines += publishers + unphysical
+    lines += publishers + unphysical + jumping
     lines += encoders.measured(y, not parameters.arm_joint)
     lines += stamps.held(clock, y, held_rate(model))
     part = stretch.stretch(clock, u, y)
@@ -84,7 +88,7 @@ def examine(samples: Samples, parameters: EstimatorParameters,
     if any(part.measured):
         lines += _moved(samples, clock, part, parameters, model, has_setpoint)
     lines += _diagnosis(samples, model, parameters.effort_is) if not publishers else []
-    if publishers:  # what was interpolated has no noise of its own
+    if publishers and not foreign:  # what was interpolated has no noise of its own
         lines = [line for line in lines if line.group != 'arm' or line.name == 'readings']
     return examined(lines, float(samples.stamp_ns[clock.usable][0]) * 1e-9, clock.duration)
 
@@ -110,6 +114,46 @@ def _of_one_publisher(samples: Samples) -> tuple[Samples, list[DataFinding]]:
         'file (docs/ros.md); gearbox_monitor import BAG --arm-topic joint_states NEW pairs this '
         'recording', everything(BAD), {'motor_hz': rates[0], 'arm_hz': rates[1]})
     return Samples(samples.stamp_ns[motor], samples.u[motor], y), [finding]
+
+
+def _of_this_drive(samples: Samples) -> tuple[Samples, list[DataFinding]]:
+    """Return samples without one posture that comes in between, and a finding about these."""
+    foreign = strangers(samples.y, samples.stamp_ns)
+    if not foreign.any():
+        return samples, []
+    seconds = max(float(np.ptp(samples.stamp_ns)) * 1e-9, 1e-9)
+    first = float(samples.stamp_ns[foreign][0] - samples.stamp_ns[0]) * 1e-9
+    posture = samples.y[foreign][0]
+    figure = ', '.join(f'{value:.4g}' for value in posture if np.isfinite(value))
+    finding = DataFinding(
+        'stamps', 'publishers', f'two on one topic: the positions jump to {figure} rad and back, '
+        f'{foreign.sum() / seconds:.2g} times a second, first at {first:.4g} s', 'stop the second '
+        'publisher, as joint_state_publisher beside the driver; all else is said without its '
+        'samples', everything(BAD), {'foreign': int(foreign.sum()), 'first_s': first})
+    keep = ~foreign
+    return Samples(samples.stamp_ns[keep], samples.u[keep], samples.y[keep]), [finding]
+
+
+def _jumping(samples: Samples) -> list[DataFinding]:
+    """Return findings about outliers and slips of the positions, with their times."""
+    findings = []
+    for name, positions in zip(encoders.NAMES, samples.y.T):
+        for jump in without_jumps(positions, samples.stamp_ns)[1]:
+            seconds = float(samples.stamp_ns[jump.row] - samples.stamp_ns[0]) * 1e-9
+            values = {'count': jump.count, 'first_s': seconds, 'size_rad': jump.size}
+            if jump.kind == OUTLIER:
+                many = jump.count > LIMITS.max_repaired * len(positions)
+                findings.append(DataFinding(
+                    name, 'outliers', f'{jump.count}, the first one {jump.size:.4g} rad off at '
+                    f'{seconds:.4g} s', 'check cable, connector and driver of this encoder',
+                    everything(BAD if many else WARN), values))
+            elif jump.kind == SLIP:
+                findings.append(DataFinding(
+                    name, 'slips', f'the position jumps by {jump.size:.4g} rad at {seconds:.4g} s '
+                    f'and stays there, {jump.count} such jumps', 'look for an encoder that slips '
+                    'or counts wrong, a hub that has come loose, or a zero that is set anew while '
+                    'recording', everything(BAD), values))
+    return findings
 
 
 def _physical(samples: Samples, clock: StampClock) -> tuple[Samples, list[DataFinding]]:

@@ -94,8 +94,6 @@ class RecordingLimits:
     # Samples and s on one and the same reading that are looked at.
     stuck_samples: int = 10
     stuck_seconds: float = 0.02
-    # rad between a jump and a turn.
-    near_turn: float = 0.5
     # Of the travel: noise, not rounding of numbers.
     noisy: float = 1e-6
     # Share of readings that live, to judge by them.

@@ -26,12 +26,14 @@ class ReadOptions:
     How a user says that a recording is read.
 
     map: mapping file, or the name of a packaged one; settings: ``KEY=VALUE`` that replace values
-    of it; answers: to the questions of a guess, where there is no mapping.
+    of it; answers: to the questions of a guess, where there is no mapping. conventions:
+    ``JOINT=RULE`` by which joints of a robot count unlike its description.
     """
 
     map: str = ''
     settings: tuple[str, ...] = ()
     answers: Answers = NO_ANSWERS
+    conventions: tuple[str, ...] = ()
 
 
 BY_NAMES = ReadOptions()

@@ -10,16 +10,19 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.balance.robot_log import checked_log, CURRENT, RobotLog, TORQUE
+from gearbox_monitor.balance.robot_log import (
+    checked_log, continuous, CURRENT, RawLog, read_by, RobotLog, TORQUE, TURNED)
 from gearbox_monitor.balance.rows import RobotModel
 from gearbox_monitor.balance.settings import SETTINGS
 from gearbox_monitor.errors import expect_choice, expect_keys, InputError, unknown
 from gearbox_monitor.export.robot_model import ChainFile
 from gearbox_monitor.files.yaml_files import load_yaml
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.recordings.from_bag import robot_log
+from gearbox_monitor.recordings.from_bag import NO_SERVO, robot_log
 from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOptions
+from gearbox_monitor.signals.convention import conventions_of
 
+BEYOND = 0.05  # rad or m: a joint that leaves its range by less is at its stop
 KEYS = ('tolerance', 'link_tolerance', 'friction_tolerance', 'torque_constants', 'effort', 'kp',
         'kd', 'gain_tolerance', 'compensated', 'locked')
 
@@ -130,6 +133,44 @@ def _gains(stated: Mapping[str, float], of_file: Array | None, file: ChainFile) 
     return np.array([stated.get(joint, gain) for joint, gain in zip(file.chain.joints, base)])
 
 
+def load_columns(path: str, file: ChainFile, values: RobotValues, recorded: Mapping[str, str],
+                 topic: str, reading: ReadOptions, no_servo: str = NO_SERVO) -> RawLog:
+    """
+    Return the columns of a robot's log as its description counts them, without jumps.
+
+    Args:
+        path: of a recording of any kind.
+        file: of the robot.
+        values: of the user.
+        recorded: {joint: its name in the log}, where they differ.
+        topic: of the joint states, in bags.
+        reading: how columns and joints are read.
+        no_servo: why setpoints make no torque with the model, '' where they do.
+
+    Raises:
+        InputError: it cannot be read, or lacks a joint.
+    """
+    joints = file.chain.joints
+    conventions = conventions_of(reading.conventions, joints)
+    with open_recording(path, reading, topic) as reader:
+        raw = robot_log(reader, joints, recorded, values.constants, no_servo, topic, file.locked,
+                        bool(file.chain.serial))
+    return continuous(read_by(raw, conventions))
+
+
+def beyond_range(raw: RawLog, file: ChainFile) -> dict[str, str]:
+    """Return {joint: words} of the joints of a log that leave the range of the description."""
+    notes = {}
+    for joint, low, high in zip(file.chain.joints, file.low, file.high):
+        q = raw.position[joint][np.isfinite(raw.position[joint])]
+        turned = any(note.startswith(f'{joint}: {TURNED}') for note in raw.notes)
+        if len(q) and not turned and (q.min() < low - BEYOND or q.max() > high + BEYOND):
+            share = float(((q < low) | (q > high)).mean())
+            notes[joint] = (f'{joint}: from {q.min():.4g} to {q.max():.4g}, {100.0 * share:.2g} % '
+                            f'beyond the range of the model ({low:.4g} to {high:.4g})')
+    return notes
+
+
 def load_log(path: str, file: ChainFile, robot: RobotModel, values: RobotValues,
              recorded: Mapping[str, str], topic: str = 'joint_states',
              reading: ReadOptions = BY_NAMES) -> RobotLog:
@@ -146,13 +187,12 @@ def load_log(path: str, file: ChainFile, robot: RobotModel, values: RobotValues,
         reading: how columns are read whose names and units do not say it.
     """
     servo = robot.kp is not None and bool(np.all(robot.kp > 0.0))
-    joints = file.chain.joints
-    with open_recording(path, reading, topic) as reader:
-        raw = robot_log(reader, joints, recorded, values.constants, '' if servo else
-                        file.no_servo, topic, file.locked, bool(file.chain.serial))
+    raw = load_columns(path, file, values, recorded, topic, reading, '' if servo else
+                       file.no_servo)
     if raw.kind == CURRENT and values.constants is None:
         raise InputError(f'{path}: current without torque_constants, expected N m/A of each joint '
                          'in --values: a rough one does, masses come in its scale')
     if values.measured and raw.kind == TORQUE:
         raw = replace(raw, measured=True)
-    return checked_log(raw, joints)
+    return checked_log(replace(raw, notes=(*raw.notes, *beyond_range(raw, file).values())),
+                       file.chain.joints)

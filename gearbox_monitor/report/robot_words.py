@@ -2,12 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """A robot's verdict in words, for terminals and pages."""
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 import math
 import shlex
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+
+from gearbox_monitor.balance.conventions import NamedReading
 from gearbox_monitor.balance.robot_effects import JOINT, ROBOT_EFFECTS
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_VISCOUS
@@ -120,8 +123,42 @@ def remainder_words(remainder: Mapping[str, Any], axes: Mapping[str, str]) -> st
     return f'{remainder["joint"]}: {size} over {remainder["over"]}, by no law of the library'
 
 
+def reading_words(named: NamedReading, joints: Sequence[str]) -> str:
+    """Return how a log of `joints` has to be read, with the option that says so."""
+    reading = named.reading
+    changed = list(reading.swapped or reading.joints)
+    names = [joints[j] for j in changed]
+    before, after = (100.0 * math.sqrt(float(np.mean(score.unexplained[changed])))
+                     for score in (named.recorded, named.score))
+    known = (f'read so, weight and inertia of the model leave {after:.2g} % of the effort there, '
+             f'as recorded {before:.2g} % even with any load, friction or mounting')
+    if reading.swapped:
+        first, second = names
+        return (f'{first} and {second} are exchanged in the log: {known}; '
+                f'--recorded {first}={second} {second}={first} settles it')
+    convention = next(iter(reading.joints.values()))
+    where = 'all joints' if len(names) > 1 and len(names) == len(joints) else ', '.join(names)
+    option = f'{"all" if len(names) > 1 else names[0]}={convention.rules}'
+    says = {'reversed': f'{where} counts the other way in the log than in the model',
+            'effort:-1': f'the effort of {where} has the other sign than in the model',
+            'reversed,effort:-1': f'the position of {where} has the other sign than in the model, '
+                                  'the effort has not',
+            'deg': f'the position of {where} is in degrees',
+            'mm': f'the position of {where} is in mm'}.get(convention.rules)
+    if says is None:
+        says = (f'the log has {where} at {convention.zero:.3g} rad where the model is at 0'
+                if convention.zero else
+                f'the effort of {where} is {1.0 / abs(convention.effort):.3g} times the torque of '
+                'the model' + (' with the other sign' if convention.effort < 0.0 else '')
+                + ', as of another unit or a current')
+    return f'{says}: {known}; --convention {option} settles it'
+
+
 def robot_headline(data: Mapping[str, Any]) -> str:
     """Return the verdict `data` in words: what differs, by how much, whether that is all."""
+    if data.get('readings'):
+        rest = robot_headline({**data, 'readings': []})
+        return f'{"; ".join(data["readings"])}. Read so: {rest}'
     findings, remainders, axes = data['findings'], data['remainders'], axes_of(data)
     against = 'the references' if data.get('references') else 'the model file'
     if data['verdict'] == 'none':

@@ -12,9 +12,10 @@ Kinetic energy T and potential energy U are linear in ten numbers of each link, 
 Ixx, Iyy, Izz, Ixy, Ixz, Iyz) at the origin of its frame. So p, k and g are regressors times theta
 (Gautier and Khalil, 1988). All samples of a recording are computed at once.
 """
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+import math
 from typing import NamedTuple
 from xml.etree import ElementTree
 
@@ -163,6 +164,27 @@ class Chain:
         Args:
             q: positions [N, J], rad or m.
         """
+        axes, pulls = self._pulls(q)
+        count = len(self.links)
+        out = np.zeros((len(q), count, count))
+        for k, movers in enumerate(self.movers):
+            for j in movers:
+                if not self.links[j].slides:
+                    turned = _cross(np.broadcast_to(self.gravity, axes[j].shape), axes[j])
+                    out[:, k, j] = out[:, j, k] = -np.einsum('ni,ni->n', turned, pulls[k])
+        return out
+
+    def weights(self, q: Array) -> Array:
+        """
+        Return the torques [N, J, 3] at the joints by a gravity of 1 m/s^2 along each axis.
+
+        Args:
+            q: positions [N, J], rad or m.
+        """
+        return -np.stack(self._pulls(q)[1], axis=1)
+
+    def _pulls(self, q: Array) -> tuple[list[Array], list[Array]]:
+        """Return axes [N, 3], and what gravity is multiplied by to pull each joint back."""
         turns, places, axes, anchors = self._poses(q - self.zero)
         count, theta = len(self.links), self.theta
         masses = [float(mass) for mass in theta[:, 0]]
@@ -173,16 +195,9 @@ class Chain:
             if parent >= 0:
                 masses[parent] += masses[index]
                 moments[parent] = moments[parent] + moments[index]
-        pulls = [masses[k] * axes[k] if link.slides else
-                 _cross(axes[k], moments[k] - masses[k] * anchors[k])
-                 for k, link in enumerate(self.links)]
-        out = np.zeros((len(q), count, count))
-        for k, movers in enumerate(self.movers):
-            for j in movers:
-                if not self.links[j].slides:
-                    turned = _cross(np.broadcast_to(self.gravity, axes[j].shape), axes[j])
-                    out[:, k, j] = out[:, j, k] = -np.einsum('ni,ni->n', turned, pulls[k])
-        return out
+        return axes, [masses[k] * axes[k] if link.slides else
+                      _cross(axes[k], moments[k] - masses[k] * anchors[k])
+                      for k, link in enumerate(self.links)]
 
     def _poses(self, q: Array) -> tuple[list[Array], list[Array], list[Array], list[Array]]:
         """Return rotation, origin, axis and anchor of each link in the base's frame."""
@@ -304,6 +319,37 @@ def joint_losses(text: str, source: str = 'URDF') -> dict[str, tuple[float, floa
     """
     return {joint.get('name', ''): losses_of(joint, source)
             for joint in ElementTree.fromstring(text).findall('joint')}
+
+
+def ranges_in(text: str, joints: Sequence[str], source: str = 'URDF') -> tuple[Array, Array]:
+    """
+    Return the ends of the ranges of joints in a URDF.
+
+    Args:
+        text: of a file that parses.
+        joints: names of joints.
+        source: name of the file, for messages.
+
+    Returns:
+        Lowest and highest position [J], rad or m; infinite without an element <limit> with both.
+
+    Raises:
+        InputError: an attribute is not a number.
+    """
+    elements = {joint.get('name', ''): joint
+                for joint in ElementTree.fromstring(text).findall('joint')}
+    rows = []
+    for name in joints:
+        limit = elements[name].find('limit')
+        row = (-math.inf, math.inf)
+        if limit is not None and elements[name].get('type') != 'continuous' and (
+                'lower' in limit.attrib and 'upper' in limit.attrib):
+            low, high = (finite_number(limit.attrib[key], f'{source}: joint {name}: limit: {key}')
+                         for key in ('lower', 'upper'))
+            row = (low, high) if low < high else row
+        rows.append(row)
+    low_high = np.array(rows).reshape(-1, 2)
+    return low_high[:, 0], low_high[:, 1]
 
 
 def losses_of(joint: ElementTree.Element, source: str) -> tuple[float, float]:

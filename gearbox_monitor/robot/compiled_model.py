@@ -190,12 +190,22 @@ def decision(name: str) -> ArrayTreatment | None:
 
 
 def mujoco_module() -> Any:
-    """Return the module mujoco. Raises InputError where it is not installed."""
+    """
+    Return the module mujoco, whose warnings go nowhere. Raises InputError: it is not installed.
+
+    By itself it appends them to MUJOCO_LOG.TXT in the folder that a user works in. A run that has
+    become unstable shows in its numbers.
+    """
     try:
         import mujoco
     except ImportError:
         raise InputError(f'mujoco: not installed, expected {installed_by("mujoco")}') from None
+    mujoco.set_mju_user_warning(_no_log)
     return mujoco
+
+
+def _no_log(message: str) -> None:
+    """Take a warning of MuJoCo."""
 
 
 def name_of(m: Any, kind: str, index: int) -> str:

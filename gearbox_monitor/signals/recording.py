@@ -3,9 +3,9 @@
 
 """A recording of a drive or of a robot: the signals of its joints, as they were measured."""
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 import numpy as np
 
@@ -41,6 +41,13 @@ class JointSignals:
     side: str = JOINT
     effort_is: str = UNKNOWN
     measured: bool = False
+
+    if TYPE_CHECKING:  # None goes in, an array comes out
+        def __init__(self, stamp_ns: Integers, position: Array | None = None,
+                     velocity: Array | None = None, setpoint: Array | None = None,
+                     effort: Array | None = None, temperature: Array | None = None,
+                     side: str = JOINT, effort_is: str = UNKNOWN,
+                     measured: bool = False) -> None: ...
 
     def __post_init__(self) -> None:
         for name, value, allowed in (('side', self.side, SIDES),
@@ -81,7 +88,7 @@ class Recording:
 
     name: str
     joints: Mapping[str, JointSignals]
-    notes: tuple[str, ...] = field(default=())
+    notes: Sequence[str] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, 'joints', MappingProxyType(dict(self.joints)))

@@ -9,7 +9,7 @@ import pytest
 
 from gearbox_monitor.bag.cdr import encode_joint_states
 from gearbox_monitor.bag.write import BagWriter
-from gearbox_monitor.cli.accept import angle, judge
+from gearbox_monitor.cli.accept import judge, limit_of
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model
@@ -24,9 +24,12 @@ NOISE = Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3))
 def write(path, model, scale=1.0, seconds=14.0):
     t = 1e-3 * np.arange(round(seconds * 1e3))
     out = simulate(model, scale * Excitation().torque(t), 1e-3, NOISE, seed=2)
-    stamps = 1_700_000_000_000_000_000 + np.arange(len(t)) * 1_000_000
-    effort = np.column_stack([out.u, np.full(len(t), np.nan)])
-    messages = encode_joint_states(stamps, ['motor', 'arm'], out.y, effort=effort)
+    return _written(path, t, out.y, np.column_stack([out.u, np.full(len(t), np.nan)]))
+
+
+def _written(path, t, y, effort):
+    stamps = 1_700_000_000_000_000_000 + np.round(t * 1e9).astype(np.int64)
+    messages = encode_joint_states(stamps, ['motor', 'arm'], y, effort=effort)
     with BagWriter(path) as writer:
         writer.add_topic('/joint_states', 'sensor_msgs/msg/JointState')
         for stamp, message in zip(stamps, messages):
@@ -106,11 +109,50 @@ def test_bad_options(bag, capsys, options, word):
     assert word in error and error.count('\n') == 1
 
 
-def test_angles():
-    assert angle('60 arcmin') == pytest.approx(np.radians(1.0)) == angle('1deg')
-    assert angle('2e-3') == 0.002 == pytest.approx(angle('2mrad'))
+def test_a_limit_has_the_unit_of_its_axis():
+    assert limit_of('60 arcmin') == ('rotary', pytest.approx(np.radians(1.0))) == limit_of('1deg')
+    assert limit_of('2e-3') == ('', 0.002)
+    assert limit_of('210mm') == ('prismatic', pytest.approx(0.21))
+    assert limit_of('50um') == ('prismatic', pytest.approx(5e-5))
     with pytest.raises(InputError):
-        angle('1e')
+        limit_of('1e')
+
+
+def test_an_angle_is_no_limit_of_a_prismatic_axis(bag, tmp_path, capsys):
+    (tmp_path / 'axis.yaml').write_text('axis: prismatic')
+    assert main(['accept', bag, '--model', str(tmp_path / 'axis.yaml'), '--max-gap', '220mm']) == 0
+    assert '0.22 m' in capsys.readouterr().out
+    for axis, limit in (('axis.yaml', '12.6deg'), (None, '220mm')):
+        model = ['--model', str(tmp_path / axis)] if axis else []
+        assert main(['accept', bag, *model, '--max-gap', limit]) == 2
+        assert limit in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('by_arm', [True, False])
+def test_a_locked_input_gives_backlash_and_stiffness(tmp_path, capsys, by_arm):
+    """A lost-motion test: the torque on the output, or that which holds the input, is measured."""
+    gap, stiffness, noise, rng = 0.03, 400.0, 3e-5, np.random.default_rng(1)
+    t = np.arange(0.0, 40.0, 2e-3)
+    torque = 12.0 * 2.0 / np.pi * np.arcsin(np.sin(2.0 * np.pi * t / 8.0))
+    twist = torque / stiffness + np.tanh(torque / 0.2) * gap / 2.0
+    friction = 0.3 * np.sign(np.gradient(torque))
+    y = np.column_stack([np.full(len(t), 0.4), 0.4 - twist]) + rng.normal(0.0, noise, (len(t), 2))
+    measured = torque + friction + rng.normal(0.0, 0.02, len(t))
+    effort = np.column_stack([np.zeros(len(t)), -measured] if by_arm else
+                             [measured, np.full(len(t), np.nan)])
+    path = _written(tmp_path / 'bag', t, y, effort)
+    file = tmp_path / 'found.yaml'
+    assert main(['accept', path, '--max-gap', '0.033', '--min-stiffness', '360', '--json',
+                 '--write-model', str(file)]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data['gap_rad'] == pytest.approx(gap, rel=0.03)
+    assert data['stiffness'] == pytest.approx(stiffness, rel=0.05)
+    assert main(['accept', path, '--max-gap', '0.027']) == 1
+    assert load_model(str(file)).transmission.half_gap == pytest.approx(gap / 2.0, rel=0.03)
+    capsys.readouterr()
+    silent = _written(tmp_path / 'silent', t, y, np.full((len(t), 2), np.nan))
+    assert main(['accept', silent, '--max-gap', '0.033']) == 3
+    assert 'the input stands still' in capsys.readouterr().out
 
 
 def window(gap, separable=True, **more):

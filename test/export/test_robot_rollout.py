@@ -12,6 +12,7 @@ from gearbox_monitor.balance.verdict import diagnose
 from gearbox_monitor.export.robot_closed import closed_file
 from gearbox_monitor.export.robot_model import read_robot
 from gearbox_monitor.export.robot_rollout import rollouts
+from gearbox_monitor.robot.compiled_model import mujoco_module
 
 pytest.importorskip('mujoco')
 
@@ -49,3 +50,16 @@ def test_a_vetoed_finding_is_not_written(tmp_path):
     assert 'armature="0.1"' in closed_file(file, [{**finding, 'confirmed': True}], 'test')[0]
     text, left = closed_file(file, [{**finding, 'confirmed': False}], 'test')
     assert text is None and 'farther off' in left[0]
+
+
+def test_mujoco_writes_no_log_into_the_folder_of_the_user(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    mujoco = mujoco_module()
+    model = mujoco.MjModel.from_xml_string(
+        '<mujoco><worldbody><body><joint axis="0 1 0"/><geom size=".1"/></body></worldbody>'
+        '</mujoco>')
+    data = mujoco.MjData(model)
+    data.qvel[0] = 1e200
+    mujoco.mj_step(model, data)
+    assert data.warning[mujoco.mjtWarning.mjWARN_BADQVEL].number == 1
+    assert not list(tmp_path.iterdir())

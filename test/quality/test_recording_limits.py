@@ -16,7 +16,7 @@ from gearbox_monitor.quality.unphysical import is_uninitialised
 
 # Grids of a search, settings of fits and units: they decide nothing.
 NUMERICAL = {
-    'effort': {'GAPS', 'FACTORS'}, 'encoders': {'TURN'}, 'excitation_checks': {'HALF_WIDTHS'},
+    'effort': {'GAPS', 'FACTORS'}, 'excitation_checks': {'HALF_WIDTHS'},
     'recording': {'SPEED_SPAN'}, 'smoothed_motion': {'HALF_WIDTHS'},
     'torque': {'SECONDS', 'BLOCKS', 'BLOCK_SECONDS', 'LIGHT'},
     'wiring': {'GAPS', 'FEW_GAPS', 'SWINGS', 'SLACK'}}

@@ -1,0 +1,200 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Positions that jump: turns that are not counted, rows of a stranger, outliers and slips.
+
+A step between two readings is a jump if it is far longer than the usual steps, and than those
+around it. Turns are counted on, rows of a second publisher are left out, single outliers count as
+not measured; a slip, where the position stays elsewhere, changes nothing but is named.
+"""
+from dataclasses import dataclass, field
+import math
+
+import numpy as np
+
+from gearbox_monitor.kernels.types import Array, Flags, Integers
+
+TURNS, STRANGER, OUTLIER, SLIP = KINDS = ('turns', 'stranger', 'outlier', 'slip')
+
+
+@dataclass(frozen=True)
+class JumpLimits:
+    """
+    What makes a step a jump, and a jump one of its kinds.
+
+    usual: times the 70th percentile of the steps that are not 0: a joint that speeds up stays
+    below. around: times the third longest step of the eight around: two of them may be jumps of
+    the same outlier. least_rows: readings without which nothing is judged. near: relative distance
+    from a turn. alike: times that jumps of one size, against the motion, have to come to be turns
+    of an unknown period. away: rows that an outlier lasts at most. stranger: times that one and
+    the same value has to come between the readings to be those of a second publisher; share: of
+    all rows at most that may be its.
+    """
+
+    usual: float = 6.0
+    around: float = 5.0
+    least_rows: int = 20
+    near: float = 0.05
+    alike: int = 3
+    away: int = 5
+    stranger: int = 5
+    share: float = 0.5
+
+
+LIMITS = JumpLimits()
+PERIODS = (2.0 * math.pi, 360.0, 4.0 * math.pi)  # rad, degrees, two turns
+
+
+@dataclass(frozen=True)
+class JumpFinding:
+    """
+    Jumps of one kind in the positions of a joint.
+
+    count: how many; row: where the first one is; size: by how much the position jumps there;
+    rows: of all of them.
+    """
+
+    kind: str
+    count: int
+    row: int
+    size: float
+    rows: Integers = field(repr=False, compare=False)
+
+
+def jumps(q: Array, t: Array | Integers) -> Integers:
+    """
+    Return the rows of positions before which they jump.
+
+    Args:
+        q: positions of a joint [N]; NaN: not measured.
+        t: stamps [N]; over a dropout a joint may go as far as it would at its speed, and where the
+            clock goes back another recording begins.
+    """
+    own = np.flatnonzero(np.isfinite(q))
+    if len(own) < LIMITS.least_rows:
+        return own[:0]
+    passed = np.diff(t[own])
+    step = np.abs(np.diff(q[own])) * (passed > 0) / np.maximum(
+        passed / max(float(np.median(passed)), 1e-12), 1.0)
+    moving = step[step > 0.0]
+    if not len(moving):
+        return own[:0]
+    usual = LIMITS.usual * float(np.percentile(moving, 70))
+    candidates = np.flatnonzero(step > usual)
+    if not len(candidates):
+        return own[:0]
+    padded = np.pad(step, 4, 'edge')
+    around = np.stack([padded[4 + k:4 + k + len(step)] for k in (-4, -3, -2, -1, 1, 2, 3, 4)])
+    third = np.sort(around[:, candidates], axis=0)[-3]
+    return np.asarray(own[candidates[step[candidates] > LIMITS.around * third] + 1])
+
+
+def without_jumps(q: Array, t: Array | Integers) -> tuple[Array, tuple[JumpFinding, ...]]:
+    """
+    Return positions with turns counted on and outliers as not measured, and what was found.
+
+    Args:
+        q: positions of a joint [N]; NaN: not measured.
+        t: stamps [N].
+
+    Returns:
+        The positions [N]; findings of TURNS, OUTLIER and SLIP.
+    """
+    q, findings = q.copy(), []
+    period, at = turns(q, t)
+    if len(at):
+        own = np.flatnonzero(np.isfinite(q))
+        step = np.diff(q[own])
+        whole = np.zeros(len(own))
+        place = np.searchsorted(own, at)
+        whole[place] = -np.sign(step[place - 1])
+        findings.append(JumpFinding(TURNS, len(at), int(at[0]), float(step[place[0] - 1]), at))
+        q[own] += period * np.cumsum(whole)
+    rows = jumps(q, t)
+    away = _away(q, rows)
+    if len(away):
+        first = int(away[0])
+        before = q[:first][np.isfinite(q[:first])]
+        findings.append(JumpFinding(OUTLIER, len(away), first,
+                                    float(q[first] - before[-1]), away))
+        q[away] = np.nan
+        rows = jumps(q, t)
+    if len(rows):
+        first = int(rows[0])
+        before = q[:first][np.isfinite(q[:first])]
+        findings.append(JumpFinding(SLIP, len(rows), first, float(q[first] - before[-1]), rows))
+    return q, tuple(findings)
+
+
+def turns(q: Array, t: Array | Integers) -> tuple[float, Integers]:
+    """
+    Return the period of turns that positions `q` [N] do not count, and the rows that begin one.
+
+    The period is a turn in radians or degrees, or the size of jumps that are all alike, go against
+    the motion and from one end of the range to the other.
+    """
+    own = np.flatnonzero(np.isfinite(q))
+    if len(own) < LIMITS.least_rows:
+        return 0.0, own[:0]
+    x = q[own]
+    step = np.diff(x)
+    usual = 5.0 * float(np.percentile(np.abs(step), 90))
+    for period in PERIODS:
+        at = np.flatnonzero(np.abs(np.abs(step) - period) < LIMITS.near * period)
+        if len(at) and np.abs(step[at]).min() > usual and np.ptp(x) < 1.05 * period:
+            return period, own[at + 1]
+    at = np.searchsorted(own, jumps(q, t)) - 1
+    if len(at) < LIMITS.alike or at[0] < 1 or at[-1] > len(step) - 2:
+        return 0.0, own[:0]
+    motion = 0.5 * (step[at - 1] + step[at + 1])
+    period = float(np.median(np.abs(step[at] - motion)))
+    alike = np.abs(np.abs(step[at] - motion) - period) < LIMITS.near * period
+    if alike.all() and (motion * step[at] < 0.0).all() and np.ptp(x) < 1.05 * period:
+        return period, own[at + 1]
+    return 0.0, own[:0]
+
+
+def _away(q: Array, rows: Integers) -> Integers:
+    """Return the rows of `q` [N] that lie between two of the jumps before `rows`, out and back."""
+    away: list[int] = []
+    k = 0
+    while k + 1 < len(rows):
+        begin, end = int(rows[k]), int(rows[k + 1])
+        size = q[begin] - q[:begin][np.isfinite(q[:begin])][-1]
+        back = q[end] - q[:end][np.isfinite(q[:end])][-1]
+        if end - begin <= LIMITS.away and abs(size + back) < 0.5 * abs(size):
+            away += range(begin, end)
+            k += 2
+        else:
+            k += 1
+    return np.array(away, np.int64)
+
+
+def strangers(q: Array, t: Array | Integers) -> Flags:
+    """
+    Return which rows are of a second publisher: one constant posture between the readings.
+
+    Args:
+        q: positions of all joints of a message [N, J]; NaN: not measured.
+        t: stamps [N].
+
+    Returns:
+        Rows [N] in which each joint that is measured has one and the same value, and to which and
+        from which a joint jumps again and again.
+    """
+    none: Flags = np.zeros(len(q), bool)
+    if len(q) < LIMITS.least_rows:
+        return none
+    columns = [j for j in range(q.shape[1]) if np.isfinite(q[:, j]).any()]
+    for j in columns:
+        rows = jumps(q[:, j], t)
+        values, counts = np.unique(q[rows, j], return_counts=True)
+        if not len(values) or counts.max() < LIMITS.stranger:
+            continue
+        posture = q[rows[np.flatnonzero(q[rows, j] == values[counts.argmax()])[0]]]
+        same: Flags = ((q == posture) | np.isnan(posture)).all(axis=1)
+        # Out and back: as many jumps lead away from the posture as to it.
+        if same.mean() <= LIMITS.share and same[rows].sum() >= 0.3 * len(rows):
+            return same
+    return none
