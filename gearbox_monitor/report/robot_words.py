@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.robot.conventions import NamedReading
+from gearbox_monitor.diagnosis.robot.conventions import NamedReading, RobotReading
 from gearbox_monitor.diagnosis.robot.robot_effects import JOINT, ROBOT_EFFECTS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
@@ -127,6 +127,7 @@ def remainder_words(remainder: Mapping[str, Any], axes: Mapping[str, str]) -> st
 def reading_words(named: NamedReading, joints: Sequence[str]) -> str:
     """Return how a log of `joints` has to be read, with the option that says so."""
     reading = named.reading
+    options = ' or '.join(_option(r, joints) for r in (reading, *named.rivals))
     changed = list(reading.swapped or reading.joints)
     names = [joints[j] for j in changed]
     before, after = (100.0 * math.sqrt(float(np.mean(score.unexplained[changed])))
@@ -135,11 +136,9 @@ def reading_words(named: NamedReading, joints: Sequence[str]) -> str:
              f'as recorded {before:.2g} % even with any load, friction or mounting')
     if reading.swapped:
         first, second = names
-        return (f'{first} and {second} are exchanged in the log: {known}; '
-                f'--recorded {first}={second} {second}={first} settles it')
+        return f'{first} and {second} are exchanged in the log: {known}; {options} settles it'
     convention = next(iter(reading.joints.values()))
     where = 'all joints' if len(names) > 1 and len(names) == len(joints) else ', '.join(names)
-    option = f'{"all" if len(names) > 1 else names[0]}={convention.rules}'
     says = {'reversed': f'{where} counts the other way in the log than in the model',
             'effort:-1': f'the effort of {where} has the other sign than in the model',
             'reversed,effort:-1': f'the position of {where} has the other sign than in the model, '
@@ -152,7 +151,16 @@ def reading_words(named: NamedReading, joints: Sequence[str]) -> str:
                 f'the effort of {where} is {1.0 / abs(convention.effort):.3g} times the torque of '
                 'the model' + (' with the other sign' if convention.effort < 0.0 else '')
                 + ', as of another unit or a current')
-    return f'{says}: {known}; --convention {option} settles it'
+    return f'{says}: {known}; {options} settles it'
+
+
+def _option(reading: RobotReading, joints: Sequence[str]) -> str:
+    """Return the option of a command that has a log of `joints` read so."""
+    if reading.swapped:
+        first, second = (joints[j] for j in reading.swapped)
+        return f'--recorded {first}={second} {second}={first}'
+    (joint, *others), convention = reading.joints, next(iter(reading.joints.values()))
+    return f'--convention {"all" if others else joints[joint]}={convention.rules}'
 
 
 def robot_headline(data: Mapping[str, Any]) -> str:

@@ -45,7 +45,7 @@ def require_samples(name: str, stamp_ns: Integers, y: Array) -> None:
         first = float(stamp_ns[foreign][0] - stamp_ns[0]) * 1e-9
         raise InputError(f'{name}: the positions jump to one posture and back {foreign.sum()} '
                          f'times, first at {first:.4g} s: two publishers on one topic, expected '
-                         'those of the drive alone: stop the second one, and record anew')
+                         'those of the drive alone: stop the second one, then record')
     if two_publishers(y):
         raise InputError(f'{name}: motor and arm are never in one message: two publishers on one '
                          'topic, expected arm_topic (docs/ros.md), or for this recording '

@@ -151,7 +151,7 @@ def _jumping(samples: Samples) -> list[DataFinding]:
                 findings.append(DataFinding(
                     name, 'slips', f'the position jumps by {jump.size:.4g} rad at {seconds:.4g} s '
                     f'and stays there, {jump.count} such jumps', 'look for an encoder that slips '
-                    'or counts wrong, a hub that has come loose, or a zero that is set anew while '
+                    'or counts wrong, a hub that has come loose, or a zero that is set while '
                     'recording', everything(BAD), values))
     return findings
 

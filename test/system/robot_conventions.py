@@ -83,6 +83,15 @@ def same(named, truth):
             and turns < 0.15 and abs(math.log(a.effort / b.effort)) < 0.3)
 
 
+def judged(found, truth):
+    """Return how what was found of a log is right about its convention, the `truth`."""
+    if not found:
+        return 'none'
+    if not any(same(r, truth) for n in found for r in (n.reading, *n.rivals)):
+        return 'false'
+    return 'right' if len(found) == 1 else 'right and more'
+
+
 def words(reading):
     """Return a reading in a few words."""
     if reading.swapped:
@@ -110,12 +119,13 @@ def case_of(seed):
             motion, LIMITS.highest)
         gain = balance.score(motion, tests).deviance - balance.score(
             motion, tests, truth).deviance
-        named = [n.reading for n in named_readings(recorded, robot)]
+        found = named_readings(recorded, robot)
+        named = [n.reading for n in found]
         record['wrong'].append({
             'kind': kind, 'truth': words(truth), 'visible': gain > LIMITS.margin,
             'gain': round(gain, 1), 'named': [words(n) for n in named],
-            'how': 'none' if not named else 'right' if len(named) == 1 and same(named[0], truth)
-            else 'right and more' if any(same(n, truth) for n in named) else 'false'})
+            'rivals': [words(r) for n in found for r in n.rivals],
+            'how': judged(found, truth)})
     record['cpu'] = round(time.process_time() - began, 1)
     return record
 

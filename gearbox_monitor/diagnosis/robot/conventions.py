@@ -41,7 +41,8 @@ class ConventionLimits:
     joint at most: the error of a model does not average out. accuracy: share of a joint's effort
     (rms) that no description is better than; least: the same of the largest effort of the robot,
     for a light wrist. explained: share of the effort's power that an accepted reading leaves at
-    most, of the joints that it changes.
+    most, of the joints that it changes. apart: 2 log likelihood by which a reading of another
+    joint has to be worse, or both are named.
 
     Deviations of the priors. load: mass on any link, of the mass of the robot; links: of the mass
     of a link itself; gain: of a motor; tilt: of gravity, of 9.81 m/s^2; friction, offset, bent: of
@@ -57,6 +58,7 @@ class ConventionLimits:
     accuracy: float = 0.1
     least: float = 0.01
     explained: float = 0.5
+    apart: float = 6.0
     load: float = 0.1
     links: float = 0.2
     gain: float = 0.2
@@ -100,11 +102,17 @@ class ReadingScore(NamedTuple):
 
 
 class NamedReading(NamedTuple):
-    """A reading that explains a log, with its score and that of the log as recorded."""
+    """
+    A reading that explains a log, with its score and that of the log as recorded.
+
+    rivals: readings of other joints that explain it as well: of two parallel joints either may
+    count the other way, which is the mirror image.
+    """
 
     reading: RobotReading
     score: ReadingScore
     recorded: ReadingScore
+    rivals: tuple[RobotReading, ...] = ()
 
 
 def named_readings(log: RobotLog, robot: RobotModel, limits: tuple[Array, Array] | None = None,
@@ -244,14 +252,18 @@ class ConventionBalance:
         if recorded.deviance < LIMITS.margin + count * LIMITS.samples * math.log(
                 LIMITS.accuracy ** 2):
             return None
-        reading, score = min(self._scored(motion, tests), key=lambda pair: pair[1].deviance)
-        reading, score = self._refined(motion, tests, reading, score)
+        scored = sorted(self._scored(motion, tests), key=lambda pair: pair[1].deviance)
+        reading, score = self._refined(motion, tests, *scored[0])
         if recorded.deviance - score.deviance < LIMITS.margin or not _is_large(reading):
             return None
         changed = list(reading.swapped or reading.joints)
         if float(np.mean(score.unexplained[changed])) > LIMITS.explained:
             return None
-        return NamedReading(reading, score, recorded)
+        rivals = {tuple(other.swapped or other.joints): other for other, its in scored[::-1]
+                  if its.deviance < score.deviance + LIMITS.apart
+                  and (other.swapped or set(other.joints)) != (
+                      reading.swapped or set(reading.joints))}
+        return NamedReading(reading, score, recorded, tuple(rivals.values()))
 
     def score(self, motion: RobotMotion, tests: TestFunctions,
               reading: RobotReading = AS_IT_IS) -> ReadingScore:

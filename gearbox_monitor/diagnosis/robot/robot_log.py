@@ -153,7 +153,7 @@ def jump_words(finding: JumpFinding, seconds: float) -> str:
             OUTLIER: f'{finding.count} outliers, the first one {size} off at {seconds:.4g} s: not '
                      'used',
             SLIP: f'the position jumps by {size} at {seconds:.4g} s and stays there, {times} in '
-                  'all: an encoder that slips or was set anew'}[finding.kind]
+                  'all: an encoder that slips, or a new zero'}[finding.kind]
 
 
 def _at_stamps(t: Array, values: Array, rows: Integers, kind: str

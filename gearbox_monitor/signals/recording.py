@@ -1,0 +1,172 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A recording of a drive or of a robot: the signals of its joints, as they were measured."""
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Any, TYPE_CHECKING
+
+import numpy as np
+
+from gearbox_monitor.errors import InputError, unknown
+from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.plant.drive import DriveModel
+
+SIDES = (JOINT, MOTOR, ARM) = ('joint', 'motor', 'arm')
+EFFORTS = (TORQUE, FORCE, CURRENT, UNKNOWN) = ('torque', 'force', 'current', 'unknown')
+QUANTITIES = ('position', 'velocity', 'setpoint', 'effort', 'temperature')
+
+
+@dataclass(frozen=True, eq=False)
+class JointSignals:
+    """
+    Signals [N] of one joint, or of one side of its gearbox; NaN: not measured.
+
+    stamp_ns: time of measurement, int64 ns. position, setpoint: rad, of a prismatic joint m;
+    velocity: rad/s or m/s; effort: in the unit of `effort_is`; temperature: degrees Celsius. A
+    signal that is None was never measured and becomes NaN throughout. side: of the gearbox on
+    which the position is measured, JOINT where there is one position alone. effort_is: TORQUE
+    (N m), FORCE (N), CURRENT (A) or UNKNOWN, which is taken as the torque or force of the joint.
+    measured: the effort comes from a sensor behind the drive, it is not a command.
+    """
+
+    stamp_ns: Integers
+    position: Array = None  # type: ignore[assignment]
+    velocity: Array = None  # type: ignore[assignment]
+    setpoint: Array = None  # type: ignore[assignment]
+    effort: Array = None  # type: ignore[assignment]
+    temperature: Array = None  # type: ignore[assignment]
+    side: str = JOINT
+    effort_is: str = UNKNOWN
+    measured: bool = False
+
+    if TYPE_CHECKING:  # None goes in, an array comes out
+        def __init__(self, stamp_ns: Integers, position: Array | None = None,
+                     velocity: Array | None = None, setpoint: Array | None = None,
+                     effort: Array | None = None, temperature: Array | None = None,
+                     side: str = JOINT, effort_is: str = UNKNOWN,
+                     measured: bool = False) -> None: ...
+
+    def __post_init__(self) -> None:
+        for name, value, allowed in (('side', self.side, SIDES),
+                                     ('effort_is', self.effort_is, EFFORTS)):
+            if value not in allowed:
+                raise InputError(f'{name}: {value!r}, {unknown(value, allowed)}')
+        stamps = _read_only(np.asarray(self.stamp_ns, np.int64))
+        object.__setattr__(self, 'stamp_ns', stamps)
+        for name in QUANTITIES:
+            values = getattr(self, name)
+            # A broadcast scalar takes no memory.
+            values = np.broadcast_to(np.nan, len(stamps)) if values is None else _read_only(
+                np.asarray(values, float))
+            if values.shape != stamps.shape:
+                raise InputError(f'{name}: shape {values.shape}, expected {stamps.shape} as of '
+                                 'the stamps')
+            object.__setattr__(self, name, values)
+
+    def has(self, quantity: str) -> bool:
+        """Return whether `quantity`, one of QUANTITIES, was ever measured."""
+        return bool(np.isfinite(getattr(self, quantity)).any())
+
+    def rows(self, rows: slice | Integers) -> 'JointSignals':
+        """Return the signals in some `rows` alone."""
+        columns: dict[str, Any] = {name: getattr(self, name)[rows] for name in QUANTITIES}
+        return replace(self, stamp_ns=self.stamp_ns[rows], **columns)
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """
+    Signals of one drive or robot, by the names that its joints have in the source.
+
+    A drive with two encoders has two entries, one with side MOTOR and one with side ARM. Joints of
+    one message share the array of their stamps. name: what messages call the source. notes: what
+    was dropped, repaired or assumed on the way here, in sentences.
+    """
+
+    name: str
+    joints: Mapping[str, JointSignals]
+    notes: Sequence[str] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, 'joints', MappingProxyType(dict(self.joints)))
+        object.__setattr__(self, 'notes', tuple(self.notes))
+
+    def __getitem__(self, joint: str) -> JointSignals:
+        """Return the signals of `joint`. Raises InputError where there is none of that name."""
+        if joint not in self.joints:
+            raise InputError(f'{self.name}: joint {joint!r}, {unknown(joint, self.joints)}')
+        return self.joints[joint]
+
+    def on_side(self, side: str) -> str | None:
+        """Return the first joint whose position is measured on `side`, None without one."""
+        return next((name for name, s in self.joints.items() if s.side == side), None)
+
+    def noted(self, *notes: str) -> 'Recording':
+        """Return the recording with more `notes`."""
+        return replace(self, notes=(*self.notes, *notes))
+
+    def on_one_clock(self, joints: Sequence[str]) -> tuple[Integers, list[JointSignals]]:
+        """
+        Return stamps [M] and the signals of `joints` at these; NaN where a joint has no message.
+
+        Joints that share their stamps keep the order of the messages; of others the stamps are
+        merged and sorted.
+        """
+        signals = [self[joint] for joint in joints]
+        first = signals[0].stamp_ns
+        if all(s.stamp_ns is first or np.array_equal(s.stamp_ns, first) for s in signals[1:]):
+            return first, signals
+        stamps = np.unique(np.concatenate([s.stamp_ns for s in signals]))
+        merged = []
+        for s in signals:
+            rows = np.searchsorted(stamps, s.stamp_ns)
+            table = np.full((len(QUANTITIES), len(stamps)), np.nan)
+            table[:, rows] = [getattr(s, name) for name in QUANTITIES]
+            columns: dict[str, Any] = dict(zip(QUANTITIES, table))
+            merged.append(replace(s, stamp_ns=stamps, **columns))
+        return stamps, merged
+
+
+def drive_samples(recording: Recording, model: DriveModel) -> Samples:
+    """
+    Return the samples of one drive on the arm side, as filters and the diagnosis take them.
+
+    The motor is the joint on side MOTOR, the arm that on side ARM; where the recording names no
+    side, its only joint is the motor. The gear ratio and the torque constant of the model refer
+    the motor to the arm side; with a controller in the model its setpoint comes in place of the
+    torque.
+
+    Args:
+        recording: of the drive.
+        model: of the drive.
+
+    Raises:
+        InputError: it has no motor and no arm.
+    """
+    motor, arm = recording.on_side(MOTOR), recording.on_side(ARM)
+    if motor is None and arm is None and len(recording.joints) == 1:
+        motor = recording.on_side(JOINT)
+    if motor is None and arm is None:
+        raise InputError(f'{recording.name}: joints {", ".join(recording.joints) or "none"}, '
+                         'expected the motor or the arm of one drive')
+    names = [name for name in (motor, arm) if name is not None]
+    stamps, signals = recording.on_one_clock(names)
+    by_name = dict(zip(names, signals))
+    u, y = np.full((2, len(stamps), 2), np.nan)
+    if motor is not None:
+        s = by_name[motor]
+        y[:, 0] = s.position / model.gear_ratio
+        u[:, 0] = (s.effort * model.effort_scale if model.controller is None
+                   else s.setpoint / model.gear_ratio)
+    if arm is not None:
+        y[:, 1], u[:, 1] = by_name[arm].position, by_name[arm].effort
+    return Samples(stamps, u, y)
+
+
+def _read_only(values: Array | Integers) -> Array | Integers:
+    view = values.view()
+    view.flags.writeable = False
+    return view
