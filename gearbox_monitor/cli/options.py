@@ -16,8 +16,7 @@ from typing import Any, TYPE_CHECKING
 
 from gearbox_monitor.errors import InputError, installed_by
 from gearbox_monitor.files.opening import dump, plain, write_new
-from gearbox_monitor.files.yaml_files import (
-    expect_folder_of, expect_new, load_parameters)
+from gearbox_monitor.files.yaml_files import expect_folder_of, expect_new, load_parameters
 from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
 from gearbox_monitor.recordings.guess import Answers, Guess
 from gearbox_monitor.recordings.read import BagReader
