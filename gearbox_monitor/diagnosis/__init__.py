@@ -29,12 +29,14 @@ Public names, by module:
     joint.windows: WindowRuns
     robot: knowledge, verdict
     robot.candidates: Candidate
+    robot.conventions: columns_as_read, log_as_read, named_readings, NamedReading, RobotReading
     robot.evidence: Prior
     robot.knowledge: Knowledge, States, VERSION, Visits
     robot.payload: PayloadEstimate, PayloadTracker, SECOND
     robot.robot_effects: BASE, BASE_TILT, GRAVITY_SIZE, INERTIA_NAMES, JOINT, LINK_INERTIA,
         PAYLOAD, ROBOT_EFFECTS, RobotEffect
-    robot.robot_log: checked_log, CURRENT, RawLog, RobotLog, SETPOINT, TORQUE
+    robot.robot_log: checked_log, continuous, CURRENT, raw_log, RawLog, read_by, RobotLog,
+        SETPOINT, TORQUE, TURNED
     robot.rows: RobotModel
     robot.settings: SETTINGS
     robot.verdict: RobotVerdict, verdict_data

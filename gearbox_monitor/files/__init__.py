@@ -13,8 +13,8 @@ Public names, by module:
     baselines: BaselineRecording, check_belongs, Damaged, load_baseline, load_recording,
         load_state, save_baseline, set_aside, split, state_text, StateFile
     knowledge_file: load_knowledge, save_knowledge, SUFFIX
-    opening: config_path, dump, lines_of, load_robot, open_file, open_unpacked, PIECE, plain,
-        read_bytes, read_json, read_text, read_unpacked, TOPIC, write_new
+    opening: BoundedGzip, config_path, dump, load_robot, LONGEST_LINE, open_file,
+        open_unpacked, plain, read_bytes, read_json, read_text, TOPIC, write_new
     yaml_files: error_words, expect_folder_of, expect_new, expect_new_file,
         expect_outside_of_bag, gearboxes_of, load_model, load_parameters, load_yaml,
         model_text, parse_yaml, save_model, write_parameters

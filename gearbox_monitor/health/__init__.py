@@ -14,6 +14,7 @@ Public names, by module:
     backlash.change: GROSS, Tracker, TrackerSettings
     backlash.change_tests: COMPONENTS, FRICTION, TESTS
     backlash.features: Backlash, NotExcited
+    backlash.locked_input: is_locked, locked_windows
     backlash.recording_windows: combine, Combined, reason_of, RecordingWindows, separable_of
     backlash.wear: GrowthHistory, span, Trend, when
     checks: usability

@@ -7,4 +7,32 @@ Recordings of every kind, read in one way.
 A file goes in: a container becomes a Table of named columns (table), names and units make a
 Mapping of it (guess), or a mapping file does (mapping), and out comes a bag (reading:
 open_recording), whose joints are a Recording (recording) of a drive or of a robot.
+
+Public names, by module:
+
+    cdr: encode_joint_states
+    examples: ENCODERS, ExampleMotion, MOTIONS, NOISE, process_torque, write_example_bag,
+        write_robot_pair
+    from_bag: ANY, drive_recording, robot_recording, signals_at
+    guess: Answers, Guess, Unsettled
+    joint_input: bag_arguments, DIAGNOSTIC_ARRAY, find_input, GEARBOX, Joiner, JointInput,
+        match_stamps, PAYLOAD_CHANGE, recorded_inputs, StampMatcher, topics_called,
+        write_paired
+    messages: converted_bag
+    player: EstimatePlayer, Player, recorded_robot
+    read: BagReader, JOINT_STATE, natural, open_bag
+    reading: BY_NAMES, is_bag, open_recording, read_mapping, ReadOptions
+    recorded_samples: joined_samples, NO_MODEL, NO_SERIAL, read_samples, read_snapshots,
+        RecordedSamples, sample_parts, samples_of, sliced
+    recovery: recover, Recovery
+    replay: Comparer, Comparison, interval_error, Replay, replay, ReplayCollector,
+        ReplaySummary, smoothed, truth, truth_of
+    replay_output: BagOutput, CsvTable, ParquetTable
+    robot_values: load_columns, load_locked, load_log, load_values, robot_model, RobotValues
+    storage: FILE_NAME, qos_profile
+    topics: ARM, DIAGNOSIS, DIAGNOSTICS, DRIFT_ALERTS, EXTERNAL_TORQUE, EXTERNAL_TORQUE_STD,
+        JOINT_STATES, joint_values, MOTOR, PAIRED_JOINT_STATES, PAYLOAD, PAYLOAD_STD,
+        PLANT_TRANSMISSION_STATE, Signal, SIGNALS, SNAPSHOT, TRANSMISSION
+    virtual_bag: bag_of_table
+    write: BagWriter, WriteError
 """

@@ -6,4 +6,19 @@ Recordings in memory, and what their signals say before any model of a drive is 
 
 In go stamps, positions and efforts of a drive or a robot; out come a Recording, positions without
 jumps, a recording on an even grid, and findings with limit and advice. Nothing here reads a file.
+
+Public names, by module:
+
+    .: SignalHandlerOptions
+    admission: admitted, measured_samples, prepared, require_samples, weighed
+    convention: AS_RECORDED, Convention, conventions_of, RULES
+    examine: Examination, examine
+    finding: BAD, DataFinding, hurts, OK, PURPOSES, WARN
+    jumps: JumpFinding, OUTLIER, PERIODS, SLIP, strangers, TURNS, turns, without_jumps
+    parts: joined, SAMPLES, WINDOWS
+    recording: ARM, CURRENT, drive_samples, JointSignals, MOTOR, Recording, UNKNOWN
+    smoothed_motion: SmoothedMotion
+    stamps: evened
+    uniform: at_one_rate, expect_one_rate, merged, prepare, RecordingKind, REPEATED, rms_of,
+        UniformRecording
 """

@@ -56,18 +56,14 @@ ROOMS = MappingProxyType({
                                              'diagnosis/joint/test_innovations.py',
                                              'diagnosis/joint/test_fit_nominal.py')},
     'alerts': {
-        'health/checks/innovation.py': ('monitoring/test_alert_limits.py',
-                                            'monitoring/test_trust.py'),
-        'health/checks/covariance.py': ('monitoring/test_alert_limits.py',
-                                            'monitoring/test_trust.py'),
-        'health/checks/outcome.py': ('monitoring/test_outcome.py',
-                                         'monitoring/test_alert_limits.py'),
-        'health/checks/passivity.py': ('monitoring/test_row_checks.py',
-                                           'monitoring/test_alert_limits.py'),
-        'health/backlash/wear.py': ('monitoring/test_wear.py', 'monitoring/test_change.py',
-                                        'monitoring/test_drift.py'),
-        'health/backlash/change_tests.py': ('monitoring/test_change.py',
-                                                'monitoring/test_drift.py')}})
+        'health/checks/innovation.py': ('health/test_alert_limits.py', 'health/test_trust.py'),
+        'health/checks/covariance.py': ('health/test_alert_limits.py', 'health/test_trust.py'),
+        'health/checks/outcome.py': ('health/test_outcome.py', 'health/test_alert_limits.py'),
+        'health/checks/passivity.py': ('health/test_row_checks.py', 'health/test_alert_limits.py'),
+        'health/backlash/wear.py': ('health/test_wear.py',
+                                    'health/test_change.py',
+                                    'health/test_drift.py'),
+        'health/backlash/change_tests.py': ('health/test_change.py', 'health/test_drift.py')}})
 # Of two numbers that are hardly ever equal, < and <= are one.
 PAIRS = ((ast.Lt, ast.GtE), (ast.Gt, ast.LtE), (ast.Eq, ast.NotEq), (ast.Is, ast.IsNot),
          (ast.Add, ast.Sub), (ast.Mult, ast.Div), (ast.And, ast.Or))
