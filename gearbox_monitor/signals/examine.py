@@ -128,7 +128,7 @@ def _of_this_drive(samples: Samples) -> tuple[Samples, list[DataFinding]]:
     finding = DataFinding(
         'stamps', 'publishers', f'two on one topic: the positions jump to {figure} rad and back, '
         f'{foreign.sum() / seconds:.2g} times a second, first at {first:.4g} s', 'stop the second '
-        'publisher, as joint_state_publisher beside the driver; all else is said without its '
+        'publisher, as joint_state_publisher beside the driver; other lines leave out its '
         'samples', everything(BAD), {'foreign': int(foreign.sum()), 'first_s': first})
     keep = ~foreign
     return Samples(samples.stamp_ns[keep], samples.u[keep], samples.y[keep]), [finding]

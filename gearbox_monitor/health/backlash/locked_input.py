@@ -133,10 +133,11 @@ def _fit(twist: Array, torque: Array, direction: Array, stamp_ns: int) -> Backla
     slopes = np.column_stack([table, -stiffness * side, -stiffness * on])
     covariance = np.linalg.pinv(slopes.T @ slopes) * float(np.mean(residual ** 2)) * inflation
     stds = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    moves = [np.median(x[d > 0.5]), np.median(x[d < -0.5])] if (
-        (d > 0.5).any() and (d < -0.5).any()) else [math.nan, math.nan]
+    up, down = x[d > 0.5], x[d < -0.5]
+    lost_motion = abs(float(np.median(up)) - float(np.median(down))) if (
+        len(up) and len(down)) else math.nan
     return Backlash(
         stamp_ns, 2.0 * float(half_gap), 2.0 * float(stds[3]), float(stiffness), float(stds[0]),
         zero=float(zero), flank=flank, coverage=float(np.count_nonzero(np.diff(side[on]))),
         coulomb=float(abs(friction)), coulomb_std=float(stds[1]),
-        lost_motion=float(abs(moves[0] - moves[1])), lost_motion_std=2.0 * float(stds[3]))
+        lost_motion=lost_motion, lost_motion_std=2.0 * float(stds[3]))
