@@ -132,20 +132,20 @@ def test_index_has_every_page():
         assert page.name == 'README.md' or f']({page.name})' in text, page.name
 
 
-@pytest.mark.parametrize('page', PAGES, ids=lambda p: p.name)
-def test_commands_can_be_given(page):
+def test_commands_can_be_given():
     """In shell blocks and sentences, every command of ours has the options it is shown with."""
-    text = page.read_text(encoding='utf-8')
-    lines = [line for block in re.findall(r'```sh\n(.*?)```', text, re.DOTALL)
-             for line in block.replace('\\\n', ' ').splitlines()]
-    prose = re.sub(r'```.*?```', '', text, flags=re.DOTALL)
-    lines += re.findall(r'`((?:gearbox_monitor|python -m benchmarks) [a-z_-]+\s[^`]+)`', prose)
-    for line in lines:
-        words = shlex.split(line, comments=True)
-        if words[:1] == ['gearbox_monitor']:
-            _parse(words[1:], words[1])
-        elif words[1:3] == ['-m', 'benchmarks']:
-            parse_benchmark(words[3:])
+    for page in PAGES:
+        text = page.read_text(encoding='utf-8')
+        lines = [line for block in re.findall(r'```sh\n(.*?)```', text, re.DOTALL)
+                 for line in block.replace('\\\n', ' ').splitlines()]
+        prose = re.sub(r'```.*?```', '', text, flags=re.DOTALL)
+        lines += re.findall(r'`((?:gearbox_monitor|python -m benchmarks) [a-z_-]+\s[^`]+)`', prose)
+        for line in lines:
+            words = shlex.split(line, comments=True)
+            if words[:1] == ['gearbox_monitor']:
+                _parse(words[1:], words[1])
+            elif words[1:3] == ['-m', 'benchmarks']:
+                parse_benchmark(words[3:])
 
 
 def anchors(page):
@@ -154,24 +154,24 @@ def anchors(page):
     return {re.sub(r'[^\w\- ]', '', heading.lower()).replace(' ', '-') for heading in headings}
 
 
-@pytest.mark.parametrize('page', PAGES, ids=lambda p: p.name)
-def test_links_lead_somewhere(page):
-    for link in re.findall(r'\]\(([^)]+)\)', page.read_text(encoding='utf-8')):
-        if re.match('https?://', link):
-            continue
-        target, _, anchor = link.partition('#')
-        target = page.parent / target if target else page
-        assert target.exists(), link
-        assert not anchor or anchor in anchors(target), link
+def test_links_lead_somewhere():
+    for page in PAGES:
+        for link in re.findall(r'\]\(([^)]+)\)', page.read_text(encoding='utf-8')):
+            if re.match('https?://', link):
+                continue
+            target, _, anchor = link.partition('#')
+            target = page.parent / target if target else page
+            assert target.exists(), link
+            assert not anchor or anchor in anchors(target), link
 
 
-@pytest.mark.parametrize('page', PAGES, ids=lambda p: p.name)
-def test_tables_are_whole(page):
+def test_tables_are_whole():
     """A blank line within one makes text of its rows; without one, two become one."""
-    text = re.sub(r'```.*?```', '', page.read_text(encoding='utf-8'), flags=re.DOTALL)
-    for table in re.findall(r'(?:^\|.*\n)+', text, re.MULTILINE):
-        rules = [bool(re.fullmatch(r'(\|[ :]*-+[ :]*)+\|', row)) for row in table.splitlines()]
-        assert rules[1:2] == [True] and sum(rules) == 1, table
+    for page in PAGES:
+        text = re.sub(r'```.*?```', '', page.read_text(encoding='utf-8'), flags=re.DOTALL)
+        for table in re.findall(r'(?:^\|.*\n)+', text, re.MULTILINE):
+            rules = [bool(re.fullmatch(r'(\|[ :]*-+[ :]*)+\|', row)) for row in table.splitlines()]
+            assert rules[1:2] == [True] and sum(rules) == 1, table
 
 
 def test_readme_is_short():
