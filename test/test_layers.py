@@ -4,8 +4,8 @@
 """
 The layers: each module imports only from its own layer or from below.
 
-cli -> ros, fleet, library -> report, bag, recordings, export -> files -> interfaces
--> monitoring -> identification -> signals -> estimation, parameters -> robot -> plant -> kernels
+cli -> ros, fleet, library -> report, recordings, simulators -> files -> diagnosis, health
+-> signals -> estimation, parameters -> robot -> plant -> kernels
 """
 import ast
 from functools import cache
@@ -20,10 +20,10 @@ PACKAGE = Path(__file__).parents[1] / 'gearbox_monitor'
 LAYERS = {
     'kernels': 0, 'plant': 1, 'robot': 1,
     'parameters': 2, 'estimation': 2,
-    'signals': 3, 'quality': 3,
-    'identification': 4, 'balance': 4, 'monitoring': 4, 'interfaces': 4,
+    'signals': 3,
+    'diagnosis': 4, 'health': 4,
     'files': 5,
-    'report': 6, 'bag': 6, 'recordings': 6, 'export': 6,
+    'report': 6, 'recordings': 6, 'simulators': 6,
     'ros': 7, 'fleet': 7, 'library': 7,
     'cli': 8, '__main__': 9, 'compiled': 9,
 }

@@ -100,8 +100,14 @@ class AlertLimits:
     curve_sigma: float = 3.0
     # Probability of an error of torque or twist by chance, by Student's t over blocks.
     curve_significance: float = 1e-3
-    # Probability that lasting misfit is more than that of a block or two.
-    curve_often: float = 0.95
+    # A locked input moves by so many noises of its encoder at most: a brake yields a little; the
+    # output turns by as many at least, and the input by at most this share of its travel.
+    locked_still: float = 20.0
+    locked_turned: float = 20.0
+    locked_share: float = 0.1
+    # Standard errors by which a lasting misfit is more than that of a block or two: Student's t of
+    # 19 degrees of freedom at 0.95.
+    curve_often: float = 1.7291328115213682
     # Weight that rows keep at standstill, where friction is uncertain.
     curve_standstill_weight: float = 0.05
     # Deviations expected before a window is seen: of stiffness and of half gap and play relative

@@ -254,6 +254,10 @@ class Repeated:
             call = self._calls[key] = self._prepare(*arguments)
         return call()
 
+    def __deepcopy__(self, memo: object) -> 'Repeated':
+        """Return one without prepared calls, which hold pointers into these arguments."""
+        return Repeated(self._prepare.args[0])
+
 
 def prepared(kernel: Any, *arguments: Any) -> Callable[..., Any]:
     """Return Entry.prepared of a kernel, which may be interpreted, with its first `arguments`."""

@@ -4,9 +4,9 @@
 """
 Recordings of every kind, read in one way.
 
-A file goes in: a container becomes a Table of named columns (table), names and units make a
-Mapping of it (guess), or a mapping file does (mapping), and out comes a bag (reading:
-open_recording), whose joints are a Recording (recording) of a drive or of a robot.
+In go bags and files of other programs. A container becomes a Table of named columns (table), to
+which names and units (guess) or a file (mapping) give their meaning. Out come samples, a Recording
+of a drive or a robot (reading: open_recording), estimates of a replay, and new bags.
 
 Public names, by module:
 

@@ -19,7 +19,8 @@ from gearbox_monitor.cli.main import main
 from gearbox_monitor.health import checks
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import Noise, simulate
-from gearbox_monitor.recordings.examples import ExampleMotion, write_example_bag
+from gearbox_monitor.recordings.examples import (
+    ExampleMotion, write_example_bag, write_robot_pair)
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / 'docs'
@@ -75,6 +76,13 @@ def files(tmp_path_factory):
     (folder / 'found').mkdir()
     for name in ('drive.yaml', 'joint3_drive.yaml', 'found/drive.closed.yaml'):
         (folder / name).write_text(text)
+    write_robot_pair(folder / 'arm', 30.0, 0)
+    for source, name in (('robot.urdf', 'robot.urdf'), ('healthy.csv', 'log.csv')):
+        shutil.copy(folder / 'arm' / source, folder / name)
+    t = 2e-3 * np.arange(4000)
+    run = simulate(DriveModel(), 6.0 * np.cos(5.7 * t), 2e-3, Noise(measurement=(2e-3, 2e-3)))
+    np.savetxt(folder / 'bench.csv', np.column_stack([t, run.u, run.y]), '%.9g', ',',
+               header='t,u,motor,arm', comments='')
     (folder / 'joint3.yaml').write_text('estimator: {ros__parameters: {arm_load: none}}')
     (folder / 'robot.yaml').write_text(
         'estimator: {ros__parameters: {gearboxes: [shoulder, elbow], arm_load: none}}')

@@ -234,8 +234,7 @@ def test_thresholds_have_the_stated_odds():
     alpha = LIMITS.error_significance
     assert innovation.MEAN_LIMIT == pytest.approx(stats.norm.isf(alpha / 4))
     assert innovation.LJUNG_BOX_LIMIT == pytest.approx(stats.chi2.isf(alpha / 2, LAGS))
-    assert elastic_curve.OFTEN == pytest.approx(stats.t.ppf(
-        elastic_curve.LIMITS.curve_often, elastic_curve.BLOCKS - 1))
+    assert LIMITS.curve_often == pytest.approx(stats.t.ppf(0.95, elastic_curve.BLOCKS - 1))
     assert WHITE_LIMIT == pytest.approx(stats.chi2.isf(0.025, LAGS))
     for dof in (200.0, 4000.0):
         low, high = innovation.nis_limits(dof)

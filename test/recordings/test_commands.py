@@ -77,7 +77,7 @@ def test_every_command_takes_a_table(files, tmp_path, capsys):
                   ('diagnose', path, '--model', model, '--only', 'gravity'),
                   ('fit-nominal', path, '--model', model, '--free', 'Cv'),
                   ('fleet', path, '--model', model, '--out', tmp_path / 'fleet',
-                   '--workers', '0'),
+                   '--workers', '1'),
                   ('import', path, tmp_path / 'bag')):
         assert main([str(word) for word in words]) in (0, 1), (words, capsys.readouterr().err)
 

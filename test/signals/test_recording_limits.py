@@ -17,7 +17,8 @@ from gearbox_monitor.signals.unphysical import is_uninitialised
 # Grids of a search, settings of fits and units: they decide nothing.
 NUMERICAL = {
     'effort': {'GAPS', 'FACTORS'}, 'excitation_checks': {'HALF_WIDTHS'},
-    'recording': {'SPEED_SPAN'}, 'smoothed_motion': {'HALF_WIDTHS'},
+    'uniform': {'SPEED_SPAN'}, 'convention': {'UNITS'}, 'jumps': {'PERIODS'},
+    'smoothed_motion': {'HALF_WIDTHS'},
     'torque': {'SECONDS', 'BLOCKS', 'BLOCK_SECONDS', 'LIGHT'},
     'wiring': {'GAPS', 'FEW_GAPS', 'SWINGS', 'SLACK'}}
 CLOCK = stamps.clock(1_700_000_000_000_000_000 + 2_000_000 * np.arange(2000))

@@ -222,17 +222,15 @@ def evidence_of(recordings: Sequence[UniformRecording], model: DriveModel, ids: 
                     with_map=with_map, jobs=jobs, progress=progress)
 
 
-SLOW = 198.0  # Hz: from 200 on, less what stamps wander, half a sample is within other tolerances
 ITERATIONS = 8  # of a fit to recordings that are read in another way
 TURNS = 6  # of reading and fitting
-LEAST_GAIN = 1.0  # of a turn, in BIC
 NEAR = 0.1  # relative: values of a model that was fitted to recordings read in another way
 LATEST = 0.5  # sample times by which a torque that was sampled acts later at most
 
 
 def is_open(recording: UniformRecording, model: DriveModel) -> bool:
     """Return whether `recording` leaves open how torque acted on `model` between its stamps."""
-    return (recording.dt * SLOW > 1.0 and model.controller is None
+    return (recording.dt * THRESHOLDS.slow_rate > 1.0 and model.controller is None
             and model.driven_by == 'torque')
 
 
@@ -249,7 +247,7 @@ def likeliest(evidence: Evidence, fit: InnovationFit) -> tuple[Evidence, Innovat
         read = replace(evidence, recordings=tuple(
             _read(evidence, fit, number) for number in range(len(evidence.recordings))))
         refit = fitted(read.fine, fit, ITERATIONS)
-        if read.score(refit) > score - LEAST_GAIN:
+        if read.score(refit) > score - THRESHOLDS.reading_gain:
             break
         evidence, fit = read, refit
     return evidence, fit

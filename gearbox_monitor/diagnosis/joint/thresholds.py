@@ -106,6 +106,11 @@ class Thresholds:
     # chi2 per reading up to which a residual counts as encoder noise: beyond, neighbouring
     # readings say the same, so that a window counts as one.
     encoder_noise: float = 1.5
+    # Rate (Hz) below which the reading of torque between stamps is open: from 200 on, less what
+    # stamps wander, half a sample is within other tolerances.
+    slow_rate: float = 198.0
+    # BIC that a further turn of reading and fitting has to gain.
+    reading_gain: float = 1.0
     # Correlation of two values that are hardly distinguishable: 10 % of each is its own.
     correlated: float = 0.95
 

@@ -18,13 +18,11 @@ import numpy as np
 import scipy
 
 from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.backlash.features import Backlash, NotExcited
 from gearbox_monitor.kernels.sensor_noise import noise_levels
 from gearbox_monitor.kernels.types import Array
 
-STILL = 20.0       # noises and steps that a locked input may move: a brake yields a little
-TURNED = 20.0      # noises that the output has to turn
-SHARE = 0.1        # of the output's travel: an input that moves less is locked
 LEAST = 200        # samples of a test
 MAX_POINTS = 4000
 STARTS = (0.05, 0.15, 0.3, 0.45)  # half gaps over the twist's swing
@@ -39,8 +37,9 @@ def is_locked(samples: Samples) -> bool:
         return False
     sigma, quantum = noise_levels(y)
     motor, arm = np.ptp(y, axis=0)
-    return bool(motor <= SHARE * arm and motor <= STILL * sigma[0] + 2.0 * quantum[0] + 1e-12
-                and arm > TURNED * sigma[1] + 2.0 * quantum[1])
+    return bool(motor <= LIMITS.locked_share * arm
+                and motor <= LIMITS.locked_still * sigma[0] + 2.0 * quantum[0] + 1e-12
+                and arm > LIMITS.locked_turned * sigma[1] + 2.0 * quantum[1])
 
 
 def locked_windows(samples: Samples) -> list[Backlash | NotExcited]:

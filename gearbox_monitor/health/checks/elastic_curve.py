@@ -47,7 +47,7 @@ from gearbox_monitor.plant.effects import EFFECTS
 TORQUE, TWIST = [VISCOUS, COULOMB, GAIN], [SCALE, DELAY]
 SIGMA = LIMITS.curve_sigma
 # Of Student's t, as scipy.special has it: it takes longer to load than all of this.
-OFTEN = 1.7291328115213682  # not in a block or two
+OFTEN = LIMITS.curve_often  # not in a block or two
 RULE = Damping(1e-3, relative=1e-12)
 ITERATIONS, ENOUGH = 12, 1e-3
 ZEROS = 13  # of the grid that the fit starts from
