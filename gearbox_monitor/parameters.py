@@ -385,8 +385,8 @@ class EstimatorParameters(ParameterSet):
         60.0, 's', 'time for which a model mismatch lasts before it is named', low=5.0,
         high=86400.0)
     name_changes_cpu: float = row(
-        300.0, 's', 'largest CPU time of a child that names a change; 10 to 40 s are usual, and '
-        'about 90 s more when its kernels are not compiled yet', low=1.0, high=86400.0)
+        300.0, 's', 'largest CPU time of a child that names a change; 10 to 40 s are usual',
+        low=1.0, high=86400.0)
     name_changes_memory: int = row(
         2000, 'MB', 'largest address space of that child', low=100, high=1_000_000)
 
