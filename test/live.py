@@ -61,7 +61,7 @@ def write_live(writer, samples):
         writer.add_topic(f'/{signal.topic}', JOINT_STATE)
     for topic in ('/diagnostics', '/drift_alerts', '/estimator/snapshot'):
         writer.add_topic(topic, DIAGNOSTICS)
-    snapshot = {'version': '0.0.9', 'kernels': 'numba', **monitor.snapshot()}
+    snapshot = {'version': '0.0.9', 'kernels': 'c', **monitor.snapshot()}
     array('/estimator/snapshot', {'snapshot': (0, '', snapshot)}, T0)
     for k in range(len(samples.stamp_ns) // 1000):
         part = slice(1000 * k, 1000 * (k + 1))

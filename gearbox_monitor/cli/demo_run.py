@@ -41,7 +41,7 @@ DRIFT = {'false_alarm_interval': 86400.0, 'angle_bin': 0.0, 'speed_bin': 1.0, 'l
          'name_changes': False}
 MIN_DURATION = 16.0    # s, for windows of two seconds
 ROBOT_MIN_DURATION = 45.0  # s, for as many windows of a program of the arm
-READY_SECONDS = 240.0  # the first start compiles
+READY_SECONDS = 240.0  # a checkout whose kernels changed compiles them first
 STOP_SECONDS = {'estimator': 15.0, 'recorder': 30.0}  # 10 of others
 STALL_SECONDS = 30.0
 # Shows the plant that the estimator listens.
@@ -151,8 +151,7 @@ class Demo:
               + (self.task if self.fault else 'no fault')
               + '. To look in with ros2 tools:\n  export '
               f'ROS_DOMAIN_ID={domain} ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST\n'
-              'starting recorder, estimator and plant (the first start compiles for about 30 s) '
-              '...', flush=True)
+              'starting recorder, estimator and plant ...', flush=True)
         began = False
         try:
             with contextlib.ExitStack() as stack:
@@ -253,7 +252,6 @@ class Demo:
                 samples = status.samples(watcher)
                 if samples != previous:
                     previous, changed = samples, time.monotonic()
-                # Before the first sample the plant compiles.
                 patience = STALL_SECONDS if samples else READY_SECONDS
                 if time.monotonic() - changed > patience:
                     raise ChildFailed(f'no samples arrived for {patience:g} s:\n' + plant.tail())

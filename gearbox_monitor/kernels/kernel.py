@@ -127,6 +127,10 @@ class Entry:
         if installed:
             library.ENTRIES.append(self)
 
+    def __deepcopy__(self, memo: object) -> 'Entry':
+        """Return itself, as a function does."""
+        return self
+
     @property
     def symbol(self) -> str:
         """What the library calls it."""

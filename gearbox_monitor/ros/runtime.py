@@ -191,7 +191,7 @@ def spin_node(factory: Callable[[], Node | list[Node]], args: Sequence[str] | No
         executor = make_executor()
         for node in nodes:
             executor.add_node(node)
-        # Full collections would hold up samples: a first start's compiler leaves many objects.
+        # Full collections would hold up samples: imports leave many objects.
         gc.collect()
         gc.freeze()
         executor.spin()

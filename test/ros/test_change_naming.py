@@ -91,14 +91,14 @@ def test_a_change_is_named_from_raw_rows_of_both_sides_of_the_gear():
 def test_limits_end_the_child_by_name_and_the_next_order_is_tried():
     """Two wait while one runs: each fails in its own way, and a fourth is refused."""
     namer = ChangeNamer(2)
-    waiting = [order(memory=200), order(since_ns=T0 + 100 * SECOND), order()]
+    waiting = [order(memory=270), order(since_ns=T0 + 100 * SECOND), order()]
     jobs = [namer.submit(order(cpu_seconds=1))]
     child_of(os.getpid())
     jobs += map(namer.submit, waiting)
     assert jobs[3].done and jobs[3].problem == '2 diagnoses wait already'
     said = [ended(job).problem for job in jobs[:3]]
     assert said[0] == 'the diagnosis took more than 1 s of CPU time (name_changes_cpu)'
-    assert said[1] == 'the diagnosis took more than 200 MB (name_changes_memory)'
+    assert said[1] == 'the diagnosis took more than 270 MB (name_changes_memory)'
     assert said[2].startswith('recording: no 4 s without a dropout')
     namer.close()
     assert all(job.done for job in jobs[:3]) and not any(job.verdict for job in jobs[:3])

@@ -182,7 +182,7 @@ def test_wrong_options_of_a_robot_are_one_line(tmp_path, arm, capsys):
         names = ['t', *(f'{x}_{j}' for x in ('q', 'tau') for j in arm.joints)]
         rest = ',0' * (len(names) - 1)
         path.write_text(','.join(names) + '\n' + ''.join(
-            f'{0.01 * k:.2f}{rest}\n' for k in range(200)))
+            f'{0.01 * k:.2f}{rest}\n' for k in range(500)))
         assert main(['replay', str(path), '--model', str(config_path('arm6.urdf')), *options]) == 2
         error = capsys.readouterr().err
         assert words in error and len(error.splitlines()) == 1
