@@ -23,12 +23,12 @@ from rosbags.typesys import get_types_from_idl, get_types_from_msg, get_typestor
 from rosbags.typesys.store import Typestore
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.kernels.types import Integers
+from gearbox_monitor.kernels.types import Integers, Numbers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings import storage
 from gearbox_monitor.recordings.cdr import (
     block_of, CHANNELS, compact, Decoder, empty_index, find_messages, JointStates, Message,
-    MESSAGE_HEAD, MessageBlock, Numbers)
+    MESSAGE_HEAD, MessageBlock)
 from gearbox_monitor.recordings.mcap_file import McapFile, ScannedChunk
 from gearbox_monitor.recordings.storage import PACKED, SqliteFile, unpack_message, unpacked_files
 
@@ -371,9 +371,9 @@ class McapReader(BagReader):
         ranks, row, begin = [np.empty(0, np.int64)], 0, 0
         if tail is not None:
             block, row, begin = tail.block, len(tail.block), len(first[0])
-            for column, values in zip(index, (block.offset, block.size, block.topic, block.log_ns,
-                                              block.publish_ns)):
-                column[:row] = values
+            index.offset[:row], index.size[:row] = block.offset, block.size
+            index.number[:row] = block.topic
+            index.log_ns[:row], index.publish_ns[:row] = block.log_ns, block.publish_ns
             ranks.append(tail.ranks)
         for part, piece in zip(group, pieces):
             start, end = row, begin + len(piece)

@@ -26,9 +26,9 @@ from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TAU_K_STD, S_TWIST
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.kernel import KERNELS
-from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.kernels.types import Array, Bytes, Integers
 from gearbox_monitor.recordings.cdr import (
-    block_of, Bytes, compact, FIELDS, joined_blocks, joint_state_rows, MessageBlock)
+    block_of, compact, FIELDS, joined_blocks, joint_state_rows, MessageBlock)
 from gearbox_monitor.recordings.joint_input import DIAGNOSTIC_ARRAY, GEARBOX
 from gearbox_monitor.recordings.player import EstimatePlayer, ReplayPart
 from gearbox_monitor.recordings.read import BagReader, JOINT_STATE

@@ -31,5 +31,5 @@ def results(path: str) -> None:
     assert_type(fit(run, verdict.model, ['Cv']), NominalFit)
     assert_type(tune(run), TunedParameters)
     assert_type(adapt([run], model), Adapted)
-    assert_type(export_model(verdict.model, 'mjcf'), SimulatorFile)
+    assert_type(export_model(verdict.model, 'mjcf', path, joint='elbow'), SimulatorFile)
     assert_type(diagnose_robot(path, load_robot(path)), RobotDiagnosis)

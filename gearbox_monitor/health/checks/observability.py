@@ -100,7 +100,7 @@ def _scale(p: Array, i: int) -> float:
     return POSITION_SCALE if i <= X2 else math.sqrt(p[P0 + i])
 
 
-def information_share(states: Array, dts: Array, measured: Array, p: Array) -> Array:
+def information_share(states: Array, dts: Array, measured: Flags, p: Array) -> Array:
     """
     Return posterior over prior standard deviation of each state after a window of W samples.
 
