@@ -19,8 +19,7 @@ from gearbox_monitor.cli.main import main
 from gearbox_monitor.health import checks
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import Noise, simulate
-from gearbox_monitor.recordings.examples import (
-    ExampleMotion, write_example_bag, write_robot_pair)
+from gearbox_monitor.recordings.examples import ExampleMotion, write_example_bag, write_robot_pair
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / 'docs'
