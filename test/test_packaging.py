@@ -212,4 +212,4 @@ def test_lines_that_install_extras_work_in_a_checkout():
         for names in re.findall(r"'?\.\[([a-z,]+)\]", text) + re.findall(
                 r"""installed_by\(["'](\w+)["']\)""", text):
             named |= {*names.split(',')}
-    assert len(named) > 5 and named <= extras, named - extras
+    assert len(named) > 8 and named <= extras, named - extras

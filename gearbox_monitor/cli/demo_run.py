@@ -417,8 +417,8 @@ class RobotDemo(Demo):
 
     def report(self) -> Any:
         """Return the module that evaluates the bag."""
-        from gearbox_monitor.cli import demo_report
-        return demo_report
+        from gearbox_monitor.cli import robot_demo_report
+        return robot_demo_report
 
 
 class RobotDemoStatus(DemoStatus):
