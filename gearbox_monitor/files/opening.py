@@ -7,11 +7,9 @@ Open files of a user within limits, write new ones whole, and find those of ``co
 A pipe or device is refused, never waited for. A file may be gzipped: four kilobytes can stand for
 four megabytes.
 """
-from collections.abc import Iterator
 import errno
 import gzip
 import io
-from itertools import count
 import json
 import math
 import os
@@ -72,8 +70,6 @@ def write_new(path: str | Path, content: str | bytes) -> Path:
 
 EXPANSION = 256  # times its size; a text of measurements unpacks to a tenth of that
 LONGEST_LINE = 1 << 20    # characters, of a compressed file
-MAX_ROWS = 1 << 23        # lines of a compressed file, two hours at 1 kHz
-MAX_WHOLE = 1 << 28       # bytes of a compressed file that is read as a whole, unpacked
 PIECE = 1 << 20
 
 
@@ -108,36 +104,6 @@ def open_unpacked(path: str | Path) -> IO[bytes]:
     packed = stream.read(2) == b'\x1f\x8b'
     stream.seek(0)
     return cast(IO[bytes], BoundedGzip(path, stream)) if packed else stream
-
-
-def read_unpacked(path: str | Path) -> bytes:
-    """Return all bytes of the file `path`, unpacked. Raises InputError."""
-    with open_unpacked(path) as stream:
-        if not isinstance(stream, BoundedGzip):
-            return stream.read()
-        pieces: list[bytes] = []
-        while piece := stream.read(PIECE):
-            pieces.append(piece)
-            if len(pieces) * PIECE > MAX_WHOLE:
-                raise InputError(f'{path}: unpacks to more than {MAX_WHOLE >> 20} MB, expected '
-                                 'less, or the file unpacked: gunzip')
-        return b''.join(pieces)
-
-
-def lines_of(path: str | Path, encoding: str) -> Iterator[str]:
-    """Yield the lines of the text file `path` in `encoding`, unpacked. Raises InputError."""
-    source = open_unpacked(path)
-    packed = isinstance(source, BoundedGzip)
-    longest, rows = (LONGEST_LINE, MAX_ROWS) if packed else (-1, sys.maxsize)
-    with io.TextIOWrapper(source, encoding=encoding, newline=None) as stream:
-        for number in count():
-            if not (line := stream.readline(longest)):
-                return
-            if len(line) == longest or number == rows:
-                raise InputError(f'{path}: more than {rows} lines, or one of more than {longest} '
-                                 'characters, in a compressed file, expected less, or the file '
-                                 'unpacked: gunzip')
-            yield line
 
 
 MAX_JSON = 1 << 26  # bytes of a file
