@@ -22,7 +22,7 @@ from gearbox_monitor.diagnosis.joint.innovations import halves, InnovationLikeli
 from gearbox_monitor.diagnosis.joint.shooting import shooting_windows, Simulator
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.signals.uniform import UniformRecording
 

@@ -33,7 +33,7 @@ from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate, Trajectory
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ import numpy as np
 from gearbox_monitor.estimation.estimates import Estimates, Samples
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate, Trajectory
 
 SETTLED = (20.0, 40.0)  # s

@@ -18,7 +18,7 @@ from rosbags.highlevel import AnyReader
 
 from benchmarks.memory import peak_bytes
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.player import EstimatePlayer, Player

@@ -18,8 +18,7 @@ from gearbox_monitor.health.checks.outcome import Level, Outcome
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.parameters import EstimatorParameters, LEARNED
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
-from gearbox_monitor.plant.faults import Faults, FaultyPlant
+from gearbox_monitor.plant.faults import Excitation, Faults, FaultyPlant
 
 Window = Backlash | NotExcited
 SMOOTHED = {'smoother_lag': 0.1}

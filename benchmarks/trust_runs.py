@@ -26,8 +26,7 @@ from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
 from gearbox_monitor.parameters import PlantParameters
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
-from gearbox_monitor.plant.faults import EncoderFault, Faults, FaultyPlant
+from gearbox_monitor.plant.faults import EncoderFault, Excitation, Faults, FaultyPlant
 from gearbox_monitor.plant.simulate import Noise, simulate
 
 DT, DT_NS, T0 = paper.DT, round(paper.DT * 1e9), paper.T0

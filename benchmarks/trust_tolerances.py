@@ -25,7 +25,7 @@ from gearbox_monitor.estimation.tune import tuned
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.parameters import PlantParameters
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, Plant
 
 DT, DT_NS, T0 = 1e-3, 1_000_000, 1_000_000_000

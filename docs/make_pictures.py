@@ -34,8 +34,7 @@ from gearbox_monitor.estimation.estimates import Samples  # noqa: E402
 from gearbox_monitor.health.diagnostic_keys import published  # noqa: E402
 from gearbox_monitor.health.monitor import Monitor  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
-from gearbox_monitor.plant.excitation import Excitation  # noqa: E402
-from gearbox_monitor.plant.faults import Faults, FaultyPlant  # noqa: E402
+from gearbox_monitor.plant.faults import Excitation, Faults, FaultyPlant  # noqa: E402
 from gearbox_monitor.plant.simulate import Noise  # noqa: E402
 from gearbox_monitor.recordings.topics import signal_values, SIGNALS  # noqa: E402
 from gearbox_monitor.report.live_history import GearboxHistory, StatusAlert  # noqa: E402

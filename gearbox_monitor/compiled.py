@@ -9,9 +9,9 @@ from gearbox_monitor.estimation.filter_kind import filter_kind
 from gearbox_monitor.parameters import FILTER_NAMES
 
 MODULES = (
-    'estimation.innovation_filter', 'estimation.model_bank', 'estimation.whiteness',
+    'estimation.innovation_filter', 'estimation.model_bank', 'estimation.score',
     'health.checks.elastic_curve', 'health.checks.innovation', 'health.checks.observability',
-    'health.elastic_regression', 'plant.batch', 'plant.equivalent_torque', 'plant.free_runs',
+    'health.elastic_regression', 'plant.batch', 'plant.equivalent_torque',
     'recordings.cdr', 'robot.dynamics', 'robot.arm_plant')
 
 for module in MODULES:

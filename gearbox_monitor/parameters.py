@@ -17,7 +17,7 @@ from typing import Any, Self, TypeAlias, TypeVar
 import gearbox_monitor
 from gearbox_monitor.errors import InputError, Problems, unknown
 from gearbox_monitor.plant.drive import DriveModel, expect_model
-from gearbox_monitor.plant.excitation import KINDS as EXCITATIONS
+from gearbox_monitor.plant.faults import KINDS as EXCITATIONS
 
 # When a change takes effect: at once; with a restart of the filter; or never while it runs.
 AT_ONCE, RESTART, FIXED = 'at once', 'restart', 'fixed'

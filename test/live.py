@@ -8,8 +8,7 @@ from rosbags.typesys import get_typestore, Stores
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
-from gearbox_monitor.plant.faults import Faults, FaultyPlant
+from gearbox_monitor.plant.faults import Excitation, Faults, FaultyPlant
 from gearbox_monitor.plant.simulate import Noise
 from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.topics import signal_values, SIGNALS

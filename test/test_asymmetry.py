@@ -17,7 +17,7 @@ from gearbox_monitor.health.backlash.change_tests import TESTS
 from gearbox_monitor.kernels.types import Layout
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.signals import encoders
 

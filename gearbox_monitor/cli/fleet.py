@@ -76,7 +76,7 @@ def run(args: Namespace) -> int:
     try:
         from gearbox_monitor.fleet.fleet_run import at_home, on_cluster, run as run_fleet
         from gearbox_monitor.fleet.fleet_table import FleetFolder
-        from gearbox_monitor.fleet.paths import find_bags
+        from gearbox_monitor.fleet.job import find_bags
     except ModuleNotFoundError as error:
         raise InputError(f'{error.name} is not installed, expected '
                          f'{installed_by("tables")}') from None

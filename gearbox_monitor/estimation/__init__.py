@@ -13,7 +13,7 @@ Public names, by module:
         slopes
     consider: companions_of, ERROR_NAMES
     estimates: Batch, COLUMNS, Estimate, Estimates, Sample, Samples, SMOOTHED_COLUMNS
-    estimator: Estimator, unsmoothed
+    estimator: Estimator, expect_format, snapshot_errors, SnapshotError, unsmoothed
     filter_kind: filter_kind
     filter_setup: described
     innovation_filter: FilterInput, FilterStart, FilterTrace, LASTING, N_FILTER, SampleSchedule
@@ -27,8 +27,7 @@ Public names, by module:
         S_TWIST_STD, S_U, S_X2, S_X3, S_X4, smoother_parameters
     sample_loop: BACKWARD, BRIDGED, CONFIRM, DUPLICATE, ESTIMATE, HUGE, JUMP, REASONS, SECOND,
         stamp_codes, START, ZERO_STAMP
-    score: reference_at, run_score, score, settled, torque_errors, WHITE_LIMIT
-    snapshot: expect_format, snapshot_errors, SnapshotError
+    score: LAGS, ljung_box, MIN_SAMPLES, reference_at, run_score, score, settled,
+        torque_errors, WHITE_LIMIT
     tune: expected_seconds, tune
-    whiteness: LAGS, ljung_box, MIN_SAMPLES
 """

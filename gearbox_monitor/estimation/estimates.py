@@ -12,8 +12,7 @@ from gearbox_monitor.estimation import rts_smoother, sample_loop
 from gearbox_monitor.estimation.process_model import X2, X4
 from gearbox_monitor.estimation.rts_smoother import (
     S_TWIST, S_TWIST_RATE, S_TWIST_RATE_STD, S_TWIST_STD, S_X2, S_X4)
-from gearbox_monitor.kernels.array_input import table
-from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.kernels.types import Array, Integers, table
 from gearbox_monitor.presentation import Drawn
 
 # Columns that mean nothing without an arm encoder.

@@ -1,14 +1,10 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""
-One sample in, one estimate out: stamp checks, filter, fixed-lag smoother, snapshot.
-
-No ROS, no I/O, no clock. The live node, replay, tuning and the tests use the same Estimator,
-sample by sample (`step`) or in arrays (`run`): same samples in, same bits out.
-"""
+"""Snapshots: the state of a filter as text, from which it goes on bit for bit."""
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 import json
 import math
 from typing import Any
@@ -26,20 +22,68 @@ from gearbox_monitor.estimation.filter_setup import (
     arm_load_of, COMPENSATED, described, drive_of, expect_effort, loop_arrays, model_warnings,
     settings_of)
 from gearbox_monitor.estimation.process_model import (
-    EIGENVALUE, layout_of, learned_length, pack, Q0, state_names, TAU_ARM, TAU_K)
+    EIGENVALUE, layout_of, learned_length, LEARNT, pack, Q0, state_names, TAU_ARM, TAU_K)
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED
 from gearbox_monitor.estimation.sample_loop import DescribedLoad, Output, part_of, SECOND, Stream
-from gearbox_monitor.estimation.snapshot import (
-    expect_format, FORMAT, integers_text, numbers_text, read_integers, read_numbers,
-    snapshot_errors)
 from gearbox_monitor.estimation.step_record import predicted, sensitivities
-from gearbox_monitor.estimation.torque_model import LEARNT
 from gearbox_monitor.kernels.kernel import Repeated
 from gearbox_monitor.kernels.types import Array, Integers, Values
 from gearbox_monitor.parameters import (
     AT_ONCE, ESTIMATOR, EstimatorParameters, PAYLOAD, resolve, values_of, with_model_values)
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.robot.description import RobotDescription
+
+FORMAT = '3'  # of version 0.2: none
+
+
+class SnapshotError(InputError):
+    """A snapshot cannot be read: damaged, or of another version."""
+
+
+@contextmanager
+def snapshot_errors(source: str) -> Iterator[None]:
+    """Raise SnapshotError, naming `source`, for what a damaged snapshot raises in the block."""
+    try:
+        yield
+    except InputError:
+        raise
+    except (KeyError, ValueError, TypeError, AttributeError, OverflowError, IndexError,
+            RecursionError) as error:
+        raise SnapshotError(f'{source}: not a snapshot of this version ({error})') from None
+
+
+def expect_format(snapshot: Values, source: str) -> None:
+    """Raise SnapshotError, naming `source`, for a snapshot of another version."""
+    if snapshot.get('format') != FORMAT:
+        raise SnapshotError(f'{source}: of another version, expected format {FORMAT}: state the '
+                            'model (--model), and the parameters (--params)')
+
+
+def numbers_text(a: Array) -> str:
+    """Return the elements of `a` as text that reads back bit for bit."""
+    return json.dumps([float(v).hex() for v in np.ravel(a)])
+
+
+def read_numbers(snapshot: Values, arrays: Mapping[str, Array]) -> None:
+    """Fill `arrays` {name: of any shape} with what numbers_text wrote; see snapshot_errors."""
+    for name, array in arrays.items():
+        values = [float.fromhex(v) for v in json.loads(snapshot[name])]
+        array[:] = np.array(values).reshape(array.shape)
+
+
+def integers_text(a: Integers) -> str:
+    """Return the elements of `a` as text."""
+    return json.dumps([int(v) for v in a])
+
+
+def read_integers(snapshot: Values, arrays: Mapping[str, Integers]) -> None:
+    """Fill `arrays` {name: [N]} with what integers_text wrote; see snapshot_errors."""
+    for name, array in arrays.items():
+        values = json.loads(snapshot[name])
+        if len(values) != len(array) or any(type(value) is not int for value in values):
+            raise ValueError(f'{name}: {str(values)[:60]}, expected {len(array)} whole numbers')
+        array[:] = values
+
 
 # The smoother keeps the step records of its lag at RING_RATE (Hz), but no more than RING.
 RING, RING_RATE = 2048, 10_000

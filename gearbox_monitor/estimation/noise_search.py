@@ -22,8 +22,8 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.kernels.levenberg_marquardt import damped_step, Damping
-from gearbox_monitor.kernels.sensor_noise import MAD_TO_SIGMA, quantisation_step, white_noise_std
+from gearbox_monitor.kernels.elementary import MAD_TO_SIGMA, quantisation_step, white_noise_std
+from gearbox_monitor.kernels.linear_least_squares import damped_step, Damping
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.parameters import CURVES, EstimatorParameters, MIXED
 

@@ -2,45 +2,141 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The process model that every filter shares: the drive's equations with unknown torques as states.
+What a filter takes for the law of tau_K: a random walk, or the model's curve and a deviation.
 
-State z = [x1, x2, x3, x4, tau_K, (tau_arm), (tau_e), (w), (K), (c), (g)]:
-    equations (1) with tau_K as a state (the paper's equations (2), (3)),
-    tau_K'   = k_p (x3 - x4) + w      k_p = 0 is the paper's random walk
-                                      with tau_k_model other than random_walk this state is what
-                                      tau_K differs by from the model's curve over the twist:
-                                      tau_K = curve(x1 - x2, w; K, c, g) + state, see
-                                      plant.transmission.elastic_torque and torque_of
-    tau_arm' = w                      load on the arm, present with arm_load "unknown"; the loads
-                                      that the model has as effects add to it
-    tau_e'   = -tau_e / T + w         error of the friction model, present with a standard
-                                      deviation > 0; Ornstein-Uhlenbeck, so Q = 2 std^2 / T
-    w                                 memory of the curve, rad, where it has a hysteresis
-    K', c', g' = w                    stiffness of the curve, and half gap and hysteresis width
-                                      times it, where they are learnt
-Measurements y = [x1, x2] + noise.
+random_walk: tau_K itself wanders (the paper). elastic: the curve of the model file over the twist,
+plus a deviation that wanders. learned: the same with stiffness, half gap and hysteresis as states.
+mixed: a filter of each, see model_bank; the random walk leads.
 """
+from collections.abc import Collection
 import math
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.estimation.adaptation import adapted_names, softened_model
+from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.filter_kind import filter_kind
-from gearbox_monitor.estimation.torque_model import (
-    curve_drive, curve_states, LEARNT_RANGE, MEMORY, MEMORY_NOISE, start_deviations)
 from gearbox_monitor.kernels.elementary import fma
 from gearbox_monitor.kernels.kernel import entry, inline, kernel
 from gearbox_monitor.kernels.types import (
     Array, Curve, Four, Layout, Matrix, Packed, Pair, Slopes, Triple, Vector)
-from gearbox_monitor.parameters import CURVES, EstimatorParameters
+from gearbox_monitor.parameters import CURVES, EstimatorParameters, LEARNED, RANDOM_WALK
 from gearbox_monitor.plant.drive import (
     arm_acceleration, arm_constraint, arm_load, arm_load_slopes, CAC, CAV, CC, CL, CV, D,
     DriveModel, fastest_eigenvalue, G, HALF_GAP, INVERSE_M1, INVERSE_M2, K_S, KR, LAW,
     motor_acceleration, motor_acceleration_by_law, motor_friction_load_slope, motor_friction_slope,
     motor_friction_slope_by_law, N_PARAMETERS, STIFFNESS, TL, WIDTH)
-from gearbox_monitor.plant.friction_law import ATAN
-from gearbox_monitor.plant.transmission import dead_zone_torque, elastic_torque, play
+from gearbox_monitor.plant.transmission import ATAN, dead_zone_torque, elastic_torque, play
+
+# What is learnt stays within this factor of the model's stiffness.
+LEARNT_RANGE = 10.0
+MEMORY, LEARNT = 'twist_memory', ('stiffness', 'gap_torque', 'hysteresis_torque')
+# Spectral density of the memory's noise over the variance of its start, per s: a smoother needs
+# one, as on a branch the memory follows from the other states.
+MEMORY_NOISE = 1e-6
+# How large the hysteresis may be at a start beside the gap; both shift the flanks, and a wider one
+# takes the place of the gap before the twist has turned often enough to tell them apart.
+HYSTERESIS_SHARE = 0.3
+
+
+def curve_states(model: DriveModel, name: str) -> list[str]:
+    """Return the names of the states that the torque model `name` adds for the drive `model`."""
+    if name not in CURVES:
+        return []
+    if name == LEARNED:
+        return [MEMORY, *LEARNT]
+    shape = model.folded().transmission
+    return [MEMORY] if shape.kind != 'dead_zone' and shape.hysteresis_width > 0.0 else []
+
+
+def curve_drive(model: DriveModel, parameters: EstimatorParameters,
+                offered: Collection[str]) -> DriveModel:
+    """
+    Return a drive with only those values of its transmission that its kind uses.
+
+    Args:
+        model: of the drive.
+        parameters: of the filter.
+        offered: torque models that the filter can take.
+
+    Returns:
+        The drive.
+
+    Raises:
+        InputError: no curve goes with the parameters.
+
+    """
+    name = parameters.tau_k_model
+    if name not in offered:
+        raise InputError(f'tau_k_model: {name}, expected {" or ".join(offered)} with filter '
+                         f'{parameters.filter}')
+    if parameters.tau_k_stiffness > 0.0:
+        raise InputError(f'tau_k_stiffness: {parameters.tau_k_stiffness:g}, expected 0 with '
+                         f'tau_k_model {name}, whose curve has a stiffness of its own')
+    if not parameters.arm_joint:
+        raise InputError(f'tau_k_model: {name}, expected {RANDOM_WALK} where no arm is measured '
+                         '(arm_joint is empty): there is no twist')
+    model = model.folded()
+    shape = model.transmission
+    return model.with_(
+        hysteresis_width=0.0 if shape.kind == 'dead_zone' else shape.hysteresis_width,
+        hysteresis_stiffness=shape.hysteresis_stiffness if shape.kind == 'passive_play' else 0.0)
+
+
+def start_deviations(model: DriveModel, parameters: EstimatorParameters) -> dict[str, float]:
+    """
+    Return {state of the curve: its standard deviation at a start} for the drive `model`.
+
+    Relative to the model's values by p0_std_curve; torques are no smaller than p0_std_torque, so
+    that a model without backlash can learn one.
+    """
+    shape, relative = model.transmission, parameters.p0_std_curve
+    torque = math.hypot(shape.stiffness * max(shape.half_gap, shape.hysteresis_width),
+                        parameters.p0_std_torque)
+    return dict(zip((MEMORY, *LEARNT), (
+        torque / shape.stiffness, relative * shape.stiffness, relative * torque,
+        HYSTERESIS_SHARE * relative * torque)))
+
+
+# Parameters of the estimator, and fields of the model.
+NOISE = ('q_std_tau_k', 'r_std_motor', 'r_std_arm')
+MODEL = ('viscous_friction', 'coulomb_friction')
+ADAPTABLE = NOISE + MODEL + ('tau_k_stiffness',)
+REFUSED = {
+    'damping': 'it cannot be distinguished from tau_K: a damping of many times the truth '
+    'compensates for the lag of the random walk of tau_K',
+}
+
+
+def softened_model(model: DriveModel, parameters: EstimatorParameters) -> DriveModel:
+    """
+    Return `model` with the friction of an adaptive filter: atan, as soft as `parameters` say.
+
+    A sharp friction step is far narrower than the speed is known to: with it the likelihood is
+    rough and its gradient, though exact, leads nowhere.
+    """
+    soft, arm = parameters.adapt_friction_sharpness, model.arm_sharpness
+    return model.with_(friction_law={'kind': 'atan'}, integrator='rk4',
+                       friction_sharpness=min(model.friction_sharpness, soft),
+                       arm_friction_sharpness=min(arm, soft))
+
+
+def adapted_names(model: DriveModel, parameters: EstimatorParameters) -> list[str]:
+    """Return the names in `parameters` to adapt to `model`. Raises InputError for a bad one."""
+    names = [name for name in parameters.adapt if name]  # [''] is how ROS writes "none"
+    for name in names:
+        where = f'parameters: adapt: {name!r}'
+        if name not in ADAPTABLE:
+            reason = f' ({REFUSED[name]})' if name in REFUSED else ''
+            raise InputError(f'{where}{reason}, expected some of {", ".join(ADAPTABLE)}')
+        if names.count(name) > 1:
+            raise InputError(f'{where}: named twice, expected once')
+        value = getattr(model, name) if name in MODEL else getattr(parameters, name)
+        if not value > 0.0:
+            raise InputError(f'{where}: adapted as a logarithm, but starts at {value:g}; expected '
+                             'a start > 0')
+    return names
+
 
 X1, X2, X3, X4, TAU_K, TAU_ARM, TAU_E = range(7)
 N_MAX = 11

@@ -33,7 +33,7 @@ from gearbox_monitor.kernels.kernel import apart, inline
 from gearbox_monitor.kernels.types import Array, Layout
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel, LAW
-from gearbox_monitor.plant.friction_law import ATAN
+from gearbox_monitor.plant.transmission import ATAN
 
 DIFFERENCE = 0.03  # of the logarithms; a criterion may be rough on smaller scales
 

@@ -22,11 +22,10 @@ from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.model_bank import member_parameters
 from gearbox_monitor.estimation.noise_search import EncoderMotion, Slopes, Tuned
 from gearbox_monitor.estimation.score import (
-    DIVERGENCE_COST, reference_at, run_score, run_unsmoothed, Score, settled, torque_errors,
+    DIVERGENCE_COST, LAGS, reference_at, run_score, run_unsmoothed, Score, settled, torque_errors,
     WHITE_LIMIT)
 from gearbox_monitor.estimation.slopes import (
     by_sample, differenced, likelihood, LikelihoodSlopes, suited, Trial)
-from gearbox_monitor.estimation.whiteness import LAGS
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, RANDOM_WALK
 from gearbox_monitor.plant.drive import DriveModel

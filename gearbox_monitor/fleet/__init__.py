@@ -13,7 +13,6 @@ Public names, by module:
 
     fleet_run: at_home, on_cluster, run
     fleet_table: FleetFolder
-    job: JobSettings
-    paths: find_bags
+    job: find_bags, JobSettings
     trend: gearboxes
 """

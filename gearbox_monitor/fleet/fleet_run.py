@@ -24,7 +24,7 @@ from typing import Any, TypeAlias
 
 from gearbox_monitor.errors import InputError, installed_by
 from gearbox_monitor.fleet import job
-from gearbox_monitor.fleet.paths import FleetBag
+from gearbox_monitor.fleet.job import FleetBag
 
 TICK = 0.2  # s between two checks whether to stop
 CONNECT_TIMEOUT = 10.0  # s to wait for a scheduler

@@ -17,8 +17,7 @@ import pyarrow as pa
 from pyarrow import dataset, parquet
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.fleet.job import Row
-from gearbox_monitor.fleet.paths import FleetBag
+from gearbox_monitor.fleet.job import FleetBag, Row
 from gearbox_monitor.removed import refusal
 
 PARTS, BAGS, PAGE = 'parts', 'bags.parquet', 'fleet.html'

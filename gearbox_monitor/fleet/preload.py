@@ -13,7 +13,7 @@ import gearbox_monitor.fleet.job  # noqa: F401
 from gearbox_monitor.health.backlash.recording_windows import RecordingWindows
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import simulate
 
 PERIOD = 2e-3  # s

@@ -24,8 +24,7 @@ import numpy as np
 from gearbox_monitor.estimation.rts_smoother import (
     S_MOTOR_SIDE, S_TWIST, S_TWIST_RATE, S_U, S_X2, S_X3, S_X4)
 from gearbox_monitor.kernels.kernel import entry, kernel
-from gearbox_monitor.kernels.levenberg_marquardt import Damping
-from gearbox_monitor.kernels.linear_least_squares import covariance as covariance_of
+from gearbox_monitor.kernels.linear_least_squares import covariance as covariance_of, Damping
 from gearbox_monitor.kernels.types import Array, Cube, Flags, Matrix, Vector
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.transmission import dead_zone

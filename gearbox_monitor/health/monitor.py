@@ -17,10 +17,9 @@ import numpy as np
 
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Batch, Estimate, Estimates, Sample, Samples
-from gearbox_monitor.estimation.estimator import Estimator
+from gearbox_monitor.estimation.estimator import Estimator, snapshot_errors
 from gearbox_monitor.estimation.process_model import P0, R1, R2, TAU_K
 from gearbox_monitor.estimation.rts_smoother import S_TWIST_NOISE_STD
-from gearbox_monitor.estimation.snapshot import snapshot_errors
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.backlash import change, drift_words, features
 from gearbox_monitor.health.backlash.wear import PooledFeatures, when

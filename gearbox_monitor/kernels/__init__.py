@@ -13,20 +13,17 @@ are imported; pip brings it into an isolated build, an apt-installed Jazzy has i
 
 Public names, by module:
 
-    array_input: column, table
     callback: address_of, called_back
-    cosine_basis: cosine_basis, motion_mask
-    elementary: arctan, exponential, fma, sine
+    elementary: arctan, DIFFERENCE_GAIN, exponential, fma, MAD_TO_SIGMA, noise_levels,
+        quantisation_step, sine, white_noise_std
     kernel: apart, bound, compilable, entry, folding, inline, kernel, KERNELS, prepared,
         Repeated
-    levenberg_marquardt: damped_solve, damped_step, Damping, minimise
     library: installed
     linalg: add_product, add_transposed_product, carry, multiply, multiply_symmetric,
         solve_positive, transposed_multiply_symmetric
-    linear_least_squares: covariance, solution
-    sensor_noise: DIFFERENCE_GAIN, MAD_TO_SIGMA, noise_levels, quantisation_step,
-        white_noise_std
-    types: AnyArray, Array, Block, Bytes, Cube, Curve, FlagMatrix, Flags, Four, IntegerMatrix,
-        Integers, Layout, Matrix, Numbers, Packed, Pair, Slopes, Triple, Values, Vector,
-        WordMatrix, Words
+    linear_least_squares: cosine_basis, covariance, damped_solve, damped_step, Damping,
+        minimise, motion_mask, solution
+    types: AnyArray, Array, Block, Bytes, column, Cube, Curve, FlagMatrix, Flags, Four,
+        IntegerMatrix, Integers, Layout, Matrix, Numbers, Packed, Pair, Slopes, table, Triple,
+        Values, Vector, WordMatrix, Words
 """

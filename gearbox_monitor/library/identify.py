@@ -15,8 +15,7 @@ from gearbox_monitor.errors import expect_whole, InputError, unknown
 from gearbox_monitor.estimation.score import run_score
 from gearbox_monitor.estimation.tune import tune as tuned
 from gearbox_monitor.files.yaml_files import save_model, write_parameters
-from gearbox_monitor.kernels.array_input import column
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.types import Array, column
 from gearbox_monitor.library.estimation import estimator_values, expect_recording, Parameters
 from gearbox_monitor.library.recording import all_of, DriveRecording
 from gearbox_monitor.parameters import EstimatorParameters, MIXED, resolve

@@ -12,8 +12,7 @@ import numpy as np
 
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.kernels.array_input import column
-from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.kernels.types import Array, column, Integers
 from gearbox_monitor.library.drive_file import expect_path
 from gearbox_monitor.plant.drive import DriveModel, expect_model
 from gearbox_monitor.plant.origin import FileLimits, NO_LIMITS

@@ -1,22 +1,13 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""
-Free runs of many windows side by side: lanes of a vector unit instead of one after the other.
-
-The results are those of free_runs, bit for bit, for models with a dead zone, the friction and the
-steps of this package and without a plug-in: most of the runs of a diagnosis. Effects with an
-equation of their own take a step in which each of their terms is a loop over the lanes, composed
-of the same equations as those of single runs. Other steps go lane by lane.
-
-s [N_LANE_STATE]: rows of LANES numbers, one for each quantity below.
-"""
+"""Free runs of the drive over windows of a recording, one after the other; see batch, too."""
 from collections.abc import Callable, Sized
 from functools import cache, reduce
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from gearbox_monitor.kernels.kernel import apart, entry, inline, kernel
-from gearbox_monitor.kernels.types import Array, Cube, Vector
+from gearbox_monitor.kernels.types import Array, Cube, Integers, Matrix, Vector
 from gearbox_monitor.plant.drive import (
     ALPHA, arm_acceleration, ARM_ALPHA, CAC, CC, CV, G, gravity, HALF_GAP, INTEGRATOR, KIND, LAW,
     motor_acceleration, steady_arm_load, STIFFNESS)
@@ -25,11 +16,98 @@ from gearbox_monitor.plant.effects.composition import (
 from gearbox_monitor.plant.effects.effect import Effect, MotorFriction, Torques
 from gearbox_monitor.plant.effects.registry import (
     in_slot, INTEGRAL, N_MEMORY, SERVO_KI, SERVO_KP, SERVO_LATE)
-from gearbox_monitor.plant.free_runs import Begin, Driving, RunResult, RunSpans
-from gearbox_monitor.plant.friction_law import ATAN, RK4, side
-from gearbox_monitor.plant.runge_kutta import Four, integrator
-from gearbox_monitor.plant.simulate import N_STATE, PackedDrive, play_after, step, with_plugin
-from gearbox_monitor.plant.transmission import DEAD_ZONE, dead_zone
+from gearbox_monitor.plant.simulate import (
+    advance, Four, integrator, N_STATE, PackedDrive, play_after, ProcessNoise, step, with_plugin)
+from gearbox_monitor.plant.transmission import ATAN, DEAD_ZONE, dead_zone, RK4, side
+
+
+class RunSpans(NamedTuple):
+    """
+    Windows of one length in a recording, in samples.
+
+    first: first sample of each window [W]; length: of all; begin: where its run starts [W], a
+    little earlier, so that delayed readings have a past; carry_at: where the next begins [W];
+    extra_at: row of Driving.extra where each begins [W], so that windows may overlap and still be
+    driven each by its own torque from outside.
+    """
+
+    begin: Integers
+    first: Integers
+    length: int
+    carry_at: Integers
+    extra_at: Integers
+
+
+class Begin(NamedTuple):
+    """Where runs begin: states [W, 4] (rad, rad/s) and memories [W, N_MEMORY]."""
+
+    states: Matrix
+    memory: Matrix
+
+
+class Driving(NamedTuple):
+    """
+    What drives a recording of N samples.
+
+    u: torque of the actuator [N, n] in each of n substeps, N m. extra: torque from outside [M, 3]
+    on motor, arm and in the transmission, N m. dt: length of a sample, s.
+    """
+
+    u: Matrix
+    extra: Matrix
+    dt: float
+
+
+class RunResult(NamedTuple):
+    """Room for readings y [W, L, 2] and for states where the next window begins [W, N_STATE]."""
+
+    y: Cube
+    carry: Matrix
+
+
+@entry
+def free_runs(spans: RunSpans, start: Begin, driving: Driving, drive: PackedDrive,
+              noise: ProcessNoise, rows: Matrix, result: RunResult) -> None:
+    """
+    Run windows one after the other.
+
+    Args:
+        spans: the windows.
+        start: where they begin.
+        driving: what acts on the drive.
+        drive: PackedDrive.
+        noise: ProcessNoise of a sample, without any: numbers [1, n, 4] and std [4] are 0.
+        rows: room to work in [longest run + 1, N_STATE].
+        result: is filled in.
+    """
+    begin, first, length, carry_at, extra_at = spans
+    u, extra, dt = driving
+    y, carry = result
+    for w in range(len(begin)):
+        state = rows[0]
+        for i in range(4):
+            state[i] = start.states[w, i]
+        for i in range(N_STATE - 4):
+            state[4 + i] = start.memory[w, i]
+        path = rows[1:]
+        lead = first[w] - begin[w]
+        for k in range(begin[w], first[w] + length):
+            for i in range(N_STATE):
+                path[k - begin[w], i] = state[i]
+            if k == carry_at[w]:
+                for i in range(N_STATE):
+                    carry[w, i] = state[i]
+            row = extra[extra_at[w] + k - begin[w]]
+            external = (row[0], row[1], row[2])
+            advance(state, k * dt, dt, u[k], external, (noise.numbers[0], noise.std), drive,
+                    0.0)
+        if carry_at[w] == first[w] + length:
+            for i in range(N_STATE):
+                carry[w, i] = state[i]
+        for k in range(length):
+            y[w, k, 0] = reading(path, lead + k, 0, dt, drive.e)
+            y[w, k, 1] = reading(path, lead + k, 1, dt, drive.e)
+
 
 LANES = 16
 FEWEST = 3  # windows from which on lanes are faster than one run after the other

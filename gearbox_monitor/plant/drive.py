@@ -36,11 +36,10 @@ from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN
 from gearbox_monitor.plant.effects.arm_side import ARM_VISCOUS, GRAVITY
 from gearbox_monitor.plant.effects.effect import AtRest, MAX_SERVO_DELAY
 from gearbox_monitor.plant.effects.motor_side import LUGRE
-from gearbox_monitor.plant.friction_law import (
-    ATAN, EXPLICIT_EULER, FrictionLaw, holding, IMPLICITFAST, INTEGRATORS, LAWS, RK4, side,
-    side_slope, TANH, TWO_OVER_PI)
 from gearbox_monitor.plant.origin import ModelOrigin
-from gearbox_monitor.plant.transmission import KINDS, RIGID
+from gearbox_monitor.plant.transmission import (
+    ATAN, EXPLICIT_EULER, FrictionLaw, holding, IMPLICITFAST, INTEGRATORS, KINDS, LAWS, RIGID, RK4,
+    side, side_slope, TANH, TWO_OVER_PI)
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.presentation import Saved
 

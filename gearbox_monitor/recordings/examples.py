@@ -16,7 +16,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import config_path
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation, KINDS
+from gearbox_monitor.plant.faults import Excitation, KINDS
 from gearbox_monitor.plant.simulate import Noise, Plant
 from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.topics import ARM, MOTOR, PLANT_TRANSMISSION_STATE, TRANSMISSION

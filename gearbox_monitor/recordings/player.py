@@ -16,8 +16,7 @@ from typing import Any, cast, Protocol
 import numpy as np
 
 from gearbox_monitor.estimation.estimates import Estimates, Samples
-from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
-from gearbox_monitor.estimation.snapshot import SnapshotError
+from gearbox_monitor.estimation.estimator import Estimator, SnapshotError, unsmoothed
 from gearbox_monitor.files.opening import load_robot
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.kernel import KERNELS

@@ -16,7 +16,7 @@ import numpy as np
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.estimation.snapshot import expect_format, SnapshotError
+from gearbox_monitor.estimation.estimator import expect_format, SnapshotError
 from gearbox_monitor.kernels.types import AnyArray, Flags, Integers
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.recordings.cdr import Decoder, JointStates

@@ -14,7 +14,7 @@ import shlex
 
 import numpy as np
 
-from gearbox_monitor.kernels.sensor_noise import quantisation_step
+from gearbox_monitor.kernels.elementary import quantisation_step
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.recordings.log_units import (
     COUNTS, EFFORT, POSITION, PRISMATIC, ROTARY, units_of, VELOCITY, vocabulary)

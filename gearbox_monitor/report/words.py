@@ -13,7 +13,7 @@ import numpy as np
 
 from gearbox_monitor.diagnosis.joint.isolability import twins
 from gearbox_monitor.health.alert_limits import LIMITS
-from gearbox_monitor.kernels.sensor_noise import noise_levels
+from gearbox_monitor.kernels.elementary import noise_levels
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE, LOAD_TORQUE

@@ -19,8 +19,7 @@ import numpy as np
 from gearbox_monitor.files.opening import config_path, load_robot
 from gearbox_monitor.parameters import ARM_PLANT, ArmPlantParameters
 from gearbox_monitor.robot.arm_plant import GapGrowth, WorkingArm
-from gearbox_monitor.ros.node_parameters import declare
-from gearbox_monitor.ros.paced_node import PacedNode
+from gearbox_monitor.ros.paced_node import declare, PacedNode
 from gearbox_monitor.ros.runtime import spin_node
 
 

@@ -31,7 +31,7 @@ from gearbox_monitor.ros.convert import serialised, to_diagnostics, to_joint_sta
 from gearbox_monitor.ros.joint_subscriptions import JointSubscriptions, TakenSamples
 from gearbox_monitor.ros.monitored_gearbox import (
     declare_gearboxes, GearboxSettings, located, MonitoredGearbox)
-from gearbox_monitor.ros.node_parameters import on_change, TableNode
+from gearbox_monitor.ros.paced_node import on_change, TableNode
 from gearbox_monitor.ros.qos import advertise, latched
 from gearbox_monitor.ros.runtime import spin_node
 

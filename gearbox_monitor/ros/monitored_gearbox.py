@@ -45,7 +45,7 @@ from gearbox_monitor.ros.change_watch import ChangeNamer, ChangeWatch
 from gearbox_monitor.ros.convert import (
     GearboxNames, RawSample, to_diagnostics, to_snapshot, to_status)
 from gearbox_monitor.ros.gearbox_input import GearboxInput
-from gearbox_monitor.ros.node_parameters import declare, TableNode
+from gearbox_monitor.ros.paced_node import declare, TableNode
 from gearbox_monitor.ros.qos import advertise, best_effort, latched, subscribe
 from gearbox_monitor.ros.runtime import drain, subscribe_polled
 

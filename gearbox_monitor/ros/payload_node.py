@@ -32,7 +32,7 @@ from gearbox_monitor.recordings.topics import (
     DIAGNOSTICS, EXTERNAL_TORQUE, EXTERNAL_TORQUE_STD, JOINT_STATES, PAYLOAD, PAYLOAD_STD)
 from gearbox_monitor.report.robot_words import payload_words
 from gearbox_monitor.ros.convert import stamp_of, to_diagnostics, to_time
-from gearbox_monitor.ros.node_parameters import declare, TableNode
+from gearbox_monitor.ros.paced_node import declare, TableNode
 from gearbox_monitor.ros.qos import advertise, best_effort, subscribe
 from gearbox_monitor.ros.runtime import spin_node, steady_timer
 

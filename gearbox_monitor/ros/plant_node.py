@@ -25,12 +25,10 @@ from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.parameters import PLANT, PLANT_MODEL, PlantParameters
 from gearbox_monitor.plant.drive import expect_integrable, expect_torque_input, model_from_dict
 from gearbox_monitor.plant.effects.arm_side import ARM_COULOMB, GRAVITY, LOAD_TORQUE
-from gearbox_monitor.plant.excitation import Excitation
-from gearbox_monitor.plant.faults import EncoderFault, Faults, FaultyPlant, JOINTS
+from gearbox_monitor.plant.faults import EncoderFault, Excitation, Faults, FaultyPlant, JOINTS
 from gearbox_monitor.plant.simulate import Noise, Plant
 from gearbox_monitor.recordings.topics import TRANSMISSION
-from gearbox_monitor.ros.node_parameters import declare, on_change
-from gearbox_monitor.ros.paced_node import PacedNode, stamp
+from gearbox_monitor.ros.paced_node import declare, on_change, PacedNode, stamp
 from gearbox_monitor.ros.qos import advertise
 from gearbox_monitor.ros.runtime import drain, spin_node, subscribe_polled
 

@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 
 from gearbox_monitor.estimation.noise_search import at_rest
-from gearbox_monitor.kernels.sensor_noise import quantisation_step, white_noise_std
+from gearbox_monitor.kernels.elementary import quantisation_step, white_noise_std
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.signals.finding import BAD, DataFinding, everything, hurts, OK, WARN

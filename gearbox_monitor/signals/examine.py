@@ -10,7 +10,7 @@ import numpy as np
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.sample_loop import HUGE
-from gearbox_monitor.kernels.sensor_noise import noise_levels
+from gearbox_monitor.kernels.elementary import noise_levels
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.signals import (

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gearbox_monitor.kernels.sensor_noise import noise_levels
+from gearbox_monitor.kernels.elementary import noise_levels
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import simulate

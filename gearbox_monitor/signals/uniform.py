@@ -17,7 +17,7 @@ import scipy
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.sample_loop import BACKWARD, stamp_codes, START
-from gearbox_monitor.kernels.sensor_noise import DIFFERENCE_GAIN, quantisation_step
+from gearbox_monitor.kernels.elementary import DIFFERENCE_GAIN, quantisation_step
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import Controller, DriveModel
 from gearbox_monitor.plant.units import on_axis

@@ -24,7 +24,7 @@ from gearbox_monitor.parameters import EstimatorParameters, MIXED
 from gearbox_monitor.plant.drive import (
     ALPHA, ARM_ALPHA, CAC, CAV, CC, CL, DriveModel, G, HALF_GAP, K_S, KR, LAW, MAX_SUBSTEPS,
     OFFSET, PHI, STIFFNESS, TL, WIDTH)
-from gearbox_monitor.plant.friction_law import TANH
+from gearbox_monitor.plant.transmission import TANH
 
 FILTERS = ('ekf',)  # that C code is written for
 _PREFIX = re.compile('[a-z][a-z0-9_]{0,30}')

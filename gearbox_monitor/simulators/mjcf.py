@@ -18,7 +18,7 @@ from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.plant.drive import CAV, DriveModel, G, OFFSET, PHI
 from gearbox_monitor.plant.effects import (
     actuator, arm_side, controller, EFFECTS, encoder, gearbox, motor_side, torque_map)
-from gearbox_monitor.plant.friction_law import FrictionLaw
+from gearbox_monitor.plant.transmission import FrictionLaw
 
 NATIVE, CONSTRUCT, REFUSED = KINDS = ('native', 'construct', 'refused')
 MOTOR, ARM, TENDON = ('motor', 'arm', 'tendon')  # where a passive torque acts

@@ -23,8 +23,8 @@ from gearbox_monitor.files.opening import read_bytes
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.plant.effects import EFFECTS
-from gearbox_monitor.plant.friction_law import FrictionLaw
 from gearbox_monitor.plant.origin import NO_LIMIT
+from gearbox_monitor.plant.transmission import FrictionLaw
 from gearbox_monitor.removed import refusal
 from gearbox_monitor.robot.compiled_model import (
     actuator_law, actuator_losses, ActuatorLaw, actuators_on, at_rest, disabled, DRAG, enabled,
@@ -32,8 +32,7 @@ from gearbox_monitor.robot.compiled_model import (
 from gearbox_monitor.simulators.compiling import compiled_model
 from gearbox_monitor.simulators.mjcf import (
     ARM, COGGING, LUGRE, MjcfValues, model_values, MOTOR, Passive, Servo, steady, TENDON)
-from gearbox_monitor.simulators.urdf_file import readable_urdf
-from gearbox_monitor.simulators.xml_edit import parse_xml, XmlDocument, XmlElement
+from gearbox_monitor.simulators.xml_edit import parse_xml, readable_urdf, XmlDocument, XmlElement
 
 INTEGRATOR_OF = {'implicit': 'implicitfast'}  # they differ by damping between joints
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.plant.friction_law import FrictionLaw, IMPEDANCES
+from gearbox_monitor.plant.transmission import FrictionLaw, IMPEDANCES
 from gearbox_monitor.robot.compiled_model import moved_by, mujoco_module
 from gearbox_monitor.simulators.mjcf import (
     ARM, COGGING, constant_load, Exported, LUGRE, MjcfValues, MOTOR, Passive, steady, TENDON)

@@ -26,10 +26,9 @@ from gearbox_monitor.simulators.mjcf_file import read_file
 from gearbox_monitor.simulators.mjcf_patch import (
     across, balanced, inertial_attributes, number, Patch, Splice)
 from gearbox_monitor.simulators.robot_model import ChainFile
-from gearbox_monitor.simulators.urdf_file import inertial_in, TENSOR
 from gearbox_monitor.simulators.xml_edit import (
-    Edit, edited, parse_xml, with_attributes, with_child, with_element, words_of, XmlDocument,
-    XmlElement)
+    Edit, edited, inertial_in, parse_xml, TENSOR, with_attributes, with_child, with_element,
+    words_of, XmlDocument, XmlElement)
 
 LEAST_INERTIA = 1e-9    # kg m^2, of a principal inertia
 BEYOND = 0.2    # of the largest principal inertia: what may be added to make a body possible

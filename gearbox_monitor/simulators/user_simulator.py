@@ -18,8 +18,7 @@ from gearbox_monitor.diagnosis.joint.closed_model import (
     closed_of, gap_of, ModelRun, Overlay, overlay)
 from gearbox_monitor.diagnosis.joint.shooting import Simulator
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.kernels.levenberg_marquardt import Damping, minimise
-from gearbox_monitor.kernels.linear_least_squares import covariance
+from gearbox_monitor.kernels.linear_least_squares import covariance, Damping, minimise
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import arm_side, EFFECTS, library

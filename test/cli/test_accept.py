@@ -13,7 +13,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.health.backlash.features import Backlash, NotExcited
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.write import BagWriter

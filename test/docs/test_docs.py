@@ -14,16 +14,16 @@ import yaml
 
 from benchmarks.__main__ import _parse as parse_benchmark
 from gearbox_monitor.cli.main import _parse
-from gearbox_monitor.estimation.adaptation import ADAPTABLE
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
+from gearbox_monitor.estimation.process_model import ADAPTABLE
 from gearbox_monitor.estimation.sample_loop import REASONS
 from gearbox_monitor.health.checks.usability import key_of
 from gearbox_monitor.health.diagnostic_keys import DIAGNOSTIC_KEYS, published
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters, PlantParameters, table_of
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.recordings import topics
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.estimation.adaptation import ADAPTABLE
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.filter_kind import Belief, Reading, Scratch
 from gearbox_monitor.estimation.filters import aekf, ekf
-from gearbox_monitor.estimation.process_model import ADAPT_AT, layout_of, P0, pack, state_names
+from gearbox_monitor.estimation.process_model import (
+    ADAPT_AT, ADAPTABLE, layout_of, P0, pack, state_names)
 from gearbox_monitor.estimation.sample_loop import START
 from gearbox_monitor.estimation.step_record import places, record_size
 from gearbox_monitor.health.monitor import Monitor
@@ -21,7 +21,7 @@ from gearbox_monitor.kernels.kernel import Entry
 from gearbox_monitor.kernels.types import Layout
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 
 # With hysteresis, and the noise of two percent.

@@ -12,7 +12,7 @@ from gearbox_monitor.estimation.interval_smoother import smooth_interval
 from gearbox_monitor.estimation.rts_smoother import (
     S_TAU_K, S_TAU_K_NOISE_STD, S_TAU_K_STD, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_STD)
 from gearbox_monitor.plant.drive import DriveModel, TOLERANCES
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 
 DT, N = 1e-3, 500

@@ -23,7 +23,7 @@ from gearbox_monitor.kernels.kernel import Entry
 from gearbox_monitor.kernels.types import Layout
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel, substeps
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 
 

@@ -15,7 +15,7 @@ from gearbox_monitor.estimation.process_model import (
 from gearbox_monitor.kernels.types import Layout
 from gearbox_monitor.parameters import EstimatorParameters, FILTER_NAMES
 from gearbox_monitor.plant.drive import DriveModel, motor_friction, substeps
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 
 LOADED = DriveModel().with_(effects=[{'id': 'load_friction', 'Cl': 0.2}])

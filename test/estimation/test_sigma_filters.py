@@ -20,7 +20,7 @@ from gearbox_monitor.estimation.step_record import correction, predicted, record
 from gearbox_monitor.kernels.kernel import Entry
 from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.plant.drive import ALPHA, CAC, DriveModel, substeps
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 
 CASE_A = DriveModel().with_(kind='play', stiffness=5.0, half_gap=0.3, hysteresis_width=0.3)

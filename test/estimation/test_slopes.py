@@ -12,7 +12,7 @@ from gearbox_monitor.estimation.score import run_score
 from gearbox_monitor.estimation.slopes import differenced, likelihood, LikelihoodSlopes, suited
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 
 DT = 1e-3

@@ -14,7 +14,7 @@ from gearbox_monitor.estimation.rts_smoother import (
     S_TAU_K, S_TAU_K_STD, S_TWIST, smoother_parameters)
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 
 # Torque curve, encoder noise (rad), standard deviation of the states.

@@ -20,7 +20,7 @@ from gearbox_monitor.estimation.sample_loop import START
 from gearbox_monitor.kernels.kernel import Entry
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.plant.transmission import (
     DEAD_ZONE, elastic_torque, PASSIVE_PLAY, PLAY, play, transmission_torque)

@@ -18,7 +18,7 @@ from gearbox_monitor.estimation.score import run_score, score, torque_errors
 from gearbox_monitor.estimation.tune import static_torque, tune, tuned
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.read import BagReader

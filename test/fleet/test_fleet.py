@@ -33,7 +33,7 @@ from gearbox_monitor.health.backlash.features import Backlash
 from gearbox_monitor.health.backlash.recording_windows import combine, RecordingWindows
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.recordings.examples import ExampleMotion, write_example_bag
 from gearbox_monitor.recordings.read import open_bag

@@ -15,7 +15,7 @@ from gearbox_monitor.health.checks.outcome import DEBOUNCE, Level
 from gearbox_monitor.health.diagnostic_keys import DIAGNOSTIC_KEYS
 from gearbox_monitor.health.monitor import COMPONENTS, CONDITIONS, Monitor
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 
 ROOT = Path(__file__).parents[2]

@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 from gearbox_monitor.health.elastic_regression import (
     COULOMB, DELAY, ElasticLaw, GAIN, HALF_GAP, HEIGHT, INERTIA, N_DATA, N_SHAPE, Regression,
     SCALE, STIFFNESS, VISCOUS, WIDTH, ZERO)
-from gearbox_monitor.kernels.levenberg_marquardt import Damping
+from gearbox_monitor.kernels.linear_least_squares import Damping
 
 SHAPE = [STIFFNESS, HALF_GAP, WIDTH, ZERO, VISCOUS, COULOMB, GAIN]
 

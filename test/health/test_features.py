@@ -20,7 +20,7 @@ from gearbox_monitor.health.backlash.wear import PooledFeatures
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.plant.drive import DriveModel, TWO_OVER_PI
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, Plant
 from gearbox_monitor.plant.transmission import KINDS, transmission_torque
 from gearbox_monitor.recordings.reading import read_signals, ReadOptions

@@ -10,7 +10,7 @@ from gearbox_monitor.health.checks import innovation, model_mismatch
 from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 
 SECOND = 1_000_000_000

@@ -19,7 +19,7 @@ from gearbox_monitor.health.backlash.wear_data import ERRORS_LARGER, TRUSTED
 from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.health.monitor import COMPONENTS, Monitor
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 
 

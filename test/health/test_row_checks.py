@@ -17,7 +17,7 @@ from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.health.checks.row_check import RowCheck
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.plant.transmission import KINDS, transmission_torque
 

@@ -12,14 +12,13 @@ from scipy import stats
 from benchmarks import paper
 from gearbox_monitor.estimation import process_model, sample_loop
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.estimation.score import WHITE_LIMIT
-from gearbox_monitor.estimation.whiteness import LAGS, ljung_box
+from gearbox_monitor.estimation.score import LAGS, ljung_box, WHITE_LIMIT
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.checks import covariance, elastic_curve, innovation, observability
 from gearbox_monitor.health.checks.outcome import Level, Outcome
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 
 

@@ -6,7 +6,7 @@
 import numpy as np
 import pytest
 
-from gearbox_monitor.kernels.levenberg_marquardt import Damping, minimise
+from gearbox_monitor.kernels.linear_least_squares import Damping, minimise
 from gearbox_monitor.simulators.user_simulator import fitted_start
 
 

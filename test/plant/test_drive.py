@@ -13,7 +13,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import config_path
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.plant.drive import DriveModel, fastest_eigenvalue, substeps, Transmission
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, Plant, simulate, TOLERANCE
 from gearbox_monitor.plant.transmission import DEAD_ZONE, PASSIVE_PLAY, PLAY, transmission_torque
 

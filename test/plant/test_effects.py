@@ -379,7 +379,7 @@ def test_effects_of_a_plant_that_runs(graph):
     from rcl_interfaces.srv import SetParameters
     from rclpy.qos import QoSProfile
     from sensor_msgs.msg import JointState
-    from gearbox_monitor.plant.excitation import Excitation
+    from gearbox_monitor.plant.faults import Excitation
     states, truth = [], []
     for topic, rows in (('joint_states', states), ('plant/transmission_state', truth)):
         graph.node.create_subscription(JointState, topic, rows.append, QoSProfile(depth=10000))

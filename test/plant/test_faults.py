@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
-from gearbox_monitor.plant.faults import EncoderFault, Faults, FaultyPlant
+from gearbox_monitor.plant.faults import EncoderFault, Excitation, Faults, FaultyPlant
 from gearbox_monitor.plant.simulate import Noise, Plant
 
 DT, N, START = 1e-3, 2000, 0.7

@@ -13,7 +13,7 @@ from gearbox_monitor.estimation.process_model import (
     NUMERIC, pack, propagate, propagate_numeric)
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import model_from_dict, substeps
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import simulate
 
 EXPORT = Path(__file__).parents[1] / 'simulators'

@@ -11,7 +11,7 @@ from gearbox_monitor.diagnosis.joint.shooting import N_MEMORY, shooting_windows,
 from gearbox_monitor.kernels.elementary import arctan, exponential, sine
 from gearbox_monitor.plant import batch
 from gearbox_monitor.plant.drive import model_from_dict
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, Plant
 from gearbox_monitor.signals.uniform import UniformRecording
 

@@ -28,7 +28,7 @@ from gearbox_monitor.files.yaml_files import save_model
 from gearbox_monitor.diagnosis.joint.shooting import N_MEMORY, shooting_windows, Simulator
 from gearbox_monitor.plant import batch
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.signals.uniform import UniformRecording
 

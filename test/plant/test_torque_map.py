@@ -9,7 +9,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model, save_model
 from gearbox_monitor.plant.drive import fastest_eigenvalue, model_from_dict
 from gearbox_monitor.plant.effects.torque_map import interpolated, packed, QUANTITIES
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Plant
 
 DT = 1e-3

@@ -16,7 +16,7 @@ from gearbox_monitor.files.yaml_files import load_parameters
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.parameters import SETTINGS
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.joint_input import DIAGNOSTIC_ARRAY, find_input, Joiner, WAIT

@@ -18,7 +18,7 @@ from gearbox_monitor.diagnosis.joint import basis_functions
 from gearbox_monitor.diagnosis.joint.localisation import triangles
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.report import diagnosis_evidence, figures
 from gearbox_monitor.report.words import suggestion, UNEXCITED

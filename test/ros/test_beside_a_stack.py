@@ -22,7 +22,7 @@ from std_srvs.srv import Trigger  # noqa: E402
 from gearbox_monitor.files.yaml_files import load_parameters  # noqa: E402
 from gearbox_monitor.parameters import resolve, SETTINGS  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
-from gearbox_monitor.plant.excitation import Excitation  # noqa: E402
+from gearbox_monitor.plant.faults import Excitation  # noqa: E402
 from gearbox_monitor.plant.simulate import Noise, simulate  # noqa: E402
 from gearbox_monitor.recordings.joint_input import find_input, write_paired  # noqa: E402
 from gearbox_monitor.recordings.read import open_bag  # noqa: E402

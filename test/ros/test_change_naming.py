@@ -14,7 +14,7 @@ import pytest
 
 from gearbox_monitor.files.baselines import BaselineRecording
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.ros.change_watch import ChangeNamer, Order
 from gearbox_monitor.ros.recording_export import RecordingBuffer, SECOND

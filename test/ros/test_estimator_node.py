@@ -28,7 +28,7 @@ from gearbox_monitor.health.backlash.change import Tracker, TrackerSettings  # n
 from gearbox_monitor.health.backlash.features import Backlash  # noqa: E402
 from gearbox_monitor.parameters import EstimatorParameters  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
-from gearbox_monitor.plant.excitation import Excitation  # noqa: E402
+from gearbox_monitor.plant.faults import Excitation  # noqa: E402
 from gearbox_monitor.plant.simulate import Noise, simulate  # noqa: E402
 from gearbox_monitor.recordings.read import open_bag  # noqa: E402
 from gearbox_monitor.recordings.replay import replay  # noqa: E402

@@ -23,7 +23,7 @@ from processes import put_down  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
-from gearbox_monitor.plant.excitation import Excitation  # noqa: E402
+from gearbox_monitor.plant.faults import Excitation  # noqa: E402
 from gearbox_monitor.plant.simulate import Noise, simulate  # noqa: E402
 from gearbox_monitor.ros.convert import to_time  # noqa: E402
 

@@ -26,7 +26,7 @@ from std_msgs.msg import Float64MultiArray  # noqa: E402
 from gearbox_monitor.files.opening import config_path  # noqa: E402
 from gearbox_monitor.files.yaml_files import load_model  # noqa: E402
 from gearbox_monitor.parameters import PLANT_MODEL, PlantParameters  # noqa: E402
-from gearbox_monitor.plant.excitation import Excitation  # noqa: E402
+from gearbox_monitor.plant.faults import Excitation  # noqa: E402
 from gearbox_monitor.plant.simulate import Noise, Plant, simulate  # noqa: E402
 
 pytestmark = pytest.mark.ros

@@ -18,7 +18,7 @@ from sensor_msgs.msg import JointState  # noqa: E402
 from gearbox_monitor.estimation.estimates import Samples  # noqa: E402
 from gearbox_monitor.health.monitor import Monitor  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
-from gearbox_monitor.plant.excitation import Excitation  # noqa: E402
+from gearbox_monitor.plant.faults import Excitation  # noqa: E402
 from gearbox_monitor.plant.simulate import Noise, simulate  # noqa: E402
 from gearbox_monitor.ros.convert import stamp_of, to_time  # noqa: E402
 

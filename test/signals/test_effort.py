@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.signals import effort
 from gearbox_monitor.signals.finding import OK, WARN

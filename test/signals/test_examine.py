@@ -14,7 +14,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.write import BagWriter

@@ -14,9 +14,9 @@ from gearbox_monitor.diagnosis.joint.noise_model import noise_floor
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import config_path
 from gearbox_monitor.files.yaml_files import load_model
-from gearbox_monitor.kernels.sensor_noise import noise_levels
+from gearbox_monitor.kernels.elementary import noise_levels
 from gearbox_monitor.plant.drive import DriveModel, Transmission
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.recordings.reading import read_signals, ReadOptions
 from gearbox_monitor.signals.input_checks import check

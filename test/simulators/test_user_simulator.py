@@ -14,7 +14,7 @@ from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import save_model
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.signals.uniform import UniformRecording
 from gearbox_monitor.simulators.user_simulator import (

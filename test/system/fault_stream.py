@@ -12,7 +12,7 @@ import numpy as np
 
 from gearbox_monitor.parameters import PlantParameters
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 
 START, LASTS, SECONDS = 15.37, 10.0, 45.0  # s: before the fault, with it, in all

@@ -33,8 +33,7 @@ from gearbox_monitor.errors import InputError, installed_by
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.fleet.fleet_run import at_home, on_cluster, run as run_fleet
 from gearbox_monitor.fleet.fleet_table import FleetFolder
-from gearbox_monitor.fleet.job import analyse, JobSettings
-from gearbox_monitor.fleet.paths import find_bags
+from gearbox_monitor.fleet.job import analyse, find_bags, JobSettings
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.examples import ExampleMotion, write_example_bag
 

@@ -28,7 +28,7 @@ from gearbox_monitor.health.backlash.features import Backlash
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.player import EstimatePlayer

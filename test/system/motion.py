@@ -24,7 +24,7 @@ from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.plant.drive import DriveModel, Transmission
 from gearbox_monitor.plant.effects import EFFECTS
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 
 PAIRS = (('actuator_lag', 'actuator_delay'), ('motor_viscous', 'motor_coulomb'),
          ('arm_viscous', 'arm_coulomb'), ('motor_viscous', 'arm_viscous'),

@@ -21,7 +21,7 @@ from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.health.checks.usability import key_of
 from gearbox_monitor.parameters import EstimatorParameters, PlantParameters, with_model_values
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, Plant
 from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.topics import (

@@ -14,7 +14,7 @@ from tqdm import tqdm
 
 from gearbox_monitor.diagnosis.joint.shooting import N_MEMORY, shooting_windows, Simulator
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.recordings.examples import NOISE
 from gearbox_monitor.signals.uniform import UniformRecording

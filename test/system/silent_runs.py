@@ -13,7 +13,7 @@ from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TAU_K_STD, S_TWIS
 from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.health.monitor import COMPONENTS, Monitor
 from gearbox_monitor.plant.drive import Controller, DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, Plant
 
 SECONDS, SETTLED = 60, 6  # s of a run; s after its start that are not judged

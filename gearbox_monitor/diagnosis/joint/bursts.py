@@ -24,7 +24,7 @@ from gearbox_monitor.diagnosis.joint.localisation import (
     InputEstimate, reduced_chi2, SPACING, TORQUES, triangles)
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.diagnosis.joint.windows import WindowRuns
-from gearbox_monitor.kernels.levenberg_marquardt import damped_step, Damping
+from gearbox_monitor.kernels.linear_least_squares import damped_step, Damping
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.effects.arm_side import burst
 from gearbox_monitor.signals.uniform import UniformRecording

@@ -20,7 +20,7 @@ from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN, TORQUE_OFFSET
 from gearbox_monitor.plant.effects.arm_side import ARM_COULOMB
 from gearbox_monitor.plant.effects.encoder import ENCODER_OFFSET
 from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB
-from gearbox_monitor.plant.friction_law import FrictionLaw
+from gearbox_monitor.plant.transmission import FrictionLaw
 from gearbox_monitor.signals.uniform import UniformRecording
 
 # Values of the model that scatter with its tolerance: name in a verdict -> field.

@@ -24,8 +24,8 @@ from gearbox_monitor.diagnosis.joint.torque_domain import driven, likelihood_of
 from gearbox_monitor.diagnosis.joint.windows import (
     free_runs, misfit_of, runs_from, SECONDS, solve_states, window_data, WindowRuns)
 from gearbox_monitor.kernels.types import Array, Flags
+from gearbox_monitor.plant.batch import Begin
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.free_runs import Begin
 from gearbox_monitor.signals.uniform import UniformRecording
 
 DRAWS = 2000

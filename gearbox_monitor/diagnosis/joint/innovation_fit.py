@@ -16,7 +16,7 @@ import numpy as np
 
 from gearbox_monitor.diagnosis.joint.candidates import CandidateModel
 from gearbox_monitor.diagnosis.joint.innovations import Likelihood
-from gearbox_monitor.kernels.levenberg_marquardt import damped_solve, damped_step, Damping
+from gearbox_monitor.kernels.linear_least_squares import damped_solve, damped_step, Damping
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 

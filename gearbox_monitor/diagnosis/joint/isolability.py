@@ -28,7 +28,7 @@ from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.signals.uniform import UniformRecording
 

@@ -18,8 +18,7 @@ from gearbox_monitor.diagnosis.joint import basis_functions
 from gearbox_monitor.diagnosis.joint.effect_scan import Dependence
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.diagnosis.joint.windows import StateProblems, WindowRuns
-from gearbox_monitor.kernels.levenberg_marquardt import Damping, minimise
-from gearbox_monitor.kernels.linear_least_squares import solution
+from gearbox_monitor.kernels.linear_least_squares import Damping, minimise, solution
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import DriveModel
 

@@ -5,7 +5,7 @@
 import numpy as np
 import scipy
 
-from gearbox_monitor.kernels.sensor_noise import noise_levels, white_noise_std
+from gearbox_monitor.kernels.elementary import noise_levels, white_noise_std
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.signals.uniform import UniformRecording

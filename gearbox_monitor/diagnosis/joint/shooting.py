@@ -17,11 +17,11 @@ import scipy
 
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant import batch
+from gearbox_monitor.plant.batch import Begin, Driving, free_runs, RunResult, RunSpans
 from gearbox_monitor.plant.drive import DriveModel, fastest_eigenvalue, steps_of
 from gearbox_monitor.plant.effects import MAX_DELAY, MAX_SETPOINT_DELAY
 from gearbox_monitor.plant.effects.composition import (
     actuator, COMMAND_PLACES, lead, steady_command)
-from gearbox_monitor.plant.free_runs import Begin, Driving, free_runs, RunResult, RunSpans
 from gearbox_monitor.plant.simulate import (
     N_STATE, packed_drive, plugin_of, ProcessNoise, with_plugin)
 from gearbox_monitor.signals.uniform import UniformRecording

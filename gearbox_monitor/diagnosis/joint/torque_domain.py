@@ -15,8 +15,8 @@ import scipy
 
 from gearbox_monitor.diagnosis.joint.innovations import halves, InnovationLikelihood, named_motion
 from gearbox_monitor.diagnosis.joint.shooting import ShootingWindows, Simulator
-from gearbox_monitor.kernels.cosine_basis import cosine_basis, motion_mask
-from gearbox_monitor.kernels.sensor_noise import noise_levels
+from gearbox_monitor.kernels.elementary import noise_levels
+from gearbox_monitor.kernels.linear_least_squares import cosine_basis, motion_mask
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.equivalent_torque import gains, imbalance, imbalance_with, true_motion

@@ -21,7 +21,7 @@ import numpy as np
 
 from gearbox_monitor.diagnosis.joint.candidates import CandidateModel
 from gearbox_monitor.diagnosis.joint.shooting import Simulator
-from gearbox_monitor.kernels.sensor_noise import noise_levels
+from gearbox_monitor.kernels.elementary import noise_levels
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import N_MEMORY

@@ -17,7 +17,7 @@ from gearbox_monitor.diagnosis.joint.innovations import InnovationLikelihood
 from gearbox_monitor.diagnosis.joint.noise_model import prewhitened
 from gearbox_monitor.diagnosis.joint.shooting import shooting_windows, ShootingWindows, Simulator
 from gearbox_monitor.diagnosis.joint.torque_domain import simulator
-from gearbox_monitor.kernels.levenberg_marquardt import Damping, minimise
+from gearbox_monitor.kernels.linear_least_squares import Damping, minimise
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import MAX_SETPOINT_DELAY

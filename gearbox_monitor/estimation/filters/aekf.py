@@ -44,7 +44,7 @@ from gearbox_monitor.kernels.linalg import multiply, multiply_symmetric
 from gearbox_monitor.kernels.types import Array, Layout, Pair, Values, Vector
 from gearbox_monitor.plant.drive import (
     ALPHA, ARM_ALPHA, CAV, CC, CL, CV, G, INVERSE_M1, INVERSE_M2, PHI, substeps)
-from gearbox_monitor.plant.friction_law import TWO_OVER_PI
+from gearbox_monitor.plant.transmission import TWO_OVER_PI
 
 MAX_THETA = 6
 FIRST = 200  # samples before the first adaptation

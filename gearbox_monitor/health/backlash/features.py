@@ -21,8 +21,7 @@ from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.elastic_regression import (
     BLOCKS, COLUMN_OF, COULOMB, D_TORQUE, D_TWIST, D_U, D_X3, data_of, ElasticLaw, GAIN, HALF_GAP,
     HEIGHT, N_SHAPE, Regression, STIFFNESS, VISCOUS, WIDTH, ZERO)
-from gearbox_monitor.kernels.levenberg_marquardt import Damping
-from gearbox_monitor.kernels.linear_least_squares import covariance as covariance_of
+from gearbox_monitor.kernels.linear_least_squares import covariance as covariance_of, Damping
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import DriveModel
 

@@ -20,7 +20,7 @@ import scipy
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.backlash.features import Backlash, NotExcited
-from gearbox_monitor.kernels.sensor_noise import noise_levels
+from gearbox_monitor.kernels.elementary import noise_levels
 from gearbox_monitor.kernels.types import Array
 
 LEAST = 200        # samples of a test

@@ -39,7 +39,7 @@ from gearbox_monitor.health.elastic_regression import (
     HALF_GAP, HEIGHT, INERTIA, N_SHAPE, Optimum, Regression, SCALE, STIFFNESS, VISCOUS, WIDTH,
     ZERO)
 from gearbox_monitor.kernels.kernel import entry
-from gearbox_monitor.kernels.levenberg_marquardt import Damping
+from gearbox_monitor.kernels.linear_least_squares import Damping
 from gearbox_monitor.kernels.types import Array, Vector
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS

@@ -16,7 +16,7 @@ import math
 
 import numpy as np
 
-from gearbox_monitor.estimation.whiteness import LAGS, ljung_box, MIN_SAMPLES
+from gearbox_monitor.estimation.score import LAGS, ljung_box, MIN_SAMPLES
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.checks.outcome import Condition, Level, Outcome, outcome_of
 from gearbox_monitor.kernels.kernel import entry

@@ -13,7 +13,7 @@ from gearbox_monitor.plant.effects.balance_column import (
 from gearbox_monitor.plant.effects.effect import (
     AtRest, Coefficients, Effect, FreeParameter, logarithmic, MotorFriction, of_model, Parameter,
     PERIOD, positive, PROFILE, Scales, Starts, wave)
-from gearbox_monitor.plant.friction_law import side, TANH, TWO_OVER_PI
+from gearbox_monitor.plant.transmission import side, TANH, TWO_OVER_PI
 
 _CV, _CC = positive('Cv', 'N m s/rad'), positive('Cc', 'N m')
 _M1 = Parameter('m1', 'kg m^2', 1e-9)

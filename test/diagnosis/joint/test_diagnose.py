@@ -17,7 +17,7 @@ from gearbox_monitor.cli.main import main
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.plant.drive import DriveModel, Transmission
 from gearbox_monitor.plant.effects import EFFECTS, LOCATIONS
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.read import McapReader

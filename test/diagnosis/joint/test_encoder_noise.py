@@ -12,9 +12,9 @@ from gearbox_monitor.diagnosis.joint.diagnose import diagnose
 from gearbox_monitor.diagnosis.joint.evidence import evidence_of
 from gearbox_monitor.diagnosis.joint.judge import decide, measured, with_level_of_innovations
 from gearbox_monitor.diagnosis.joint.noise_model import noise_floor, prewhitened
-from gearbox_monitor.kernels.sensor_noise import noise_levels
+from gearbox_monitor.kernels.elementary import noise_levels
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.signals.uniform import UniformRecording
 

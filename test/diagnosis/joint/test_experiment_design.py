@@ -19,7 +19,7 @@ from gearbox_monitor.diagnosis.joint.isolability import (
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.signals.uniform import UniformRecording
 

@@ -18,7 +18,7 @@ from gearbox_monitor.errors import Undecided
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.library.recording import load_recording
 from gearbox_monitor.plant.drive import Controller, DriveModel, Transmission
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 
 TRUE = DriveModel(torque_offset=0.1, position_gain=0.0)

@@ -7,7 +7,7 @@ import pytest
 
 from gearbox_monitor.diagnosis.joint.diagnose import diagnose
 from gearbox_monitor.plant.drive import model_from_dict
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, Plant
 from gearbox_monitor.signals.uniform import UniformRecording
 

@@ -27,7 +27,7 @@ from gearbox_monitor.diagnosis.joint.noise_model import MOTION, spectrum
 from gearbox_monitor.diagnosis.joint.shooting import shooting_windows
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.kernels import sensor_noise
+from gearbox_monitor.kernels import elementary
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.signals.uniform import Doubt, UniformRecording
@@ -412,7 +412,7 @@ def test_noise_on_a_lattice_is_that_of_encoder_and_rounding(step):
     t = np.arange(12_000) * DT
     y = 3.0 * np.sin(8.0 * t) + 0.01 * np.random.default_rng(1).standard_normal(len(t))
     quantum = 0.01 * step
-    levels, steps = sensor_noise.noise_levels(np.column_stack([quantum * np.rint(y / quantum), y]))
+    levels, steps = elementary.noise_levels(np.column_stack([quantum * np.rint(y / quantum), y]))
     assert levels[0] == pytest.approx(0.01 * np.sqrt(1.0 + step ** 2 / 12.0), rel=0.04)
     assert levels[1] == pytest.approx(0.01, rel=0.04)
     assert steps == pytest.approx([quantum, 0.0])
@@ -753,7 +753,7 @@ def test_the_interval_of_the_closed_fraction_covers_the_error_of_the_noise():
     signal = np.sin(np.linspace(0.0, 40.0, windows * length))[:, None]
     for seed in range(60):
         noise = np.random.default_rng(seed).standard_normal((windows * length, 2))
-        sigma, _ = sensor_noise.noise_levels(noise)
+        sigma, _ = elementary.noise_levels(noise)
         left, before = (x.reshape(windows, length, 2) for x in (
             noise / sigma, (noise + signal) / sigma))
         power, _, high = spectrum(left, DT)

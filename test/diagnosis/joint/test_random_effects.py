@@ -12,7 +12,7 @@ from gearbox_monitor.diagnosis.joint.candidates import Starts
 from gearbox_monitor.diagnosis.joint.diagnose import diagnose
 from gearbox_monitor.diagnosis.joint.parameter_ranges import between_recordings, pooled
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.signals.admission import admitted
 

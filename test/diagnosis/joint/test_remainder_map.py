@@ -8,7 +8,7 @@ import pytest
 from benchmarks.blind import plant as own
 from gearbox_monitor.diagnosis.joint.diagnose import diagnose
 from gearbox_monitor.plant.drive import model_from_dict
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.signals.uniform import UniformRecording
 
 DT, NOISE = 1e-3, 2e-3

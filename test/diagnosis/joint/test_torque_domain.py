@@ -22,7 +22,7 @@ from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.files.opening import config_path
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.plant.drive import model_from_dict
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.recordings.reading import read_signals, ReadOptions
 from gearbox_monitor.signals.uniform import UniformRecording

@@ -16,7 +16,7 @@ from gearbox_monitor.files.opening import config_path
 from gearbox_monitor.files.yaml_files import load_model, load_parameters
 from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.excitation import Excitation
+from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.recordings.examples import ExampleMotion, write_example_bag
 from gearbox_monitor.signals.uniform import UniformRecording
