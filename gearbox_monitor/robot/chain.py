@@ -113,6 +113,12 @@ class Chain:
             rows.append((*(rows[link.parent] if link.parent >= 0 else ()), index))
         return tuple(rows)
 
+    def extent(self, link: int) -> float:
+        """Return how far `link` and all behind it reach from its frame, m: bars of even mass."""
+        return max([2.0 * self.links[link].reach, *(
+            float(np.linalg.norm(own.origin)) + self.extent(k)
+            for k, own in enumerate(self.links) if own.parent == link)])
+
     def moved_by(self, joint: int) -> list[int]:
         """Return the links that `joint` moves."""
         return [link for link, movers in enumerate(self.movers) if joint in movers]
@@ -258,6 +264,28 @@ def inertial(mass: float, com: Array, inertia: Array) -> Array:
     at = inertia + mass * (com @ com * np.eye(3) - np.outer(com, com))
     return np.array([mass, *(mass * com), at[0, 0], at[1, 1], at[2, 2],
                      *(at[i, j] for i, j in OFF_DIAGONAL)])
+
+
+def pseudo_inertia(theta: Array) -> Array:
+    """Return the pseudo-inertia [4, 4] of `theta` [10]: of a body it is positive definite."""
+    at = np.diag(theta[4:7])
+    for value, (i, j) in zip(theta[7:], OFF_DIAGONAL):
+        at[i, j] = at[j, i] = value
+    out = np.empty((4, 4))
+    out[:3, :3] = 0.5 * np.trace(at) * np.eye(3) - at
+    out[:3, 3] = out[3, :3] = theta[1:4]
+    out[3, 3] = theta[0]
+    return out
+
+
+def level_frame(gravity: Array) -> Array:
+    """Return two level axes and the one up [3, 3], as rows, for `gravity` [3] in any frame."""
+    size = float(np.linalg.norm(gravity))
+    up = -gravity / size if size > 0.0 else np.eye(3)[2]
+    level = np.eye(3)[int(abs(up[0]) > 0.9)]
+    first = level - (level @ up) * up
+    first /= np.linalg.norm(first)
+    return np.array([first, np.cross(up, first), up])
 
 
 def body_of(theta: Array) -> tuple[float, Array, Array]:

@@ -17,7 +17,7 @@ import numpy as np
 
 from gearbox_monitor.diagnosis.joint.closed_model import Overlay
 from gearbox_monitor.diagnosis.robot.candidates import Candidate
-from gearbox_monitor.diagnosis.robot.robot_effects import BASE_TILT, GRAVITY_SIZE, ROBOT_EFFECTS
+from gearbox_monitor.diagnosis.robot.robot_effects import BASE_TILT, ROBOT_EFFECTS, tilted
 from gearbox_monitor.diagnosis.robot.verdict import RobotVerdict
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array
@@ -253,7 +253,7 @@ def _edit(m: Any, file: ChainFile, c: Candidate, values: Mapping[str, float]) ->
         array = getattr(m, f'dof_{place.mjcf}')
         array[j] = max(array[j] + values[place.value], 0.0)
     elif c.effect == BASE_TILT.id:
-        m.opt.gravity[:2] += GRAVITY_SIZE * np.array([values['ax'], values['ay']])
+        m.opt.gravity[:] = tilted(m.opt.gravity.copy(), values['ax'], values['ay'])
     else:
         body, (mass, centre, tensor) = body_with(
             replace(file, compiled=m), c.link or '', OF_LINK[c.effect](values))

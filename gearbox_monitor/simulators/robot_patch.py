@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from gearbox_monitor.diagnosis.robot.robot_effects import (
-    BASE, BASE_TILT, GRAVITY_SIZE, INERTIA_NAMES, LINK_INERTIA, PAYLOAD)
+    BASE, BASE_TILT, INERTIA_NAMES, LINK_INERTIA, PAYLOAD, tilted)
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel, weight_of
@@ -599,8 +599,7 @@ class _MjcfDraft(_ClosedDraft):
                             inertial_attributes(mass, centre, tensor), first=True)
 
     def _of_tilt(self, values: Mapping[str, float]) -> list[Edit]:
-        turned = self._file.chain.gravity + GRAVITY_SIZE * np.array(
-            [values['ax'], values['ay'], 0.0])
+        turned = tilted(self._file.chain.gravity, values['ax'], values['ay'])
         options = self._document.root.all('option')
         new: dict[str, str | None] = {'gravity': number(*turned)}
         if not options:

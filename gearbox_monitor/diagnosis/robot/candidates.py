@@ -4,7 +4,7 @@
 """Candidates: every effect at every place as columns, and functions without a law beside them."""
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 import math
 from typing import Any
 
@@ -12,13 +12,13 @@ import numpy as np
 import scipy
 
 from gearbox_monitor.diagnosis.robot.robot_effects import (
-    BASE, centre_of, LINK, PAYLOAD, ROBOT_EFFECTS, RobotEffect)
+    BASE, LINK, ROBOT_EFFECTS, RobotEffect)
 from gearbox_monitor.diagnosis.robot.rows import Rows
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.balance_column import (
-    BalanceColumn, COMMAND, JointMotion, SETPOINT, TORQUE)
+    BalanceColumn, COMMAND, dissipated, JointMotion, SETPOINT, TORQUE)
 
 HYSTERESIS = (0.1, 0.3, 1.0)  # widths, of the deviation of the angle
 SWINGS = tuple(0.5 * 1.3 ** k for k in range(8))  # Hz
@@ -35,7 +35,8 @@ class Candidate:
 
     joint, link: where; both None is the base. columns: {joint: [R, k]}. setting: of its nonlinear
     parameter. at_setting(setting): the candidate for another one, None if there is none to refine.
-    low, high: bounds of the first coefficient. values(b): parameters of the coefficients.
+    low, high: bounds of the first coefficient and of the size of all. possible(b, deviations):
+    whether physics allows the coefficients b. values(b): parameters of them.
     twins: effects with the same columns. over: variable of a free function, or what tells an
     effect from another one of its id at the same place. next_setting(b): the setting that follows
     from the coefficients b, None if it is searched. span: of a setting that is a position, how far
@@ -51,6 +52,7 @@ class Candidate:
     at_setting: Callable[[Any], 'Candidate'] | None = None
     low: float = -math.inf
     high: float = math.inf
+    possible: Callable[[Array, Array], bool] | None = None
     values: Callable[[Array], Mapping[str, float]] | None = None
     twins: tuple[str, ...] = ()
     free: bool = False
@@ -74,6 +76,11 @@ class Candidate:
     def acting(self) -> Flags:
         """Which coefficients [k] have any torque."""
         return np.any([np.abs(x).max(axis=0) > LEAST for x in self.columns.values()], axis=0)
+
+    def allows(self, b: Array, deviations: Array) -> bool:
+        """Return whether physics allows coefficients `b` [k] with their `deviations` [k]."""
+        return bool(self.low < b[0] and np.linalg.norm(b) < self.high) and (
+            self.possible is None or self.possible(b, deviations))
 
     @property
     def searched(self) -> bool:
@@ -142,8 +149,12 @@ def _of_joint(name: tuple[str, str, str], column: BalanceColumn, recordings: Seq
     setting_of = max(motions, key=lambda m: float(np.std(m.effort)))
 
     def made(setting: float) -> Candidate:
-        parts = [{joint: rows.tested(joint, column.series(m, setting), column.momentum)}
-                 for rows, m in zip(recordings, motions)]
+        series = [column.series(m, setting) for m in motions]
+        parts = [{joint: rows.tested(joint, x, column.momentum)}
+                 for rows, x in zip(recordings, series)]
+        low = max(column.low(m) for m in motions)
+        if column.dissipates and motions[0].learnt:
+            low = max(low, *(dissipated(m, x[:, 0]) for m, x in zip(motions, series)))
         hidden = 0.0 if column.hides is None else float(np.average(
             np.concatenate([column.hides(m, setting) for m in motions]),
             weights=np.concatenate([rows.tests.mask[:, joint] ** 2 + 1e-9
@@ -152,11 +163,11 @@ def _of_joint(name: tuple[str, str, str], column: BalanceColumn, recordings: Seq
             name[0], _stacked(parts), joint=name[1], hidden=hidden,
             setting=setting if column.setting else None,
             at_setting=made if column.setting and not column.whole else None,
-            low=max(column.low(m) for m in motions), high=column.high,
+            low=low, high=min(column.high(m) for m in motions),
             values=lambda b: column.values(b, setting), twins=column.twins, over=name[2],
             span=float(np.std(setting_of.q)) if column.place else 0.0,
             extra=1 if column.setting and not column.fixed_point else 0,
-            next_setting=(lambda b: float(np.clip(b[0], 1e-3, column.high)))
+            next_setting=(lambda b: float(np.clip(b[0], 1e-3, column.high(setting_of))))
             if column.fixed_point else None)
     rate = min(rows.rate for rows in recordings)
     return [made(setting) for setting in column.grid(setting_of)
@@ -169,7 +180,7 @@ def _of_robot(effect: RobotEffect, recordings: Sequence[Rows]) -> list[Candidate
     assert columns is not None and values is not None
     count = len(chain.links)
 
-    def made(index: int, centre: Array) -> Candidate:
+    def made(index: int, setting: Array) -> Candidate:
         where: dict[str, Any] = {}
         if effect.place == LINK:
             where['link'] = chain.links[index].name
@@ -179,11 +190,13 @@ def _of_robot(effect: RobotEffect, recordings: Sequence[Rows]) -> list[Candidate
         elif effect.place != BASE:
             where['joint'] = chain.joints[index]
         return Candidate(
-            effect.id, _stacked([columns(rows, index, centre) for rows in recordings]),
-            setting=centre, at_setting=(lambda c: made(index, c)) if effect is PAYLOAD else None,
-            low=-math.inf if recordings[0].robot.learnt else effect.low,
-            values=lambda b: values(b, centre),
-            next_setting=centre_of if effect is PAYLOAD else None, **where)
+            effect.id, _stacked([columns(rows, index, setting) for rows in recordings]),
+            setting=setting,
+            at_setting=(lambda x: made(index, x)) if effect.next_setting else None,
+            low=-math.inf if recordings[0].robot.learnt else effect.low, high=effect.high,
+            possible=None if effect.possible is None else partial(
+                effect.possible, recordings[0].robot, index),
+            values=lambda b: values(b, setting), next_setting=effect.next_setting, **where)
     if effect.place == LINK:
         indices = [i for i, link in enumerate(chain.links) if link.mass > 0.0]
     elif effect.place == BASE:
@@ -192,11 +205,7 @@ def _of_robot(effect: RobotEffect, recordings: Sequence[Rows]) -> list[Candidate
         indices = [j * count + k for j in range(count) for k in range(count) if j != k]
     else:
         indices = [j for j in range(count) if recordings[0].zero[j]]
-    # At the origin of its link a mass has no inertia: a swing in which that cancels the weight
-    # would not show it.
-    centres = [[np.zeros(3)] if effect is not PAYLOAD else
-               [np.zeros(3), chain.links[i].theta[1:4] / chain.links[i].mass] for i in indices]
-    return [made(i, centre) for i, of in zip(indices, centres) for centre in of]
+    return [made(i, setting) for i in indices for setting in effect.starts(chain, i)]
 
 
 def splines(x: Array, count: int = 8, robust: bool = True) -> Array:

@@ -24,6 +24,7 @@ from gearbox_monitor.plant.effects.motor_side import STRIBECK
 
 PER_NAME = 2          # settings of one effect among the finalists
 STEPS = (1.25, 1.08, 1.025)
+MOST_STEPS = 12       # of a fixed point
 LEAST_GAIN = 0.3      # of deviance, for which a setting is moved
 SIDE = 0.5            # of the motion's deviation: beyond, the next of a grid is nearer
 
@@ -235,7 +236,9 @@ def worth_of(evidence: RobotEvidence, current: RobotFit, fit: RobotFit,
 
 def _allowed(fit: RobotFit) -> bool:
     """Return whether physics allows the values of all candidates: a new one moves the others."""
-    return all(c.low <= fit.values[fit.of(i).start] <= c.high for i, c in enumerate(fit.chosen))
+    deviations = np.sqrt(np.diag(fit.covariance)[-len(fit.scale):]) / fit.scale
+    return all(c.allows(fit.values[fit.of(i)], deviations[fit.of(i)])
+               for i, c in enumerate(fit.chosen))
 
 
 def _refined(evidence: RobotEvidence, fit: RobotFit) -> RobotFit:
@@ -247,9 +250,11 @@ def _refined(evidence: RobotEvidence, fit: RobotFit) -> RobotFit:
     c, base, remade = fit.chosen[-1], fit.chosen[:-1], fit.chosen[-1].at_setting
     assert remade is not None
     if c.next_setting is not None:
-        for _ in range(3):
-            c = remade(c.next_setting(fit.values[fit.of(len(base))]))
+        for step in range(MOST_STEPS):
+            c, before = remade(c.next_setting(fit.values[fit.of(len(base))])), fit.deviance
             fit = evidence.fit((*base, c), fit.weights, 3)
+            if step > 1 and abs(before - fit.deviance) < LEAST_GAIN:
+                break
         return fit
     middle, span = float(c.setting), c.span
     # Beyond, the next of the grid is nearer; speeds and limits lie further apart.

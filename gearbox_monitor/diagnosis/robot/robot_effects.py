@@ -15,13 +15,14 @@ from typing import TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.robot.rows import Rows
+from gearbox_monitor.diagnosis.robot.rows import RobotModel, Rows
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects.balance_column import BalanceColumn, not_negative, one
+from gearbox_monitor.robot.chain import Chain, inertial, level_frame, pseudo_inertia
 
 JOINT, LINK, BASE = 'joint', 'link', 'base'
 GRAVITY_SIZE = 9.80665
-WIDEST = 0.6  # m: farthest place of a payload from its link's frame
+WIDEST = 0.6  # m: farthest place about which the inertia of a payload is linear
 LEAST_MASS = 1e-3  # kg, below which a payload has no centre
 Columns: TypeAlias = Mapping[int, Array]  # {joint: [R, k]}
 
@@ -32,8 +33,11 @@ class RobotEffect:
     An effect of a robot.
 
     id, meaning: as of an Effect; units {parameter: unit}. place: JOINT, LINK or BASE. column: of
-    an effect of one joint; else columns(rows, index, centre) of the joint or link `index`, and
-    values(b, centre). low: of the first coefficient, beside a model file. subject: the value by
+    an effect of one joint; else columns(rows, index, setting) of the joint or link `index`, and
+    values(b, setting). starts(chain, index): settings to begin with; next_setting(b): what follows
+    from the coefficients b, None for an effect without. low: of the first coefficient, beside a
+    model file; high: of the size of all; possible(robot, index, b, deviations): whether physics
+    allows the coefficients. subject: the value by
     which reports state it, and what it is in words. over: what tells it from another one of the
     same id and place. shows: how it shows in data. since: version.
     """
@@ -45,7 +49,11 @@ class RobotEffect:
     column: BalanceColumn | None = None
     columns: Callable[[Rows, int, Array], Columns] | None = None
     values: Callable[[Array, Array], Mapping[str, float]] | None = None
+    starts: Callable[[Chain, int], Sequence[Array]] = lambda chain, index: [np.zeros(3)]
+    next_setting: Callable[[Array], Array] | None = None
     low: float = -math.inf
+    high: float = math.inf
+    possible: Callable[[RobotModel, int, Array, Array], bool] | None = None
     subject: tuple[str, str] = ('', '')
     over: str = ''
     shows: str = ''
@@ -72,6 +80,12 @@ def _mass(rows: Rows, link: int, centre: Array) -> Columns:
     return {j: rows.inertial[link, j] @ compact(centre) for j in rows.robot.chain.movers[link]}
 
 
+def _centres(chain: Chain, link: int) -> list[Array]:
+    # At the origin of its link a mass has no inertia: a swing in which that cancels the weight
+    # would not show it.
+    return [np.zeros(3), chain.links[link].theta[1:4] / chain.links[link].mass]
+
+
 def _mass_values(b: Array, centre: Array) -> dict[str, float]:
     at = b[1:4] / b[0] if abs(b[0]) > 1e-9 else np.zeros(3)
     return {'m': float(b[0]), **{name: float(v) for name, v in zip(('cx', 'cy', 'cz'), at)}}
@@ -82,22 +96,80 @@ def centre_of(b: Array) -> Array:
     return np.clip(b[1:4] / b[0], -WIDEST, WIDEST) if abs(b[0]) > LEAST_MASS else np.zeros(3)
 
 
+def _within_reach(robot: RobotModel, link: int, b: Array, deviations: Array) -> bool:
+    """
+    Return whether a mass may be where it seems to be, with a mass in sum that is positive.
+
+    What is carried reaches no farther than what hangs behind the link, or a tool of half the arm.
+    """
+    chain = robot.chain
+    behind = sum(chain.links[k].mass for k in chain.moved_by(link))
+    if deviations[0] < abs(b[0]) and b[0] < -behind * (1.0 + robot.tolerance.max()):
+        return False
+    reach = max(chain.extent(link), 0.5 * max(chain.extent(j) for j in chain.movers[link]))
+    unsure = float(np.linalg.norm(deviations[1:]))
+    return float(np.linalg.norm(b[1:])) - 2.0 * unsure < reach * (abs(b[0]) + 2.0 * deviations[0])
+
+
+def _has_inertia(robot: RobotModel, link: int, b: Array, deviations: Array) -> bool:
+    """Return whether a link, in learnt models with all behind it, stays a body."""
+    chain, change = robot.chain, np.r_[np.zeros(4), b]
+    behind = sum(chain.links[k].mass for k in chain.moved_by(link))
+    size = inertial(behind, np.zeros(3), behind * chain.extent(link) ** 2 * np.eye(3))
+    whole = chain.links[link].theta + change + (size if robot.learnt else 0.0)
+    unsure = 2.0 * float(np.abs(deviations).max())
+    return float(np.linalg.eigvalsh(pseudo_inertia(whole))[0]) > -unsure
+
+
 INERTIA_NAMES = ('Ixx', 'Iyy', 'Izz', 'Ixy', 'Ixz', 'Iyz')
 PAYLOAD = RobotEffect(
     'payload', 'a mass that the model does not have', MappingProxyType(
         {'m': 'kg', 'cx': 'm', 'cy': 'm', 'cz': 'm'}), LINK, columns=_mass, values=_mass_values,
-    low=0.0, shows='All joints that carry the link need more torque: against gravity at rest, and '
-                   'in proportion to their acceleration.')
+    starts=_centres, next_setting=centre_of, low=0.0, possible=_within_reach,
+    shows='All joints that carry the link need more torque: against gravity at rest, and in '
+          'proportion to their acceleration.')
 LINK_INERTIA = RobotEffect(
     'link_inertia', 'inertia of a link is not that of the model', MappingProxyType(
         dict.fromkeys(INERTIA_NAMES, 'kg m^2')), LINK, columns=lambda rows, link, c: {
             j: rows.inertial[link, j][:, 4:] for j in rows.robot.chain.movers[link]},
-    values=lambda b, c: dict(zip(INERTIA_NAMES, b.tolist())),
+    values=lambda b, c: dict(zip(INERTIA_NAMES, b.tolist())), possible=_has_inertia,
     shows='The difference follows the angular acceleration of the link, and is absent at rest.')
+
+
+def _gravity(b: Array) -> tuple[float, float]:
+    """Return angle (rad) and size (m/s^2) of the gravity that a change `b` [2 or 3] makes."""
+    level = math.hypot(b[0], b[1])
+    if len(b) == 2:
+        return math.asin(min(level / GRAVITY_SIZE, 1.0)), GRAVITY_SIZE
+    return math.atan2(level, GRAVITY_SIZE - b[2]), math.hypot(level, GRAVITY_SIZE - b[2])
+
+
+def _tilt_values(b: Array, setting: Array) -> dict[str, float]:
+    return dict(zip(('ax', 'ay'), (
+        _gravity(b)[0] / max(math.hypot(b[0], b[1]), 1e-12) * b[:2]).tolist()))
+
+
+def _of_gravity(robot: RobotModel, index: int, b: Array, deviations: Array) -> bool:
+    """Return whether gravity keeps its size, within the tolerance of all masses."""
+    off = abs(_gravity(b)[1] / GRAVITY_SIZE - 1.0)
+    return off < 0.1 + robot.tolerance.max() + 2.0 * float(deviations.max()) / GRAVITY_SIZE
+
+
+def tilted(gravity: Array, ax: float, ay: float) -> Array:
+    """Return `gravity` [3] as a base sees it that is tilted by `ax`, `ay` (rad, of BASE_TILT)."""
+    angle = math.hypot(ax, ay)
+    along = np.array([ax, ay]) / max(angle, 1e-12)
+    size = float(np.linalg.norm(gravity))
+    change = np.array([*(math.sin(angle) * along), 1.0 - math.cos(angle)])
+    return gravity + size * change @ level_frame(gravity)
+
+
 BASE_TILT = RobotEffect(
     'base_tilt', 'the base is not level as the model says', MappingProxyType(
-        {'ax': 'rad', 'ay': 'rad'}), BASE, columns=lambda rows, i, c: rows.tilt,
-    values=lambda b, c: dict(zip(('ax', 'ay'), (b / GRAVITY_SIZE).tolist())),
+        {'ax': 'rad', 'ay': 'rad'}), BASE, values=_tilt_values, possible=_of_gravity,
+    # Torque is linear in gravity, not in its angle: a small tilt has two coefficients, any three.
+    columns=lambda rows, i, setting: {j: x[:, :len(setting)] for j, x in rows.tilt.items()},
+    starts=lambda chain, i: [np.zeros(2), np.zeros(3)],
     shows='The torque against gravity is off at all joints at once, as if gravity had another '
           'direction.')
 JOINT_ZERO = RobotEffect(
@@ -110,7 +182,8 @@ JOINT_ZERO = RobotEffect(
 QUADRATIC = RobotEffect(
     'quadratic_friction', 'friction that grows with the square of the speed', MappingProxyType(
         {'Cq': 'N m s^2/rad^2'}), JOINT, BalanceColumn(
-            lambda m, _: (m.v * np.abs(m.v))[:, None], one('Cq'), low=not_negative),
+            lambda m, _: (m.v * np.abs(m.v))[:, None], one('Cq'), low=not_negative,
+            dissipates=True),
         subject=('Cq', 'friction with the square of the speed'),
     shows='The friction grows faster than the speed: slow moves fit, fast ones are too fast in '
           'the model.')

@@ -22,7 +22,7 @@ from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects.balance_column import JointMotion, moved, waves
 from gearbox_monitor.plant.effects.controller import SERVO_GAIN
-from gearbox_monitor.robot.chain import Chain, PER_LINK
+from gearbox_monitor.robot.chain import Chain, level_frame, PER_LINK
 
 Shape: TypeAlias = Callable[[JointMotion], Array]  # -> [N, k]
 DRY, VISCOUS = 'dry', 'viscous'  # friction that scales with the day, each as a whole
@@ -174,14 +174,10 @@ class Rows:
 
     @cached_property
     def tilt(self) -> Mapping[int, Array]:
-        """Rows {joint: [R, 2]} of an acceleration of 1 m/s^2 along x and y of the base."""
-        still, theta = np.zeros_like(self.motion.v), self.robot.chain.theta
-        count = len(self.joints)
-        series = np.zeros((2, count, len(self.motion.t)))
-        for axis in range(2):
-            for r in self.robot.chain.regressors(self.motion.q, still, np.eye(3)[axis]):
-                series[axis, r.joint] += r.g @ theta[r.link]
-        return {j: self.scaled(j, self.tested(j, series[:, j].T)) for j in range(count)}
+        """Rows {joint: [R, 3]} of a gravity of 1 m/s^2 along the axes of level_frame."""
+        chain = self.robot.chain
+        series = chain.weights(self.motion.q) @ level_frame(chain.gravity).T
+        return {j: self.scaled(j, self.tested(j, series[:, j])) for j in range(len(self.joints))}
 
     @cached_property
     def inertia(self) -> Array:

@@ -38,7 +38,7 @@ TORQUE_GAIN = Effect(
     separated_by={'motor_coulomb': 'dynamic torque instead of slow motion'},
     column=BalanceColumn(
         lambda m, _: m.model[:, None], lambda b, _: {'g': float(1.0 / (1.0 + b[0]) - 1.0)},
-        low=lambda m: -0.6, high=3.0, needs=TORQUE))
+        low=lambda m: -0.5, high=lambda m: 1.0, needs=TORQUE))  # half to double the scale
 
 TORQUE_OFFSET = Effect(
     'torque_offset', 'actuator', 'u_act = u + u0', (Parameter('u0', 'N m'),),
@@ -71,8 +71,9 @@ ACTUATOR_DELAY = Effect(
     starts=lambda s: [[FreeParameter('T', 0.001, 0.002, 0.0, MAX_DELAY)]],
     column=BalanceColumn(
         lambda m, late: moved(m.t, m.raw, late), one('T'), setting='T',
-        grid=lambda m: (0.005, 0.015), fixed_point=True, low=lambda m: 0.0, high=3.0 * MAX_DELAY,
-        needs=COMMAND, twins=('actuator_lag', 'motor_encoder_delay')))
+        grid=lambda m: (0.005, 0.015), fixed_point=True, low=lambda m: 0.0,
+        high=lambda m: 3.0 * MAX_DELAY, needs=COMMAND,
+        twins=('actuator_lag', 'motor_encoder_delay')))
 
 
 @inline
@@ -89,6 +90,7 @@ def limits_below_peak(s: Scales) -> Starts:
 
 MOST_OVER = 30.0  # the usual command over the lowest limit that is tried
 STEP_DOWN = 1.4   # a limit over the next lower one
+ACTED = 0.9       # of the largest torque that the motion took: no limit is below
 
 
 def limits_reached(m: JointMotion) -> list[float]:
@@ -111,8 +113,11 @@ def limits_reached(m: JointMotion) -> list[float]:
     # nearly constant command has beyond them hardly varies, and explains nothing.
     count = 0 if m.kp else round(math.log(MOST_OVER) / math.log(STEP_DOWN))
     lower = [usual[0] / STEP_DOWN ** k for k in range(count, 0, -1)]
-    return [x for x in lower
-            if x > m.noise and float(np.std(beyond(x))) > 3.0 * m.noise] + levels
+    # The motion itself says which torque acted. Below it a limit is the sign of the command:
+    # Coulomb friction in disguise.
+    acted = 0.0 if m.kp else ACTED * float(np.quantile(np.abs(m.model), 0.98))
+    return [x for x in lower if x > m.noise and float(np.std(beyond(x))) > 3.0 * m.noise
+            and x > acted] + [x for x in levels if x > acted]
 
 
 def limit_column(needs: str, twins: tuple[str, ...] = ()) -> BalanceColumn:
@@ -124,7 +129,7 @@ def limit_column(needs: str, twins: tuple[str, ...] = ()) -> BalanceColumn:
     return BalanceColumn(
         lambda m, u: (m.effort - np.clip(m.effort, -u, u))[:, None],
         lambda b, u: {'umax': u}, setting='umax', grid=limits_reached, low=lambda m: 0.85,
-        high=1.15, needs=needs, twins=twins, hides=lambda m, u: np.abs(m.effort) > u)
+        high=lambda m: 1.15, needs=needs, twins=twins, hides=lambda m, u: np.abs(m.effort) > u)
 
 
 SATURATION = Effect(
@@ -136,6 +141,9 @@ SATURATION = Effect(
     meaning='torque is limited below the command', command=clipped_command, off=math.inf,
     order=-1, starts=limits_below_peak, torque_only=True,
     column=limit_column(COMMAND))
+
+
+MOST_RIPPLE = 0.5  # of the torque: a motor with more would stop at some angles
 
 
 @inline
@@ -171,4 +179,4 @@ TORQUE_RIPPLE = Effect(
     motor_gain=ripple_gain, order=-1, starts=wave(lambda s: 0.05), rotary_only=True,
     column=BalanceColumn(
         lambda m, n: m.model[:, None] * waves(n * m.q), wave_values('A', -1.0), setting='N',
-        grid=lambda m: range(1, 9), whole=True, needs=TORQUE))
+        grid=lambda m: range(1, 9), whole=True, high=lambda m: MOST_RIPPLE, needs=TORQUE))

@@ -85,9 +85,26 @@ def anything(m: JointMotion) -> float:
     return -math.inf
 
 
+def unbounded(m: JointMotion) -> float:
+    """Return the bound of the size of coefficients that may have any in the JointMotion `m`."""
+    return math.inf
+
+
 def not_negative(m: JointMotion) -> float:
     """Return the bound in `m` of what is not below 0; a difference from a reference may be."""
     return -math.inf if m.learnt else 0.0
+
+
+def dissipated(m: JointMotion, column: Array) -> float:
+    """
+    Return the least coefficient of a `column` [N] of friction with which `m` is still braked.
+
+    Friction never drives: what file and references know of it and what is found beside it take
+    power from the motion together.
+    """
+    known = m.coulomb * m.sign + m.viscous * m.v + m.dry + m.wet
+    power = float(column @ m.v)
+    return -max(float(known @ m.v), 0.0) / power if power > 0.0 else -math.inf
 
 
 def whole_friction(m: JointMotion) -> tuple[float, ...]:
@@ -118,13 +135,14 @@ class BalanceColumn:
 
     series(m, setting): torque [N, k] per unit of the coefficients of a JointMotion; with
     `momentum` its derivative counts. values(b, setting): the effect's parameters of the
-    coefficients b [k]. setting: name of a nonlinear parameter, which grid(m) lists; `whole`: it is
-    a whole number, else it is refined: in ratios, or with `place` in parts of the joint's motion;
-    `fixed_point`: it is the first coefficient itself. low(m),
-    high: bounds of the first coefficient. needs: kind of input that shows it: ANY, COMMAND (torque
-    that is commanded, not measured), TORQUE, or SETPOINT. twins: ids of effects with the same
-    columns in motion. states: the value by which a report states it, '' for the effect's first
-    parameter: a name in _change is a difference to the model, one in _factor a ratio.
+    coefficients b [k]. setting: name of a nonlinear parameter, which grid(m) lists; `whole`: it
+    is a whole number, else it is refined: in ratios, or with `place` in parts of the joint's
+    motion; `fixed_point`: it is the first coefficient itself. low(m): bound of the first
+    coefficient; high(m): of their size. dissipates: it is friction, which takes no less than no
+    power. needs: kind of input that shows it: ANY, COMMAND (torque that is commanded, not
+    measured), TORQUE, or SETPOINT. twins: ids of effects with the same columns in motion.
+    states: the value by which a report states it, '' for the effect's first parameter: a name in
+    _change is a difference to the model, one in _factor a ratio.
     hides(m, setting): flags [N] of samples at which any input has the same effect, None for none.
     """
 
@@ -137,7 +155,8 @@ class BalanceColumn:
     fixed_point: bool = False
     momentum: bool = False
     low: Callable[[JointMotion], float] = anything
-    high: float = math.inf
+    high: Callable[[JointMotion], float] = unbounded
+    dissipates: bool = False
     needs: str = ANY
     twins: tuple[str, ...] = ()
     states: str = ''

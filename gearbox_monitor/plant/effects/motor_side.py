@@ -60,7 +60,7 @@ MOTOR_VISCOUS = Effect(
     column=BalanceColumn(
         lambda m, whole: per_unit(m.wet, m.v) if whole else m.v[:, None], one('Cv_change'),
         grid=whole_friction, low=lambda m: -math.inf if m.learnt else -m.viscous,
-        states='Cv_change', twins=('arm_viscous',)))
+        dissipates=True, states='Cv_change', twins=('arm_viscous',)))
 
 MOTOR_COULOMB = Effect(
     'motor_coulomb', 'motor_side', 'Cc differs from the model file', (_CC,),
@@ -73,7 +73,7 @@ MOTOR_COULOMB = Effect(
     column=BalanceColumn(
         lambda m, whole: per_unit(m.dry, m.sign) if whole else m.sign[:, None], one('Cc_change'),
         grid=whole_friction, low=lambda m: -math.inf if m.learnt else -m.coulomb,
-        states='Cc_change', twins=('arm_coulomb',)))
+        dissipates=True, states='Cc_change', twins=('arm_coulomb',)))
 
 
 # ---------------------------------------------------------------------- friction
@@ -117,7 +117,7 @@ STRIBECK = Effect(
     column=BalanceColumn(
         lambda m, vs: (m.sign * np.exp(-(m.v / vs) ** 2))[:, None],
         lambda b, vs: {'Cs': float(b[0]), 'vs': vs}, setting='vs',
-        grid=lambda m: (0.05, 0.1, 0.2, 0.4), low=not_negative))
+        grid=lambda m: (0.05, 0.1, 0.2, 0.4), low=not_negative, dissipates=True))
 
 
 @inline
@@ -277,7 +277,8 @@ LOAD_FRICTION = Effect(
     starts=lambda s: [[FreeParameter('Cl', 0.0, 0.1, 0.0, 1.0)]],
     separated_by={'motor_coulomb': 'several load amplitudes'},
     column=BalanceColumn(
-        lambda m, _: (np.abs(m.bodies) * m.sign)[:, None], one('Cl'), low=not_negative))
+        lambda m, _: (np.abs(m.bodies) * m.sign)[:, None], one('Cl'), low=not_negative,
+        dissipates=True))
 
 MOTOR_INERTIA = Effect(
     'motor_inertia', 'motor_side', 'm1 differs from the model file', (_M1,),
@@ -325,7 +326,7 @@ VISCOUS_DRIFT = Effect(
     column=BalanceColumn(
         lambda m, tc: (m.v * -np.expm1(-m.t / tc))[:, None],
         lambda b, tc: {'Cv_change': float(b[0]), 'T': tc}, setting='T',
-        grid=lambda m: (3.0, 10.0), states='Cv_change'))
+        grid=lambda m: (3.0, 10.0), dissipates=True, states='Cv_change'))
 
 
 # ---------------------------------------------------------------------- torque

@@ -22,7 +22,7 @@ from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence
 from gearbox_monitor.diagnosis.robot.knowledge import (
     _noisy, burstiness, farther, states_of, unvisited, visits_of, with_unvisited)
 from gearbox_monitor.diagnosis.robot.motion import highest_kept, local_cosines, RobotMotion
-from gearbox_monitor.diagnosis.robot.robot_effects import compact
+from gearbox_monitor.diagnosis.robot.robot_effects import compact, tilted
 from gearbox_monitor.diagnosis.robot.rows import RobotModel, rows_of
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.diagnosis.robot.verdict import _deviations, _joined, _spreads, diagnose
@@ -194,8 +194,72 @@ def test_bounds_hold_for_all_candidates_of_a_fit():
     for values, allowed in (([5.0, 0.1], True), ([5.0, -0.9], False)):
         for chosen in ((wide, narrow), (narrow, wide)):
             ordered = values if chosen[0] is wide else values[::-1]
-            fit = SimpleNamespace(chosen=chosen, values=ordered, of=lambda i: slice(i, i + 1))
+            fit = SimpleNamespace(chosen=chosen, values=np.array(ordered), covariance=np.eye(2),
+                                  scale=np.ones(2), of=lambda i: slice(i, i + 1))
             assert _allowed(fit) == allowed
+
+
+@pytest.mark.parametrize('degrees', [3.0, 90.0, 180.0])
+def test_a_base_that_is_mounted_otherwise_has_its_angle(degrees):
+    """Gravity was linear in the angle: 58.57 +- 0.13 degrees for 90."""
+    case = random_robots.make(9, False, [], 100)
+    chain = model_of(case).chain
+    rows = rows_of(random_robots.log(case, 1, 15.0, False)[0],
+                   RobotModel(chain, np.full(len(chain.links), 0.05)))
+    ax, ay = np.radians(degrees) * np.array([0.6, -0.8])
+    change = tilted(chain.gravity, ax, ay) - chain.gravity
+    assert np.linalg.norm(change + chain.gravity) == pytest.approx(np.linalg.norm(chain.gravity))
+    torque = chain.weights(rows.motion.q) @ change
+    target = rows.target + np.stack([rows.tested(j, torque[:, j, None])[:, 0]
+                                     for j in range(len(rows.joints))])
+    evidence = RobotEvidence([replace(rows, target=target)])
+    laws = library([rows], ['base_tilt', 'payload', 'joint_zero', 'torque_gain'])
+    scales = scales_of(laws, [], None, evidence.joints)
+    first = contest(evidence, evidence.fit(), laws, scales, 10)[0]
+    values = first.candidate.values(first.fit.values)
+    assert first.candidate.effect == 'base_tilt'
+    angle = np.degrees(np.hypot(values['ax'], values['ay']))
+    assert angle == pytest.approx(degrees, abs=0.5)
+    if degrees < 180.0:
+        assert values['ax'] == pytest.approx(ax, abs=0.02)
+
+
+def test_what_physics_forbids_is_no_finding():
+    """Ripple of 561 %, friction that drives, a load 98 cm out on an arm of 60 cm: all were."""
+    rows = healthy_evidence()[0].recordings[0]
+    learnt = replace(rows, joints=tuple(
+        replace(m, learnt=True, dry=2.0 * m.sign, coulomb=0.0, viscous=0.0)
+        for m in rows.joints))
+    offers = {c.name: c for c in library([learnt])}
+    sure = np.full(4, 1e-6)
+    name = rows.robot.chain.joints[0]
+    ripple, coulomb, drift = (offers[effect, name, ''] for effect in (
+        'torque_ripple', 'motor_coulomb', 'viscous_drift'))
+    assert ripple.allows(np.array([0.2, 0.3]), sure) and not ripple.allows(
+        np.array([0.4, 0.4]), sure)
+    assert coulomb.allows(np.array([-1.9]), sure) and not coulomb.allows(np.array([-2.1]), sure)
+    # Where friction is 2 N m at all speeds, what grows with the speed cannot take more away.
+    speed = np.abs(rows.joints[0].v).mean()
+    assert not drift.allows(np.array([-8.0 / speed]), sure)
+    link = rows.robot.chain.links[-1].name
+    payload, mass = offers['payload', link, ''], rows.robot.chain.links[-1].mass
+    reach = max(rows.robot.chain.extent(0), rows.robot.chain.extent(len(rows.joints) - 1))
+    for centre, change, allowed in ((0.1, 1.0, True), (1.1, 1.0, False), (0.1, -1.5, False)):
+        b = change * mass * np.array([1.0, 0.0, 0.0, centre * reach])
+        assert payload.allows(b, sure) == allowed
+    # Its centre where the motion does not say it, is no contradiction.
+    assert payload.allows(mass * np.array([1.0, 0.0, 0.0, 3.0 * reach]), np.full(4, 3.0 * mass))
+    inertia, size = offers['link_inertia', link, ''], mass * rows.robot.chain.extent(
+        len(rows.joints) - 1) ** 2
+    ball = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+    assert inertia.allows(3.0 * size * ball, sure) and not inertia.allows(-3.0 * size * ball, sure)
+
+
+def test_a_limit_is_not_below_the_torque_that_acted():
+    """A limit at 2 % of the torque with 26603 times its scale was the sign of the command."""
+    m = healthy_evidence()[0].recordings[0].joints[0]
+    assert limits_reached(replace(m, model=0.0 * m.model))[0] < 0.2 * np.abs(m.effort).max()
+    assert min(limits_reached(m)) > 0.9 * np.quantile(np.abs(m.model), 0.98)
 
 
 def test_a_reference_whose_parts_differ_teaches_less():
@@ -352,7 +416,7 @@ def test_wrong_masses_and_wrong_gains_are_one_model():
 def test_a_limit_far_below_the_usual_command_is_tried():
     """A drive that is at its limit most of the time, and no level from setpoints."""
     m = healthy_evidence()[0].recordings[0].joints[0]
-    usual = float(np.median(np.abs(m.effort)))
+    m, usual = replace(m, model=0.0 * m.model), float(np.median(np.abs(m.effort)))
     levels = np.array(limits_reached(m))
     assert levels[0] < 0.1 * usual
     assert (levels[1:][levels[1:] < usual] / levels[:-1][levels[1:] < usual]).max() < 1.6
