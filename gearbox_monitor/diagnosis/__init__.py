@@ -33,8 +33,8 @@ Public names, by module:
     robot.evidence: Prior
     robot.knowledge: Knowledge, States, VERSION, Visits
     robot.payload: PayloadEstimate, PayloadTracker, SECOND
-    robot.robot_effects: BASE, BASE_TILT, GRAVITY_SIZE, INERTIA_NAMES, JOINT, LINK_INERTIA,
-        PAYLOAD, ROBOT_EFFECTS, RobotEffect
+    robot.robot_effects: BASE, BASE_TILT, INERTIA_NAMES, JOINT, LINK_INERTIA, PAYLOAD,
+        ROBOT_EFFECTS, RobotEffect, tilted
     robot.robot_log: checked_log, continuous, CURRENT, raw_log, RawLog, read_by, RobotLog,
         SETPOINT, TORQUE, TURNED
     robot.rows: RobotModel

@@ -26,8 +26,8 @@ Public names, by module:
         TORQUE_RIPPLE
     effects.arm_side: ARM_COULOMB, ARM_INERTIA, ARM_VISCOUS, burst, DISTURBANCE, GRAVITY,
         LOAD_TORQUE
-    effects.balance_column: BalanceColumn, COMMAND, JointMotion, moved, not_negative, one,
-        SETPOINT, TORQUE, waves
+    effects.balance_column: BalanceColumn, COMMAND, dissipated, JointMotion, moved,
+        not_negative, one, SETPOINT, TORQUE, waves
     effects.composition: actuator, arm_error, COMMAND_PLACES, DELAY1, DELAY2, lead,
         motor_error, steady_command
     effects.controller: SERVO_DEADBAND, SERVO_DELAY, SERVO_GAIN, SERVO_INTEGRATOR, SERVO_LIMIT,
