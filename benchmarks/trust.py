@@ -18,7 +18,6 @@ usage examples:
 """
 import argparse
 from collections.abc import Callable, Mapping, Sequence
-import copy
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -262,21 +261,20 @@ def drift_figures(drive: trust_runs.SimulatedDrive, windows: Sequence[Backlash],
         bars.judge(f'{case}: windows for drift', len(measured), low=trust_drift.BLOCK + 1)
         return {}
     progress(f'{case}: {size["hours"]:g} h of drift windows')
-    # The baseline comes from a separate run: judged windows must be new to the tracker.
+    # The baseline comes from a separate run: judged windows must be new.
     learnt = trust_runs.watch(drive, size['learning'], LEARNING_SEED, None, trust_drift.SMOOTHED,
                               flags=False).windows[1:]
-    trackers = {name: trust_drift.trained(learnt, trust_drift.settings(drive, interval))
-                for name, interval in (('yearly', None), ('daily', trust_drift.DAY))}
+    known = {name: trust_drift.trained(learnt, trust_drift.settings(drive, interval))
+             for name, interval in (('yearly', None), ('daily', trust_drift.DAY))}
     count = round(size['hours'] * 3600.0 / trust_drift.PERIOD)
-    days: Sequence[trust_drift.Window]
+    days: Sequence[trust_drift.Features]
     if full:
         days = trust_runs.watch(drive, size['hours'] * 3600.0, HEALTHY_SEED + 2, None,
                                 trust_drift.SMOOTHED, flags=False).windows
     else:
         days = trust_drift.drawn(measured, count, random)
-    alarms = {name: trust_drift.false_alarms(copy.deepcopy(tracker),
-                                             trust_drift.later(days, tracker))
-              for name, tracker in trackers.items()}
+    alarms = {name: trust_drift.false_alarms(health, trust_drift.later(days, health))
+              for name, health in known.items()}
     hours = size['hours']
     bars.judge(f'{case}: drift alarms in {hours:g} h', alarms['yearly'], high=0,
                interval=[v * hours for v in intervals.rate(alarms['yearly'], hours)])
@@ -286,7 +284,7 @@ def drift_figures(drive: trust_runs.SimulatedDrive, windows: Sequence[Backlash],
             ('+2 %', 0.02, size['changes'] // 2, False),
             ('5 %/h', trust_drift.SLOW, size['ramps'], True)):
         progress(f'{case}: gap grows by {change}')
-        delays_of = trust_drift.delays(drive, trackers, growth, runs, DELAY_SEED, ramp)
+        delays_of = trust_drift.delays(drive, known, growth, runs, DELAY_SEED, ramp)
         for name, delays in delays_of.items():
             detected = [d for d in delays if d is not None]
             result['delays'][f'{change} {name}'] = {

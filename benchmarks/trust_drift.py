@@ -3,7 +3,6 @@
 
 """Backlash in simulated runs: accuracy of its estimate, false alarms, delay of detection."""
 from collections.abc import Mapping, Sequence
-import copy
 from dataclasses import replace
 
 import numpy as np
@@ -12,15 +11,17 @@ from benchmarks.trust_runs import DT, DT_NS, SimulatedDrive, T0, watch
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.sample_loop import E_HALF_GAP, E_HYSTERESIS
-from gearbox_monitor.health.backlash import change, drift_words
+from gearbox_monitor.health import health_words
 from gearbox_monitor.health.backlash.features import Backlash, NotExcited
 from gearbox_monitor.health.checks.outcome import Level, Outcome
+from gearbox_monitor.health.health_record import Health, HealthSettings, Window
+from gearbox_monitor.health.judgement import folded, judge
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.parameters import EstimatorParameters, LEARNED
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation, Faults, FaultyPlant
 
-Window = Backlash | NotExcited
+Features = Backlash | NotExcited
 SMOOTHED = {'smoother_lag': 0.1}
 PERIOD = 10.0       # s of a drift window
 DAY = 86400.0       # s between two false alarms, of the faster setting
@@ -42,12 +43,12 @@ def half_gap_growth(model: DriveModel, growth: float) -> float:
     return growth * true_gap(model) / (2.0 * model.transmission.half_gap)
 
 
-def measured(windows: Sequence[Window]) -> list[Backlash]:
+def measured(windows: Sequence[Features]) -> list[Backlash]:
     """Return those of `windows` that are a Backlash."""
     return [w for w in windows if isinstance(w, Backlash)]
 
 
-def gaps(windows: Sequence[Window]) -> Array:
+def gaps(windows: Sequence[Features]) -> Array:
     """Return the gaps [N] of `windows`, rad."""
     return np.array([w.gap for w in measured(windows)])
 
@@ -101,10 +102,10 @@ def learned_gaps(drive: SimulatedDrive, seconds: float, seed: int) -> Array:
     return gaps
 
 
-def settings(drive: SimulatedDrive, interval: float | None = None) -> change.TrackerSettings:
+def settings(drive: SimulatedDrive, interval: float | None = None) -> HealthSettings:
     """Return Settings for `drive`, by default or for one false alarm every `interval` s."""
     extra = {} if interval is None else {'false_alarm_interval': interval}
-    return change.TrackerSettings.of(
+    return HealthSettings.of(
         EstimatorParameters.from_mapping({**drive.parameters, **SMOOTHED, **extra}),
         drive.assumed)
 
@@ -129,12 +130,9 @@ def drawn(windows: Sequence[Backlash], count: int, random: np.random.Generator,
             for k, i in enumerate(at)]
 
 
-def trained(windows: Sequence[Window], goal: change.TrackerSettings) -> change.Tracker:
-    """Return a Tracker with the settings `goal` that has learnt from healthy `windows`."""
-    tracker = change.Tracker(goal)
-    for window in windows:
-        tracker.update(window)
-    return tracker
+def trained(windows: Sequence[Features], goal: HealthSettings) -> Health:
+    """Return the Health, judged by `goal`, that has learnt from healthy `windows`."""
+    return folded(Health(goal), map(Window, windows))
 
 
 def raised(outcomes: Mapping[str, Outcome]) -> bool:
@@ -142,22 +140,22 @@ def raised(outcomes: Mapping[str, Outcome]) -> bool:
     return outcomes['backlash'].level > Level.OK
 
 
-def false_alarms(tracker: change.Tracker, windows: Sequence[Window]) -> int:
-    """Return how often later `windows` raise the alarm of a `tracker`."""
+def false_alarms(health: Health, windows: Sequence[Features]) -> int:
+    """Return how often later `windows` raise an alarm of a gearbox with this `health`."""
     alarms = [False]
     for window in windows:
-        tracker.update(window)
-        alarms.append(any(x.level > Level.OK for x in drift_words.outcomes(tracker).values()))
+        health, _ = judge(health, Window(window))
+        alarms.append(any(x.level > Level.OK for x in health_words.outcomes(health).values()))
     return sum(current and not previous for previous, current in zip(alarms, alarms[1:]))
 
 
-def later(windows: Sequence[Window], tracker: change.Tracker) -> list[Window]:
-    """Return `windows` with stamps that follow those that `tracker` has taken."""
-    shift_ns = tracker.stamp_ns + round(PERIOD * 1e9) - windows[0].stamp_ns
+def later(windows: Sequence[Features], health: Health) -> list[Features]:
+    """Return `windows` with stamps that follow those that `health` rests on."""
+    shift_ns = health.stamp_ns + round(PERIOD * 1e9) - windows[0].stamp_ns
     return [replace(w, stamp_ns=w.stamp_ns + shift_ns) for w in windows]
 
 
-def delays(drive: SimulatedDrive, trackers: Mapping[str, change.Tracker], growth: float,
+def delays(drive: SimulatedDrive, learnt: Mapping[str, Health], growth: float,
            runs: int, seed: int, ramp: bool = False) -> dict[str, list[float | None]]:
     """
     Measure how soon a simulated change of the backlash is detected.
@@ -167,39 +165,40 @@ def delays(drive: SimulatedDrive, trackers: Mapping[str, change.Tracker], growth
 
     Args:
         drive: simulated drive.
-        trackers: trained trackers by name; each run continues with copies of them.
+        learnt: Health by name; each run continues from it.
         growth: relative jump, or relative growth per second of a ramp.
         runs: how many.
         seed: of the first run.
         ramp: whether the backlash grows steadily.
 
     Returns:
-        {tracker: [delay (s) of each run, None: not detected]}.
+        {name: [delay (s) of each run, None: not detected]}.
     """
-    delays_of: dict[str, list[float | None]] = {name: [] for name in trackers}
+    delays_of: dict[str, list[float | None]] = {name: [] for name in learnt}
     random = np.random.default_rng(seed)
     relative = half_gap_growth(drive.model, growth)
     for run in range(runs):
         start = HEALTHY_TIME + random.uniform(0.0, PERIOD)
         faults = (Faults(gap_growth_rate=relative, gap_growth_start=start) if ramp else
                   Faults(start, gap=1.0 + relative))
-        copies = {name: copy.deepcopy(tracker) for name, tracker in trackers.items()}
+        known = dict(learnt)
         hits: dict[str, float] = {}
 
-        def stop(windows: Sequence[Window], copies: dict[str, change.Tracker] = copies,
+        def stop(windows: Sequence[Features], known: dict[str, Health] = known,
                  hits: dict[str, float] = hits, start: float = start) -> bool:
-            """Write when each of `copies` detects the change of `start` in `windows` to `hits`."""
+            """Write when each of `known` detects the change of `start` in `windows` to `hits`."""
             for window in windows:
                 since = (window.stamp_ns - T0) * 1e-9 - start
-                for name in copies.keys() - hits.keys():
-                    shift_ns = round(trackers[name].stamp_ns - T0)
-                    copies[name].update(replace(window, stamp_ns=window.stamp_ns + shift_ns))
-                    if raised(drift_words.outcomes(copies[name])):
+                for name in known.keys() - hits.keys():
+                    shift_ns = round(learnt[name].stamp_ns - T0)
+                    known[name], _ = judge(known[name], Window(
+                        replace(window, stamp_ns=window.stamp_ns + shift_ns)))
+                    if raised(health_words.outcomes(known[name])):
                         hits[name] = since
-            return len(hits) == len(copies)
+            return len(hits) == len(known)
         watch(drive, start + (RAMP_TIME if ramp else JUMP_TIME), seed + 1 + run, faults, SMOOTHED,
               flags=False, stop=stop)
-        for name in copies:
+        for name in known:
             if hits.get(name, 1.0) > 0.0:
                 delays_of[name].append(hits.get(name))
     return delays_of

@@ -18,9 +18,11 @@ from benchmarks.harness import BarTable
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.interval_smoother import smooth_interval
-from gearbox_monitor.health.backlash import change, drift_words
+from gearbox_monitor.health import health_words
 from gearbox_monitor.health.backlash.features import Backlash, fit, NotExcited
 from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.health.health_record import Health, HealthSettings, Window
+from gearbox_monitor.health.judgement import judge
 from gearbox_monitor.kernels.types import Array
 
 # What "benchmarks real" finds for this drive on the training runs of split orig.
@@ -93,13 +95,13 @@ def follow(runs: Iterable[str], windows: Sequence[Backlash | NotExcited],
         Names of the recordings that raised an alert, in their order.
     """
     model, parameters = real_fit.configure(FITTED, arm_step)
-    tracker = change.Tracker(change.TrackerSettings.of(parameters.replace(**ONE_POINT), model))
+    health = Health(HealthSettings.of(parameters.replace(**ONE_POINT), model))
     alerted: list[str] = []
     was_alerted = False
     for name, window_of_run in zip(runs, windows):
-        tracker.update(window_of_run)
-        level = drift_words.outcomes(tracker)['backlash'].level
-        is_alerted = level > Level.OK and bool(tracker.changes)
+        health, _ = judge(health, Window(window_of_run))
+        level = health_words.outcomes(health)['backlash'].level
+        is_alerted = level > Level.OK and bool(health.alerts)
         if is_alerted and not was_alerted:
             alerted.append(name)
         was_alerted = is_alerted

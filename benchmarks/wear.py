@@ -19,7 +19,6 @@ usage examples:
 """
 import argparse
 from collections.abc import Mapping, Sequence
-import copy
 from dataclasses import dataclass
 import math
 from typing import Any
@@ -194,8 +193,8 @@ def delay(monitor: Monitor, drive: SimulatedAxis, growth: float, random: np.rand
     begin = monitor.stamp_ns + DT_NS
     for part in range(round(GROWTHS[growth] / PART)):
         monitor.run(work(drive, PART, random, growth, begin + round(part * PART * 1e9)))
-        if 'gap' in monitor.tracker.changes:
-            return (monitor.tracker.changes['gap'].found_ns - begin) * 1e-9
+        if 'gap' in monitor.health.alerts:
+            return (monitor.health.alerts['gap'].found_ns - begin) * 1e-9
     return None
 
 
@@ -218,12 +217,12 @@ def evaluate(axes: int, seed: int, bars: BarTable) -> list[dict[str, Any]]:
         windows, true = measured(list(monitor.windows)), 2.0 * drive.nominal['b']
         gaps, stds = (np.array([getattr(w, name) for w in windows]) / true
                       for name in ('gap', 'gap_std'))
-        early = 'gap' in monitor.tracker.changes
+        early = 'gap' in monitor.health.alerts
         row: dict[str, Any] = {
             'windows': len(windows), 'gap': float(np.median(gaps)) if windows else None,
             'spread': float(gaps.std()), 'stated': float(np.median(stds)) if windows else None,
             'within_2': float((np.abs(gaps - 1.0) <= 2.0 * stds).mean()) if windows else None,
-            'early': early, 'false_alarms': false_alarms(copy.deepcopy(monitor.tracker), drawn(
+            'early': early, 'false_alarms': false_alarms(monitor.health, drawn(
                 windows, DAY, random, monitor.stamp_ns)) if len(windows) > 6 else None}
         for growth in GROWTHS:
             row[f'delay_{growth:g}'] = None if early else delay(monitor, drive, growth, random)

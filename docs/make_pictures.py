@@ -219,7 +219,7 @@ def live(folder: Path) -> Iterator[str]:
         for name, outcome in monitor.outcomes.items():
             gearbox.add_status(began + second, name, int(outcome.level), outcome.message,
                                dict(published(name, outcome.values)))
-        if monitor.tracker.stages().get('backlash'):
+        if monitor.health.stages().get('backlash'):
             outcome = monitor.outcomes['backlash']
             gearbox.add_alert(StatusAlert('backlash', int(outcome.level), outcome.message,
                                           '2026-03-02 08:00:46'))

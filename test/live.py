@@ -72,7 +72,7 @@ def write_live(writer, samples):
                 writer.write(f'/{signal.topic}', now, raw)
         told = {name: (f.level, f.message, f.values) for name, f in monitor.outcomes.items()}
         array('/diagnostics', told, now)
-        for name, stages in monitor.tracker.stages().items():
+        for name, stages in monitor.health.stages().items():
             if stages != alerted.get(name, {}):
                 alerted[name] = stages
                 array('/drift_alerts', {name: told[name]}, now)

@@ -12,8 +12,8 @@ from gearbox_monitor.estimation import process_model, sample_loop
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.health.backlash import wear
-from gearbox_monitor.health.backlash.change import TrackerSettings
 from gearbox_monitor.health.backlash.change_tests import TESTS
+from gearbox_monitor.health.health_record import HealthSettings
 from gearbox_monitor.kernels.types import Layout
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
@@ -23,7 +23,7 @@ from gearbox_monitor.signals import encoders
 
 
 def test_tests_of_drift_share_the_false_alarms_that_are_asked_for():
-    settings = TrackerSettings(windows_per_false_alarm=1e5)
+    settings = HealthSettings(windows_per_false_alarm=1e5)
     for test in TESTS:
         rate = wear.false_alarm_rate(settings.threshold(test))
         assert rate == pytest.approx(test.share / 1e5, rel=1e-6)

@@ -224,8 +224,8 @@ def _backlash(monitor: Monitor, data: Mapping[str, Any], demo: Any,
               seconds: Seconds) -> plots.BacklashCurve:
     """Return the backlash of the windows, with limits, alarms and truth."""
     windows, p = list(monitor.windows), monitor.parameters
-    baseline = monitor.baseline
-    level = baseline.gap if baseline else None
+    baseline = monitor.health.feature('gap').baseline
+    level = baseline if baseline > 0.0 else None
     t = np.linspace(0.0, demo.duration, 200)
     grown = 1.0 + demo.growth_rate * np.maximum(t - demo.growth_start, 0.0)
     alarms = [(a['t'], f'{a["level"].lower()}: {a["t"]:.1f} s', a['level'] == 'ERROR')

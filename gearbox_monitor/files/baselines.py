@@ -8,10 +8,10 @@ The baseline says what was healthy; its recording tells later what changed; the 
 a restart. One process writes a state, from a thread of its own.
 """
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 import fcntl
 import json
-import math
 import os
 from pathlib import Path
 import socket
@@ -20,155 +20,134 @@ import time
 from typing import Any, TextIO
 from zlib import crc32
 
-import yaml
-
 from gearbox_monitor import __version__
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import open_file
-from gearbox_monitor.files.yaml_files import load_yaml
-from gearbox_monitor.health.backlash import drift_words
-from gearbox_monitor.health.backlash.change import Tracker, TrackerSettings
-from gearbox_monitor.kernels.types import Values
+from gearbox_monitor.health.health_record import Health, HealthSettings
+from gearbox_monitor.health.judgement import from_data, to_data
 
-FORMAT, STATE_FORMAT = 3, 6  # version 0.2 wrote up to 2 and up to 5
+BASELINE, STATE = 'baseline', 'state'  # kinds of files
+FORMAT = 7  # of both; version 0.2 wrote up to 5
 
 
 class Damaged(InputError):
     """A file of drift is not what this package has written."""
 
 
-def load_baseline(path: str | Path, gearbox_serial: str = '') -> list[dict[str, Any]]:
+def health_text(kind: str, health: Health, gearbox_serial: str, **more: Any) -> str:
     """
-    Return the baselines in the file `path`, as change.Tracker takes them.
+    Return the file of a Health: a line of JSON, and a line with its checksum.
+
+    Args:
+        kind: BASELINE or STATE.
+        health: to keep.
+        gearbox_serial: of the gearbox.
+        more: plain data that the file holds, too.
+
+    """
+    body = json.dumps({
+        'kind': kind, 'format': FORMAT, 'gearbox_monitor': __version__,
+        'gearbox_serial': gearbox_serial, 'date': time.strftime('%Y-%m-%dT%H:%M:%S%z'),
+        **more, 'health': to_data(health)})
+    return f'{body}\n{crc32(body.encode()):08x}\n'
+
+
+def _read(path: Path) -> str:
+    """Return the text of a file. Raises FileNotFoundError, and InputError for any other reason."""
+    try:
+        with open_file(path) as file:
+            return file.read().decode('utf-8', 'replace')
+    except FileNotFoundError:
+        raise
+    except OSError as error:
+        raise InputError(f'{path}: {error.strerror}, expected a readable file') from None
+
+
+def _content(path: Path, text: str, kind: str, gearbox_serial: str) -> dict[str, Any]:
+    """
+    Return the content of the file of a Health.
+
+    Args:
+        path: of the file.
+        text: in it.
+        kind: BASELINE or STATE.
+        gearbox_serial: of the gearbox that it must belong to, '' for any.
+
+    Raises:
+        InputError: it is of another version or gearbox; Damaged: it is not as it was written.
+
+    """
+    body, _, end = text.rstrip('\n').rpartition('\n')
+    if f'{crc32(body.encode()):08x}' != end:
+        if 'format' in body + end and '"kind"' not in body:
+            raise InputError(f'{path}: a {kind} of another version: save the baseline again')
+        raise Damaged(f'{path}: the checksum does not fit, expected a {kind} as it was written')
+    data: dict[str, Any] = json.loads(body)
+    if data['format'] != FORMAT or data['kind'] != kind:
+        raise InputError(f'{path}: a {data["kind"]} of format {data["format"]}, expected a {kind} '
+                         f'of format {FORMAT}: save the baseline again')
+    if gearbox_serial and data['gearbox_serial'] != gearbox_serial:
+        raise InputError(f'{path}: gearbox_serial: {data["gearbox_serial"]!r}, expected '
+                         f'{gearbox_serial!r}')
+    try:
+        from_data(HealthSettings(), data['health'])
+    except (KeyError, TypeError, ValueError) as error:
+        raise Damaged(f'{path}: {error!r}, expected a {kind} of this version') from None
+    return data
+
+
+def load_baseline(path: str | Path, gearbox_serial: str = '') -> dict[str, Any]:
+    """
+    Return the Health in the baseline `path`, as a Monitor takes it.
 
     Raises Damaged, and InputError where the file cannot be read, is of another version or names
     another gearbox than `gearbox_serial`.
     """
-    if not os.access(path, os.R_OK):
-        load_yaml(path)  # says why
+    path = Path(path)
     try:
-        data = load_yaml(path).content
-    except InputError as error:
-        raise Damaged(*error.args) from None
-    if not isinstance(data, dict) or 'baseline' not in data:
-        raise Damaged(f'{path}: {str(data)[:60]!r}, expected a block "baseline"')
-    if data.get('format') != FORMAT:
-        raise InputError(f'{path}: a baseline of another version (format '
-                         f'{data.get("format")!r}), expected format {FORMAT}: save the baseline '
-                         'again')
-    serial = data.get('gearbox_serial')
-    if gearbox_serial and serial != gearbox_serial:
-        raise InputError(f'{path}: gearbox_serial: {serial!r}, expected {gearbox_serial!r}')
-    points = data['baseline']
-    if not isinstance(points, list):
-        raise Damaged(f'{path}: baseline: {str(points)[:60]!r}, expected a list of operating '
-                      'points')
-    if data.get('points', len(points)) != len(points):
-        raise Damaged(f'{path}: baseline: {len(points)} operating points, expected '
-                      f'{data["points"]}: the file is truncated')
-    for k, point in enumerate(points):
-        _check_point(point, f'{path}: baseline[{k}]')
-    try:
-        return Tracker(TrackerSettings(), points).baseline_points()
-    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
-        raise Damaged(f'{path}: baseline: {error!r}, expected what ~/save_baseline '
-                      'writes') from None
+        text = _read(path)
+    except FileNotFoundError:
+        raise InputError(f'{path}: No such file or directory, expected a baseline') from None
+    health: dict[str, Any] = _content(path, text, BASELINE, gearbox_serial)['health']
+    return health
 
 
-def _check_point(point: Any, source: str) -> None:
-    """Raise Damaged that names `source` if `point` is no operating point."""
-    if not isinstance(point, dict) or not isinstance(point.get('features'), dict):
-        raise Damaged(f'{source}: {str(point)[:60]!r}, expected an operating point with '
-                      'features')
-    for name in ('angle', 'speed', 'load', 'scale'):
-        _check_number(point.get(name), f'{source}.{name}', -math.inf)
-    if point.get('temperature') is not None:
-        _check_number(point['temperature'], f'{source}.temperature', -math.inf)
-    for name, feature in point['features'].items():
-        for key in ('windows', 'mean', 'std', 'stated_std'):
-            value = feature.get(key) if isinstance(feature, dict) else None
-            _check_number(value, f'{source}.{name}.{key}', 0.0 if key != 'mean' else -math.inf)
-
-
-def _check_number(value: object, source: str, low: float) -> None:
-    """Raise Damaged that names `source` if `value` is no finite number >= `low`."""
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or \
-            not math.isfinite(value) or value < low:
-        raise Damaged(f'{source}: {value!r}, expected a number'
-                      + (f' >= {low:g}' if low > -math.inf else ''))
-
-
-def save_baseline(path: str | Path, points: list[dict[str, Any]], gearbox_serial: str,
+def save_baseline(path: str | Path, health: Health, gearbox_serial: str,
                   parameters: dict[str, Any]) -> None:
     """
-    Write baselines to a file, whole or not at all.
+    Write a baseline to a file, whole or not at all.
 
     Args:
         path: of the file; replaced if it exists.
-        points: of Tracker.baseline_points.
-        gearbox_serial: of the gearbox that they belong to.
+        health: of judgement.accepted.
+        gearbox_serial: of the gearbox that it belongs to.
         parameters: in force, for the record.
 
     Raises:
         InputError: if the file cannot be written.
 
     """
-    text = '# What was healthy, per operating point; written by ~/save_baseline.\n' + \
-        yaml.safe_dump({
-            'format': FORMAT, 'gearbox_monitor': __version__, 'gearbox_serial': gearbox_serial,
-            'date': _now(), 'points': len(points), 'baseline': points,
-            'parameters': parameters}, sort_keys=False)
-    write_whole(Path(path), text)
-
-
-def state_text(tracker: Tracker, gearbox_serial: str, adaptation: Values | None = None,
-               recording_ns: int = 0) -> str:
-    """
-    Return the state file of a `tracker`, the `gearbox_serial` and values of `adaptation`.
-
-    recording_ns: stamp of the baseline recording, 0: none.
-    """
-    return json.dumps({
-        'format': STATE_FORMAT, 'gearbox_monitor': __version__,
-        'gearbox_serial': gearbox_serial, 'date': _now(), 'drift': tracker.to_dict(),
-        'adaptation': adaptation or {}, 'recording_ns': recording_ns})
+    write_whole(Path(path), health_text(BASELINE, health, gearbox_serial, parameters=parameters))
 
 
 def load_state(path: str | Path, gearbox_serial: str) -> tuple[dict[str, Any] | None, str]:
     """
     Return (state or None, report or '') of the state file `path` of the gearbox `gearbox_serial`.
 
-    The state: {'drift': what Tracker takes, 'adaptation': what Estimator.recall takes or {},
+    The state: {'health': what a Monitor takes, 'adaptation': what Estimator.recall takes or {},
     'recording_ns': stamp of the baseline recording, 0: none}.
     There may be no file yet. One that is damaged, of another version or of another gearbox is
     renamed to PATH.corrupt-DATE. Raises InputError where it cannot be read or renamed.
     """
     path = Path(path)
     try:
-        with open_file(path) as file:
-            text = file.read().decode('utf-8', 'replace')
+        text = _read(path)
     except FileNotFoundError:
         return None, ''
-    except OSError as error:
-        raise InputError(f'{path}: {error.strerror}, expected a readable file') from None
     try:
-        data = json.loads(text)
-        if data['format'] != STATE_FORMAT:
-            raise ValueError(f'a state of another version (format {data["format"]!r}), expected '
-                             f'format {STATE_FORMAT}')
-        if data['gearbox_serial'] != gearbox_serial:
-            raise ValueError(f'gearbox_serial {data["gearbox_serial"]!r}, expected '
-                             f'{gearbox_serial!r}')
-        drift_words.outcomes(Tracker(TrackerSettings(), data['drift']))
-        adaptation = data['adaptation']
-        if not isinstance(adaptation, dict):
-            raise ValueError(f'adaptation {str(adaptation)[:60]!r}, expected a block')
-        return {'drift': data['drift'], 'adaptation': adaptation,
-                'recording_ns': int(data['recording_ns'])}, ''
-    except (KeyError, ValueError, TypeError, IndexError, AttributeError, OverflowError,
-            RecursionError) as error:
-        reason = f'no {error}' if isinstance(error, KeyError) else str(error)
-    return None, f'{path}: {reason}: {set_aside(path)}'
+        return _content(path, text, STATE, gearbox_serial), ''
+    except InputError as error:
+        return None, f'{error}: {set_aside(path)}'
 
 
 def set_aside(path: str | Path, reason: str = 'corrupt') -> str:
@@ -181,11 +160,6 @@ def set_aside(path: str | Path, reason: str = 'corrupt') -> str:
         raise InputError(f'{path}: {error.strerror}, expected a file that can be renamed') \
             from None
     return f'set aside as {aside.name}; drift detection starts again'
-
-
-def _now() -> str:
-    """Return the local time in ISO 8601."""
-    return time.strftime('%Y-%m-%dT%H:%M:%S%z')
 
 
 def write_whole(path: Path, content: str | bytes) -> None:
@@ -357,8 +331,8 @@ class StateFile:
             self.readable = False
             return None
         file.truncate(0)
-        file.write(self._owner + '\n')
-        file.flush()
+        with suppress(OSError):  # on a full disk: the lock holds without the name of its owner
+            os.write(file.fileno(), f'{self._owner}\n'.encode())
         self.problem, self.readable = '', True
         return file
 

@@ -9,9 +9,9 @@ same samples give the same outcomes, live and offline.
 
 Public names, by module:
 
+    .: health_words
     alert_limits: LIMITS
-    backlash: change_tests, drift_words
-    backlash.change: GROSS, Tracker, TrackerSettings
+    backlash: change_tests
     backlash.change_tests: COMPONENTS, FRICTION, TESTS
     backlash.features: Backlash, NotExcited
     backlash.locked_input: is_locked, locked_windows
@@ -21,6 +21,8 @@ Public names, by module:
     checks.outcome: Condition, Level, LEVELS, Outcome, outcome_of, with_more
     checks.usability: key_of
     diagnostic_keys: published
+    health_record: FeatureHealth, GROSS, Health, HealthSettings
+    judgement: accepted, from_data, to_data
     monitor: CONDITIONS, DRIFT_SHOWS, Monitor
     staleness: Silence
 """

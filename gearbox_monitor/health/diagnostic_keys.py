@@ -49,6 +49,7 @@ _KEPT = ('recording', '', 'outcome of the recording of its newest ERROR, with `k
 _POINT = (
     ('operating_point', '', 'its mean angle, rms speed, rms torque (and temperature)'),
     ('baseline_windows', '-', 'windows in its baseline'),
+    ('baseline_since', '', 'first window that the baseline rests on'),
     ('trusted', '0/1', 'whether the newest window may enter the baseline'))
 DIAGNOSTIC_KEYS = (
     *_of('input',

@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Iterable
 from dataclasses import replace
 import json
-from typing import Any, TYPE_CHECKING
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,16 +21,19 @@ from gearbox_monitor.estimation.estimator import Estimator, snapshot_errors
 from gearbox_monitor.estimation.process_model import P0, R1, R2, TAU_K
 from gearbox_monitor.estimation.rts_smoother import S_TWIST_NOISE_STD
 from gearbox_monitor.health.alert_limits import LIMITS
-from gearbox_monitor.health.backlash import change, drift_words, features
+from gearbox_monitor.health import health_words
+from gearbox_monitor.health.backlash import features
 from gearbox_monitor.health.backlash.wear import PooledFeatures, when
-from gearbox_monitor.health.backlash.wear_data import AT_ODDS, ERRORS_LARGER, TRUSTED
 from gearbox_monitor.health.checks import (
     covariance, elastic_curve, innovation, learned_curve, model_mismatch, observability, passivity,
     twist_range, usability)
 from gearbox_monitor.health.checks.outcome import (
     Alarm, Condition, DEBOUNCE, joined, Level, Outcome, outcome_of, with_more)
 from gearbox_monitor.health.checks.row_check import middle, thinned
+from gearbox_monitor.health.health_record import (
+    AT_ODDS, ERRORS_LARGER, Health, HealthSettings, TRUSTED, Window)
 from gearbox_monitor.health.history import COLUMNS, Recent, RowHistory
+from gearbox_monitor.health.judgement import from_data, judge, to_data, under
 from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
 from gearbox_monitor.parameters import CURVES, EstimatorParameters, PAYLOAD
 from gearbox_monitor.plant.drive import DriveModel
@@ -69,6 +72,7 @@ ROW_CHECKS = (passivity.CHECK, twist_range.CHECK, elastic_curve.CHECK)
 ROWS_KEPT = round(max(check.window for check in ROW_CHECKS) * SECOND)  # ns
 ESTIMATES_KEPT = round(LIMITS.error_window * SECOND)
 
+WINDOWS_KEPT = 1000
 Outcomes = dict[str, Outcome]  # by component
 
 
@@ -81,28 +85,29 @@ class Monitor:
     """
     Trust and drift of one gearbox.
 
-    model, parameters, robot: as of Estimator. drift: state or baselines of a change.Tracker, or
-    None (then the first windows are healthy). estimator: the Estimator that it judges; outcomes
-    {component: Outcome} in force; windows: Backlash of each window, newest last; temperature: of
-    the gearbox (deg C), None = not known, set it when it changes. phase_ns: evaluations come with
-    the first sample after each whole second of the stamps plus this offset.
-    Raises InputError as Estimator does, and what Tracker raises.
+    model, parameters, robot: as of Estimator. known: what judgement.to_data gave of an earlier
+    Health, or None (then the first windows are healthy). estimator: the Estimator that it judges;
+    health: of the gearbox; outcomes {component: Outcome} in force; judged: the newest Windows,
+    in order of time; windows: the backlash of those that show it; temperature: of the gearbox
+    (deg C), None = not known, set it when it changes. phase_ns: evaluations come with the first
+    sample after each whole second of the stamps plus this offset.
+    Raises InputError as Estimator does, and what from_data raises.
     """
 
     def __init__(self, model: DriveModel,
                  parameters: EstimatorParameters | Values | None = None,
-                 drift: Any = None, robot: RobotDescription | None = None,
+                 known: Values | None = None, robot: RobotDescription | None = None,
                  phase_ns: int = 0) -> None:
-        self._begin(Estimator(model, parameters, robot), drift, phase_ns)
+        self._begin(Estimator(model, parameters, robot), known, phase_ns)
 
-    def _begin(self, estimator: Estimator, drift: Any, phase_ns: int) -> None:
+    def _begin(self, estimator: Estimator, known: Values | None, phase_ns: int) -> None:
         self.estimator = estimator
         self.outcomes: Outcomes = dict.fromkeys(COMPONENTS, NO_DATA)
-        self.windows: deque[features.Backlash] = deque(maxlen=1000)
-        self.tracker = change.Tracker(
-            change.TrackerSettings.of(estimator.parameters, estimator.model), drift)
-        if self.tracker.stamp_ns:
-            self.outcomes.update(drift_words.outcomes(self.tracker))
+        self.windows: deque[features.Backlash] = deque(maxlen=WINDOWS_KEPT)
+        self.judged: deque[Window] = deque(maxlen=WINDOWS_KEPT)
+        self.health = from_data(HealthSettings.of(estimator.parameters, estimator.model), known)
+        if self.health.stamp_ns:
+            self.outcomes.update(health_words.outcomes(self.health))
         self.temperature: float | None = None
         self._phase_ns = phase_ns
         self._set_reference: float | None = None
@@ -135,10 +140,11 @@ class Monitor:
         """Number of input samples, refused ones included."""
         return self.estimator.input_count
 
-    @property
-    def baseline(self) -> change.Baseline | None:
-        """The Baseline of the operating point of the newest window, or None."""
-        return self.tracker.baseline
+    def know(self, health: Health) -> None:
+        """Go on from `health`: a baseline was saved, or a cause was named."""
+        self.health = health
+        if health.stamp_ns:
+            self.outcomes = {**self.outcomes, **health_words.outcomes(health)}
 
     @property
     def tau_k_std_reference(self) -> float | None:
@@ -219,7 +225,7 @@ class Monitor:
         restarts = self.estimator.set_parameters(changes)
         if PAYLOAD.issuperset(changes):
             return restarts
-        self.tracker.settings = change.TrackerSettings.of(self.parameters, self.model)
+        self.know(under(self.health, HealthSettings.of(self.parameters, self.model)))
         if restarts or not np.array_equal(packed, self.estimator.packed):
             self._set_reference = None
         self._forget()
@@ -229,7 +235,7 @@ class Monitor:
         """Return everything that estimates and outcomes on drift depend on, as {name: text}."""
         return {
             **self.estimator.snapshot(),
-            'drift': json.dumps(self.tracker.to_dict()),
+            'health': json.dumps(to_data(self.health)),
             'temperature': json.dumps(self.temperature),
             'window_start': json.dumps(self._window_start),
             'phase': json.dumps(self._phase_ns),
@@ -242,7 +248,7 @@ class Monitor:
         """Return the Monitor that goes on from `snapshot` of `source`. Raises InputError."""
         monitor = cls.__new__(cls)
         with snapshot_errors(source):
-            monitor._begin(Estimator.restore(snapshot, source), json.loads(snapshot['drift']),
+            monitor._begin(Estimator.restore(snapshot, source), json.loads(snapshot['health']),
                            json.loads(snapshot['phase']))
             monitor.temperature = json.loads(snapshot['temperature'])
             monitor._window_start = json.loads(snapshot['window_start'])
@@ -260,10 +266,8 @@ class Monitor:
         """
         self._common = _common_of(snapshot)
         self._hidden_arm = self._hidden_arm_of(snapshot)
-        self.tracker = change.Tracker(self.tracker.settings, json.loads(snapshot['drift']))
         self.temperature = json.loads(snapshot['temperature'])
-        if self.tracker.stamp_ns:
-            self.outcomes = {**self.outcomes, **drift_words.outcomes(self.tracker)}
+        self.know(from_data(self.health.settings, json.loads(snapshot['health'])))
 
     # ------------------------------------------------------------------ samples
 
@@ -489,10 +493,12 @@ class Monitor:
             window = features.fit(rows[self._certain(rows)], self.estimator.drive, end)
             if isinstance(window, features.Backlash):
                 window = self._common.refine(window)
+        judged = Window(window, self._trust(), self.temperature, self._comparable())
+        self.judged.append(judged)
         if isinstance(window, features.Backlash):
             self.windows.append(window)
-        self.tracker.update(window, self._trust(), self.temperature, self._comparable())
-        return drift_words.outcomes(self.tracker)
+        self.health, _ = judge(self.health, judged)
+        return health_words.outcomes(self.health)
 
     def _certain(self, rows: Array) -> Flags:
         """Return which of `rows` [N, N_SMOOTHED] rest on both encoders."""
@@ -501,7 +507,7 @@ class Monitor:
         return rows[:, S_TWIST_NOISE_STD] ** 2 <= packed[R1] + packed[R2]
 
     def _trust(self) -> int:
-        """Return the trust in the window that ends here, see wear_data."""
+        """Return the trust in the window that ends here, see health_record."""
         if self._hidden_arm is not None:  # its fit takes the readings, not the estimates
             return TRUSTED if self.outcomes['input'].level == Level.OK else AT_ODDS
         if self._window_flagged <= LIMITS.chance_flags and not self._alarmed(

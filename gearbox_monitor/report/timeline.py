@@ -651,7 +651,7 @@ class MonitorFollower:
             timeline.add_window(window.stamp_ns, WindowBacklash(
                 math.nan, window.gap, window.gap_std, window.lost_motion, window.separable,
                 *gap_limits(self._outcomes['backlash'].values)))
-        for component, stages in monitor.tracker.stages().items():
+        for component, stages in monitor.health.stages().items():
             if stages != self._stages.get(component, {}):
                 self._stages[component] = stages
                 outcome = self._outcomes[component]

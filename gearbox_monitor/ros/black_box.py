@@ -9,8 +9,8 @@ from rclpy.logging import get_logger
 from rclpy.node import Node
 from rclpy.task import Future
 
-from gearbox_monitor.health.backlash import drift_words
-from gearbox_monitor.health.backlash.change import GROSS
+from gearbox_monitor.health import health_words
+from gearbox_monitor.health.health_record import GROSS
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.ros.recording_export import (
@@ -111,12 +111,12 @@ class BlackBox:
 
     def _components_in_error(self) -> set[str]:
         """Return the components of drift that are ERROR, also while no samples come."""
-        stages = self._monitor.tracker.stages()
+        stages = self._monitor.health.stages()
         return {component for component, tests in stages.items() if GROSS in tests.values()}
 
     def _context(self, components: Sequence[str] = ()) -> RecordingContext:
         monitor = self._monitor
-        p, outcomes = monitor.parameters, drift_words.outcomes(monitor.tracker)
+        p, outcomes = monitor.parameters, health_words.outcomes(monitor.health)
         reason = '; '.join(f'{name}: {outcomes[name].message}' for name in components)
         return RecordingContext(self._topic, (p.motor_joint, p.arm_joint), monitor.model,
                                 monitor.estimator.drive.arm_load, p, reason or f'~/{KEEP}')

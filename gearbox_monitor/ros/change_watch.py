@@ -209,7 +209,7 @@ class ChangeWatch:
         self.note = ''  # why a recording was refused
         self._reference = self._loaded(recording_ns)
         self._healthy = 0  # windows in a row
-        self._window_ns = monitor.tracker.stamp_ns
+        self._window_ns = monitor.health.stamp_ns
         self._stages: dict[str, int] = {}
         self._mismatch_ns, self._mismatch_named_ns = 0, 0
         self._interval = MISMATCH_INTERVAL
@@ -248,13 +248,13 @@ class ChangeWatch:
 
     def window(self) -> None:
         """Take the newest window of drift: keep a recording once windows were healthy so long."""
-        tracker = self._monitor.tracker
-        if tracker.stamp_ns == self._window_ns:
+        health = self._monitor.health
+        if health.stamp_ns == self._window_ns:
             return
-        self._window_ns = tracker.stamp_ns
-        if tracker.changes or tracker.pause is None and not (tracker.trusted and tracker.compared):
+        self._window_ns = health.stamp_ns
+        if health.alerts or health.pause is None and not (health.trusted and health.compared):
             self._healthy = 0
-        elif tracker.pause is None:
+        elif health.pause is None:
             self._healthy += 1
         needed = math.ceil(HEALTHY / self._monitor.parameters.drift_window)
         if self._reference is None and self._healthy >= needed:
@@ -269,7 +269,7 @@ class ChangeWatch:
         """
         self._due, self._reference, self._healthy = None, None, 0
         self._interval = MISMATCH_INTERVAL
-        pause = self._monitor.tracker.pause
+        pause = self._monitor.health.pause
         if pause is None or pause.friction is not None:
             self._keep()
 
@@ -294,14 +294,15 @@ class ChangeWatch:
         return self._outcome(), new
 
     def _find_alert(self) -> None:
-        tracker, p = self._monitor.tracker, self._monitor.parameters
-        stages = {test: stage for tests in tracker.stages().values()
+        health, p = self._monitor.health, self._monitor.parameters
+        stages = {test: stage for tests in health.stages().values()
                   for test, stage in tests.items()}
         grown = [test for test, stage in stages.items() if stage > self._stages.get(test, 0)]
         self._stages = stages
         if grown:
             self._due = NamingAlert(', '.join(grown), max(
-                tracker.changes[test].since_ns for test in grown), frozenset(stages))
+                health.alerts[test].since_ns if test in health.alerts else health.stamp_ns
+                for test in grown), frozenset(stages))
             return
         level, since_ns = self._monitor.model_lasts
         stamp_ns = self._monitor.stamp_ns
@@ -349,7 +350,7 @@ class ChangeWatch:
             'since': when(alert.since_ns), 'since_ns': alert.since_ns,
             'baseline_recording_ns': job.order.reference.stamp_ns, **job.verdict}
         if alert.reason == MISMATCH and self._warmth_alone(job.verdict, job.order.since_ns):
-            words = '(warm-up?)' if self._monitor.tracker.temperature is None else \
+            words = '(warm-up?)' if self._monitor.health.temperature is None else \
                 'as temperature has it'
             self._verdict |= {
                 'verdict': kind_of(False, job.verdict['remainder'] is not None), 'findings': [],
@@ -366,9 +367,9 @@ class ChangeWatch:
             verdict: with its findings.
             since_ns: first stamp of the rows it rests on; a window since then told the friction.
         """
-        tracker, effects = self._monitor.tracker, {f['effect'] for f in verdict['findings']}
-        return (bool(effects) and effects <= WARMTH and not tracker.stages()['friction']
-                and tracker.wear[FRICTION].compared_ns >= since_ns)
+        health, effects = self._monitor.health, {f['effect'] for f in verdict['findings']}
+        return (bool(effects) and effects <= WARMTH and not health.stages()['friction']
+                and health.features[FRICTION].compared_ns >= since_ns)
 
     def _lacking(self) -> str:
         """Return why there is nothing to compare with."""

@@ -23,14 +23,14 @@ from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Estimate, Sample
 from gearbox_monitor.estimation.filter_setup import described
 from gearbox_monitor.files.baselines import (
-    Damaged, load_baseline, load_state, save_baseline, set_aside, state_text, StateFile)
+    Damaged, health_text, load_baseline, load_state, save_baseline, set_aside, STATE, StateFile)
 from gearbox_monitor.files.opening import config_path, load_robot, TOPIC
 from gearbox_monitor.files.yaml_files import load_model
-from gearbox_monitor.health.backlash import drift_words
-from gearbox_monitor.health.backlash.change import Tracker
 from gearbox_monitor.health.backlash.change_tests import COMPONENTS, TESTS
 from gearbox_monitor.health.checks import usability
 from gearbox_monitor.health.checks.outcome import Level, Outcome, outcome_of, with_more
+from gearbox_monitor.health.health_record import FeatureHealth
+from gearbox_monitor.health.judgement import accepted
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.health.staleness import Silence
 from gearbox_monitor.kernels.kernel import KERNELS
@@ -204,11 +204,11 @@ class MonitoredGearbox:
             f'/{self.name}' if self.name else '')
         self._state_file = StateFile(values.drift_state_file, self._component) \
             if values.drift_state_file else None
-        drift, adaptation, recording_ns = self._state_at_start(values)
-        self.monitor = Monitor(model, values, drift, settings.robot, phase_ns)
+        known, adaptation, recording_ns = self._state_at_start(values)
+        self.monitor = Monitor(model, values, known, settings.robot, phase_ns)
         self._recall(adaptation)
         for test in TESTS:  # computed once, and not while a sample waits
-            self.monitor.tracker.settings.threshold(test)
+            self.monitor.health.settings.threshold(test)
         self.names = GearboxNames(
             {TRANSMISSION: self.name or TRANSMISSION, MOTOR: values.motor_joint,
              ARM: values.arm_joint}, model.gear_ratio)
@@ -218,7 +218,7 @@ class MonitoredGearbox:
         self._silence = Silence()
         self._levels: dict[str, Level] = {}
         self._alerted: dict[str, Any] = {}  # {component: stages} of the drift alert in force
-        self._state_stamp = self.monitor.tracker.stamp_ns
+        self._state_stamp = self.monitor.health.stamp_ns
         self._state_error = ''
         self._topics = ''
         self._snapshot_stamp = 0
@@ -268,16 +268,16 @@ class MonitoredGearbox:
 
     def _state_at_start(self, values: EstimatorParameters) -> tuple[Any, dict[str, Any], int]:
         """
-        Return (state of drift, adapted values, stamp of the baseline recording).
+        Return (what was known, adapted values, stamp of the baseline recording).
 
-        Of the state file, else of the baselines.
+        Of the state file, else of the baseline.
         """
         if self._state_file is not None and self._state_file.readable:
             state, problem = load_state(values.drift_state_file, values.gearbox_serial)
             if problem:
                 self._node.get_logger().error(self._says + problem)
             if state is not None:
-                return state['drift'], state['adaptation'], state['recording_ns']
+                return state['health'], state['adaptation'], state['recording_ns']
         if self._has_baseline(values):
             try:
                 return load_baseline(values.baseline_file, values.gearbox_serial), {}, 0
@@ -333,7 +333,7 @@ class MonitoredGearbox:
                     f'{self._says}stamps went from {previous_ns / SECOND:.6f} s by '
                     f'{(sample.stamp_ns - previous_ns) / SECOND:+.6f} s: the filter restarts',
                     throttle_duration_sec=5.0)
-        if self.monitor.tracker.stamp_ns != self._state_stamp:
+        if self.monitor.health.stamp_ns != self._state_stamp:
             if self._changes is not None:
                 self._changes.window()
             self._keep_state()
@@ -353,13 +353,13 @@ class MonitoredGearbox:
 
     def _keep_state(self) -> None:
         """Let the state be written: after each window, and at the end."""
-        tracker = self.monitor.tracker
-        self._state_stamp = tracker.stamp_ns
+        health = self.monitor.health
+        self._state_stamp = health.stamp_ns
         if self._state_file is not None:
-            note = self._state_file.keep(state_text(
-                tracker, self.monitor.parameters.gearbox_serial,
-                self.monitor.estimator.learnt(),
-                self._changes.recording_ns if self._changes is not None else 0))
+            note = self._state_file.keep(health_text(
+                STATE, health, self.monitor.parameters.gearbox_serial,
+                adaptation=self.monitor.estimator.learnt(),
+                recording_ns=self._changes.recording_ns if self._changes is not None else 0))
             if note:
                 self._node.get_logger().warning(self._says + note)
 
@@ -453,7 +453,7 @@ class MonitoredGearbox:
 
     def _alert(self, outcomes: Mapping[str, Outcome]) -> None:
         """Publish each change of a drift alert since the last call: raised, worse, over."""
-        stages = self.monitor.tracker.stages()
+        stages = self.monitor.health.stages()
         serial = self.monitor.parameters.gearbox_serial or 'gearbox'
         for name in COMPONENTS:
             if stages[name] == self._alerted.get(name, {}) or \
@@ -504,33 +504,29 @@ class MonitoredGearbox:
         """Take what was learnt for healthy; return whether that went well, and the answer."""
         monitor, p = self.monitor, self.monitor.parameters
         path = p.baseline_file
-        # On a copy: if the file cannot be written, nothing has changed.
-        tracker = Tracker(monitor.tracker.settings, monitor.tracker.to_dict())
-        windows = tracker.accept()
-        points = tracker.baseline_points()
+        health, windows = accepted(monitor.health)
         if not path:
             return False, 'parameter baseline_file is empty: expected the file to write'
         if not windows:
             return False, ('no backlash measured yet: expected a motion that loads both flanks '
                            f'for {p.drift_window:g} s')
         try:
-            save_baseline(path, points, p.gearbox_serial, p.to_dict())
+            save_baseline(path, health, p.gearbox_serial, p.to_dict())
         except InputError as error:
             return False, str(error)
-        monitor.tracker = tracker
-        monitor.outcomes = {**monitor.outcomes, **drift_words.outcomes(tracker)}
+        monitor.know(health)
         if self._changes is not None:
             self._changes.accept()
         self._alert(monitor.outcomes)
         self._keep_state()
         self._publish_snapshot('baseline')
-        return True, (f'{path}: {windows} windows at {len(points)} operating '
-                      f'point{"s" if len(points) > 1 else ""}: '
-                      + '; '.join(_point_text(point) for point in points[:4]))
+        sizes = [(name, health.feature(name), unit) for name, unit in (
+            ('gap', 'rad'), ('lost_motion', 'rad'), ('stiffness', 'N m/rad'))]
+        return True, f'{path}: {windows} windows: ' + ', '.join(
+            f'{name} {_size(feature):.4g} {unit}' for name, feature, unit in sizes
+            if math.isfinite(_size(feature)))
 
 
-def _point_text(point: Mapping[str, Any]) -> str:
-    features = point['features']
-    return ', '.join(f'{name} {features[name]["mean"]:.4g} {unit}' for name, unit in
-                     (('gap', 'rad'), ('lost_motion', 'rad'), ('stiffness', 'N m/rad'))
-                     if name in features)
+def _size(feature: FeatureHealth) -> float:
+    """Return the healthy size of a feature; that of its newest window while there are few."""
+    return feature.baseline if math.isfinite(feature.baseline) else feature.level

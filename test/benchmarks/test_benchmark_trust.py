@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """The benchmark of trust and drift: its statistics, its pieces in small, its verdict."""
+from dataclasses import replace
 import json
 
 import numpy as np
@@ -10,9 +11,10 @@ import pytest
 from benchmarks import intervals, trust, trust_drift, trust_runs
 from benchmarks.__main__ import main
 from benchmarks.harness import BarTable
-from gearbox_monitor.health.backlash import drift_words
+from gearbox_monitor.health import health_words
 from gearbox_monitor.health.backlash.features import Backlash
 from gearbox_monitor.health.checks.outcome import Level, Outcome
+from gearbox_monitor.health.health_record import Health, HealthSettings
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import Noise
 
@@ -52,15 +54,15 @@ def test_windows_are_drawn_in_time_and_followed(monkeypatch):
     steps = np.diff([w.gap for w in drawn])
     assert (steps.reshape(-1)[:5] == 1.0).all()  # a block keeps its order
 
-    class Tracker:
-        stamp_ns, raised = 0, [0, 1, 1, 0, 2, 0]
+    begin, raised = Health(HealthSettings()), [0, 1, 1, 0, 2, 0]
 
-        def update(self, window):
-            assert window.stamp_ns > self.stamp_ns
-            self.stamp_ns = window.stamp_ns
-            self.outcomes = {'backlash': Outcome(Level(self.raised.pop(0)), '')}
-    monkeypatch.setattr(drift_words, 'outcomes', lambda tracker: tracker.outcomes)
-    assert trust_drift.false_alarms(Tracker(), trust_drift.later(windows[:6], Tracker())) == 2
+    def judged(health, window):
+        assert window.stamp_ns > health.stamp_ns
+        return replace(health, stamp_ns=window.stamp_ns), ()
+    monkeypatch.setattr(trust_drift, 'judge', judged)
+    monkeypatch.setattr(health_words, 'outcomes',
+                        lambda health: {'backlash': Outcome(Level(raised.pop(0)), '')})
+    assert trust_drift.false_alarms(begin, trust_drift.later(windows[:6], begin)) == 2
 
 
 def test_gap_and_growth_of_a_play_count_its_width():

@@ -13,6 +13,7 @@ from gearbox_monitor.estimation.rts_smoother import (
     N_SMOOTHED, S_MOTOR_SIDE, S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST)
 from gearbox_monitor.health.backlash import features
 from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.health.judgement import to_data
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
@@ -104,14 +105,14 @@ def test_no_alarm_without_growth():
         assert level == Level.OK or second < 4
         windows.update(w.stamp_ns for w in source.monitor.windows)
     assert len(windows) >= 20
-    assert source.monitor.baseline.gap == pytest.approx(0.2, rel=0.02)
+    assert source.monitor.health.feature('gap').baseline == pytest.approx(0.2, rel=0.02)
 
 
 def test_growing_gap_is_found():
     model = DriveModel()
     source = Stream(model, NOISE, {'drift_window': 2.0})
     source.go(40.0)
-    healthy = source.monitor.tracker.baseline_points()
+    healthy = to_data(source.monitor.health)
     levels = []
     for growth in (0.0, 0.05, 0.15, 0.18, 0.35, 0.4):
         source.plant.model = model.with_(half_gap=0.1 * (1 + growth))
@@ -119,14 +120,14 @@ def test_growing_gap_is_found():
         levels.append(source.monitor.outcomes['backlash'].level)
         assert source.monitor.windows[-1].gap == pytest.approx(0.2 * (1 + growth), rel=0.03)
     assert levels == [Level.OK, *3 * [Level.WARN], *2 * [Level.ERROR]]
-    assert source.monitor.baseline.gap == pytest.approx(0.2, rel=0.02)
+    assert source.monitor.health.feature('gap').baseline == pytest.approx(0.2, rel=0.02)
     # The same with a baseline from before: no window is spent on learning it.
     again = Monitor(model, {'drift_window': 2.0}, healthy)
     source.monitor = again
     source.plant.model = model.with_(half_gap=0.13)
     source.go(12.0)
     assert again.outcomes['backlash'].level == Level.ERROR
-    assert again.tracker.changes['gap'].growth == pytest.approx(0.3, abs=0.04)
+    assert again.health.alerts['gap'].growth == pytest.approx(0.3, abs=0.04)
 
 
 def test_replay_from_a_snapshot_has_the_same_drift():
@@ -141,9 +142,9 @@ def test_replay_from_a_snapshot_has_the_same_drift():
     again.monitor.adopt_baseline(source.monitor.snapshot())
     for stream in (source, again):
         stream.go(9.0)
-    live, replayed = (s.monitor.tracker.to_dict() for s in (source, again))
+    live, replayed = (s.monitor.health.statistics for s in (source, again))
     assert live['stamp_ns'] == replayed['stamp_ns'] and len(live['windows']) > 8
-    for key in ('points', 'windows', 'scores', 'changes'):
+    for key in ('points', 'windows', 'scores', 'alerts'):
         assert json.dumps(live[key]) == json.dumps(replayed[key]), key
 
 
@@ -152,7 +153,8 @@ def test_standing_still_measures_nothing():
     source = Stream(DriveModel(), quiet, {'drift_window': 2.0})
     source.go(12.0, scale=0.0)
     source.go(8.0, scale=0.03)  # inside the gap
-    assert not source.monitor.windows and source.monitor.baseline is None
+    assert not source.monitor.windows and source.monitor.health.stamp_ns
+    assert not source.monitor.health.point_windows
     assert source.monitor.outcomes['backlash'].level == Level.WARN
 
 
@@ -182,7 +184,7 @@ def test_twice_the_noise_raises_no_alert():
     source.plant.noise = Noise(NOISE.process, (0.01, 0.01))
     source.go(30.0)
     assert source.monitor.outcomes['prediction error'].level > Level.OK
-    assert not source.monitor.tracker.changes
+    assert not source.monitor.health.alerts
 
 
 @pytest.mark.parametrize('factor', [0.7, 1.3])
@@ -193,7 +195,7 @@ def test_warm_up_raises_one_alert_at_most_and_says_so(factor):
         source.plant.model = DriveModel().with_(
             viscous_friction=0.1 * (1.0 + share * (factor - 1.0)))
         source.go(4.0)
-    changes = source.monitor.tracker.changes
+    changes = source.monitor.health.alerts
     assert len(changes) <= 1
     for key in changes:
         assert key == ('friction' if factor > 1.0 else 'friction_loss')

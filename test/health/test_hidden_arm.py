@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.wear import axis, model_of, watched, work
 from gearbox_monitor.estimation.estimates import Sample, Samples
-from gearbox_monitor.health.backlash.change import GROSS
+from gearbox_monitor.health.health_record import GROSS
 from gearbox_monitor.health.backlash.hidden_arm import HiddenArm
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import model_from_dict
@@ -38,7 +38,7 @@ def test_a_wider_gap_raises_the_alarm_and_replay_repeats_it(drawn):
     taken(monitor, samples, 0, 62_000)
     gaps = np.array([w.gap for w in monitor.windows]) / (2.0 * drive.nominal['b'])
     assert len(gaps) == 6 and np.abs(gaps - 1.0).max() < 0.15
-    assert not monitor.tracker.changes and monitor.tracker.baseline.windows == 6
+    assert not monitor.health.alerts and monitor.health.point_windows == 6
     assert 'against the baseline' in monitor.outcomes['backlash'].message
 
     wider = work(drive, 32.0, random, 0.5, monitor.stamp_ns + DT_NS)
@@ -46,11 +46,11 @@ def test_a_wider_gap_raises_the_alarm_and_replay_repeats_it(drawn):
     again = Monitor.restore(monitor.snapshot())
     taken(monitor, wider, 3_500, 32_000)
     taken(again, wider, 3_500, 32_000)
-    change = monitor.tracker.changes['gap']
+    change = monitor.health.alerts['gap']
     assert change.stage == GROSS and abs(change.growth - 0.5) < 0.1
     # Of the window in progress at the snapshot replay has a part only.
     assert [w.stamp_ns for w in again.windows][-2:] == [w.stamp_ns for w in monitor.windows][-2:]
-    assert 'gap' in again.tracker.changes
+    assert 'gap' in again.health.alerts
 
 
 def test_same_samples_same_windows(drawn):

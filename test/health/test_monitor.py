@@ -14,8 +14,7 @@ from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Sample, Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K
-from gearbox_monitor.health.backlash.change import Tracker
-from gearbox_monitor.health.backlash.wear_data import ERRORS_LARGER, TRUSTED
+from gearbox_monitor.health.health_record import ERRORS_LARGER, TRUSTED
 from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.health.monitor import COMPONENTS, Monitor
 from gearbox_monitor.plant.drive import DriveModel
@@ -545,14 +544,13 @@ def test_nothing_alarms_without_a_fault():
     assert monitor.outcomes['backlash'].level == Level.OK
 
 
-def test_each_half_octave_of_prediction_errors_is_a_trust_of_its_own(monkeypatch):
+def test_each_half_octave_of_prediction_errors_is_a_trust_of_its_own():
     samples, out = drive(11.0)
-    noise, trusts, update = samples.y - out.x[:, :2], [], Tracker.update
-    monkeypatch.setattr(Tracker, 'update', lambda self, window, trust, *others: (
-        trusts.append(trust), update(self, window, trust, *others)))
+    noise, trusts = samples.y - out.x[:, :2], []
     for factor in (1.0, 1.3, 1.6, 2.0):
-        Monitor(MODEL, {'drift_window': 5.0}).run(Samples(
-            samples.stamp_ns, samples.u, samples.y + (factor - 1.0) * noise))
+        monitor = Monitor(MODEL, {'drift_window': 5.0})
+        monitor.run(Samples(samples.stamp_ns, samples.u, samples.y + (factor - 1.0) * noise))
+        trusts += [window.trust for window in monitor.judged]
     assert trusts == [TRUSTED, ERRORS_LARGER, ERRORS_LARGER - 1, ERRORS_LARGER - 3]
 
 

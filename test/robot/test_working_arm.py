@@ -67,14 +67,14 @@ def test_a_growing_gap_is_measured_although_the_filter_expects_another():
                 stamps, np.column_stack([run.true.u[:, joint], np.full(1000, np.nan)]),
                 np.column_stack([run.motor[:, joint], run.arm[:, joint]]), run.arm))
     first, other = monitors
-    window, change = first.windows[-1], first.tracker.changes['gap']
+    window, change = first.windows[-1], first.health.alerts['gap']
     # On average over a window the gap was that of its middle.
     middle = 1e-9 * (window.stamp_ns - 10 ** 18) - 0.5e-3 * period
     grown = 0.02 * (middle - 30.0)
     # The filter draws the twist towards the gap that it expects.
     assert 0.93 < window.gap / (4e-4 * (1.0 + grown)) < 1.01
     assert 0.5 * grown < change.growth < 1.1 * grown  # of the windows since it was found
-    assert set(first.tracker.changes) == {'gap'}
+    assert set(first.health.alerts) == {'gap'}
     assert first.outcomes['prediction error'].level > Level.OK
-    assert not other.tracker.changes
+    assert not other.health.alerts
     assert all(outcome.level == Level.OK for outcome in other.outcomes.values())

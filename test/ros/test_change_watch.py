@@ -23,16 +23,16 @@ NOTHING = {**NAMED, 'verdict': 'none', 'findings': [], 'text': 'nothing named',
 
 
 class Gearbox:
-    """A gearbox whose tracker says what the test says, at 10 samples/s; orders are collected."""
+    """A gearbox whose health says what the test says, at 10 samples/s; orders are collected."""
 
     def __init__(self, file=None, recording_ns=0, serial='A', model=None, **parameters):
         self.orders, self.seconds = [], 0
         self.buffer = RecordingBuffer(300.0)
-        self.tracker = SimpleNamespace(stamp_ns=0, changes={}, pause=None, trusted=True,
-                                       compared=True, stages=self.stages, temperature=None,
-                                       wear=[SimpleNamespace(compared_ns=0) for _ in FEATURES])
+        self.health = SimpleNamespace(stamp_ns=0, alerts={}, pause=None, trusted=True,
+                                      compared=True, stages=self.stages, temperature=None,
+                                      features=[SimpleNamespace(compared_ns=0) for _ in FEATURES])
         self.monitor = SimpleNamespace(
-            tracker=self.tracker, model=model or DriveModel(), model_lasts=(Level.OK, 0),
+            health=self.health, model=model or DriveModel(), model_lasts=(Level.OK, 0),
             stamp_ns=0, parameters=EstimatorParameters.of({'gearbox_serial': serial,
                                                            **parameters}),
             estimator=SimpleNamespace(drive=SimpleNamespace(arm_load='none')))
@@ -48,13 +48,13 @@ class Gearbox:
         self.job.verdict, self.job.problem, self.job.done = verdict, problem, True
 
     def stages(self):
-        return {component: {test: change.stage for test, change in self.tracker.changes.items()
+        return {component: {test: change.stage for test, change in self.health.alerts.items()
                             if (test == 'friction') == (component == 'friction')}
                 for component in COMPONENTS}
 
     def alert(self, test='gap', stage=1, since_s=None):
         since = T0 + round((self.seconds if since_s is None else since_s) * SECOND)
-        self.tracker.changes[test] = SimpleNamespace(stage=stage, since_ns=since)
+        self.health.alerts[test] = SimpleNamespace(stage=stage, since_ns=since)
 
     def run(self, seconds):
         """Let time pass; return the last (Outcome, verdict)."""
@@ -64,7 +64,7 @@ class Gearbox:
                 self.buffer.add(self.monitor.stamp_ns, True, (1.0, 1.0, 0.0, np.nan))
             self.seconds += 1
             if self.seconds % 10 == 0:
-                self.tracker.stamp_ns = self.monitor.stamp_ns
+                self.health.stamp_ns = self.monitor.stamp_ns
                 self.watch.window()
                 if self.file is not None:
                     self.file.keep('state')
@@ -76,7 +76,7 @@ def mismatch(compared=True):
     gearbox = Gearbox(name_changes_after=30.0)
     gearbox.run(60)
     gearbox.monitor.model_lasts = (Level.WARN, gearbox.monitor.stamp_ns)
-    gearbox.tracker.wear[FRICTION].compared_ns = gearbox.monitor.stamp_ns - (not compared)
+    gearbox.health.features[FRICTION].compared_ns = gearbox.monitor.stamp_ns - (not compared)
     gearbox.run(31)
     return gearbox
 
@@ -113,7 +113,7 @@ def test_an_alert_is_named_against_the_healthy_minute_by_rows_since_it_came():
     assert verdict['alert'] == 'gap' and verdict['since_ns'] == order.since_ns
     assert verdict['baseline_recording_ns'] == healthy
     assert gearbox.run(60)[1] is None and len(gearbox.orders) == 1  # once an alert
-    gearbox.tracker.changes.clear()
+    gearbox.health.alerts.clear()
     outcome, _ = gearbox.run(1)
     assert outcome.level == Level.OK and outcome.message == 'over: backlash_gap: +20 %'
 
@@ -182,7 +182,7 @@ def test_a_mismatch_in_which_nothing_is_named_is_diagnosed_less_and_less_often(v
 def test_friction_that_has_not_worn_is_temperature(effects, remainder, kind):
     """Two recordings do not tell wear from temperature; the wear model does."""
     gearbox = mismatch()
-    gearbox.tracker.temperature = 26.0
+    gearbox.health.temperature = 26.0
     gearbox.end(friction(effects, remainder))
     outcome, verdict = gearbox.run(1)
     assert verdict['verdict'] == kind and bool(verdict['findings']) == (kind == 'effect')
@@ -217,7 +217,7 @@ def test_friction_that_wears_beside_a_mismatch_is_named(named_first):
 def test_a_rest_before_the_verdict_takes_back_no_comparison_of_friction():
     for compared in (True, False):
         gearbox = mismatch(compared)
-        gearbox.tracker.compared = False  # the drive has stopped since
+        gearbox.health.compared = False  # the drive has stopped since
         gearbox.end(friction(['motor_viscous']))
         assert bool(gearbox.run(1)[1]['findings']) != compared
 
@@ -264,7 +264,7 @@ def test_a_baseline_saved_while_a_child_runs_is_not_the_one_compared_with():
     gearbox.run(11)
     gearbox.alert('stiffness_loss')
     gearbox.run(1)
-    gearbox.tracker.changes.clear()  # as a saved baseline does
+    gearbox.health.alerts.clear()  # as a saved baseline does
     gearbox.watch.accept()
     assert gearbox.watch.recording_ns == gearbox.monitor.stamp_ns
     gearbox.end(NAMED)
@@ -279,11 +279,11 @@ def test_a_baseline_saved_at_rest_waits_for_the_next_healthy_minute():
     """A minute at rest tells nothing of the drive: each later alert would be refused for it."""
     gearbox = Gearbox()
     gearbox.run(60)
-    gearbox.tracker.pause = SimpleNamespace(friction=None)
+    gearbox.health.pause = SimpleNamespace(friction=None)
     gearbox.run(60)
     gearbox.watch.accept()
     assert not gearbox.watch.recording_ns
-    gearbox.tracker.pause = None
+    gearbox.health.pause = None
     gearbox.run(59)
     assert not gearbox.watch.recording_ns
     gearbox.run(1)
@@ -295,14 +295,14 @@ def test_what_is_over_does_not_come_back_with_another_alert():
     gearbox.alert()
     outcome, _ = gearbox.run(1)
     assert outcome.level == Level.WARN and 'no healthy minute was recorded' in outcome.message
-    gearbox.tracker.changes.clear()
+    gearbox.health.alerts.clear()
     outcome, _ = gearbox.run(69)
     assert outcome.level == Level.OK and outcome.message.startswith('over: backlash has grown: ')
     gearbox.alert()
     gearbox.run(11)
     gearbox.end(NAMED)
     assert gearbox.run(1)[0].level == Level.WARN
-    gearbox.tracker.changes.clear()
+    gearbox.health.alerts.clear()
     gearbox.run(1)
     gearbox.monitor.model_lasts = (Level.WARN, gearbox.monitor.stamp_ns)
     outcome, _ = gearbox.run(20)

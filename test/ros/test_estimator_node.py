@@ -23,9 +23,10 @@ from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from sensor_msgs.msg import JointState, Temperature  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 
-from gearbox_monitor.files.baselines import state_text, write_whole  # noqa: E402
-from gearbox_monitor.health.backlash.change import Tracker, TrackerSettings  # noqa: E402
+from gearbox_monitor.files.baselines import health_text, STATE, write_whole  # noqa: E402
+from gearbox_monitor.health.health_record import Health, HealthSettings, Window  # noqa: E402
 from gearbox_monitor.health.backlash.features import Backlash  # noqa: E402
+from gearbox_monitor.health.judgement import judge  # noqa: E402
 from gearbox_monitor.parameters import EstimatorParameters  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
 from gearbox_monitor.plant.faults import Excitation  # noqa: E402
@@ -265,30 +266,28 @@ def test_baseline_is_saved_and_loaded(run, graph):
     assert not early.success and 'no backlash measured' in early.message
     assert answer.success, answer.message
     file = run.folder / 'baseline.yaml'
-    saved = yaml.safe_load(file.read_text())
+    saved = json.loads(file.read_text().splitlines()[0])
     assert saved['gearbox_serial'] == 'g7' and saved['date'] and saved['parameters']
-    assert saved['baseline'][0]['features']['gap']['mean'] == pytest.approx(0.2, rel=0.05)
+    assert 'gap 0.2' in answer.message or 'gap 0.19' in answer.message
     latched = []
     graph.start('estimator_node', baseline_file=file, gearbox_serial='g7')
     graph.node.create_subscription(DiagnosticArray, 'estimator/snapshot', latched.append, LATCHED)
     graph.until(lambda: latched, 'snapshot')
     content = {v.key: v.value for v in latched[0].status[0].values}
-    drift = json.loads(content['drift'])
-    assert len(drift['points']) == len(saved['baseline'])
-    counts = drift['blocks'][0][3][0][2:]
-    assert counts[0] == saved['baseline'][0]['features']['gap']['windows']
+    assert json.loads(content['health']) == saved['health']
 
 
 def test_drift_state_survives_a_restart(graph, drive, tmp_path):
     """An alarm and its baseline; without the file's sense it is set aside, and the node runs."""
     file, serial = tmp_path / 'state.json', 'g7'
-    tracker = Tracker(TrackerSettings.of(EstimatorParameters(), DriveModel()))
+    health = Health(HealthSettings.of(EstimatorParameters(), DriveModel()))
     random = np.random.default_rng(0)
     for k in range(60):
         gap = 0.2 * (1.0 if k < 40 else 1.3) + 1e-3 * random.standard_normal()
-        tracker.update(Backlash(T0 - (60 - k) * 10 ** 10, gap, 1e-3, 25.0, 0.1, angle=0.0,
-                                speed=18.0, load=3.6, flank=0.4))
-    write_whole(file, state_text(tracker, serial))
+        health, _ = judge(health, Window(Backlash(
+            T0 - (60 - k) * 10 ** 10, gap, 1e-3, 25.0, 0.1, angle=0.0, speed=18.0, load=3.6,
+            flank=0.4)))
+    write_whole(file, health_text(STATE, health, serial, adaptation={}, recording_ns=0))
     alerts, snapshots, diagnostics = [], [], []
     for kind, topic, got, qos in ((DiagnosticArray, 'drift_alerts', alerts, LATCHED),
                                   (DiagnosticArray, 'estimator/snapshot', snapshots, LATCHED),
@@ -312,14 +311,14 @@ def test_drift_state_survives_a_restart(graph, drive, tmp_path):
     feeder = Feeder(graph, drive)
     feeder.send([feeder.message(k) for k in range(4000)], rate=2000.0)
     graph.stop(estimator)
-    state = json.loads(file.read_text())['drift']
+    state = json.loads(file.read_text().splitlines()[0])['health']['statistics']
     told = [(s.name, s.message) for a in alerts for s in a.status]
     # What is fed has the gap of the baseline: the alarm may be over, and nothing else is told.
     assert state['stamp_ns'] > T0 and all('over: ' in text for _, text in told[1:]), told
     assert state['points'][-1]['temperature'] == 41.5
     file.write_text(file.read_text()[:1000])
     baseline = tmp_path / 'baseline.yaml'
-    baseline.write_text('baseline: [{angle: 0.1,')
+    baseline.write_text(file.read_text()[100:])
     graph.spin(0.5)  # what the first node sent last would pass for the second one's
     diagnostics.clear()
     estimator = graph.start('estimator_node', baseline_file=baseline, **parameters)

@@ -16,9 +16,10 @@ from sensor_msgs.msg import JointState  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 
 from gearbox_monitor.cli.main import main  # noqa: E402
-from gearbox_monitor.files.baselines import state_text, write_whole  # noqa: E402
-from gearbox_monitor.health.backlash.change import Tracker, TrackerSettings  # noqa: E402
+from gearbox_monitor.files.baselines import health_text, STATE, write_whole  # noqa: E402
+from gearbox_monitor.health.health_record import Health, HealthSettings, Window  # noqa: E402
 from gearbox_monitor.health.backlash.features import Backlash  # noqa: E402
+from gearbox_monitor.health.judgement import judge  # noqa: E402
 from gearbox_monitor.parameters import EstimatorParameters  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
 from gearbox_monitor.recordings.read import open_bag  # noqa: E402
@@ -30,13 +31,14 @@ EFFECT = '["torque_offset u0=0.6"]'
 
 def healthy(path):
     """Return the new file `path` of drift's state: a drive with half the gap."""
-    tracker = Tracker(TrackerSettings.of(
+    health = Health(HealthSettings.of(
         EstimatorParameters(angle_bin=0.0, speed_bin=1.0, load_bin=1.0), DriveModel()))
     random = np.random.default_rng(0)
     for k in range(40):
-        tracker.update(Backlash(10**9 * (1 + k), 0.1 + 1e-3 * random.standard_normal(), 1e-3,
-                                25.0, 0.1, angle=0.0, speed=18.0, load=3.6, flank=0.4))
-    write_whole(path, state_text(tracker, 'gearbox'))
+        health, _ = judge(health, Window(Backlash(
+            10**9 * (1 + k), 0.1 + 1e-3 * random.standard_normal(), 1e-3, 25.0, 0.1, angle=0.0,
+            speed=18.0, load=3.6, flank=0.4)))
+    write_whole(path, health_text(STATE, health, 'gearbox', adaptation={}, recording_ns=0))
     return path
 
 

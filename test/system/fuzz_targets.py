@@ -20,11 +20,12 @@ import zstandard
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.files.baselines import (
-    load_baseline, load_state, save_baseline, state_text, write_whole)
+    health_text, load_baseline, load_state, save_baseline, STATE, write_whole)
 from gearbox_monitor.files.opening import config_path
 from gearbox_monitor.files.yaml_files import load_model, load_parameters
-from gearbox_monitor.health.backlash.change import Tracker, TrackerSettings
 from gearbox_monitor.health.backlash.features import Backlash
+from gearbox_monitor.health.health_record import Health, HealthSettings, Window
+from gearbox_monitor.health.judgement import judge
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.plant.drive import DriveModel
@@ -161,17 +162,16 @@ def _read_snapshot(folder):
         Monitor.restore(content)
 
 
-def _tracked():
-    """Return a change.Tracker that has seen some windows."""
-    tracker = Tracker(TrackerSettings())
-    random = np.random.default_rng(0)
+def _known():
+    """Return the Health of a gearbox after some windows."""
+    health, random = Health(HealthSettings()), np.random.default_rng(0)
     for k in range(6):
         gap, stiffness = random.normal((0.2, 25.0), (0.002, 0.3))
-        tracker.update(Backlash(T0 + k * 10 ** 10, gap, 0.002, stiffness, 0.3, viscous=0.0,
-                                viscous_std=0.01, coulomb=0.0, coulomb_std=0.01, gain=0.0,
-                                gain_std=0.01, lost_motion=gap, lost_motion_std=0.002, angle=0.1,
-                                speed=2.0, load=1.0), True, 20.0)
-    return tracker
+        health, _ = judge(health, Window(Backlash(
+            T0 + k * 10 ** 10, gap, 0.002, stiffness, 0.3, viscous=0.0, viscous_std=0.01,
+            coulomb=0.0, coulomb_std=0.01, gain=0.0, gain_std=0.01, lost_motion=gap,
+            lost_motion_std=0.002, angle=0.1, speed=2.0, load=1.0), temperature=20.0))
+    return health
 
 
 CSV = 't,u,motor,arm\n' + ''.join(
@@ -238,9 +238,10 @@ def _hdf5(out, columns):
 
 def targets(folder):
     """Return the Targets; sound files are made in `folder`."""
-    tracker = _tracked()
-    save_baseline(folder / 'baseline.yaml', tracker.baseline_points(), 'joint3', {'filter': 'ekf'})
-    write_whole(folder / 'state.json', state_text(tracker, 'joint3', {'gain': 0.1}))
+    health = _known()
+    save_baseline(folder / 'baseline.yaml', health, 'joint3', {'filter': 'ekf'})
+    write_whole(folder / 'state.json', health_text(
+        STATE, health, 'joint3', adaptation={'gain': 0.1}, recording_ns=0))
     found = []
     for compression in ('none', 'lz4', 'zstd'):
         files = _bag_files(folder, compression)

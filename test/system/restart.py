@@ -31,6 +31,7 @@ from tqdm import tqdm
 from benchmarks.harness import add_json_option, bar_lines, BarTable, finish, require_whole
 from gearbox_monitor.files.baselines import load_state
 from gearbox_monitor.files.yaml_files import expect_folder_of
+from gearbox_monitor.health.judgement import to_data
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.ros.watcher import Watcher
 
@@ -142,7 +143,7 @@ class Restarts:
 
     def _windows(self):
         state = self._state()
-        return state['drift']['stamp_ns'] if state else 0
+        return state['health']['statistics']['stamp_ns'] if state else 0
 
     def left(self):
         """Return what stays behind when all have ended: shared memory, files that nobody knows."""
@@ -205,8 +206,8 @@ def _goes_on(kept, snapshot):
     if kept is None:
         return None
     began = Monitor.restore(snapshot)
-    drift = json.loads(json.dumps(began.tracker.to_dict()))
-    return drift == kept['drift'] and began.estimator.learnt() == kept['adaptation']
+    health = json.loads(json.dumps(to_data(began.health)))
+    return health == kept['health'] and began.estimator.learnt() == kept['adaptation']
 
 
 def evaluate(times, seed):
@@ -227,7 +228,7 @@ def evaluate(times, seed):
         left, state = restarts.left(), restarts._state()
     data = {'times': times, 'seed': seed, 'rows': rows, 'left': left,
             'adapted': bool(state and state['adaptation']),
-            'points': len(state['drift']['points']) if state else 0}
+            'points': len(state['health']['statistics']['points']) if state else 0}
     return {**data, 'bars': bars(data)}
 
 

@@ -102,7 +102,7 @@ class WatchedArm:
 
     def _count(self, joint, monitor):
         for component, outcome in monitor.outcomes.items():
-            if component in ('backlash', 'friction') and not monitor.tracker.changes:
+            if component in ('backlash', 'friction') and not monitor.health.alerts:
                 continue  # not measured yet is WARN
             if outcome.level:
                 key = joint + 1, component

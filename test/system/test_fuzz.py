@@ -185,12 +185,10 @@ def test_damaged_files_of_drift(targets, tmp_path):
     good = targets['baseline.yaml'].files['baseline.yaml'].decode()
     path = write(tmp_path / 'baseline.yaml', good)
     assert load_baseline(path, 'joint3')
-    cut = good[:good.index('parameters:') - 40]
-    for text in (cut, good.replace('format: 3', 'format: 1'), '\0', ''):
-        other = 'format: 1' in text  # whole, but of another version: not what was meant
-        with pytest.raises(InputError) as info:
+    cut = good[:good.index('parameters') - 40]
+    for text in (cut, good.replace('"format": 7', '"format": 1'), '\0', ''):
+        with pytest.raises(Damaged):
             load_baseline(write(path, text), 'joint3')
-        assert isinstance(info.value, Damaged) != other
     state = write(tmp_path / 'state.json', '[' * 100000)
     assert load_state(state, 'joint3')[0] is None and not state.exists()
     assert len(list(Path(tmp_path).glob('state.json.corrupt-*'))) == 1

@@ -27,9 +27,10 @@ import numpy as np
 import script
 
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.health.backlash import drift_words
+from gearbox_monitor.health import health_words
 from gearbox_monitor.health.backlash.change_tests import COMPONENTS, FEATURES, TESTS
 from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.health.judgement import accepted, to_data
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.ros.change_watch import ChangeNamer, ChangeWatch
@@ -169,7 +170,8 @@ class History:
         """Return the wear of the feature `name` at a `window` since the baseline."""
         if name not in ('friction', 'viscous_share'):
             return (1.0 + self.size(name, window)) / (1.0 + self.size(name, self.zero)) - 1.0
-        speed = self.monitor.tracker.data.points[self.monitor.tracker.point].speed
+        statistics = self.monitor.health.statistics
+        speed = statistics['points'][statistics['point']]['speed']
         (viscous, coulomb), (viscous_0, coulomb_0) = self.law(window), self.law(self.zero)
         whole, whole_0 = viscous * speed + coulomb, viscous_0 * speed + coulomb_0
         if name == 'friction':
@@ -224,10 +226,10 @@ class History:
             if e.window != window:
                 continue
             if e.kind == 'restart':
-                drift = json.loads(json.dumps(self.monitor.tracker.to_dict()))
-                self.monitor = Monitor(self.model, self.monitor.parameters, drift)
+                known = json.loads(json.dumps(to_data(self.monitor.health)))
+                self.monitor = Monitor(self.model, self.monitor.parameters, known)
             elif e.kind == 'save':
-                self.monitor.tracker.accept()
+                self.monitor.know(accepted(self.monitor.health)[0])
                 self.zero = window - 1
             elif e.kind == 'parameters':
                 self.monitor.set_parameters({'q_std_tau_k': 1.1 ** (e.size or 1.0) * float(
@@ -235,21 +237,21 @@ class History:
 
     def judge(self, window):
         """Compare what is published with what there is."""
-        verdict, tracker = self.verdict, self.monitor.tracker
+        verdict, health = self.verdict, self.monitor.health
         for name in JUDGED:
             column = FEATURES.index(name)
             true = self.wear(name, window)
-            growth, std = tracker.growth(column)
+            growth, std = health.growth(column)
             component = 'backlash' if name in ('gap', 'stiffness') else 'friction'
-            outcome = drift_words.outcome(tracker, component)
-            changes = [(t, tracker.changes[t.key]) for t in TESTS
-                       if t.column == column and t.key in tracker.changes]
+            outcome = health_words.outcome(health, component)
+            changes = [(t, health.alerts[t.key]) for t in TESTS
+                       if t.column == column and t.key in health.alerts]
             verdict.judged += 1
             if not math.isfinite(growth):
                 verdict.open += 1
                 continue
             near = 3.0 * std + BIAS[name] * (1.0 + abs(true))
-            _, warn, error = tracker.limits(next(t for t in TESTS if t.column == column))
+            _, warn, error = health.limits(next(t for t in TESTS if t.column == column))
             stage = changes[0][1].stage if changes else 0
             low, high = abs(true) - near, abs(true) + near
             staged = not (low > error * 1.02 and stage < 3 or low > warn * 1.02 and stage < 2
@@ -278,7 +280,7 @@ class History:
             self.go(window)
             if window in steady and window < begins[0]:
                 self.verdict.healthy += self.length
-            if window == begins[0] - 1 and self.monitor.tracker.changes:
+            if window == begins[0] - 1 and self.monitor.health.alerts:
                 self.verdict.false_alarms += 1
             due = window + 1 in begins or window + 1 == self.windows
             since = window - max([e.window + e.over for e in self.events
@@ -355,14 +357,14 @@ class HealthyLife(History):
         if verdict is not None:
             self.names += bool(verdict['findings'])
             print(f'    {hour:.2f} h: {verdict["alert"]}: {outcome.message}', flush=True)
-        stages = {key: stage for tests in self.monitor.tracker.stages().values()
+        stages = {key: stage for tests in self.monitor.health.stages().values()
                   for key, stage in tests.items()}
         new = any(stage > self.told.get(key, 0) for key, stage in stages.items())
         self.told = stages
         if new:
             self.alerts += 1
             print(f'    {hour:.2f} h: alert: ' + '; '.join(
-                drift_words.outcome(self.monitor.tracker, component).message
+                health_words.outcome(self.monitor.health, component).message
                 for component in COMPONENTS), flush=True)
 
     def live(self):
@@ -370,7 +372,7 @@ class HealthyLife(History):
             self.happen(window)
             self.go(window)
             self.moved += self.motion(window) != REST
-            self.compared += self.monitor.tracker.compared
+            self.compared += self.monitor.health.compared
             if (window + 1) * self.length % 3600.0 < self.length:
                 print(f'    {window + 1} windows, {self.moved} in motion, {self.compared} '
                       'compared', flush=True)
@@ -384,7 +386,7 @@ def run_healthy(args):
         life.live()
         lives.append((life.alerts, life.names, life.windows, life.moved, life.compared))
         print(f'seed {seed}: {life.alerts} alerts, {life.names} names, '
-              f'{len(life.monitor.tracker.data.points)} operating points, '
+              f'{len(life.monitor.health.statistics["points"])} operating points, '
               f'{len(life.events)} events', flush=True)
     alerts, names, windows, moved, compared = np.sum(lives, axis=0).tolist()
     print(f'{alerts} alerts and {names} names in {windows} windows, {moved} of them in motion, '

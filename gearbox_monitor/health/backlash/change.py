@@ -5,100 +5,30 @@
 Follow the wear of a gearbox window by window: what has changed for good.
 
 `Tracker` holds the wear of each feature as a state (wear), finds its steps (wear.scan), and says
-how large the wear is, since when, and when a limit will be reached (drift_words).
+how large the wear is, since when, and when a limit will be reached: its `health`.
 """
 from dataclasses import asdict, dataclass, field, replace
 import math
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
 from gearbox_monitor.health.alert_limits import LIMITS
-from gearbox_monitor.health.backlash import wear, wear_data
+from gearbox_monitor.health.backlash import wear
 from gearbox_monitor.health.backlash.change_tests import (
-    ALONE, ALONE_LOSS, ChangeTest, COMPONENTS, FEATURES, FRICTION, GAP, limits_of, PRIORS, SHARP,
-    STIFFNESS, TESTS, VISCOUS_SHARE)
-from gearbox_monitor.health.backlash.features import Backlash, Friction, NotExcited
-from gearbox_monitor.health.backlash.operating_point import Bins, find_point, OperatingPoint
+    ALONE, ALONE_LOSS, ChangeTest, FEATURES, FRICTION, GAP, PRIORS, SHARP, TESTS,
+    VISCOUS_SHARE)
+from gearbox_monitor.health.backlash.features import Backlash, Friction
+from gearbox_monitor.health.backlash.operating_point import find_point, OperatingPoint
 from gearbox_monitor.health.backlash.wear import Trend
-from gearbox_monitor.health.backlash.wear_data import excess, OTHERS, TRUSTED, WearData
-from gearbox_monitor.kernels.types import Array, Flags
-from gearbox_monitor.parameters import EstimatorParameters
-from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.health.backlash.wear_data import excess, OTHERS, WearData
+from gearbox_monitor.health.health_record import (
+    Alert, FeatureHealth, FOUND, GROSS, Health, HealthSettings, tests_of, TRUSTED, WARNED, Window)
+from gearbox_monitor.kernels.types import Array, Flags, Values
 
-FOUND, WARNED, GROSS = 1, 2, 3  # stages of an alarm
 RECENT = 12         # windows whose mean is shown while there is no change
 MAX_STEPS, MAX_PENDING = 6, 8
 HOUR = 3600e9       # ns
-
-
-@dataclass(frozen=True)
-class TrackerSettings:
-    """
-    What a Tracker goes by.
-
-    windows_per_false_alarm: mean number of windows between two false alarms, of all tests
-    together. baseline_windows: how many a point learns. bins: of operating points.
-    limits {test: (notice, warn, error)}: relative changes; below `notice` nothing is reported.
-    gap_limit: rad, 0 = none. viscous (N m s/rad), coulomb (N m): friction of the model. window:
-    s.
-    """
-
-    windows_per_false_alarm: float = 3.15e6
-    baseline_windows: int = 720
-    bins: Bins = field(default_factory=Bins)
-    limits: dict[str, tuple[float, float, float]] = field(default_factory=dict)
-    gap_limit: float = 0.0
-    viscous: float = 0.0
-    coulomb: float = 0.0
-    window: float = 10.0
-
-    @classmethod
-    def of(cls, parameters: EstimatorParameters, model: DriveModel) -> Self:
-        """Return the TrackerSettings of `parameters` and the DriveModel `model`."""
-        p = parameters
-        return cls(
-            max(p.false_alarm_interval / p.drift_window, 20.0), p.baseline_windows,
-            Bins(p.angle_bin, p.speed_bin, p.load_bin, p.temperature_bin, model.axis == 'rotary'),
-            limits_of(p), p.gap_limit, model.viscous_friction, model.coulomb_friction,
-            p.drift_window)
-
-    def threshold(self, test: ChangeTest) -> float:
-        """Return the normal score at which `test` fires."""
-        return wear.threshold(self.windows_per_false_alarm / test.share)
-
-    def notice(self, column: int) -> float:
-        """Return the smallest change (logarithm) of the feature in `column` that is reported."""
-        key = next(t.key for t in TESTS if t.column == column)
-        return math.log1p(self.limits.get(key, (0.0,))[0])
-
-
-@dataclass
-class Change:
-    """
-    A change that was found, and stays until it is over.
-
-    since_ns: where it began, found_ns: where it was found; found: its relative size then;
-    growth, std: now; stage: FOUND, WARNED (above the limit for a warning) or GROSS (for an error).
-    """
-
-    since_ns: int
-    found_ns: int
-    found: float
-    growth: float
-    std: float
-    stage: int = FOUND
-
-
-@dataclass(frozen=True)
-class Baseline:
-    """Healthy values of one operating point, their standard deviations, from so many windows."""
-
-    gap: float
-    gap_std: float
-    stiffness: float
-    stiffness_std: float
-    windows: int
 
 
 @dataclass
@@ -110,7 +40,7 @@ class FeatureWear:
     std: logarithm of the wear, or of the newest windows while there is no change; compared_ns:
     newest window that told it. slope, slope_std: per window; moving: probability of a slope.
     suspected, gone, lower: windows in a row in which one that is pending seems to be a step, a
-    change seems to be over, or its stage to be left.
+    change seems to be over, or its stage to be left. newest: see FeatureHealth.
     """
 
     steps: list[int] = field(default_factory=list)
@@ -124,72 +54,79 @@ class FeatureWear:
     suspected: int = 0
     gone: int = 0
     lower: int = 0
+    newest: float = 0.0
 
 
 class Tracker:
     """
     The wear of one gearbox, its sequential test, forecast and alarms; one `update` per window.
 
-    settings: TrackerSettings. state: what to_dict or baseline_points gave, or None. Raises
-    ValueError, KeyError or TypeError for data that are no state.
+    settings: HealthSettings. state: what to_dict gave, None at the begin. Raises ValueError,
+    KeyError or TypeError for data that are no state.
     """
 
-    def __init__(self, settings: TrackerSettings, state: Any = None) -> None:
+    def __init__(self, settings: HealthSettings, state: Values | None = None) -> None:
         self.settings = settings
         self.data = WearData(settings.viscous, settings.coulomb)
         self.wear = [FeatureWear() for _ in FEATURES]
         self.scores = {test.key: 0.0 for test in TESTS}
-        self.changes: dict[str, Change] = {}  # by test
+        self.alerts: dict[str, Alert] = {}  # by test
         self.ended: dict[str, str] = {}  # by component: what was over with the newest window
-        self.window: Backlash | None = None
+        self.window: Window | None = None
+        self.backlash: Backlash | None = None
         self.friction: Backlash | Friction | None = None
-        self.point, self.trusted, self.compared = -1, False, False
-        self.temperature: float | None = None  # of the newest window
-        self.pause: NotExcited | None = None  # when the newest window was none
+        self.point, self.trusted, self.compared, self.over_limit = -1, False, False, False
         self.stamp_ns = 0
         self._counted = (0, -1), 0  # windows at a point, at a stamp
         self._levels: Array = np.full(len(FEATURES), np.nan)  # healthy, at the newest point
         self._level_stds: Array = np.full(len(FEATURES), np.nan)
-        if state is not None:
+        if state:
             self._load(state)
 
     # ------------------------------------------------------------------ windows
 
-    def update(self, window: Backlash | NotExcited, trust: int = TRUSTED,
-               temperature: float | None = None, comparable: bool = False
-               ) -> None:
-        """
-        Take a window; `drift_words.outcomes` says what it changed.
-
-        Args:
-            window: features of the newest window, or why there are none.
-            trust: in the estimates of the window, see wear_data; those of one level below TRUSTED
-                may be off together.
-            temperature: of the gearbox (deg C), None if unknown.
-            comparable: whether a window that is not trusted is compared where its fit is as good
-                as those of the baseline; else it is only shown.
-        """
+    def update(self, window: Window) -> None:
+        """Take a `window`; `health` says what it changed."""
         if window.stamp_ns == self.stamp_ns:
             return  # it has been taken before
-        self.stamp_ns, self.temperature = window.stamp_ns, temperature
-        self.ended = {}
-        features: Backlash | Friction
-        if not isinstance(window, NotExcited):
-            self.pause, self.window, features = None, window, window
-        else:
-            self.pause = window
-            if window.friction is None:
-                self.compared = False
-                return
-            features = window.friction
-        self.friction, self.trusted, self.compared = features, trust == TRUSTED, False
-        if self.trusted or comparable:
-            self._take(features, int(trust))
+        if window.stamp_ns < self.stamp_ns:
+            # The clock was set back, or is another one: what was before keeps its order.
+            self._move(window.stamp_ns - self.stamp_ns - round(self.settings.window * 1e9))
+        self.stamp_ns, self.window, self.ended = window.stamp_ns, window, {}
+        features = window.friction
+        self.compared = False
+        if isinstance(window.features, Backlash):
+            self.backlash = window.features
+            self._compare_with_limit(window.features)
+        if features is None:
+            return
+        self.friction, self.trusted = features, window.trust == TRUSTED
+        if self.trusted or window.comparable:
+            self._take(features, window)
 
-    def _take(self, features: Backlash | Friction, trust: int) -> None:
-        data, settings = self.data, self.settings
+    def _compare_with_limit(self, window: Backlash) -> None:
+        """Compare the backlash of a `window` with gap_limit; what is not sure stays as it was."""
+        size, std = (window.gap, window.gap_std) if window.separable else (
+            window.lost_motion, window.lost_motion_std)
+        off = size - (self.settings.gap_limit or math.inf)
+        if not abs(off) < LIMITS.over_std * std:
+            self.over_limit = bool(off > 0.0)
+
+    def _move(self, by_ns: int) -> None:
+        """Move all that was before by a time."""
+        self.data.move(by_ns)
+        for feature in self.wear:
+            feature.steps, feature.pending = (
+                [stamp + by_ns for stamp in stamps] for stamps in (feature.steps, feature.pending))
+            feature.compared_ns += by_ns if feature.compared_ns else 0
+        self.alerts = {key: replace(alert, since_ns=alert.since_ns + by_ns,
+                                    found_ns=alert.found_ns + by_ns)
+                       for key, alert in self.alerts.items()}
+
+    def _take(self, features: Backlash | Friction, window: Window) -> None:
+        data, settings, trust = self.data, self.settings, window.trust
         count = len(data.points)
-        point = find_point(data.points, features, self.temperature, settings.bins)
+        point = find_point(data.points, features, window.temperature, settings.bins)
         place = data.points[point]
         values, variances = self._measure(features, place)
         usual = variances / excess(trust)
@@ -207,7 +144,7 @@ class Tracker:
                     pending = [*feature.pending, stamp]
                     # A change that came with one that is dropped shows at its neighbours.
                     feature.pending = pending[:1] + pending[1:][1 - MAX_PENDING:]
-        data.add(self.stamp_ns, point, trust, data.warmth(self.temperature),
+        data.add(self.stamp_ns, point, trust, data.warmth(window.temperature),
                  data.relative(values))
         marks = self._marks()
         data.couple(marks)
@@ -330,7 +267,14 @@ class Tracker:
             if not o.weight.any() or (column == SHARP and o.count.sum() < LIMITS.min_complete):
                 continue
             results[column] = self._estimated(column, o, len(points))
-            self._learn(column, results[column][0].fit, points, place)
+            estimate, scanned = results[column]
+            # A window that contradicts those before is judged with the next one, not learnt.
+            strays = not self.wear[_own(column)].steps and \
+                abs(scanned.newest) > LIMITS.contradicted
+            self._learn(column, estimate.fit, points, place, not strays)
+            if column < len(FEATURES):
+                self.wear[column].newest = self.relative(
+                    column, float(scanned.size[-1]), 0.0)[0] if strays else 0.0
         scores = {column: self._scored(column, observed[column], result[1])
                   for column, result in results.items()}
         for column in range(len(FEATURES)):
@@ -375,8 +319,19 @@ class Tracker:
         estimate = wear.estimate(o, prior, course, noise)
         return estimate, wear.scan(o, estimate.fit)
 
-    def _learn(self, column: int, fit: wear.Fit, points: list[int], place: int) -> None:
-        """Keep what a fit says of temperature, spread of offsets and the healthy level."""
+    def _learn(self, column: int, fit: wear.Fit, points: list[int], place: int, level: bool
+               ) -> None:
+        """
+        Keep what a fit says of temperature, spread of offsets and the healthy level.
+
+        Args:
+            column: of the feature.
+            fit: the most probable course.
+            points: that take part.
+            place: of the newest point among them.
+            level: whether the healthy level is kept, too.
+
+        """
         data, first = self.data, wear.N_COMMON
         share = data.shares([points[place]], column)[0]
         data.slopes[column] = fit.mean[wear.TEMPERATURES] @ share
@@ -388,7 +343,7 @@ class Tracker:
             squares = fit.mean[offsets] ** 2 + variance[offsets]
             data.spread[column] = (LIMITS.offset_windows * stated + float(squares.sum())) / (
                 LIMITS.offset_windows + len(points))
-        if column < len(FEATURES):
+        if column < len(FEATURES) and level:
             at = np.zeros(len(fit.mean))
             at[[wear.LEVEL, first + place]] = 1.0
             at[wear.TEMPERATURES] = data.kelvin[-1] * share
@@ -594,43 +549,43 @@ class Tracker:
                     for sign in (1, -1))
         if not feature.steps:
             for test in (up, down):
-                self.changes.pop(test.key, None)
+                self.alerts.pop(test.key, None)
             return
-        standing = next((t for t in (up, down) if t.key in self.changes), None)
+        standing = next((t for t in (up, down) if t.key in self.alerts), None)
         test, opposite = (up, down) if feature.value > 0.0 else (down, up)
         if standing is opposite and abs(feature.value) < LIMITS.over_std * feature.std:
             test, opposite = opposite, test  # nothing yet says that it goes the other way
         growth, std = self.relative(column, feature.value, feature.std)
-        old = self.changes.get(test.key) or self.changes.get(opposite.key)
+        old = self.alerts.get(test.key) or self.alerts.get(opposite.key)
         if self._over(column, old):
-            ended = up if up.key in self.changes else down
-            if ended.key in self.changes:
+            ended = up if up.key in self.alerts else down
+            if ended.key in self.alerts:
                 text = (f'over: {ended.words.replace(" has ", " had ")} '
-                        f'{100 * self.changes[ended.key].found:.1f} %')
+                        f'{100 * self.alerts[ended.key].found:.1f} %')
                 self.ended[ended.component] = '; '.join(filter(None, (
                     self.ended.get(ended.component), text)))
             self._end(column)
             return
-        if told and old is None:
+        if old is None and (told or abs(growth) < std):  # nothing is stated below its deviation
             return
-        if test.key not in self.changes:
-            self.changes.pop(opposite.key, None)
-            self.changes[test.key] = Change(
-                feature.steps[-1 if old else 0], self.stamp_ns, test.sign * growth,
-                test.sign * growth, std)
-        change = self.changes[test.key]
-        if change.since_ns not in feature.steps:
-            change.since_ns = feature.steps[0]
-        change.growth, change.std = test.sign * growth, std
-        _, warn, error = self.limits(test)
+        self.alerts.pop(opposite.key, None)
+        size = test.sign * growth
+        alert = self.alerts.get(test.key) or Alert(
+            feature.steps[-1 if old else 0], self.stamp_ns, size, size, std)
+        since_ns = alert.since_ns if alert.since_ns in feature.steps else feature.steps[0]
+        _, warn, error = self._limits(test)
         stage = FOUND
         for at, limit in ((WARNED, warn), (GROSS, error)):
-            if change.growth >= (limit if change.stage < at else LIMITS.release * limit):
+            if size >= (limit if alert.stage < at else LIMITS.release * limit):
                 stage = at
         # Not from one window alone, and not twice for one that wavers.
-        feature.lower = feature.lower + 1 if stage < change.stage else 0
-        if stage > change.stage or feature.lower >= LIMITS.over_windows:
-            change.stage, feature.lower = stage, 0
+        feature.lower = feature.lower + 1 if stage < alert.stage else 0
+        if stage > alert.stage or feature.lower >= LIMITS.over_windows:
+            feature.lower = 0
+        else:
+            stage = alert.stage
+        self.alerts[test.key] = replace(
+            alert, since_ns=since_ns, growth=size, std=std, stage=stage)
 
     def _told_by_friction(self, results: dict[int, tuple[wear.Wear, wear.Scan]]) -> bool:
         """
@@ -653,7 +608,7 @@ class Tracker:
         return bool(abs(share.value) - share.std - abs(growth - earlier)
                     < self.settings.notice(VISCOUS_SHARE))
 
-    def _over(self, column: int, change: Change | None) -> bool:
+    def _over(self, column: int, change: Alert | None) -> bool:
         """Return whether a change has gone, for some windows in a row by now."""
         feature, notice = self.wear[column], self.settings.notice(column)
         size = abs(change.found) if change else 0.0
@@ -671,7 +626,7 @@ class Tracker:
         feature.steps, feature.pending, feature.gone = [], [], 0
         for test in TESTS:
             if test.column == column:
-                self.changes.pop(test.key, None)
+                self.alerts.pop(test.key, None)
 
     # ------------------------------------------------------------------ what is known
 
@@ -685,13 +640,9 @@ class Tracker:
         growth = math.expm1(value)
         return growth, math.hypot((1.0 + growth) * std, prior.scale * growth, missed)
 
-    def limits(self, test: ChangeTest) -> tuple[float, float, float]:
+    def _limits(self, test: ChangeTest) -> tuple[float, float, float]:
         """Return the sizes from which on a change is noticed, a warning, an error by `test`."""
-        notice, warn, error = self.settings.limits.get(test.key, (0.0, math.inf, math.inf))
-        base = self.baseline
-        if test.key == 'gap' and self.settings.gap_limit > 0.0 and base and base.gap > 0.0:
-            error = min(error, self.settings.gap_limit / base.gap - 1.0)
-        return notice, warn, error
+        return self.settings.limits_of(test, self._baseline(GAP)[0])
 
     def growth(self, column: int) -> tuple[float, float]:
         """Return (growth, deviation) of the feature in `column` now, NaN while it is not known."""
@@ -703,20 +654,20 @@ class Tracker:
         idle = max(self.stamp_ns - feature.compared_ns, 0) / HOUR
         return growth, math.hypot(std, self.settings.notice(column) * math.sqrt(idle))
 
-    def coefficients(self) -> tuple[tuple[float, float], tuple[float, float]] | None:
+    def coefficients(self) -> tuple[tuple[float, float], ...]:
         """
-        Return (growth, deviation) of viscous and of Coulomb friction; None while not known.
+        Return (growth, deviation) of viscous and of Coulomb friction, () while not known.
 
         By the wear of the friction and of its viscous share at the newest operating point.
         """
         (growth, growth_std), (shift, shift_std) = (
             self.growth(column) for column in (FRICTION, VISCOUS_SHARE))
         if self.point < 0 or not math.isfinite(growth + shift):
-            return None
+            return ()
         viscous = float(self._healthy_share(self.data.points[self.point].speed)
                         + self.data.reference[VISCOUS_SHARE] + self._levels[VISCOUS_SHARE])
         if not 0.0 < viscous < 1.0:
-            return None
+            return ()
         rows = [((1.0 + growth) * (share + change) / share - 1.0,
                  math.hypot((share + change) * growth_std, (1.0 + growth) * shift_std) / share)
                 for share, change in ((viscous, shift), (1.0 - viscous, -shift))]
@@ -741,19 +692,6 @@ class Tracker:
         fastest = abs(feature.slope) + LIMITS.steady_std * feature.slope_std
         return fastest * windows < self.settings.notice(column)
 
-    @property
-    def baseline(self) -> Baseline | None:
-        """The Baseline of the operating point of the newest window, None while not known."""
-        if self.point < 0 or not math.isfinite(self._levels[GAP]):
-            return None
-        count = self.point_windows()
-        if count < LIMITS.min_baseline:
-            return None
-        (gap, gap_std), (stiffness, stiffness_std) = (
-            self._natural(column, self._levels[column], self._level_stds[column])
-            for column in (GAP, STIFFNESS))
-        return Baseline(gap, gap_std, stiffness, stiffness_std, count)
-
     def _natural(self, column: int, level: float, std: float, unit: float = 1.0
                  ) -> tuple[float, float]:
         """Return (value, deviation) in units of the feature; unit: of a point."""
@@ -768,12 +706,6 @@ class Tracker:
             count = self.data.count(self.point) if self.point >= 0 else 0
             self._counted = (self.stamp_ns, self.point), count
         return self._counted[1]
-
-    def stages(self) -> dict[str, dict[str, int]]:
-        """Return {component: {test: stage}}; an alert is given when that changes."""
-        return {component: {t.key: self.changes[t.key].stage for t in TESTS
-                            if t.component == component and t.key in self.changes}
-                for component in COMPONENTS}
 
     # ------------------------------------------------------------------ healthy by decision
 
@@ -802,94 +734,84 @@ class Tracker:
         for feature in self.wear:
             feature.steps, feature.pending = [], []
         self.ended = {t.component: 'over: saved as the baseline' for t in TESTS
-                      if t.key in self.changes}
-        self.changes, self._counted = {}, ((0, -1), 0)
+                      if t.key in self.alerts}
+        self.alerts, self._counted = {}, ((0, -1), 0)
         self.scores = dict.fromkeys(self.scores, 0.0)
         self._judge()
         return used
 
     # ------------------------------------------------------------------ state
 
-    def baseline_points(self) -> list[dict[str, Any]]:
-        """Return the baselines as plain data, a list with one mapping per operating point."""
+    def health(self) -> Health:
+        """Return what is known now."""
         data = self.data
-        if not data.stamps and not data.blocks:
-            return []
-        length = self.settings.window * 1e9
-        rows: list[dict[str, Any]] = [
-            {**p.place(), 'scale': p.scale, 'features': {}} for p in data.points]
-        observed, points = data.observations(max(self.stamp_ns, 1), length)
-        for column, name in enumerate(FEATURES):
-            o = observed[column]
-            if not o.weight.any():
-                continue
-            fit = wear.fit(o, self._prior(column, o.design.shape[1], len(points)),
-                           self._course(column))
-            for k, point in enumerate(points):
-                index, place = wear.N_COMMON + k, data.points[point]
-                at_point = o.design[:, index] > 0.0
-                count = int(round(float(o.count[at_point].sum())))
-                if count:
-                    level = fit.mean[wear.LEVEL] + fit.mean[index]
-                    if place.temperature is not None and data.first_kelvin is not None:
-                        level += fit.mean[wear.TEMPERATURES] @ data.shares(
-                            [point], column)[0] * (place.temperature - data.first_kelvin)
-                    variance, unit = place.variance()[column], place.unit(column)
-                    mean, std = self._natural(column, level, math.sqrt(variance), unit)
-                    _, stated = self._natural(
-                        column, level, math.sqrt(place.stated[column]), unit)
-                    rows[point]['features'][name] = {
-                        'windows': count, 'mean': mean, 'std': std, 'stated_std': stated}
-        if data.couplings.any():
-            for row in rows:
-                row['couplings'] = {name: float(v) for name, v in zip(FEATURES, data.couplings)
-                                    if v}
-        return [row for row in rows if row['features']]
+        first = data.blocks[0].begin_ns if data.blocks else data.stamps[0] if data.stamps else 0
+        return Health(
+            self.settings, self.stamp_ns, tuple(map(self._feature, range(len(FEATURES)))),
+            dict(self.alerts), dict(self.ended), self.window, self.backlash, self.friction,
+            self.compared, self.over_limit,
+            data.points[self.point].text() if self.point >= 0 else '',
+            self.point_windows(), dict(self.scores), self.coefficients(), first,
+            statistics=self.to_dict())
+
+    def _feature(self, column: int) -> FeatureHealth:
+        """Return what is known about the feature in `column`."""
+        feature, trend, name = self.wear[column], self.trend(column), FEATURES[column]
+        level = getattr(self.backlash, name, math.nan), getattr(
+            self.backlash, f'{name}_std', math.nan)
+        reach = trend.reach(self._limits(tests_of(column)[0])[2]) if trend else None
+        return FeatureHealth(
+            *level, *self._baseline(column), *self.growth(column), feature.compared_ns,
+            trend.slope if trend else 0.0, trend.slope_std if trend else 0.0, reach,
+            self.steady(column), bool(feature.pending), feature.newest)
+
+    def _baseline(self, column: int) -> tuple[float, float]:
+        """Return (healthy value, deviation) at the newest operating point, NaN if unknown."""
+        if self.point < 0 or not math.isfinite(self._levels[column]) \
+                or self.point_windows() < LIMITS.min_baseline:
+            return math.nan, math.nan
+        return self._natural(column, self._levels[column], self._level_stds[column],
+                             self.data.points[self.point].unit(column))
 
     def to_dict(self) -> dict[str, Any]:
         """Return all that the next outcomes depend on, as plain data; floats read back exactly."""
         return {
             'wear': [asdict(feature) for feature in self.wear], **self.data.to_dict(),
             'scores': self.scores,
-            'changes': {key: asdict(change) for key, change in self.changes.items()},
+            'alerts': {key: asdict(alert) for key, alert in self.alerts.items()},
             'levels': [float(v) for v in self._levels],
             'level_stds': [float(v) for v in self._level_stds], 'ended': self.ended,
-            'window': self.window and asdict(self.window), 'point': self.point,
+            'window': self.window and self.window.to_dict(),
+            'backlash': asdict(self.backlash) if self.backlash is not None and (
+                self.window is None or self.backlash is not self.window.features) else None,
+            'point': self.point,
             'friction': asdict(self.friction) if isinstance(self.friction, Friction) else None,
-            'trusted': self.trusted, 'compared': self.compared,
-            'temperature': self.temperature, 'stamp_ns': self.stamp_ns,
-            'pause': self.pause and {
-                'stamp_ns': self.pause.stamp_ns, 'reason': self.pause.reason,
-                'friction': self.pause.friction and asdict(self.pause.friction)}}
+            'trusted': self.trusted, 'compared': self.compared, 'over_limit': self.over_limit,
+            'stamp_ns': self.stamp_ns}
 
-    def _load(self, state: Any) -> None:
-        if isinstance(state, list):  # baselines alone
-            wear_data.load_baselines(self.data, state)
-            return
+    def _load(self, state: Values) -> None:
         self.data.load(state)
         if len(state['wear']) != len(FEATURES):
             raise ValueError(f'{len(state["wear"])} features, expected {len(FEATURES)}')
-        self.wear = [FeatureWear(**row) for row in state['wear']]
+        self.wear = [FeatureWear(**{**row, 'steps': list(row['steps']),
+                                    'pending': list(row['pending'])}) for row in state['wear']]
         self.scores.update({test.key: float(state['scores'].get(test.key, 0.0))
                             for test in TESTS})
-        self.changes = {key: Change(**value) for key, value in state['changes'].items()
-                        if key in self.scores}
+        self.alerts = {key: Alert(**value) for key, value in state['alerts'].items()
+                       if key in self.scores}
         self._levels, self._level_stds = (
             np.array(state[name], float) for name in ('levels', 'level_stds'))
         self.ended = dict(state['ended'])
-        self.window = state['window'] and Backlash(**state['window'])
+        self.window = state['window'] and Window.from_dict(state['window'])
+        newest = self.window and self.window.features
+        self.backlash = newest if isinstance(newest, Backlash) else \
+            state['backlash'] and Backlash(**state['backlash'])
         friction = state['friction']
-        self.friction = Friction(**friction) if friction else self.window
+        self.friction = Friction(**friction) if friction else self.backlash
         self.point, self.trusted = int(state['point']), bool(state['trusted'])
-        self.compared = bool(state['compared'])
+        self.compared, self.over_limit = bool(state['compared']), bool(state['over_limit'])
         if self.point >= len(self.data.points):
             raise ValueError('an unknown operating point')
-        self.temperature = state['temperature']
-        pause = state['pause']
-        if pause:
-            friction = pause['friction']
-            pause = NotExcited(**{**pause, 'friction': friction and Friction(**friction)})
-        self.pause = pause
         self.stamp_ns = int(state['stamp_ns'])
 
 

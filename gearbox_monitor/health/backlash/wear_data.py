@@ -10,7 +10,6 @@ large where they have stayed.
 """
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-import math
 from typing import Any
 
 import numpy as np
@@ -18,18 +17,15 @@ import numpy as np
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.backlash import wear
 from gearbox_monitor.health.backlash.change_tests import (
-    FEATURES, FRICTION, GAIN, GAP, HYSTERESIS, PRIORS, SHARP, STIFFNESS, VISCOUS_SHARE)
+    FEATURES, FRICTION, GAIN, GAP, HYSTERESIS, SHARP, STIFFNESS, VISCOUS_SHARE)
 from gearbox_monitor.health.backlash.operating_point import N_COLUMNS, numbers, OperatingPoint
+from gearbox_monitor.health.health_record import ERRORS_LARGER, TRUSTED
 from gearbox_monitor.kernels.types import Array, Values
 
 OTHERS = (STIFFNESS, HYSTERESIS, FRICTION, GAIN)  # what comes out of the fit beside the gap
 PER_SIZE = 16      # blocks of one size, before the two oldest of them become one
 MAX_ACTIVE = 48    # points that take part in a fit, beside those of the newest windows
 COUNT, TOTAL, KELVIN, KELVIN_2, PRODUCT = range(5)  # rows of the sums of a cell
-# Trust in a window: whether the filter agrees with the drive, and if not, whether prediction
-# errors are larger than predicted, as of an encoder with more noise: 1 below per half octave of
-# their variance, which of one motion stays within a tenth, and doubles with such an encoder.
-ERRORS_LARGER, AT_ODDS, TRUSTED = -1, 0, 1
 
 
 def excess(trust: int) -> float:
@@ -113,7 +109,7 @@ class WearData:
         Args:
             stamp_ns: its end.
             point: its operating point.
-            trust: TRUSTED, AT_ODDS, ERRORS_LARGER or less.
+            trust: TRUSTED or less.
             kelvin: of warmth.
             values: of relative [F].
 
@@ -136,6 +132,15 @@ class WearData:
         else:
             sharp = values[:, GAP] - values[:, active] @ self.couplings[active]
         return np.column_stack([values, sharp])
+
+    def move(self, by_ns: int) -> None:
+        """Move all stamps by `by_ns`."""
+        self.stamps = [stamp + by_ns for stamp in self.stamps]
+        self.shift_ns += by_ns if self.shift_ns else 0
+        for block in self.blocks:
+            block.begin_ns, block.end_ns = block.begin_ns + by_ns, block.end_ns + by_ns
+        for point in self.points:
+            point.since_ns, point.last_ns = point.since_ns + by_ns, point.last_ns + by_ns
 
     def couple(self, boundaries: Sequence[int]) -> None:
         """Learn the couplings from the rows; `boundaries` (ns): where features changed."""
@@ -406,91 +411,3 @@ def _trust(level: Any) -> int:
     if not (isinstance(level, int) and level <= TRUSTED):
         raise ValueError(f'trust {level!r}, expected an integer up to {TRUSTED}')
     return int(level)
-
-
-def load_baselines(data: WearData, rows: Sequence[Values]) -> None:
-    """
-    Fill an empty `data` with the baselines `rows` of a file, of Tracker.baseline_points.
-
-    Raises KeyError, TypeError or ValueError for rows that are none.
-    """
-    block = WearBlock(0, 0)
-    for row in rows:
-        point = OperatingPoint.at(row)
-        count, mean, std, stated = (np.full(len(FEATURES), np.nan) for _ in range(4))
-        for name, feature in row['features'].items():
-            i = FEATURES.index(name)
-            count[i], mean[i] = int(feature['windows']), float(feature['mean'])
-            std[i], stated[i] = float(feature['std']), float(feature['stated_std'])
-        _add(data, block, point, count, mean, std ** 2, stated ** 2)
-        for name, value in row.get('couplings', {}).items():
-            data.couplings[FEATURES.index(name)] = float(value)
-            data.frozen = True
-    if data.couplings.any():
-        _sharpen(data, block)
-    if block.windows:
-        data.blocks.append(block)
-
-
-def _add(data: WearData, block: WearBlock, point: OperatingPoint, count: Array, mean: Array,
-         variance: Array, stated: Array) -> None:
-    """
-    Add an operating point with its sums.
-
-    Args:
-        data: to add to.
-        block: that holds the sums.
-        point: the operating point.
-        count: windows of each feature [F], NaN or 0: none.
-        mean: of the features [F].
-        variance: of a window [F].
-        stated: mean of the variances stated [F].
-
-    """
-    data.points.append(point)
-    levels = np.full(len(FEATURES), np.nan)
-    for i in range(len(FEATURES)):
-        if not math.isfinite(mean[i]):
-            continue
-        unit = max(abs(mean[i]) if PRIORS[i].logarithmic else point.unit(i), 1e-12)
-        point.stated[i], point.stated_count[i] = stated[i] / unit ** 2, 1.0
-        if not count[i] > 0.0:
-            continue
-        point.stated_count[i] = count[i]
-        levels[i] = math.log(unit) if PRIORS[i].logarithmic else mean[i] / unit
-        point.freedom[i] = max(count[i] - 1.0, 0.0)
-        point.squares[i] = point.freedom[i] * variance[i] / unit ** 2
-    data.reference = np.where(np.isnan(data.reference), levels, data.reference)
-    kelvin = data.warmth(point.temperature)
-    finite = np.isfinite(levels)
-    number = np.append(np.where(finite, count, 0.0), 0.0)
-    y = np.append(np.where(finite, levels - data.reference, 0.0), 0.0)
-    sums = np.zeros((5, N_COLUMNS))
-    sums[COUNT], sums[TOTAL] = number, number * y
-    sums[KELVIN], sums[KELVIN_2] = number * kelvin, number * kelvin ** 2
-    sums[PRODUCT] = number * y * kelvin
-    block.add((len(data.points) - 1, TRUSTED), sums)
-    block.windows += int(number.max())
-
-
-def _sharpen(data: WearData, block: WearBlock) -> None:
-    """Take the sums of SHARP in `block` from those of the other features."""
-    active = np.flatnonzero(data.couplings)
-    direction = -data.couplings
-    direction[GAP] = 1.0
-    for (k, _), sums in block.cells.items():
-        point = data.points[k]
-        if not (sums[COUNT, [GAP, *active]] > 0.0).all():
-            continue
-        number = sums[COUNT, [GAP, *active]].min()
-        y = sums[TOTAL, :SHARP] / np.maximum(sums[COUNT, :SHARP], 1.0) @ direction
-        kelvin = sums[KELVIN, GAP] / max(sums[COUNT, GAP], 1.0)
-        sums[:, SHARP] = number * np.array([1.0, y, kelvin, kelvin ** 2, y * kelvin])
-        point.freedom[SHARP] = max(number - 1.0, 0.0)
-        point.squares[SHARP] = point.freedom[SHARP] * _sharp_variance(point, direction)
-
-
-def _sharp_variance(point: OperatingPoint, direction: Array) -> float:
-    """Return the variance of SHARP that an upper bound gives: errors of the features add."""
-    own = point.squares[:SHARP] / np.maximum(point.freedom[:SHARP], 1.0)
-    return float(own[GAP] - min(own[GAP] * 0.9, float(direction[1:] ** 2 @ own[1:])))

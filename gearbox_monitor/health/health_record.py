@@ -1,0 +1,264 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What is known about the wear of one gearbox: one frozen value, which every door shows."""
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+import math
+from typing import Any, Self
+
+from gearbox_monitor.health.backlash import wear
+from gearbox_monitor.health.backlash.change_tests import (
+    ChangeTest, COMPONENTS, FEATURES, GAP, limits_of, LOST_MOTION, SHARP, TESTS)
+from gearbox_monitor.health.backlash.features import Backlash, Friction, NotExcited
+from gearbox_monitor.health.backlash.operating_point import Bins
+from gearbox_monitor.kernels.types import Values
+from gearbox_monitor.parameters import CURVES, EstimatorParameters
+from gearbox_monitor.plant.drive import DriveModel
+
+# Trust in a window: whether the filter agrees with the drive, and if not, whether prediction
+# errors are larger than predicted, as of an encoder with more noise: 1 below per half octave of
+# their variance, which of one motion stays within a tenth, and doubles with such an encoder.
+ERRORS_LARGER, AT_ODDS, TRUSTED = -1, 0, 1
+FOUND, WARNED, GROSS = 1, 2, 3  # stages of an alert
+OVER_LIMIT = 'gap_limit'  # stage of a backlash above that parameter, whatever the baseline
+
+
+@dataclass(frozen=True)
+class HealthSettings:
+    """
+    What a gearbox is judged by.
+
+    windows_per_false_alarm: mean number of windows between two false alarms, of all tests
+    together. baseline_windows: how many a point learns. bins: of operating points.
+    limits {test: (notice, warn, error)}: relative changes; below `notice` nothing is reported.
+    gap_limit: rad, 0 = none. viscous (N m s/rad), coulomb (N m): friction of the model; half_gap:
+    its half backlash (rad). window: s. follows_curve: whether the filter's torque follows the
+    elastic curve of the model.
+    """
+
+    windows_per_false_alarm: float = 3.15e6
+    baseline_windows: int = 720
+    bins: Bins = field(default_factory=Bins)
+    limits: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
+    gap_limit: float = 0.0
+    viscous: float = 0.0
+    coulomb: float = 0.0
+    half_gap: float = 0.0
+    window: float = 10.0
+    follows_curve: bool = False
+
+    @classmethod
+    def of(cls, parameters: EstimatorParameters, model: DriveModel) -> Self:
+        """Return the HealthSettings of `parameters` and the DriveModel `model`."""
+        p, shape = parameters, model.transmission
+        play = shape.hysteresis_width if shape.kind == 'play' else 0.0
+        return cls(
+            max(p.false_alarm_interval / p.drift_window, 20.0), p.baseline_windows,
+            Bins(p.angle_bin, p.speed_bin, p.load_bin, p.temperature_bin, model.axis == 'rotary'),
+            limits_of(p), p.gap_limit, model.viscous_friction, model.coulomb_friction,
+            shape.half_gap + play, p.drift_window, p.tau_k_model in CURVES)
+
+    def threshold(self, test: ChangeTest) -> float:
+        """Return the normal score at which `test` fires."""
+        return wear.threshold(self.windows_per_false_alarm / test.share)
+
+    def limits_of(self, test: ChangeTest, healthy_gap: float) -> tuple[float, float, float]:
+        """Return notice, warning and error limit of `test`; `healthy_gap`: rad, NaN unknown."""
+        notice, warn, error = self.limits.get(test.key, (0.0, math.inf, math.inf))
+        if test.key == 'gap' and self.gap_limit > 0.0 and healthy_gap > 0.0:
+            error = min(error, self.gap_limit / healthy_gap - 1.0)
+        return notice, warn, error
+
+    def notice(self, column: int) -> float:
+        """Return the smallest change (logarithm) of the feature in `column` that is reported."""
+        key = next(t.key for t in TESTS if t.column == column)
+        return math.log1p(self.limits.get(key, (0.0,))[0])
+
+
+@dataclass(frozen=True)
+class Window:
+    """
+    A drift window, as a Monitor hands it over to be judged.
+
+    features: of the window, or why there are none. trust: in its estimates, see TRUSTED; those one
+    level below may be off together. temperature: of the gearbox (deg C), None if unknown.
+    comparable: whether a window that is not trusted is compared where its fit is as good as those
+    of the baseline; else it is only shown.
+    """
+
+    features: Backlash | NotExcited
+    trust: int = TRUSTED
+    temperature: float | None = None
+    comparable: bool = False
+
+    @property
+    def stamp_ns(self) -> int:
+        """Stamp of its end."""
+        return self.features.stamp_ns
+
+    @property
+    def friction(self) -> Backlash | Friction | None:
+        """What the window says of the friction, None for nothing."""
+        features = self.features
+        return features.friction if isinstance(features, NotExcited) else features
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the window as plain data; floats read back exactly."""
+        return {**asdict(self), 'shows_gap': isinstance(self.features, Backlash)}
+
+    @classmethod
+    def from_dict(cls, data: Values) -> Self:
+        """Return the window that to_dict gave. Raises KeyError, TypeError or ValueError."""
+        row: dict[str, Any] = dict(data['features'])
+        features: Backlash | NotExcited
+        if data['shows_gap']:
+            features = Backlash(**{**row, 'gap_slopes': tuple(row['gap_slopes'])})
+        else:
+            friction = row['friction']
+            features = NotExcited(**{**row, 'friction': friction and Friction(**friction)})
+        return cls(features, int(data['trust']), data['temperature'], bool(data['comparable']))
+
+
+@dataclass(frozen=True)
+class Alert:
+    """
+    A change that was found, and stands until it is over.
+
+    since_ns: where it began, found_ns: where it was found; found: its relative size then;
+    growth, std: now; stage: FOUND, WARNED (above the limit for a warning) or GROSS (for an error).
+    """
+
+    since_ns: int
+    found_ns: int
+    found: float
+    growth: float
+    std: float
+    stage: int = FOUND
+
+
+@dataclass(frozen=True)
+class FeatureHealth:
+    """
+    What is known about one feature; NaN: not known.
+
+    level: of the newest window that shows it, baseline: healthy, at the operating point of the
+    newest window, both in the unit of the feature. change: against the baseline, relative;
+    compared_ns: the newest window that told it, 0 without any. rate: of the change per second
+    while there is a trend, else 0; reach: (s, earliest, latest) until the change is an error, None
+    without a trend; steady: whether it has stopped changing. is_open: whether a part of the change
+    may belong to a new motion. newest: change of the newest window alone while it contradicts
+    those before, 0 otherwise. *_std: standard deviations.
+    """
+
+    level: float = math.nan
+    level_std: float = math.nan
+    baseline: float = math.nan
+    baseline_std: float = math.nan
+    change: float = math.nan
+    change_std: float = math.nan
+    compared_ns: int = 0
+    rate: float = 0.0
+    rate_std: float = 0.0
+    reach: tuple[float, float, float] | None = None
+    steady: bool = False
+    is_open: bool = False
+    newest: float = 0.0
+
+
+@dataclass(frozen=True)
+class Health:
+    """
+    Health of one gearbox after the window that ended at `stamp_ns`, 0 before any.
+
+    features: of FEATURES, in their order. alerts {test: Alert}. ended {component: words}: what
+    was over with the newest window. window: the newest one; backlash, friction: the newest that
+    showed them. compared: whether the newest window was. over_limit: whether the backlash surely
+    exceeds gap_limit. point: its operating point in words,
+    point_windows: windows there. scores {test: normal score}. coefficients: (growth, deviation) of
+    viscous and of Coulomb friction. baseline_ns: first window that the baseline rests on, 0 while
+    there is none. marks: (stamp, words) of services and of baselines that were adopted. cause:
+    what a comparison of recordings named, '' for nothing. recordings: that it rests on.
+    statistics: all that the next judgement depends on, plain data.
+    """
+
+    settings: HealthSettings
+    stamp_ns: int = 0
+    features: tuple[FeatureHealth, ...] = (FeatureHealth(),) * len(FEATURES)
+    alerts: Mapping[str, Alert] = field(default_factory=dict)
+    ended: Mapping[str, str] = field(default_factory=dict)
+    window: Window | None = None
+    backlash: Backlash | None = None
+    friction: Backlash | Friction | None = None
+    compared: bool = False
+    over_limit: bool = False
+    point: str = ''
+    point_windows: int = 0
+    scores: Mapping[str, float] = field(default_factory=dict)
+    coefficients: tuple[tuple[float, float], ...] = ()
+    baseline_ns: int = 0
+    marks: tuple[tuple[int, str], ...] = ()
+    cause: str = ''
+    recordings: tuple[str, ...] = ()
+    statistics: Mapping[str, Any] = field(default_factory=dict, repr=False)
+
+    def feature(self, name: str) -> FeatureHealth:
+        """Return what is known about the feature `name`, one of FEATURES."""
+        return self.features[FEATURES.index(name)]
+
+    def growth(self, column: int) -> tuple[float, float]:
+        """Return (change, deviation) of the feature in `column`, NaN while it is not known."""
+        feature = self.features[column]
+        return feature.change, feature.change_std
+
+    @property
+    def separable(self) -> bool:
+        """Whether the newest backlash is distinguished from compliance."""
+        return self.backlash is None or self.backlash.separable
+
+    @property
+    def width(self) -> FeatureHealth:
+        """The backlash; the lost motion where backlash is not distinguished from compliance."""
+        return self.features[GAP if self.separable else LOST_MOTION]
+
+    @property
+    def pause(self) -> NotExcited | None:
+        """The newest window if it did not show the gap."""
+        features = self.window and self.window.features
+        return features if isinstance(features, NotExcited) else None
+
+    @property
+    def temperature(self) -> float | None:
+        """Temperature (deg C) of the gearbox in the newest window, None if unknown."""
+        return self.window.temperature if self.window else None
+
+    @property
+    def trusted(self) -> bool:
+        """Whether the estimates of the newest window that showed anything were trusted."""
+        return bool(self.statistics.get('trusted', False))
+
+    def limits(self, test: ChangeTest) -> tuple[float, float, float]:
+        """Return the sizes from which on a change is noticed, a warning, an error by `test`."""
+        return self.settings.limits_of(test, self.features[GAP].baseline)
+
+    def stages(self) -> dict[str, dict[str, int]]:
+        """Return {component: {test: stage}}; an alert is given when that changes."""
+        stages: dict[str, dict[str, int]] = {component: {} for component in COMPONENTS}
+        for test in TESTS:
+            if test.key in self.alerts:
+                stages[test.component][test.key] = self.alerts[test.key].stage
+        if self.over_limit:
+            stages['backlash'][OVER_LIMIT] = GROSS
+        return stages
+
+
+def active_tests(health: Health, component: str) -> list[ChangeTest]:
+    """Return the tests of a `component` that stand in `health`, the worst first."""
+    return sorted((test for test in TESTS
+                   if test.component == component and test.key in health.alerts),
+                  key=lambda test: -health.alerts[test.key].stage)
+
+
+def tests_of(column: int) -> list[ChangeTest]:
+    """Return the tests of the feature in `column`, without those of SHARP."""
+    return [test for test in TESTS if test.column == column != SHARP]

@@ -1,0 +1,104 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+The one judgement of wear: Health and a window in, Health and what happened out.
+
+The live node folds its windows with `judge`; replay, report, accept and fleet fold those of
+recordings. A state file and a baseline are a Health as `to_data` writes it.
+"""
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import reduce
+from typing import Any
+
+from gearbox_monitor.health.backlash.change import Tracker
+from gearbox_monitor.health.backlash.change_tests import COMPONENTS
+from gearbox_monitor.health.health_record import Health, HealthSettings, Window
+from gearbox_monitor.kernels.types import Values
+
+KEPT = ('marks', 'cause', 'recordings')  # what a window does not change
+RECORDINGS = 1000  # names that are kept
+
+
+@dataclass(frozen=True)
+class Event:
+    """The alerts of a `component` have changed to `stages` {test: stage}: raised, worse, over."""
+
+    component: str
+    stages: Mapping[str, int]
+
+
+def judge(health: Health, window: Window) -> tuple[Health, tuple[Event, ...]]:
+    """
+    Return what is known after one more window, and which alerts changed with it.
+
+    Args:
+        health: what was known before; it stays as it is.
+        window: the newest window; one that was judged before changes nothing.
+    """
+    tracker = Tracker(health.settings, health.statistics)
+    tracker.update(window)
+    after = _following(health, tracker)
+    if not after.alerts:
+        after = replace(after, cause='')
+    return after, events(health, after)
+
+
+def events(before: Health, after: Health) -> tuple[Event, ...]:
+    """Return the Events that lead from `before` to `after`."""
+    old, new = before.stages(), after.stages()
+    return tuple(Event(component, new[component]) for component in COMPONENTS
+                 if new[component] != old[component])
+
+
+def folded(health: Health, windows: Iterable[Window], recording: str = '') -> Health:
+    """Return the Health after all `windows`, in order of time, of the `recording` so called."""
+    after = reduce(lambda known, window: judge(known, window)[0], windows, health)
+    names = (*after.recordings, recording)[-RECORDINGS:] if recording else after.recordings
+    return replace(after, recordings=names)
+
+
+def accepted(health: Health) -> tuple[Health, int]:
+    """
+    Return `health` with what is measured now as the healthy state, and the windows it rests on.
+
+    The wear becomes 0 with its deviation, at all operating points; all alerts end.
+    """
+    tracker = Tracker(health.settings, health.statistics)
+    windows = tracker.accept()
+    return replace(_following(health, tracker), cause=''), windows
+
+
+def under(health: Health, settings: HealthSettings) -> Health:
+    """Return `health` as it is judged by other `settings` from now on."""
+    return _following(health, Tracker(settings, health.statistics))
+
+
+def _following(health: Health, tracker: Tracker) -> Health:
+    return replace(tracker.health(), **{name: getattr(health, name) for name in KEPT})
+
+
+def to_data(health: Health) -> dict[str, Any]:
+    """Return all of `health` that no settings give, as plain data; floats read back exactly."""
+    return {'statistics': dict(health.statistics),
+            **{name: getattr(health, name) for name in KEPT}}
+
+
+def from_data(settings: HealthSettings, data: Values | None) -> Health:
+    """
+    Return the Health that to_data gave; None: nothing is known yet.
+
+    Args:
+        settings: what it is judged by from now on.
+        data: of to_data.
+
+    Raises:
+        KeyError, TypeError, ValueError: `data` are none.
+    """
+    if data is None:
+        return Health(settings)
+    health = Tracker(settings, data['statistics']).health()
+    return replace(
+        health, marks=tuple((int(stamp), str(words)) for stamp, words in data['marks']),
+        cause=str(data['cause']), recordings=tuple(map(str, data['recordings'])))
