@@ -246,25 +246,31 @@ def _first_index(names: Sequence[str]) -> dict[str, int]:
     return {name: k for k, name in reversed(list(enumerate(names)))}
 
 
-def read_layout(raw: bytes) -> Layout | None:
-    """Return the Layout of the CDR bytes `raw`, None unless a little-endian joint state."""
+def read_layout(raw: bytes, ros1: bool = False) -> Layout | None:
+    """
+    Return the Layout of a joint state, None unless it is a little-endian one.
+
+    Args:
+        raw: CDR bytes.
+        ros1: as ROS 1 writes it: stamped at the same place, without padding and ends of texts.
+    """
     try:
-        if raw[:4] != LITTLE_ENDIAN:
+        if raw[:4] != LITTLE_ENDIAN and not ros1:
             return None
-        fixed = [range(4)]
+        fixed = [] if ros1 else [range(4)]
         offsets: list[int] = []
         counts: list[int] = []
         names: list[str] = []
-        _, offset = _read_text(raw, 12, fixed)  # frame_id
-        count, offset = _read_count(raw, offset, fixed)
+        _, offset = _read_text(raw, 12, fixed, ros1)  # frame_id
+        count, offset = _read_count(raw, offset, fixed, ros1)
         if count > MAX_JOINTS:
             return None
         for _ in range(count):
-            text, offset = _read_text(raw, offset, fixed)
+            text, offset = _read_text(raw, offset, fixed, ros1)
             names.append(text)
         for _ in FIELDS:
-            count, offset = _read_count(raw, offset, fixed)
-            offset = _aligned(offset, 8) if count else offset
+            count, offset = _read_count(raw, offset, fixed, ros1)
+            offset = _aligned(offset, 8) if count and not ros1 else offset
             offsets.append(offset)
             counts.append(count)
             offset += 8 * count
@@ -284,20 +290,20 @@ def read_layout(raw: bytes) -> Layout | None:
                   np.array(starts, np.uint64), masks, values)
 
 
-def _read_count(raw: bytes, offset: int, fixed: list[range]) -> tuple[int, int]:
+def _read_count(raw: bytes, offset: int, fixed: list[range], ros1: bool) -> tuple[int, int]:
     """Return the count at `offset` and the offset behind it; padding is no part of the layout."""
-    offset = _aligned(offset, 4)
+    offset = offset if ros1 else _aligned(offset, 4)
     fixed.append(range(offset, offset + 4))
     return struct.unpack_from('<I', raw, offset)[0], offset + 4
 
 
-def _read_text(raw: bytes, offset: int, fixed: list[range]) -> tuple[str, int]:
-    length, offset = _read_count(raw, offset, fixed)
+def _read_text(raw: bytes, offset: int, fixed: list[range], ros1: bool) -> tuple[str, int]:
+    length, offset = _read_count(raw, offset, fixed, ros1)
     text = raw[offset:offset + length]
-    if not length or len(text) != length:
+    if not (length or ros1) or len(text) != length:
         raise struct.error('cut string')
     fixed.append(range(offset, offset + length))
-    return text[:-1].decode(), offset + length
+    return text[:length if ros1 else -1].decode(), offset + length
 
 
 def _aligned(offset: int, size: int) -> int:
@@ -365,14 +371,15 @@ class Decoder:
         decode: function that returns the message object of CDR bytes, for messages in layouts that
             the kernel does not read.
         source: where the messages come from, in front of errors.
+        ros1: whether they are serialised as ROS 1 does it.
 
     Attribute `joints`: {joint: None} of all messages so far, in order of appearance.
     """
 
     def __init__(self, names: Sequence[str], decode: Callable[[bytes], Any],
-                 source: str = '') -> None:
+                 source: str = '', ros1: bool = False) -> None:
         self.names = tuple(names)
-        self._source = source
+        self._source, self._ros1 = source, ros1
         self.joints: dict[str, None] = {}
         self._decode = decode
         self._readings: list[_Reading] = []  # at most MAX_LAYOUTS, newest first
@@ -390,7 +397,7 @@ class Decoder:
             if len(raw) > MAX_BYTES:
                 raise InputError(f'{self._source}joint state of {len(raw)} bytes, expected at '
                                  f'most {MAX_BYTES}')
-            layout = read_layout(raw) if len(self._readings) < MAX_LAYOUTS else None
+            layout = read_layout(raw, self._ros1) if len(self._readings) < MAX_LAYOUTS else None
             if layout is None:
                 self._decode_one(raw, pending[0], rows)
                 pending = pending[1:]

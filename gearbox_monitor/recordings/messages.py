@@ -4,64 +4,242 @@
 """
 Joint states of bags of other robots: ROS 1 bags, and messages of ros2_control.
 
-All become sensor_msgs/JointState, setpoints on a topic of their own. Of one joint one topic tells
-the state, and one the setpoint; the notes list the others, and interfaces that are not used.
+All become sensor_msgs/JointState, setpoints on a topic of their own. A bag is read twice: first
+for its joints and interfaces, then block by block. Of one joint one topic tells the state, and one
+the setpoint; the notes list the others, and interfaces that are not used.
 """
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from itertools import chain
 from pathlib import Path
+import struct
 from typing import Any
 
 import numpy as np
-from rosbags.typesys import get_types_from_msg, get_typestore, Stores
+from rosbags.rosbag1 import Reader as Ros1File
 
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.recordings.cdr import Decoder, Message, MessageBlock
 from gearbox_monitor.recordings.clocks import interpolated
-from gearbox_monitor.recordings.read import BagReader, is_ros1, JOINT_STATE, open_bag
+from gearbox_monitor.recordings.read import (
+    BagReader, blocks_of, CONTROLLER, DYNAMIC, is_ros1, JOINT_STATE, open_bag, ROS1_TEXT)
 from gearbox_monitor.recordings.si_signals import even_stamps
 from gearbox_monitor.recordings.topics import JOINT_STATES
 from gearbox_monitor.recordings.virtual_bag import Frames, JOINT_TOPIC, SETPOINT_TOPIC, VirtualBag
 
-DYNAMIC, CONTROLLER = ('control_msgs/msg/DynamicJointState',
-                       'control_msgs/msg/JointTrajectoryControllerState')
 STATES = (JOINT_STATE, DYNAMIC, CONTROLLER)  # the most trusted first
 MULTI = 'sensor_msgs/msg/MultiDOFJointState'
-# Definitions of messages that SQLite bags often lack.
-DEFINITIONS = {
-    'control_msgs/msg/InterfaceValue': 'string[] interface_names\nfloat64[] values\n',
-    DYNAMIC: 'std_msgs/Header header\nstring[] joint_names\n'
-             'control_msgs/InterfaceValue[] interface_values\n',
-}
-SETPOINT, ABSOLUTE = 'setpoint', 'absolute_position'  # of an encoder behind the gear
+ABSOLUTE = 'absolute_position'  # of an encoder behind the gear
+SETPOINT = 'setpoint'
 OF_STATE = ('position', 'velocity', 'effort')
 STAMPS = ('recorded', 'received', 'even')
+MESSAGE_DATA = 2  # code of a record in a bag of ROS 1
+MAX_UNPACKED = 1 << 28  # bytes of one of its chunks
 
 
+class Ros1Reader(BagReader):
+    """The bag of ROS 1 `path`, chunk by chunk."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path)
+        self._file = _Chunks(path)
+        try:
+            self._file.open()
+        except Exception as error:  # the library raises many kinds for damaged bags
+            raise self._damaged(error) from None
+        self.opened.callback(self._file.close)
+        infos = self._file.chunk_infos
+        counts = [(c, sum(info.connection_counts.get(c.id, 0) for info in infos))
+                  for c in self._file.connections]
+        for c, count in counts:
+            self.topics[c.topic] = c.msgtype, self.count(c.topic) + count
+            self._definitions[c.msgtype] = ROS1_TEXT, c.msgdef.data
+        if infos:
+            self.start_ns = min(info.start_time for info in infos)
+            self.end_ns = max(info.end_time for info in infos) - 1
+
+    def _damaged(self, error: Exception) -> InputError:
+        return InputError(f'{self.path}: {type(error).__name__} {error}, expected a whole ROS 1 '
+                          'bag')
+
+    def _stored_blocks(self, topics: Iterable[str] | None) -> Iterator[MessageBlock]:
+        names = tuple(self.topics if topics is None else topics)
+        try:
+            yield from blocks_of(names, self._messages({
+                c.id: c.topic for c in self._file.connections if c.topic in names}))
+        except (struct.error, OSError, ValueError, EOFError, RuntimeError) as error:
+            raise self._damaged(error) from None
+
+    def _messages(self, topics: Mapping[int, str]) -> Iterator[Message]:
+        """Yield the messages of the connections {number: topic} by time."""
+        chunks = sorted(self._file.chunk_infos, key=lambda info: info.start_time)
+        waiting: list[Message] = []
+        for info, following in zip(chunks, [*(c.start_time for c in chunks[1:]), 1 << 63]):
+            if not topics.keys().isdisjoint(info.connection_counts):
+                waiting += _records(self._file.unpacked(info.pos), topics)
+                waiting.sort(key=lambda message: message[1])
+            done = next((k for k, message in enumerate(waiting) if message[1] >= following),
+                        len(waiting))
+            yield from waiting[:done]
+            waiting = waiting[done:]
+
+
+class _Chunks(Ros1File):
+    """A bag of ROS 1 whose messages are not listed in memory."""
+
+    def read_index_data(self, pos: int, indexes: Any) -> None:
+        """Leave out the times of all messages."""
+
+    def unpacked(self, pos: int) -> bytes:
+        """Return the records of the chunk at byte `pos`."""
+        chunk = self.chunks[pos]
+        assert self.bio is not None
+        self.bio.seek(chunk.datapos)
+        data: bytes = chunk.decompressor(self.bio.read(chunk.datasize))
+        if len(data) > MAX_UNPACKED:
+            raise ValueError(f'chunk of {len(data)} bytes')
+        return data
+
+
+def _records(data: bytes, topics: Mapping[int, str]) -> Iterator[Message]:
+    """Yield the messages in the records `data` of a chunk on `topics` {connection: name}."""
+    size, offset = struct.Struct('<I'), 0
+    while offset < len(data):
+        (length,) = size.unpack_from(data, offset)
+        offset, end = offset + 4, offset + 4 + length
+        fields: dict[bytes, bytes] = {}
+        while offset < end:
+            (length,) = size.unpack_from(data, offset)
+            name, _, value = data[offset + 4:offset + 4 + length].partition(b'=')
+            fields[name] = value
+            offset += 4 + length
+        (length,) = size.unpack_from(data, end)
+        begin, offset = end + 4, end + 4 + length
+        if fields.get(b'op') == bytes([MESSAGE_DATA]):
+            (connection,) = size.unpack(fields[b'conn'])
+            if connection in topics:
+                seconds, ns = struct.unpack('<II', fields[b'time'])
+                log_ns = seconds * 1_000_000_000 + ns
+                yield topics[connection], log_ns, log_ns, data[begin:offset]
+
+
+# --- one topic ----------------------------------------------------------------------------------
 @dataclass(frozen=True)
-class JointMessages:
-    """
-    Messages [N] on a topic that name the same J joints; stamps of header and receipt in ns.
+class JointColumns:
+    """Messages [N] that name the same J joints: stamps, times of receipt, {quantity: [N, J]}."""
 
-    values {quantity: [N, J]}, NaN where a message has none; kind: type of the messages.
-    """
-
-    topic: str
-    kind: str
     joints: tuple[str, ...]
     stamp_ns: Integers
     log_ns: Integers
     values: Mapping[str, Array]
 
-    def only(self, joints: Sequence[str], quantities: Sequence[str]) -> 'JointMessages':
-        """Return the messages with no more than these joints and quantities."""
-        columns = [self.joints.index(joint) for joint in joints]
-        return replace(self, joints=tuple(joints), values={
-            name: values[:, columns] for name, values in self.values.items()
-            if name in quantities})
+
+@dataclass
+class _Topic:
+    """
+    A topic of joints and what a first pass has seen of it.
+
+    interfaces: names of all; states, setpoints: joints whose values are taken from here.
+    """
+
+    reader: BagReader
+    name: str
+    is_setpoint: bool
+    joints: dict[str, None] = field(default_factory=dict)
+    interfaces: set[str] = field(default_factory=set)
+    count: int = 0
+    is_stamped: bool = False
+    states: list[str] = field(default_factory=list)
+    setpoints: list[str] = field(default_factory=list)
+
+    @property
+    def kind(self) -> str:
+        """Type of the messages as ROS 2 names it."""
+        return _ros2_name(self.reader.topics[self.name][0])
+
+    @property
+    def quantities(self) -> set[str]:
+        """What is used of its interfaces."""
+        used = self.interfaces & {*OF_STATE, ABSOLUTE, SETPOINT}
+        return used | ({'effort'} if 'torque' in self.interfaces else set())
+
+    def decoder(self, names: Sequence[str]) -> Decoder:
+        """Return what turns its messages of joint states into columns of the joints `names`."""
+        kind = self.reader.topics[self.name][0]
+        return Decoder(names, partial(self.reader.decode, kind),
+                       f'{self.reader.path}: topic {self.name}: ', self.reader.is_ros1(kind))
+
+    def survey(self, block: MessageBlock, decode: Decoder) -> None:
+        """Note what the messages of `block` name; decode: of this topic."""
+        self.count += len(block)
+        if self.kind == JOINT_STATE:
+            states = decode(block)
+            self.joints.update(decode.joints)
+            self.interfaces |= {SETPOINT} if self.is_setpoint else {*OF_STATE}
+            self.is_stamped |= bool(states.stamp_ns.any())
+            return
+        for part in self.columns(block, decode):
+            self.joints.update(dict.fromkeys(part.joints))
+            self.interfaces |= set(part.values)
+            self.is_stamped |= bool(part.stamp_ns.any())
+
+    def columns(self, block: MessageBlock, decode: Decoder) -> Iterator[JointColumns]:
+        """Yield the columns of `block`; decode: of all joints of this topic."""
+        if self.kind != JOINT_STATE:
+            yield from self._interfaces(block)
+            return
+        states = decode(block)
+        values = {SETPOINT: states.position} if self.is_setpoint else {
+            name: getattr(states, name) for name in OF_STATE}
+        for named in np.unique(states.named, axis=0):
+            rows = np.flatnonzero((states.named == named).all(axis=1))
+            if named.any():
+                yield JointColumns(
+                    tuple(np.array(states.names, object)[named]), states.stamp_ns[rows],
+                    states.log_ns[rows], {name: x[np.ix_(rows, named)]
+                                          for name, x in values.items()})
+
+    def _interfaces(self, block: MessageBlock) -> Iterator[JointColumns]:
+        """Yield the columns of messages of ros2_control, all interfaces of them."""
+        rows: dict[tuple[str, ...], list[tuple[int, int, dict[str, list[float]]]]] = {}
+        for _, log_ns, _, raw in block.messages():
+            message = self.reader.decode(self.reader.topics[self.name][0], raw)
+            stamp = message.header.stamp
+            rows.setdefault(tuple(message.joint_names), []).append((
+                stamp.sec * 1_000_000_000 + stamp.nanosec, log_ns, _values_of(self.kind, message)))
+        for joints, own in rows.items():
+            names = dict.fromkeys(name for _, _, values in own for name in values)
+            yield JointColumns(joints, *(np.array([row[k] for row in own]) for k in (0, 1)), {
+                name: np.array([values.get(name, [np.nan] * len(joints)) for *_, values in own])
+                for name in names})
 
 
+def _ros2_name(kind: str) -> str:
+    """Return the name of a message type of ROS 1 or 2 as ROS 2 has it."""
+    return kind if kind.count('/') != 1 else kind.replace('/', '/msg/')
+
+
+def _values_of(kind: str, message: Any) -> dict[str, list[float]]:
+    """Return {interface: values of all joints} of a message of ros2_control."""
+    count = len(message.joint_names)
+    if kind == DYNAMIC:
+        tables = [dict(zip(part.interface_names, part.values))
+                  for part in message.interface_values]
+        return {name: [table.get(name, np.nan) for table in tables]
+                for name in dict.fromkeys(chain(*tables))} if len(tables) == count else {}
+    old = not hasattr(message, 'feedback')  # names of control_msgs before 2023
+    feedback = message.actual if old else message.feedback
+    reference = message.desired if old else message.reference
+    output = getattr(message, 'output', None)
+    values = {'position': list(feedback.positions), 'velocity': list(feedback.velocities),
+              'effort': list(feedback.effort) or list(getattr(output, 'effort', ())),
+              SETPOINT: list(reference.positions)}
+    return {name: column for name, column in values.items() if len(column) == count}
+
+
+# --- the bag ------------------------------------------------------------------------------------
 def needs_conversion(reader: BagReader) -> bool:
     """Return whether a bag of ROS 2 has joints, but on no topic of sensor_msgs/JointState."""
     kinds = {_ros2_name(kind) for kind, count in reader.topics.values() if count}
@@ -84,35 +262,104 @@ def converted_bag(path: Path, topic: str = '', stamps: str = STAMPS[0],
         InputError: the bag holds no joint states, or none that can be read.
         Undecided: several topics tell the state of a joint, or all stamps are 0.
     """
-    parts, notes = _joint_messages(path, topic)
-    frames = []
-    joints = list(dict.fromkeys(name for part in parts for name in part.joints))
-    if joint is not None and joint not in joints:
-        raise InputError(f'{path}: --joint {joint}: expected one of {", ".join(joints)}')
-    for part in parts:
-        if joint is not None and joint not in part.joints:
-            continue
-        times, remarks = _restamped(path, part, stamps)
-        notes += [note for note in remarks if note not in notes]
-        log_ns = np.maximum.accumulate(times) if stamps != 'recorded' else part.log_ns
-        values = part.values
-        frames.append(Frames(SETPOINT_TOPIC, part.joints, times, log_ns, values[SETPOINT])
-                      if SETPOINT in values else Frames(
-            JOINT_TOPIC, part.joints, times, log_ns, values.get('position', np.full(
-                (len(times), len(part.joints)), np.nan)), values.get('velocity'),
-            values.get('effort')))
-    if joint is not None:
-        frames = _as_drive(path, frames, joint)
-    publishers = [part for part in parts if SETPOINT not in part.values]
-    if len(publishers) > 1:
-        notes.append(f'{len(publishers)} publishers: ' + '; '.join(
-            f'{len(part.stamp_ns)} messages of {", ".join(part.joints)}'[:120]
-            for part in publishers))
-    counts: dict[str, int] = {}
+    reader = Ros1Reader(path) if is_ros1(path) else open_bag(path)
+    try:
+        topics, notes = _surveyed(reader, topic, stamps)
+        joints = list(dict.fromkeys(name for own in topics for name in own.joints))
+        if joint is not None and joint not in joints:
+            raise InputError(f'{path}: --joint {joint}: expected one of {", ".join(joints)}')
+        frames = partial(_frames, reader, topics, stamps == 'received')
+        notes += ['time: the times of receipt stand in for the header stamps'] * (
+            stamps == 'received')
+        if joint is not None or stamps == 'even':
+            whole = _joined(chain(*frames()))
+            if stamps == 'even':
+                whole, remarks = _evened(path, whole)
+                notes += remarks
+            if joint is not None:
+                whole = _as_drive(path, whole, joint)
+            frames = partial(lambda all_frames: iter([all_frames]), whole)
+        counts = {JOINT_TOPIC: sum(own.count for own in topics if own.states),
+                  SETPOINT_TOPIC: 0 if joint is not None else sum(
+                      own.count for own in topics if own.setpoints)}
+        bag = VirtualBag(path, {name: n for name, n in counts.items() if n}, frames, (
+            reader.start_ns or 0, reader.end_ns or 0), notes)
+        bag.opened.callback(reader.close)
+        return bag
+    except BaseException:
+        reader.close()
+        raise
+
+
+def _frames(reader: BagReader, topics: Sequence[_Topic], received: bool
+            ) -> Iterator[list[Frames]]:
+    """Yield the chosen joints of `topics`, block by block; received: stamped on receipt."""
+    decode = [own.decoder(list(own.joints)) for own in topics]
+    for block in reader.blocks([own.name for own in topics]):
+        frames = []
+        for own, columns in zip(topics, decode):
+            for part in own.columns(block.of(own.name), columns):
+                stamps = part.log_ns if received else part.stamp_ns
+                frames += _states(own, part, stamps) + _setpoints(own, part, stamps)
+        if frames:
+            yield frames
+
+
+def _states(own: _Topic, part: JointColumns, stamps: Integers) -> list[Frames]:
+    """Return the states in `part`; an encoder behind the gear is a joint JOINT_absolute."""
+    rows = [k for k, joint in enumerate(part.joints) if joint in own.states]
+    values = {name: x[:, rows] for name, x in part.values.items()}
+    values.setdefault('effort', values.get('torque', np.full((len(stamps), len(rows)), np.nan)))
+    position, velocity, effort = (values.get(name) for name in OF_STATE)
+    if not rows or not {*OF_STATE, ABSOLUTE, 'torque'} & set(part.values):
+        return []
+    joints = tuple(part.joints[k] for k in rows)
+    none = np.full((len(stamps), len(rows)), np.nan)
+    position = none if position is None else position
+    if ABSOLUTE in values:
+        joints += tuple(f'{joint}_absolute' for joint in joints)
+        position, velocity, effort = (None if x is None else np.hstack([x, y]) for x, y in (
+            (position, values[ABSOLUTE]), (velocity, none), (effort, none)))
+    velocity, effort = (None if x is None or np.isnan(x).all() else x for x in (velocity, effort))
+    return [Frames(JOINT_TOPIC, joints, stamps, part.log_ns, position, velocity, effort)]
+
+
+def _setpoints(own: _Topic, part: JointColumns, stamps: Integers) -> list[Frames]:
+    """Return the setpoints in `part`."""
+    rows = [k for k, joint in enumerate(part.joints) if joint in own.setpoints]
+    if not rows or SETPOINT not in part.values:
+        return []
+    return [Frames(SETPOINT_TOPIC, tuple(part.joints[k] for k in rows), stamps, part.log_ns,
+                   part.values[SETPOINT][:, rows])]
+
+
+def _joined(frames: Iterable[Frames]) -> list[Frames]:
+    """Return all `frames`, those of one topic and the same joints as one."""
+    parts: dict[tuple[str, tuple[str, ...]], list[Frames]] = {}
     for frame in frames:
-        counts[frame.topic] = counts.get(frame.topic, 0) + len(frame.stamp_ns)
-    return VirtualBag(path, counts, lambda: iter([frames]), (
-        min(int(f.log_ns[0]) for f in frames), max(int(f.log_ns[-1]) for f in frames)), notes)
+        parts.setdefault((frame.topic, frame.joints), []).append(frame)
+
+    def _together(own: Sequence[Frames], name: str) -> Array | None:
+        columns = [getattr(frame, name) for frame in own]
+        if all(x is None for x in columns):
+            return None
+        return np.concatenate([np.full((len(f.stamp_ns), len(f.joints)), np.nan) if x is None
+                               else x for f, x in zip(own, columns)])
+    return [Frames(topic, joints, *(np.concatenate([getattr(f, name) for f in own])
+                                    for name in ('stamp_ns', 'log_ns')),
+                   *(_together(own, name) for name in OF_STATE))
+            for (topic, joints), own in parts.items()]
+
+
+def _evened(path: Path, frames: Sequence[Frames]) -> tuple[list[Frames], list[str]]:
+    """Return `frames` with even stamps, and notes about it."""
+    result, notes = [], {}
+    for f in frames:
+        times, remarks = even_stamps(path, f.stamp_ns if f.stamp_ns.any() else f.log_ns)
+        notes |= dict.fromkeys(remarks)
+        result.append(Frames(f.topic, f.joints, times, np.maximum.accumulate(times), f.position,
+                             f.velocity, f.effort))
+    return result, list(notes)
 
 
 def _as_drive(path: Path, frames: Sequence[Frames], joint: str) -> list[Frames]:
@@ -127,85 +374,68 @@ def _as_drive(path: Path, frames: Sequence[Frames], joint: str) -> list[Frames]:
     position, velocity, effort = (none if x is None else x[:, k] for x in (
         own.position, own.velocity, own.effort))
     names, columns = ['motor', 'arm'], [position, none]
-    for other in frames:
-        if other.topic == SETPOINT_TOPIC and joint in other.joints and (
-                other.position is not None):
-            setpoint = other.position[:, other.joints.index(joint)]
-            names.append('setpoint')
-            columns.append(setpoint if np.array_equal(other.stamp_ns, own.stamp_ns) else
-                           interpolated(own.stamp_ns, other.stamp_ns, setpoint))
-            break
+    other = next((f for f in frames if f.topic == SETPOINT_TOPIC and joint in f.joints), None)
+    if other is not None and other.position is not None:
+        names.append('setpoint')
+        columns.append(interpolated(own.stamp_ns, other.stamp_ns,
+                                    other.position[:, other.joints.index(joint)]))
     rest = [none] * (len(names) - 1)
     return [Frames(JOINT_TOPIC, tuple(names), own.stamp_ns, own.log_ns, np.column_stack(columns),
                    None if np.isnan(velocity).all() else np.column_stack([velocity, *rest]),
                    np.column_stack([effort, *rest]))]
 
 
-def _joint_messages(path: Path, topic: str) -> tuple[list[JointMessages], list[str]]:
-    """Return (messages by topic and joints, each joint's state from one topic; notes)."""
-    rows: dict[tuple[str, ...], list[tuple[int, int, dict[str, list[float]]]]] = {}
-    unused: dict[str, set[str]] = {}
-    with _opened(path) as bag:
-        names, setpoints, notes = _chosen_topics(path, bag.topics, topic)
-        for name, log_ns, message in bag.messages(names) if names else ():
-            joints, values, left = _values_of(bag.topics[name][0], message)
-            if left:
-                unused.setdefault(name, set()).update(left)
-            if name in setpoints:
-                values = {SETPOINT: values['position']} if 'position' in values else {}
-            stamp = message.header.stamp
-            stamp_ns = int(getattr(stamp, 'sec', 0)) * 1_000_000_000 + int(
-                getattr(stamp, 'nanosec', getattr(stamp, 'nsec', 0)))
-            rows.setdefault((name, *joints), []).append((stamp_ns, log_ns, values))
-        kinds = {name: kind for name, (kind, _) in bag.topics.items()}
-        notes += [bag.notice] if bag.notice else []
-    if not rows or topic and names[0] not in {key[0] for key in rows}:
-        multi = [name for name, kind in kinds.items() if kind == MULTI]
-        schemas = [f'{name} ({kind})' for name, kind in kinds.items()
-                   if kind.startswith('foxglove')]
-        if schemas:
-            raise InputError(f'{path}: {", ".join(schemas)[:200]}: schemas of Foxglove, expected '
-                             f'messages of {JOINT_STATE}: record that topic')
-        if multi:
-            raise InputError(f'{path}: {multi[0]} has type {MULTI}: poses of bodies, not '
-                             f'positions of joints, expected {JOINT_STATE}')
-        raise InputError(f'{path}: no messages of joints on {topic or "any topic"}, expected '
-                         f'{", ".join(STATES)}; the bag has '
-                         f'{", ".join(f"{n} ({k})" for n, k in sorted(kinds.items())) or "none"}')
-    parts = []
-    for (name, *listed), messages in rows.items():
-        quantities = dict.fromkeys(q for row in messages for q in row[2])
-        columns: dict[str, Array] = {
-            q: np.array([row[2].get(q) or [np.nan] * len(listed) for row in messages], float)
-            for q in quantities}
-        parts.append(JointMessages(
-            name, kinds[name], tuple(listed), np.array([row[0] for row in messages]),
-            np.array([row[1] for row in messages]), columns))
-    parts.sort(key=lambda part: names.index(part.topic))
-    notes += [f'{name}: interfaces that are not used: {", ".join(sorted(left))[:300]}'
-              for name, left in unused.items()]
-    result = _one_source_each(path, parts, bool(topic), notes)
-    if not result:
+# --- which topic tells what ---------------------------------------------------------------------
+def _surveyed(reader: BagReader, topic: str, stamps: str) -> tuple[list[_Topic], list[str]]:
+    """Return (the topics of joints in a bag, each joint's state from one of them; notes)."""
+    path = reader.path
+    names, setpoints, notes = _chosen_topics(reader, topic)
+    topics = [_Topic(reader, name, name in setpoints) for name in names]
+    decode = [own.decoder(()) for own in topics]
+    for block in reader.blocks(names) if names else ():
+        for own, columns in zip(topics, decode):
+            own.survey(block.of(own.name), columns)
+    notes += [reader.notice] if reader.notice else []
+    if not any(own.count for own in topics) or topic and not topics[0].count:
+        raise _without_joints(reader, topic)
+    topics = [own for own in topics if own.count]
+    for own in topics:
+        unused = own.interfaces - own.quantities - {'torque'}
+        if {'effort', 'torque'} <= own.interfaces:
+            unused.add('torque')
+        if unused:
+            notes.append(f'{own.name}: interfaces that are not used: '
+                         f'{", ".join(sorted(unused))[:300]}')
+    _share_joints(path, topics, bool(topic), notes)
+    topics = [own for own in topics if own.states or own.setpoints]
+    if not topics:
         raise InputError(f'{path}: messages of joints on {", ".join(names)} without values, '
                          f'expected one of {", ".join((*OF_STATE, SETPOINT))}')
-    return [_with_absolute(part) for part in result], notes
+    blank = next((own for own in topics if not own.is_stamped), None)
+    if blank is not None and stamps == 'recorded':
+        raise Undecided(f'{path}: all {blank.count} header stamps are 0: the driver does not '
+                        'stamp its messages, expected --stamps received (the times of receipt in '
+                        'the bag), or --stamps even')
+    return topics, notes
 
 
-def _with_absolute(part: JointMessages) -> JointMessages:
-    """Return `part` with an encoder behind the gear as a joint JOINT_absolute of its own."""
-    if ABSOLUTE not in part.values:
-        return part
-    values = dict(part.values)
-    absolute = values.pop(ABSOLUTE)
-    none = np.full(absolute.shape, np.nan)
-    values.setdefault('position', none)
-    return replace(part, joints=(*part.joints, *(f'{j}_absolute' for j in part.joints)), values={
-        name: np.hstack([x, absolute if name == 'position' else none])
-        for name, x in values.items()})
+def _without_joints(reader: BagReader, topic: str) -> InputError:
+    """Return why a bag without messages of joints, or without them on `topic`, is refused."""
+    kinds = {name: _ros2_name(kind) for name, (kind, _) in reader.topics.items()}
+    multi = [name for name, kind in kinds.items() if kind == MULTI]
+    schemas = [f'{name} ({kind})' for name, kind in kinds.items() if kind.startswith('foxglove')]
+    if schemas:
+        return InputError(f'{reader.path}: {", ".join(schemas)[:200]}: schemas of Foxglove, '
+                          f'expected messages of {JOINT_STATE}: record that topic')
+    if multi:
+        return InputError(f'{reader.path}: {multi[0]} has type {MULTI}: poses of bodies, not '
+                          f'positions of joints, expected {JOINT_STATE}')
+    return InputError(f'{reader.path}: no messages of joints on {topic or "any topic"}, expected '
+                      f'{", ".join(STATES)}; the bag has '
+                      f'{", ".join(f"{n} ({k})" for n, k in sorted(kinds.items())) or "none"}')
 
 
-def _chosen_topics(path: Path, topics: Mapping[str, tuple[str, int]], topic: str
-                   ) -> tuple[list[str], set[str], list[str]]:
+def _chosen_topics(reader: BagReader, topic: str) -> tuple[list[str], set[str], list[str]]:
     """
     Return (topics to read, the most trusted first; those of setpoints among them; notes).
 
@@ -213,9 +443,10 @@ def _chosen_topics(path: Path, topics: Mapping[str, tuple[str, int]], topic: str
     whatever namespace, else the only one. Another one that is called joint_setpoints tells the
     setpoints. Topics of controllers and of dynamic joint states are all read.
     """
-    of_joints = {kind: sorted(name for name, declared in topics.items()
-                              if declared[0] == kind) for kind in STATES}
-    with_messages = [name for name in of_joints[JOINT_STATE] if topics[name][1]]
+    path = reader.path
+    of_joints = {kind: sorted(name for name, (declared, _) in reader.topics.items()
+                              if _ros2_name(declared) == kind) for kind in STATES}
+    with_messages = [name for name in of_joints[JOINT_STATE] if reader.count(name)]
     stated = _called(topic, [name for names in of_joints.values() for name in names]) \
         if topic else []
     if topic and not stated:
@@ -233,7 +464,7 @@ def _chosen_topics(path: Path, topics: Mapping[str, tuple[str, int]], topic: str
     setpoints = same or (setpoints if len(setpoints) == 1 else [])
     names = [*candidates, *setpoints, *(name for kind in (DYNAMIC, CONTROLLER)
                                         for name in of_joints[kind] if name not in stated)]
-    return names, set(setpoints), [f'{name}: {topics[name][1]} messages left out' + (
+    return names, set(setpoints), [f'{name}: {reader.count(name)} messages left out' + (
         f'; the states are those of {candidates[0]} (--topic)' if candidates else '')
         for name in with_messages if name not in names]
 
@@ -245,149 +476,29 @@ def _called(name: str, topics: Sequence[str]) -> list[str]:
         topic for topic in topics if topic.endswith(ending) and not name.startswith('/')]
 
 
-def _one_source_each(path: Path, parts: Sequence[JointMessages], is_asked: bool,
-                     notes: list[str]) -> list[JointMessages]:
+def _share_joints(path: Path, topics: Sequence[_Topic], is_asked: bool, notes: list[str]) -> None:
     """
-    Return states and setpoints of `parts`, the most trusted first, of each joint from one topic.
+    Give each joint to the most trusted of `topics` that tells its state, or its setpoint.
 
     Where a user has asked for the topic, the states are those of the first one alone. Raises
     Undecided: two topics of one type tell the state of a joint.
     """
-    sources: dict[tuple[str, str], JointMessages] = {}
-    result: list[JointMessages] = []
-    dropped: dict[tuple[str, str, str], list[str]] = {}
-    for part in parts:
-        for content, quantities in (('states', (*OF_STATE, ABSOLUTE)), ('setpoints', (SETPOINT,))):
-            if not set(quantities) & set(part.values):
-                continue
-            own = []
-            for joint in part.joints:
-                is_set = is_asked and content == 'states'
-                source = sources.setdefault((content, joint), parts[0] if is_set else part)
-                if source.topic == part.topic:
-                    own.append(joint)
-                elif content == 'states' and source.kind == part.kind and not is_asked:
-                    raise Undecided(f'{path}: {source.topic}, {part.topic}: {part.kind} of '
-                                    f'{joint}, expected the topic that tells its state: --topic '
-                                    f'{source.topic} or --topic {part.topic}')
+    sources: dict[tuple[str, str], _Topic] = {}
+    for own in topics:
+        for content, quantities, taken in (
+                ('states', {*OF_STATE, ABSOLUTE}, own.states),
+                ('setpoints', {SETPOINT}, own.setpoints)):
+            dropped: dict[str, list[str]] = {}
+            for joint in own.joints if quantities & own.quantities else ():
+                first = topics[0] if is_asked and content == 'states' else own
+                source = sources.setdefault((content, joint), first)
+                if source is own:
+                    taken.append(joint)
+                elif content == 'states' and source.kind == own.kind and not is_asked:
+                    raise Undecided(f'{path}: {source.name}, {own.name}: {own.kind} of {joint}, '
+                                    f'expected the topic that tells its state: --topic '
+                                    f'{source.name} or --topic {own.name}')
                 else:
-                    dropped.setdefault((part.topic, content, source.topic), []).append(joint)
-            if own:
-                result.append(part.only(own, quantities))
-    notes += [f'{topic}: {content} of {", ".join(dict.fromkeys(joints))} left out: those of '
-              f'{source_topic} count' for (topic, content, source_topic), joints in
-              dropped.items()]
-    return result
-
-
-@dataclass(frozen=True)
-class _Bag:
-    """An open bag: topics {topic: (type, number of messages)}, and a sentence about it."""
-
-    topics: Mapping[str, tuple[str, int]]
-    messages: Callable[[Sequence[str]], Iterator[tuple[str, int, Any]]]
-    notice: str = ''
-
-
-def _ros2_name(kind: str) -> str:
-    """Return the name of a message type of ROS 1 or 2 as ROS 2 has it."""
-    return kind if kind.count('/') != 1 else kind.replace('/', '/msg/')
-
-
-@contextmanager
-def _opened(path: Path) -> Iterator[_Bag]:
-    """Open a bag, whose `messages(topics)` are (topic, log time in ns, message)."""
-    if is_ros1(path):
-        with _opened_ros1(path) as bag:
-            yield bag
-        return
-    store, old = get_typestore(Stores.ROS2_JAZZY), get_typestore(Stores.ROS1_NOETIC)
-    for name, definition in DEFINITIONS.items():
-        store.register(get_types_from_msg(definition, name))
-    with open_bag(path) as reader:
-        topics = {name: (_ros2_name(kind), count) for name, (kind, count) in reader.topics.items()}
-
-        def messages(chosen: Sequence[str]) -> Iterator[tuple[str, int, Any]]:
-            for name, log_ns, _, raw in reader.messages(chosen):
-                kind = reader.topics[name][0]
-                try:
-                    if kind != topics[name][0]:
-                        message = old.deserialize_ros1(raw, topics[name][0])
-                    else:
-                        message = reader.decode(kind, raw)
-                except InputError:
-                    if kind != DYNAMIC:
-                        raise
-                    message = store.deserialize_cdr(raw, DYNAMIC)
-                except Exception as error:  # generated code raises many kinds for damaged bytes
-                    raise InputError(f'{path}: topic {name}: {type(error).__name__} {error}, '
-                                     f'expected messages of {kind}') from None
-                yield name, log_ns, message
-        yield _Bag(topics, messages, reader.notice)
-
-
-@contextmanager
-def _opened_ros1(path: Path) -> Iterator[_Bag]:
-    """Open a bag of ROS 1."""
-    from rosbags.highlevel import AnyReader
-    try:
-        with AnyReader([path]) as reader:
-            topics: dict[str, tuple[str, int]] = {}
-            for c in reader.connections:
-                topics[c.topic] = c.msgtype, topics.get(c.topic, ('', 0))[1] + c.msgcount
-
-            def messages(chosen: Sequence[str]) -> Iterator[tuple[str, int, Any]]:
-                for c, log_ns, raw in reader.messages(
-                        [c for c in reader.connections if c.topic in chosen]):
-                    yield c.topic, log_ns, reader.deserialize(raw, c.msgtype)
-            yield _Bag(topics, messages)
-    except InputError:
-        raise
-    except Exception as error:  # the library raises many kinds for damaged bags
-        raise InputError(f'{path}: {type(error).__name__} {error}, expected a whole ROS 1 '
-                         'bag') from None
-
-
-def _values_of(kind: str, message: Any) -> tuple[tuple[str, ...], dict[str, list[float]],
-                                                 set[str]]:
-    """Return (joints, {quantity: values}, unused interfaces) of a message of one of STATES."""
-    if kind == JOINT_STATE:
-        joints = tuple(message.name)
-        return joints, {name: list(getattr(message, name)) for name in OF_STATE
-                        if len(getattr(message, name)) == len(joints)}, set()
-    joints = tuple(message.joint_names)
-    if kind == DYNAMIC:
-        tables = [dict(zip(part.interface_names, part.values))
-                  for part in message.interface_values]
-        names: set[str] = set().union(*tables) if tables else set()
-        sources = {name: name for name in (*OF_STATE, ABSOLUTE) if name in names}
-        if 'effort' not in names and 'torque' in names:
-            sources['effort'] = 'torque'
-        return joints, {name: [table.get(source, np.nan) for table in tables]
-                        for name, source in sources.items()}, names - set(sources.values())
-    old = not hasattr(message, 'feedback')  # names of control_msgs before 2023
-    feedback = message.actual if old else message.feedback
-    reference = message.desired if old else message.reference
-    output = getattr(message, 'output', None)
-    values = {'position': list(feedback.positions), 'velocity': list(feedback.velocities),
-              'effort': list(feedback.effort) or list(getattr(output, 'effort', ())),
-              SETPOINT: list(reference.positions)}
-    return joints, {name: column for name, column in values.items()
-                    if len(column) == len(joints)}, set()
-
-
-def _restamped(path: Path, part: JointMessages, stamps: str) -> tuple[Integers, list[str]]:
-    """
-    Return the stamps of the messages `part` of a bag as `stamps` asks, and notes.
-
-    Raises Undecided where all header stamps are 0 and nothing is asked.
-    """
-    if stamps == 'received':
-        return part.log_ns, ['time: the times of receipt stand in for the header stamps']
-    if stamps == 'even':
-        return even_stamps(path, part.log_ns if not part.stamp_ns.any() else part.stamp_ns)
-    if not part.stamp_ns.any():
-        raise Undecided(f'{path}: all {len(part.stamp_ns)} header stamps are 0: the driver does '
-                        'not stamp its messages, expected --stamps received (the times of receipt '
-                        'in the bag), or --stamps even')
-    return part.stamp_ns, []
+                    dropped.setdefault(source.name, []).append(joint)
+            notes += [f'{own.name}: {content} of {", ".join(joints)} left out: those of {name} '
+                      'count' for name, joints in dropped.items()]

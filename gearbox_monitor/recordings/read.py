@@ -33,6 +33,14 @@ from gearbox_monitor.recordings.mcap_file import McapFile, ScannedChunk
 from gearbox_monitor.recordings.storage import PACKED, SqliteFile, unpack_message, unpacked_files
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
+DYNAMIC, CONTROLLER = ('control_msgs/msg/DynamicJointState',
+                       'control_msgs/msg/JointTrajectoryControllerState')
+# Definitions of messages that SQLite bags often lack.
+DEFINITIONS = {DYNAMIC: (
+    'std_msgs/Header header\nstring[] joint_names\n'
+    'control_msgs/InterfaceValue[] interface_values\n' + '=' * 80 +
+    '\nMSG: control_msgs/InterfaceValue\nstring[] interface_names\nfloat64[] values\n')}
+ROS1_TEXT = 'ros1msg'  # encoding of a definition, and of its messages
 BLOCK_BYTES = 1 << 20  # unpacked at once, or one chunk where that is larger
 BLOCK_MESSAGES = 4096  # of a bag that is read message by message
 MAX_HELD = 1 << 26  # bytes of messages that wait for chunks with earlier ones
@@ -162,7 +170,7 @@ class BagReader:
     def _unpacked(self, blocks: Iterable[MessageBlock]) -> Iterator[MessageBlock]:
         """Yield `blocks` with each message unpacked."""
         for block in blocks:
-            yield from _blocks_of(block.topics, map(self._unpacked_message, block.messages()))
+            yield from blocks_of(block.topics, map(self._unpacked_message, block.messages()))
 
     def _unpacked_message(self, message: Message) -> Message:
         topic, log_ns, publish_ns, raw = message
@@ -201,19 +209,30 @@ class BagReader:
 
     def decode(self, msgtype: str, raw: bytes) -> Any:
         """Return the message object of type `msgtype` in the CDR bytes `raw`."""
+        name = msgtype if msgtype.count('/') != 1 else msgtype.replace('/', '/msg/')
+        old = self.is_ros1(msgtype)
+        store = self._ros1_typestore if old else self._typestore
         try:
-            if msgtype not in self._typestore.types:
-                self._register(msgtype)
-            return self._typestore.deserialize_cdr(raw, msgtype)
+            if name not in store.types:
+                self._register(msgtype, name, store)
+            return (store.deserialize_ros1 if old else store.deserialize_cdr)(raw, name)
         except InputError:
             raise
         except Exception as error:  # generated code raises many kinds for damaged bytes
             raise InputError(f'{self.path}: cannot decode a message of type {msgtype}: '
                              f'{type(error).__name__} {" ".join(str(error).split())}') from None
 
+    def is_ros1(self, msgtype: str) -> bool:
+        """Return whether messages of type `msgtype` are serialised as ROS 1 does it."""
+        return self._definitions.get(msgtype, ('', ''))[0] == ROS1_TEXT
+
     @cached_property
     def _typestore(self) -> Typestore:
         return get_typestore(Stores.ROS2_JAZZY)
+
+    @cached_property
+    def _ros1_typestore(self) -> Typestore:
+        return get_typestore(Stores.ROS1_NOETIC)
 
     def joint_names(self, topic: str) -> tuple[str, ...]:
         """Return the joint names on `topic` in order of appearance."""
@@ -262,17 +281,19 @@ class BagReader:
         self._decoded = {(topic, names): (states, tuple(decode.joints))}
         return self._decoded[topic, names]
 
-    def _register(self, msgtype: str) -> None:
+    def _register(self, msgtype: str, name: str, store: Typestore) -> None:
         encoding, text = self._definitions.get(msgtype, ('', ''))
         if not text:
+            encoding, text = 'ros2msg', DEFINITIONS.get(msgtype, '')
+        if not text:
             raise InputError(f'{self.path}: holds no definition of the type {msgtype}')
-        parse = {'ros2msg': lambda: get_types_from_msg(text, msgtype),
-                 'ros2idl': lambda: get_types_from_idl(text)}.get(encoding)
-        if parse is None:
+        if encoding not in ('ros2msg', 'ros2idl', ROS1_TEXT):
             raise InputError(f'{self.path}: definition of {msgtype} is {encoding!r}, '
                              'expected ros2msg or ros2idl')
-        self._typestore.register({name: types for name, types in parse().items()
-                                  if name not in self._typestore.types})
+        types = get_types_from_idl(text) if encoding == 'ros2idl' else get_types_from_msg(
+            text, name)
+        store.register({other: kind for other, kind in types.items()
+                        if other not in store.types})
 
 
 @dataclass(frozen=True)
@@ -439,7 +460,7 @@ def _opened(files: Mapping[Path, Path]) -> tuple[list[McapFile], list[str]]:
     return opened, [str(problem) for problem in problems]
 
 
-def _blocks_of(topics: tuple[str, ...], messages: Iterable[Message]) -> Iterator[MessageBlock]:
+def blocks_of(topics: tuple[str, ...], messages: Iterable[Message]) -> Iterator[MessageBlock]:
     """Yield the `messages` on `topics` in blocks of bounded size."""
     waiting: list[Message] = []
     size = 0
@@ -474,7 +495,7 @@ class SqliteReader(BagReader):
 
     def _stored_blocks(self, topics: Iterable[str] | None) -> Iterator[MessageBlock]:
         names = tuple(self.topics if topics is None else topics)
-        return _blocks_of(names, heapq.merge(*(file.messages(names) for file in self._files),
+        return blocks_of(names, heapq.merge(*(file.messages(names) for file in self._files),
                                              key=lambda message: message[1]))
 
     def close(self) -> None:
