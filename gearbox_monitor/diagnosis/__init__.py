@@ -35,8 +35,8 @@ Public names, by module:
     robot.payload: PayloadEstimate, PayloadTracker, SECOND
     robot.robot_effects: BASE, BASE_TILT, INERTIA_NAMES, JOINT, LINK_INERTIA, PAYLOAD,
         ROBOT_EFFECTS, RobotEffect, tilted
-    robot.robot_log: checked_log, continuous, CURRENT, raw_log, RawLog, read_by, RobotLog,
-        SETPOINT, TORQUE, TURNED
+    robot.robot_log: checked_log, continuous, CURRENT, jump_words, raw_log, RawLog, read_by,
+        RobotLog, SETPOINT, TORQUE, TURNED
     robot.rows: RobotModel
     robot.settings: SETTINGS
     robot.verdict: RobotVerdict, verdict_data

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from gearbox_monitor.diagnosis.robot.robot_log import jump_words
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.kernels.types import Array, column, Integers
@@ -23,6 +24,7 @@ from gearbox_monitor.recordings.joint_input import find_input
 from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOptions
 from gearbox_monitor.recordings.topics import JOINT_STATES
 from gearbox_monitor.signals.admission import admitted, prepared, require_samples, weighed
+from gearbox_monitor.signals.jumps import counted_on
 from gearbox_monitor.signals.recording import ARM, drive_samples, MOTOR, Recording
 from gearbox_monitor.signals.uniform import merged, REPEATED, UniformRecording
 
@@ -172,8 +174,9 @@ class DriveRecording(Drawn):
             InputError: it allows no statement about the drive.
         """
         require_samples(self.name, self.stamp_ns, self.readings.y)
+        u, y, turned = self._counted_on()
         rows, values, repeats = merged(self.stamp_ns, np.column_stack(
-            [self.readings.u[:, :1], self.readings.y, self.readings.u[:, 1:]]), self.repeated)
+            [u[:, :1], y, u[:, 1:]]), self.repeated)
 
         def place(row: int, field: str) -> str:
             """Return where the value of field in a row that is left stands."""
@@ -186,7 +189,21 @@ class DriveRecording(Drawn):
             notes += doubts
         else:
             recording, notes = admitted(*columns, *words)
-        return recording, [*self.notes, *([repeats] if repeats else []), *notes]
+        return recording, [*self.notes, *turned, *([repeats] if repeats else []), *notes]
+
+    def _counted_on(self) -> tuple[Array, Array, list[str]]:
+        """Return (u, y) of the samples with turns of both encoders counted on, and notes."""
+        u, y, notes = self.readings.u.copy(), self.readings.y.copy(), []
+        for i, side in enumerate((MOTOR, ARM)):
+            y[:, i], found = counted_on(y[:, i], self.stamp_ns)
+            for turn in found:
+                seconds = float(self.stamp_ns[turn.row] - self.stamp_ns[0]) / SECOND
+                notes.append(f'{side}: {jump_words(turn, seconds)}')
+                if side == MOTOR and self.model.controller is not None:
+                    whole = np.abs(y[:, 0] - self.readings.y[:, 0])
+                    period = np.min(whole[whole > 0.0])
+                    u[:, 0] += period * np.round((y[:, 0] - u[:, 0]) / period)
+        return u, y, notes
 
 
 def load_recording(source: Any, model: Any = None, *, joints: Mapping[str, str] | None = None,

@@ -211,8 +211,9 @@ class _Topic:
                 stamp.sec * 1_000_000_000 + stamp.nanosec, log_ns, _values_of(self.kind, message)))
         for joints, own in rows.items():
             names = dict.fromkeys(name for _, _, values in own for name in values)
-            yield JointColumns(joints, *(np.array([row[k] for row in own]) for k in (0, 1)), {
-                name: np.array([values.get(name, [np.nan] * len(joints)) for *_, values in own])
+            stamps, logged, values = zip(*own)
+            yield JointColumns(joints, np.array(stamps), np.array(logged), {
+                name: np.array([row.get(name, [np.nan] * len(joints)) for row in values])
                 for name in names})
 
 
@@ -353,7 +354,8 @@ def _joined(frames: Iterable[Frames]) -> list[Frames]:
 
 def _evened(path: Path, frames: Sequence[Frames]) -> tuple[list[Frames], list[str]]:
     """Return `frames` with even stamps, and notes about it."""
-    result, notes = [], {}
+    result: list[Frames] = []
+    notes: dict[str, None] = {}
     for f in frames:
         times, remarks = even_stamps(path, f.stamp_ns if f.stamp_ns.any() else f.log_ns)
         notes |= dict.fromkeys(remarks)

@@ -14,7 +14,8 @@ Public names, by module:
     convention: AS_RECORDED, Convention, conventions_of, RULES
     examine: Examination, examine
     finding: BAD, DataFinding, hurts, OK, PURPOSES, WARN
-    jumps: JumpFinding, OUTLIER, PERIODS, SLIP, strangers, TURNS, turns, without_jumps
+    jumps: counted_on, JumpFinding, OUTLIER, PERIODS, SLIP, strangers, TURNS, turns,
+        without_jumps
     parts: joined, SAMPLES, WINDOWS
     recording: ARM, CURRENT, drive_samples, JointSignals, MOTOR, Recording, UNKNOWN
     smoothed_motion: SmoothedMotion

@@ -1,7 +1,7 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Each encoder by itself: missing readings, noise, resolution, stuck or wrapping readings."""
+"""Each encoder by itself: missing readings, noise, resolution, readings that stick."""
 from collections.abc import Sequence
 from typing import TypeAlias
 
@@ -12,7 +12,6 @@ from gearbox_monitor.kernels.elementary import quantisation_step, white_noise_st
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.signals.finding import BAD, DataFinding, everything, hurts, OK, WARN
-from gearbox_monitor.signals.jumps import turns
 from gearbox_monitor.signals.recording_limits import LIMITS
 from gearbox_monitor.signals.stretch import EvenStretch
 
@@ -124,7 +123,7 @@ def lines(stamps: Integers, y: Array, noises: Noises, swing: float | None,
 def broken(part: EvenStretch, noises: Noises, model: DriveModel | None = None
            ) -> list[DataFinding]:
     """
-    Return findings about readings that stick, are clipped or wrap around.
+    Return findings about readings that stick or are clipped.
 
     Args:
         part: even grid of samples.
@@ -135,9 +134,7 @@ def broken(part: EvenStretch, noises: Noises, model: DriveModel | None = None
     for i, name in enumerate(NAMES):
         if not part.measured[i]:
             continue
-        wrapping = wraps(name, part.y[:, i], part.begin, part.dt)
-        findings += wrapping
-        if all(part.measured) and not wrapping:
+        if all(part.measured):
             play = free_travel(part, noises, i, model)
             findings += sticks(name, part.y, i, play, part.begin, part.dt)
     return findings
@@ -186,27 +183,6 @@ def live_rows(y: Array, dt: float) -> Flags:
     lives: Flags = np.repeat(lengths < max(LIMITS.stuck_samples, LIMITS.stuck_seconds / dt),
                              lengths)
     return lives
-
-
-def wraps(name: str, y: Array, begin: float, dt: float) -> list[DataFinding]:
-    """
-    Return the finding about jumps of one turn, if there are any.
-
-    Args:
-        name: motor or arm.
-        y: readings [N], rad.
-        begin: time of the first reading, s.
-        dt: sample time, s.
-    """
-    rows = turns(y, np.arange(len(y)))[1]
-    if not len(rows):
-        return []
-    first = int(rows[0])
-    return [DataFinding(
-        name, 'wraps', f'the position of the {name} jumps by {abs(y[first] - y[first - 1]):.4g} '
-        f'rad at t = {begin + first * dt:.4g} s, {len(rows)} jumps of one turn in all',
-        'count the position over turns (unwrap it) before it is published', everything(BAD),
-        {'wraps': len(rows)}, 'wraps')]
 
 
 def sticks(name: str, y: Array, i: int, play: float, begin: float, dt: float) -> list[DataFinding]:

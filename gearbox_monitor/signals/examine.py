@@ -19,7 +19,8 @@ from gearbox_monitor.signals.admission import (
     kind_of, ONE_ENCODER, takes_one_encoder, two_publishers, unstamped)
 from gearbox_monitor.signals.finding import (
     BAD, DataFinding, everything, Grade, hurts, OK, PURPOSES, WARN)
-from gearbox_monitor.signals.jumps import OUTLIER, SLIP, strangers, without_jumps
+from gearbox_monitor.signals.jumps import (
+    counted_on, OUTLIER, SLIP, strangers, TURNS, without_jumps)
 from gearbox_monitor.signals.recording_limits import LIMITS
 from gearbox_monitor.signals.smoothed_motion import SmoothedMotion
 from gearbox_monitor.signals.stamps import StampClock
@@ -72,7 +73,7 @@ def examine(samples: Samples, parameters: EstimatorParameters,
                          f'more with '
                          'increasing stamps')
     samples, unphysical = _physical(samples)
-    jumping = _jumping(samples)
+    samples, jumping = _jumping(samples)
     u, y = samples.u[:, 0], samples.y
     servo = model is not None and model.controller is not None
     lines = stamps.lines(samples.stamp_ns, clock, parameters.max_gap, parameters.drift_window)
@@ -134,26 +135,30 @@ def _of_this_drive(samples: Samples) -> tuple[Samples, list[DataFinding]]:
     return Samples(samples.stamp_ns[keep], samples.u[keep], samples.y[keep]), [finding]
 
 
-def _jumping(samples: Samples) -> list[DataFinding]:
-    """Return findings about outliers and slips of the positions, with their times."""
-    findings = []
-    for name, positions in zip(encoders.NAMES, samples.y.T):
-        for jump in without_jumps(positions, samples.stamp_ns)[1]:
+def _jumping(samples: Samples) -> tuple[Samples, list[DataFinding]]:
+    """Return samples with turns counted on, and findings about jumps with their times."""
+    findings, y = [], samples.y.copy()
+    for i, name in enumerate(encoders.NAMES):
+        y[:, i], turned = counted_on(y[:, i], samples.stamp_ns)
+        for jump in (*turned, *without_jumps(y[:, i], samples.stamp_ns)[1]):
             seconds = float(samples.stamp_ns[jump.row] - samples.stamp_ns[0]) * 1e-9
             values = {'count': jump.count, 'first_s': seconds, 'size_rad': jump.size}
-            if jump.kind == OUTLIER:
-                many = jump.count > LIMITS.max_repaired * len(positions)
-                findings.append(DataFinding(
-                    name, 'outliers', f'{jump.count}, the first one {jump.size:.4g} rad off at '
-                    f'{seconds:.4g} s', 'check cable, connector and driver of this encoder',
-                    everything(BAD if many else WARN), values))
-            elif jump.kind == SLIP:
-                findings.append(DataFinding(
-                    name, 'slips', f'the position jumps by {jump.size:.4g} rad at {seconds:.4g} s '
-                    f'and stays there, {jump.count} such jumps', 'look for an encoder that slips '
-                    'or counts wrong, a hub that has come loose, or a zero that is set while '
-                    'recording', everything(BAD), values))
-    return findings
+            many = jump.count > LIMITS.max_repaired * len(y)
+            line, figure, advice, grades = {
+                TURNS: ('wraps', f'{jump.count} jumps of one turn ({jump.size:.4g} rad), the '
+                        f'first at {seconds:.4g} s', 'count the position over turns (unwrap it) '
+                        'before it is published; the diagnosis counts them on',
+                        hurts(BAD, BAD, WARN)),
+                OUTLIER: ('outliers', f'{jump.count}, the first one {jump.size:.4g} rad off at '
+                          f'{seconds:.4g} s', 'check cable, connector and driver of this encoder',
+                          everything(BAD if many else WARN)),
+                SLIP: ('slips', f'the position jumps by {jump.size:.4g} rad at {seconds:.4g} s '
+                       f'and stays there, {jump.count} such jumps', 'look for an encoder that '
+                       'slips or counts wrong, a hub that has come loose, or a zero that is set '
+                       'while recording', everything(BAD))}[jump.kind]
+            findings.append(DataFinding(name, line, figure, advice, grades, values))
+    return (replace(samples, y=y) if any(f.name == 'wraps' for f in findings) else samples
+            ), findings
 
 
 def _physical(samples: Samples) -> tuple[Samples, list[DataFinding]]:

@@ -101,16 +101,7 @@ def without_jumps(q: Array, t: Array | Integers) -> tuple[Array, tuple[JumpFindi
     Returns:
         The positions [N]; findings of TURNS, OUTLIER and SLIP.
     """
-    q, findings = q.copy(), []
-    period, at = turns(q, t)
-    if len(at):
-        own = np.flatnonzero(np.isfinite(q))
-        step = np.diff(q[own])
-        whole = np.zeros(len(own))
-        place = np.searchsorted(own, at)
-        whole[place] = -np.sign(step[place - 1])
-        findings.append(JumpFinding(TURNS, len(at), int(at[0]), float(step[place[0] - 1]), at))
-        q[own] += period * np.cumsum(whole)
+    q, findings = counted_on(q, t)
     rows = jumps(q, t)
     away = _away(q, rows)
     if len(away):
@@ -125,6 +116,21 @@ def without_jumps(q: Array, t: Array | Integers) -> tuple[Array, tuple[JumpFindi
         before = q[:first][np.isfinite(q[:first])]
         findings.append(JumpFinding(SLIP, len(rows), first, float(q[first] - before[-1]), rows))
     return q, tuple(findings)
+
+
+def counted_on(q: Array, t: Array | Integers) -> tuple[Array, list[JumpFinding]]:
+    """Return positions `q` [N] at `t` [N] with turns counted on, and the finding of TURNS."""
+    q = q.copy()
+    period, at = turns(q, t)
+    if not len(at):
+        return q, []
+    own = np.flatnonzero(np.isfinite(q))
+    step = np.diff(q[own])
+    whole = np.zeros(len(own))
+    place = np.searchsorted(own, at)
+    whole[place] = -np.sign(step[place - 1])
+    q[own] += period * np.cumsum(whole)
+    return q, [JumpFinding(TURNS, len(at), int(at[0]), float(step[place[0] - 1]), at)]
 
 
 def turns(q: Array, t: Array | Integers) -> tuple[float, Integers]:

@@ -14,7 +14,7 @@ from gearbox_monitor.signals import stamps
 from gearbox_monitor.signals.examine import Examination, examined
 from gearbox_monitor.signals.finding import BAD, DataFinding
 
-SAMPLES = 600_000  # that a part has at least; recordings of less than twice that are one part
+SAMPLES = 150_000  # that a part has at least, 300 MB of memory; less than twice that are one
 WINDOWS = 2        # of drift, likewise
 
 

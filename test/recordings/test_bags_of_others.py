@@ -13,6 +13,7 @@ from rosbags.rosbag1 import Writer as Writer1
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 
 from gearbox_monitor.cli.main import main
+from gearbox_monitor.library.recording import load_recording
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
@@ -323,3 +324,19 @@ def test_resets_are_counted_as_replay_counts_them(tmp_path, capsys):
     refused = json.loads(capsys.readouterr().out)['refused']
     assert refused['backward stamps'] == order['values']['refused'] == 2
     assert refused['starts'] == 2
+
+
+def test_turns_of_a_drive_are_counted_on(tmp_path, capsys):
+    model, u, y = drive()
+    plain = load_recording(states(tmp_path / 'plain', STAMPS, ('motor', 'arm'), y + 2.0, u,
+                                  log=STAMPS), model)
+    path = states(tmp_path / 'bag', STAMPS, ('motor', 'arm'), np.mod(y + 2.0, 2.0 * np.pi), u,
+                  log=STAMPS)
+    recording, notes = load_recording(path, model).uniform()
+    np.testing.assert_allclose(recording.y, plain.uniform()[0].y, atol=1e-12)
+    assert sum('turns are counted on' in note for note in notes) == 2
+    main(['check', path, '--json', '-'])
+    data = json.loads(capsys.readouterr().out)
+    line = next(line for line in data['lines'] if line['name'] == 'wraps')
+    assert line['hurts'] == {'estimation': 'bad', 'drift': 'bad', 'diagnosis': 'warn'}
+    assert data['suits']['diagnosis']['verdict'] != 'no'
