@@ -15,7 +15,7 @@ from gearbox_monitor.plant.effects import EFFECTS, LOCATIONS  # noqa: E402
 from gearbox_monitor.report.explanation import (  # noqa: E402
     explained_effect, explained_robot_effect)
 from gearbox_monitor.simulators.mjcf import EXPRESSIONS  # noqa: E402
-from gearbox_monitor.simulators.robot_patch import in_urdf  # noqa: E402
+from gearbox_monitor.simulators.urdf_patch import in_urdf  # noqa: E402
 
 PAGE = ROOT / 'docs/effects.md'
 HEAD = """\

@@ -13,6 +13,9 @@ reason. Needs MuJoCo 4.0 (pip install '.[mujoco]' in a checkout).
 The verdict on a whole robot (verdict.json of diagnose) goes into its MJCF or URDF: joints and
 bodies that have a finding.
 
+--backlash gives a joint backlash without any model; a gearbox of unknown stiffness gets the
+stiffest one that the timestep resolves.
+
 With --to urdf it edits friction, effort limit and inertia of the joint in a URDF file, and lists
 what URDF lacks.
 
@@ -34,6 +37,7 @@ usage examples:
   gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint elbow --out fits.xml
   gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint m --model-arm-joint e
   gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint elbow --check BAG2
+  gearbox_monitor export --backlash 0.012 --to mjcf --into robot.xml --joint elbow --out play.xml
   gearbox_monitor export drive.closed.yaml --to urdf --into robot.urdf --joint elbow --out new.urdf
   gearbox_monitor export drive.yaml --params estimator.yaml --to c --out elbow.c --prefix elbow
   gearbox_monitor export verdict.json --to mjcf --into robot.xml --out closed.xml
@@ -57,7 +61,8 @@ from gearbox_monitor.files.yaml_files import expect_new, expect_new_file
 from gearbox_monitor.library.drive_file import (
     CatalogueActuator, is_actuator, load_actuator, load_model, NAMES, SIMULATORS)
 from gearbox_monitor.library.ranges import ranges
-from gearbox_monitor.library.simulator_file import export_model, SimulatorFile, TARGETS
+from gearbox_monitor.library.simulator_file import (
+    export_model, SimulatorFile, TARGETS, with_backlash)
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.report.words import number
 from gearbox_monitor.simulators.c99 import firmware
@@ -74,13 +79,17 @@ OF_FILES = ('into', 'joint', 'model_arm_joint', 'keyframe', 'actuator', 'root', 
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Declare the options in `parser`."""
-    parser.add_argument('models', metavar='MODEL', nargs='+',
+    parser.add_argument('models', metavar='MODEL', nargs='*',
                         help='model file, such as drive.closed.yaml, or verdict.json on a whole '
                         'robot; with --ranges JSON files of fit-nominal or diagnose')
     parser.add_argument('--to', required=True,
                         choices=(*TARGETS, 'c', *WRITERS),
                         help='simulator; yaml, isaac, mjlab: with --ranges; c: filter for '
                         'firmware')
+    parser.add_argument('--backlash', metavar='WIDTH', type=float,
+                        help='give the joint backlash, full width in rad or m, instead of a MODEL')
+    parser.add_argument('--stiffness', metavar='K', type=float,
+                        help='with --backlash: stiffness of the gearbox, N m/rad or N/m')
     parser.add_argument('--ranges', action='store_true',
                         help='domain randomisation: ranges of a new drive')
     parser.add_argument('--into', metavar='FILE',
@@ -103,6 +112,11 @@ def run(args: Namespace) -> int:
     expect_new_file(args.out)
     if args.to != 'c' or args.ranges:
         refuse(args, ('params', 'prefix'), f'with --to {args.to}, expected it with --to c')
+    if args.backlash is not None:
+        return _with_backlash(args)
+    refuse(args, ('stiffness',), 'without --backlash, expected it with --backlash')
+    if not args.models:
+        raise InputError('MODEL: missing, expected a model file, or --backlash')
     if args.ranges:
         return _export_ranges(args)
     if args.to in WRITERS:
@@ -125,6 +139,18 @@ def run(args: Namespace) -> int:
                         actuator=args.actuator, root=args.root)
     print('\n'.join(_patched(args, file, model)))
     return 1 if file.lacking else 0
+
+
+def _with_backlash(args: Namespace) -> int:
+    """Write the file of a simulator with backlash at a joint; return the exit code."""
+    refuse(args, ('ranges', 'check', 'params', 'prefix'), 'with --backlash')
+    if args.models or args.to != 'mjcf' or args.into is None or args.joint is None:
+        raise InputError('--backlash: expected --to mjcf, --into FILE, --joint NAME and no MODEL')
+    file = with_backlash(args.into, args.backlash, joint=args.joint, stiffness=args.stiffness,
+                         arm_joint=args.model_arm_joint, keyframe=args.keyframe,
+                         actuator=args.actuator, root=args.root)
+    print('\n'.join(_patched(args, file)))
+    return 0
 
 
 def _actuator(name: str) -> CatalogueActuator | None:
@@ -171,7 +197,7 @@ def _export_ranges(args: Namespace) -> int:
     return 0
 
 
-def _patched(args: Namespace, file: SimulatorFile, model: DriveModel) -> list[str]:
+def _patched(args: Namespace, file: SimulatorFile, model: DriveModel | None = None) -> list[str]:
     """Write or show a patched file; return the lines of output."""
     patch, notes = file.patch, [line for note in file.notes for line in wrapped(note, '', '  ')]
     if args.out:
@@ -179,7 +205,7 @@ def _patched(args: Namespace, file: SimulatorFile, model: DriveModel) -> list[st
         ending = [f'written {args.out}']
     else:
         ending = ['', *difference(args.into, file.before, patch.data)]
-    if args.check and file.drive is not None:
+    if args.check and file.drive is not None and model is not None:
         ending += ['', *checked(file.drive, patch, model, args)]
     return [*described(patch, args.into), *notes, *ending]
 

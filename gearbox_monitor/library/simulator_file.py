@@ -3,7 +3,7 @@
 
 """Write a model into the file of a simulator: MJCF or URDF."""
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 from pathlib import Path
 
@@ -13,12 +13,15 @@ from gearbox_monitor.plant.drive import DriveModel, expect_model
 from gearbox_monitor.plant.effects.arm_side import ARM_COULOMB
 from gearbox_monitor.presentation import Saved, Shown
 from gearbox_monitor.simulators.mjcf import Exported, refused, values_of
-from gearbox_monitor.simulators.mjcf_file import MjcfDrive, read_file, read_mjcf
+from gearbox_monitor.simulators.mjcf_file import MjcfDrive, read_file, read_mjcf, values_in
 from gearbox_monitor.simulators.mjcf_patch import Patch, patched
-from gearbox_monitor.simulators.robot_patch import patched_robot
+from gearbox_monitor.simulators.urdf_patch import patched_urdf
 from gearbox_monitor.simulators.xml_edit import difference
 
 TARGETS = ('mjcf', 'urdf')
+# A gearbox of unknown stiffness: its oscillation takes so many time steps, which every integrator
+# of MuJoCo resolves, and is damped so far, as those of real gearboxes.
+STEPS_PER_OSCILLATION, DAMPING_RATIO = 20.0, 0.1
 
 
 @dataclass(frozen=True, repr=False)
@@ -91,11 +94,60 @@ def export_model(model: DriveModel, to: str, into: str | Path, *, joint: str,
     path = expect_path(into, 'into', 'an MJCF or URDF file')
     if to == 'urdf':
         data = read_file(path)
-        return SimulatorFile(to, path, data, patched_robot(data, path, joint, model), None, ())
+        return SimulatorFile(to, path, data, patched_urdf(data, path, joint, model), None, ())
     values, exported = values_of(model)
     drive = read_mjcf(path, joint, arm_joint, keyframe, actuator, root)
     return SimulatorFile(to, path, drive.document.data, patched(drive, values, exported), drive, (
         *_of_effort(drive, model), *_of_law(model), *_beyond(drive)))
+
+
+def with_backlash(into: str | Path, backlash: float, *, joint: str,
+                  stiffness: float | None = None, arm_joint: str | None = None,
+                  keyframe: str | None = None, actuator: str | None = None,
+                  root: str | Path | None = None) -> SimulatorFile:
+    """
+    Return an MJCF file in which a joint has backlash; all else of the joint stays.
+
+    Args:
+        into: MJCF file.
+        backlash: full width, rad, or m of a slide.
+        joint: that gets it, or the motor's where the file has one of its own.
+        stiffness: of the gearbox, N m/rad or N/m; None keeps that of the file, or takes one that
+            the timestep of the file resolves.
+        arm_joint: joint of the arm, None where it is the same.
+        keyframe: posture in which the inertia is taken.
+        actuator: actuator of the joint, where several act on it.
+        root: folder below which the files lie that the file includes.
+
+    Returns:
+        The file; `notes` states a stiffness that was taken.
+
+    Raises:
+        InputError: naming what the file lacks: the motor's inertia, the joint.
+    """
+    if not 0.0 <= backlash < math.inf:
+        raise InputError(f'backlash: {backlash:g}, expected a width of 0 or more, rad or m')
+    if stiffness is not None and not 0.0 < stiffness < math.inf:
+        raise InputError(f'stiffness: {stiffness:g}, expected more than 0')
+    path = expect_path(into, 'into', 'an MJCF file')
+    drive, notes = read_mjcf(path, joint, arm_joint, keyframe, actuator, root), list[str]()
+    if drive.half_of_inertia:
+        raise InputError(f'{path}: joint {joint}: armature: 0, expected the inertia of the motor '
+                         'times the square of its gear')
+    values = replace(values_in(drive), half_gap=0.5 * backlash, rigid=False)
+    unit = 'N/m' if drive.motor.slide else 'N m/rad'
+    if stiffness is not None:
+        values = replace(values, stiffness=stiffness)
+    elif not values.stiffness:
+        inertia = 1.0 / (1.0 / values.motor_inertia + 1.0 / values.arm_inertia)
+        omega = 2.0 * math.pi / (STEPS_PER_OSCILLATION * drive.timestep)
+        values = replace(values, stiffness=inertia * omega ** 2,
+                         damping=2.0 * DAMPING_RATIO * inertia * omega)
+        notes = [f'note: the gearbox gets {values.stiffness:.4g} {unit}, the stiffest that the '
+                 f'timestep of {drive.timestep:g} s resolves ({omega / 2.0 / math.pi:.3g} Hz): '
+                 '--stiffness states a measured one']
+    return SimulatorFile('mjcf', path, drive.document.data, patched(drive, values, ()), drive,
+                         tuple(notes))
 
 
 def _of_effort(drive: MjcfDrive, model: DriveModel) -> Sequence[str]:

@@ -19,7 +19,7 @@ from gearbox_monitor.plant.effects import Effect, EFFECTS, library, Parameter
 from gearbox_monitor.report.summary import PLACES
 from gearbox_monitor.report.words import sentence, SEPARATES
 from gearbox_monitor.simulators.mjcf import CONSTRUCT, EXPRESSIONS, NATIVE, REFUSED
-from gearbox_monitor.simulators.robot_patch import in_urdf
+from gearbox_monitor.simulators.urdf_patch import in_urdf
 
 OF_EFFECT = ('What it is', 'In the data', 'Confused with', 'In simulators', 'Since')
 OF_CONDITION = ('What it says', 'When', 'Window', 'Values', 'What to do')

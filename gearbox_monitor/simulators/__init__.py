@@ -16,7 +16,8 @@ Public names, by module:
     mujoco_run: misfit, rig_of, rollouts
     randomisation: randomisation, WRITERS
     robot_model: ChainFile, read_robot, SUFFIXES
-    robot_patch: closed_file, in_urdf, patched_robot, title_of
+    robot_patch: closed_file, title_of
+    urdf_patch: in_urdf, patched_urdf
     user_simulator: confirmation, joint_readings, JointReading, NONE, SERVO, SPEED, TORQUE,
         user_simulator, UserSimulator
     xml_edit: difference, parse_xml

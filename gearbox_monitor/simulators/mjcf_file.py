@@ -32,7 +32,7 @@ from gearbox_monitor.robot.compiled_model import (
 from gearbox_monitor.simulators.compiling import compiled_model
 from gearbox_monitor.simulators.mjcf import (
     ARM, COGGING, LUGRE, MjcfValues, model_values, MOTOR, Passive, Servo, steady, TENDON)
-from gearbox_monitor.simulators.xml_edit import parse_xml, readable_urdf, XmlDocument, XmlElement
+from gearbox_monitor.simulators.xml_edit import parse_xml, readable_urdf, XmlDocument
 
 INTEGRATOR_OF = {'implicit': 'implicitfast'}  # they differ by damping between joints
 
@@ -47,15 +47,14 @@ class MjcfJoint:
     """
     A joint as MuJoCo compiles it, in SI units.
 
-    element: in the file itself, None in one that it includes; inertia: of all that moves with it,
-    without its armature; damping, stiffness: with those of actuators, which are actuator_damping,
-    actuator_stiffness; law: of frictionloss, with the impedance that counts in the posture;
-    constant: torque of springs and actuators at the position 0 and the control 0, N m;
-    springref: rad; travel: range of positions; force: limits of the torque of its actuators.
+    inertia: of all that moves with it, without its armature; damping, stiffness: with those of
+    actuators, which are actuator_damping, actuator_stiffness; law: of frictionloss, with the
+    impedance that counts in the posture; constant: torque of springs and actuators at the
+    position 0 and the control 0, N m; springref: rad; travel: range of positions; force: limits
+    of the torque of its actuators.
     """
 
     name: str
-    element: XmlElement | None
     index: int
     armature: float
     inertia: float
@@ -78,7 +77,6 @@ class MjcfTendon:
     """A fixed tendon over motor (coefficient `sign`) and arm (-`sign`)."""
 
     name: str
-    element: XmlElement | None
     index: int
     sign: float
     low: float
@@ -98,7 +96,6 @@ class MjcfActuator:
     """
 
     name: str
-    element: XmlElement | None
     index: int
     gear: float
     gain: float
@@ -270,12 +267,12 @@ def drive_in(file: RobotFile, joints: tuple[str, str | None], keyframe: str | No
                              'type whose bodies have the same parent')
     tendon, hysteresis = None, None
     if len(numbers) > 1:
-        tendons = _tendons(document, m, numbers)
+        tendons = _tendons(m, numbers)
         tendon = next((t for t in tendons if not t.springyield), None)
         hysteresis = next((t for t in tendons if t.springyield and tendon is not None), None)
     own, joint_laws = _chosen(m, numbers[0], document, actuator)
     passive, notes = _passive(m, numbers, tendon), list(file.notes)
-    motor = _joint(document, m, state, numbers[0], [law for law in joint_laws if not law.passive])
+    motor = _joint(m, state, numbers[0], [law for law in joint_laws if not law.passive])
     if own is not None and own.law is not None and not own.law.setpoint:
         motor = replace(motor, damping=motor.damping + own.law.damper,
                         actuator_damping=motor.actuator_damping + own.law.damper)
@@ -285,7 +282,7 @@ def drive_in(file: RobotFile, joints: tuple[str, str | None], keyframe: str | No
         notes.append(f'{path.name}: joint {joints[0]}: equality {loop}: open by {gap:.2g} m in '
                      'this posture, so that it acts on the joint: choose a --keyframe that '
                      'closes it')
-    arm = _joint(document, m, state, numbers[1], []) if len(numbers) > 1 else None
+    arm = _joint(m, state, numbers[1], []) if len(numbers) > 1 else None
     compiler = [e for e in document.root.walk() if e.tag == 'compiler']
     degrees = all(e.attributes.get('angle', 'degree') == 'degree' for e in compiler)
     return MjcfDrive(path, document, m, float(m.opt.timestep), degrees, motor, arm, tendon,
@@ -331,18 +328,7 @@ def _number(m: Any, name: str, path: Path) -> int:
     return index
 
 
-def element_of(document: XmlDocument, section: str, name: str, kind: str) -> XmlElement | None:
-    """
-    Return the element `name` in sections of the file itself, None where it is elsewhere.
-
-    section: tag below the root of `document`. kind: tag of the element.
-    """
-    parts = [document.root] if document.root.tag == 'robot' else document.root.all(section)
-    return next((e for part in parts for e in part.walk()
-                 if e.tag == kind and e.attributes.get('name') == name), None)
-
-
-def _joint(document: XmlDocument, m: Any, state: Any, index: int,
+def _joint(m: Any, state: Any, index: int,
            laws: Sequence[ActuatorLaw]) -> MjcfJoint:
     """Return a joint with what the `laws` of its other actuators do at the control 0."""
     mujoco = mujoco_module()
@@ -366,7 +352,7 @@ def _joint(document: XmlDocument, m: Any, state: Any, index: int,
         friction = 0.0
     ref = float(m.qpos_spring[place])
     return MjcfJoint(
-        name, element_of(document, 'worldbody', name, 'joint'), index, armature,
+        name, index, armature,
         float(row[dof] - armature), damping + dampers, added + dampers, friction,
         springs + elastic, elastic, springs * ref + math.fsum(law.constant for law in laws), ref,
         float(m.qpos0[place]), slide, _law(m, dof, float(row[dof])),
@@ -392,7 +378,7 @@ def _law(m: Any, dof: int, inertia: float) -> FrictionLaw:
     return replace(law, solimp=(1.0 / (1.0 + softness), solimp[1]))
 
 
-def _tendons(document: XmlDocument, m: Any, joints: Sequence[int]) -> list[MjcfTendon]:
+def _tendons(m: Any, joints: Sequence[int]) -> list[MjcfTendon]:
     """Return the fixed tendons between two joints."""
     mujoco = mujoco_module()
     tendons: list[MjcfTendon] = []
@@ -408,9 +394,9 @@ def _tendons(document: XmlDocument, m: Any, joints: Sequence[int]) -> list[MjcfT
         low, high = map(float, m.tendon_lengthspring[i])
         square, cube = map(float, m.tendon_stiffnesspoly[i])
         tendons.append(MjcfTendon(
-            name, element_of(document, 'tendon', name, 'fixed') if name else None, i,
-            float(sign[joints[0]]), low, high, (float(m.tendon_stiffness[i]), square, cube),
-            float(m.tendon_damping[i]), float(m.tendon_springyield[i])))
+            name, i, float(sign[joints[0]]), low, high,
+            (float(m.tendon_stiffness[i]), square, cube), float(m.tendon_damping[i]),
+            float(m.tendon_springyield[i])))
     return tendons
 
 
@@ -429,7 +415,7 @@ def _chosen(m: Any, joint: int, document: XmlDocument, name: str | None
                          f'{", ".join(word or "None" for word in names.values())}, expected one '
                          'chosen with --actuator')
     laws = [_law_of(m, i) for i in actuators_on(m, joint) if i not in own]
-    return (_actuator(m, own[0], document, label) if own else None,
+    return (_actuator(m, own[0]) if own else None,
             [law for law in laws if law is not None])
 
 
@@ -441,19 +427,14 @@ def _law_of(m: Any, i: int) -> ActuatorLaw | None:
         return None
 
 
-def _actuator(m: Any, i: int, document: XmlDocument, joint: str) -> MjcfActuator:
+def _actuator(m: Any, i: int) -> MjcfActuator:
     mujoco = mujoco_module()
-    name, law = m.actuator(i).name, _law_of(m, i)
-    elements = [e for part in document.root.all('actuator') for e in part.walk()
-                if e.attributes.get('joint', e.attributes.get('jointinparent')) == joint
-                and e.attributes.get('input') != 'none'
-                and (not name or e.attributes.get('name') == name)]
+    law = _law_of(m, i)
     fixed = m.actuator_gaintype[i] == int(mujoco.mjtGain.mjGAIN_FIXED)
     affine = m.actuator_biastype[i] == int(mujoco.mjtBias.mjBIAS_AFFINE)
     bias = tuple(map(float, m.actuator_biasprm[i, :3])) if affine else (0.0, 0.0, 0.0)
     return MjcfActuator(
-        name, elements[0] if elements else None, i,
-        float(m.actuator_gear[m.actuator_outadr[i], 0]),
+        m.actuator(i).name, i, float(m.actuator_gear[m.actuator_outadr[i], 0]),
         law.gain if law is not None else float(m.actuator_gainprm[i, 0]), bias,  # type: ignore[arg-type]
         kind_of(mujoco.mjtDyn, m.actuator_dyntype[i]),
         not fixed or bool(bias[1] or bias[2]), law)
@@ -471,7 +452,7 @@ def _transmission_of_urdf(document: XmlDocument, joint: str) -> MjcfActuator | N
             except ValueError:
                 raise InputError(f'{document.name}: line {tag.line}: mechanicalReduction: '
                                  f'{text!r}, expected a number') from None
-            return MjcfActuator(joint, element, -1, gear, 1.0, (0.0, 0.0, 0.0), 'none', False)
+            return MjcfActuator(joint, -1, gear, 1.0, (0.0, 0.0, 0.0), 'none', False)
     return None
 
 

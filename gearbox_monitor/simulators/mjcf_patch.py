@@ -10,7 +10,7 @@ motor: the actuator moves there, and a tendon holds both together.
 """
 import cmath
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 import math
 from typing import NamedTuple
 
@@ -20,37 +20,20 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.transmission import FrictionLaw, IMPEDANCES
 from gearbox_monitor.robot.compiled_model import moved_by, mujoco_module
+from gearbox_monitor.simulators.file_edits import (
+    about_axis, across, balanced, compiled_body, MjcfEdits, number, SAME, same, Splice, titled,
+    TURN)
 from gearbox_monitor.simulators.mjcf import (
     ARM, COGGING, constant_load, Exported, LUGRE, MjcfValues, MOTOR, Passive, steady, TENDON)
 from gearbox_monitor.simulators.mjcf_file import (
     drive_of, MjcfActuator, MjcfDrive, MjcfJoint, values_in, weight)
-from gearbox_monitor.simulators.xml_edit import (
-    behind, Edit, edited, with_attributes, with_child, with_element, words_of, XmlElement)
+from gearbox_monitor.simulators.xml_edit import behind, words_of, XmlElement
 
-SAME = 1e-9  # relative: what differs by less is not edited
 # Regularised Coulomb friction: a ramp up to this many 1 / sharpness is nearest to the arctangent
 # over motions of some hundred of them.
 RAMP = {'atan': 5.0, 'tanh': 1.5}
 IMPEDANCE = 1e-3  # of the friction constraint: at small ones it is a function of speed alone
-HEAVY = 0.5   # largest share of the inertia of an arm that its mass takes, off the joint
 ROTOR = 'mass="1e-6" diaginertia="1e-12 1e-12 1e-12"'
-TURN = ('quat', 'euler', 'axisangle', 'xyaxes', 'zaxis')
-
-
-class Splice(NamedTuple):
-    """One attribute that was edited: of which element, its text before ('' for none) and after."""
-
-    element: str
-    attribute: str
-    before: str
-    after: str
-
-    @property
-    def words(self) -> str:
-        """The change in words: element, attribute, its text before and after."""
-        previous = f'{self.before} -> ' if self.before else ''
-        return f'{self.element}: ' + f'{self.attribute} ' * bool(self.attribute) + previous \
-            + self.after
 
 
 @dataclass(frozen=True)
@@ -61,99 +44,6 @@ class Patch:
     changes: tuple[Splice, ...]
     exported: tuple[Exported, ...]
     joints: tuple[str, str | None]
-
-
-@dataclass
-class _Draft:
-    """
-    Edits of one file as they gather: attributes per element, children per section.
-
-    pinned: gains of the actuator are written out, as those that the compiler makes would change.
-    """
-
-    drive: MjcfDrive
-    pinned: bool = False
-    changes: list[Splice] = field(default_factory=list)
-    attributes: dict[int, tuple[XmlElement, dict[str, str | None], str]] = field(
-        default_factory=dict)
-    children: dict[str, list[str]] = field(default_factory=dict)
-    edits: list[Edit] = field(default_factory=list)
-
-    def put(self, element: XmlElement | None, values: Mapping[str, str | None], tag: str = '',
-            title: str = '') -> None:
-        """
-        Give an element attributes `values`, None removes one, and another tag where it is not ''.
-
-        Raises InputError if there are any and the element, called `title`, is in another file.
-        """
-        if not values and not tag:
-            return
-        element = self.own(element, title)
-        edit = self.attributes.setdefault(element.start, (element, {}, tag))
-        if tag:
-            self.attributes[element.start] = (element, edit[1], tag)
-        for name, value in values.items():
-            present = element.attributes.get(name, '')
-            if value is None and not present or _alike(value, present):
-                continue
-            edit[1][name] = value
-            self.changes.append(Splice(_title(element), name, present, value or 'removed'))
-
-    def own(self, element: XmlElement | None, title: str) -> XmlElement:
-        """Return an `element` of the file itself, called `title`. Raises InputError without."""
-        if element is None:
-            raise InputError(f'{self.drive.path}: {title}: is not in this file itself, expected '
-                             'it here and not in one that it includes')
-        return element
-
-    def add(self, section: str, title: str, text: str) -> None:
-        """Add an element `title`, its `text`, to a section of the file such as tendon."""
-        self.children.setdefault(section, []).append(text)
-        self.changes.append(Splice(title, '', '', 'new'))
-
-    def patched(self) -> bytes:
-        """Return the file with all edits."""
-        document = self.drive.document
-        edits = list(self.edits)
-        for element, values, tag in self.attributes.values():
-            edits += with_attributes(document, element, values, tag)
-        new = ''
-        for section, texts in self.children.items():
-            lines = '\n'.join(texts)
-            parts = document.root.all(section)
-            if parts:
-                edits.append(with_child(document, parts[-1], lines))
-            else:
-                inner = '\n'.join(f'  {line}' for line in lines.splitlines())
-                new += f'<{section}>\n{inner}\n</{section}>\n'
-        if new:
-            edits.append(with_child(document, document.root, new))
-        return edited(document, edits)
-
-
-def _title(element: XmlElement) -> str:
-    name = element.attributes.get('name')
-    return f'{element.tag} "{name}"' if name else f'{element.tag} (line {element.line})'
-
-
-def number(*values: float) -> str:
-    """Return `values` as MJCF writes them, 0 for -0."""
-    return ' '.join(f'{value + 0.0:.9g}' for value in values)
-
-
-def _same(a: complex, b: complex) -> bool:
-    return a == b or cmath.isclose(a, b, rel_tol=SAME)  # an infinite one is close to no other
-
-
-def _alike(value: str | None, present: str) -> bool:
-    """Return whether two texts of an attribute are the same numbers, or the same text."""
-    if value is None or value == present:
-        return value == present
-    try:
-        new, old = ([float(word) for word in text.split()] for text in (value, present))
-    except ValueError:
-        return False
-    return len(new) == len(old) > 0 and all(map(_same, new, old))
 
 
 def patched(drive: MjcfDrive, values: MjcfValues, exported: Sequence[Exported]) -> Patch:
@@ -177,32 +67,33 @@ def patched(drive: MjcfDrive, values: MjcfValues, exported: Sequence[Exported]) 
     if values.rigid and drive.arm is not None:
         raise InputError(f'{drive.path}: joints {drive.motor.name}, {drive.arm.name}: two, '
                          'expected one joint for a model with transmission.kind: rigid')
-    patch = _patch(_Draft(drive), values, exported)
+    patch = _patch(drive, values, exported)
     compiled = _again(patch, drive)
     if not _actuators_agree(drive, values, compiled):
         # The compiler derives gains from the inertia (dampratio): write them out.
-        patch = _patch(_Draft(drive, pinned=True), values, exported)
+        patch = _patch(drive, values, exported, pinned=True)
         compiled = _again(patch, drive)
     _verify(compiled, drive, values)
     return patch
 
 
-def _patch(draft: _Draft, values: MjcfValues, exported: Sequence[Exported]) -> Patch:
-    """Return the Patch of a draft that has no edits yet; see patched."""
-    drive = draft.drive
+def _patch(drive: MjcfDrive, values: MjcfValues, exported: Sequence[Exported],
+           pinned: bool = False) -> Patch:
+    """Return the Patch, see patched; `pinned` writes out the gains of the actuator."""
+    edits = MjcfEdits(drive.document, drive.compiled)
     names: tuple[str, str | None] = (drive.motor.name, drive.arm.name if drive.arm else None)
     if values.rigid:
-        _one_joint(draft, values)
+        _one_joint(edits, drive, values)
     elif drive.arm is None:
-        names = _with_rotor(draft, values)
+        names = _with_rotor(edits, drive, values)
     else:
-        _two_joints(draft, values)
-    _inertial(draft, values)
-    _tendons(draft, values, names)
-    _actuator(draft, values, names[0])
-    _passives(draft, values, names)
-    _sensors(draft, values, names)
-    return Patch(draft.patched(), tuple(draft.changes), tuple(exported), names)
+        _two_joints(edits, drive, values)
+    _inertial(edits, drive, values)
+    _tendons(edits, drive, values, names)
+    _actuator(edits, drive, values, names[0], pinned)
+    _passives(edits, drive, values, names)
+    _sensors(edits, drive, values, names)
+    return Patch(edits.patched(), tuple(edits.changes), tuple(exported), names)
 
 
 def _again(patch: Patch, drive: MjcfDrive) -> MjcfDrive:
@@ -237,56 +128,56 @@ def _friction(drive: MjcfDrive, friction: float, values: MjcfValues, inertia: fl
             'solimpfriction': number(IMPEDANCE, IMPEDANCE)}
 
 
-def _put_joint(draft: _Draft, joint: MjcfJoint, target: Mapping[str, float], of: MjcfValues,
-               inertia: float, on_arm: bool = False) -> None:
+def _put_joint(edits: MjcfEdits, drive: MjcfDrive, joint: MjcfJoint, target: Mapping[str, float],
+               of: MjcfValues, on_arm: bool = False) -> None:
     """Edit what of a joint differs from `target` {armature, damping, frictionloss, stiffness}."""
     current = {'armature': joint.armature, 'damping': joint.damping,
                'stiffness': joint.stiffness}
     own = {'armature': target['armature'], 'damping': target['damping'] - joint.actuator_damping,
            'stiffness': target['stiffness'] - joint.actuator_stiffness}
-    where = f'{draft.drive.path}: joint {joint.name}'
+    where = f'{drive.path}: joint {joint.name}'
+    inertia = (of.motor_inertia + of.arm_inertia if of.rigid
+               else of.arm_inertia if on_arm else of.motor_inertia)
     if own['armature'] < -SAME * inertia:
         raise InputError(f'{where}: armature: would be {own["armature"]:.4g}, expected a model '
                          'whose inertia is at least that of the body and of the actuator')
     if own['damping'] < 0.0:
         raise InputError(f'{where}: damping: would be {own["damping"]:.4g}, expected at least 0: '
                          'the model has less viscous friction than the actuator in the file')
-    m = draft.drive.compiled
+    m = drive.compiled
     # Higher coefficients stay.
     higher = {'armature': (), 'damping': m.dof_dampingpoly[m.jnt_dofadr[joint.index]],
               'stiffness': m.jnt_stiffnesspoly[joint.index]}
     values = {name: number(max(0.0, value), *(higher[name] if np.any(higher[name]) else ()))
-              for name, value in own.items() if not _same(target[name], current[name])}
-    values |= _friction(draft.drive, target['frictionloss'], of, inertia, on_arm)
-    if _same(target['frictionloss'], joint.frictionloss):
+              for name, value in own.items() if not same(target[name], current[name])}
+    values |= _friction(drive, target['frictionloss'], of, inertia, on_arm)
+    if same(target['frictionloss'], joint.frictionloss):
         del values['frictionloss']
     if joint.law == of.law:
         values.pop('solreffriction', None)
         values.pop('solimpfriction', None)
-    draft.put(joint.element, values, title=f'joint {joint.name}')
+    if values:
+        edits.put(edits.joint(joint.index), values)
 
 
-def _one_joint(draft: _Draft, values: MjcfValues) -> None:
+def _one_joint(edits: MjcfEdits, drive: MjcfDrive, values: MjcfValues) -> None:
     """Edit the one joint of a rigid drive, whose inertias count in sum."""
-    joint, armature = draft.drive.motor, values.motor_inertia
-    if draft.drive.half_of_inertia:
-        armature = max(0.0, values.motor_inertia - values_in(draft.drive).motor_inertia)
-    _put_joint(draft, joint, {
+    joint, armature = drive.motor, values.motor_inertia
+    if drive.half_of_inertia:
+        armature = max(0.0, values.motor_inertia - values_in(drive).motor_inertia)
+    _put_joint(edits, drive, joint, {
         'armature': armature, 'damping': values.motor_damping + values.arm_damping,
         'frictionloss': values.motor_friction + values.arm_friction,
-        'stiffness': values.motor_stiffness}, values,
-        values.motor_inertia + values.arm_inertia)
+        'stiffness': values.motor_stiffness}, values)
 
 
-def _two_joints(draft: _Draft, values: MjcfValues) -> None:
-    drive = draft.drive
+def _two_joints(edits: MjcfEdits, drive: MjcfDrive, values: MjcfValues) -> None:
     motor, arm = drive.motor, drive.arm_joint
-    _put_joint(draft, motor, {
+    _put_joint(edits, drive, motor, {
         'armature': values.motor_inertia - motor.inertia, 'damping': values.motor_damping,
-        'frictionloss': values.motor_friction, 'stiffness': values.motor_stiffness},
-        values, values.motor_inertia)
-    _put_joint(draft, arm, _of_arm(values, arm.armature, arm.stiffness), values,
-               values.arm_inertia, on_arm=True)
+        'frictionloss': values.motor_friction, 'stiffness': values.motor_stiffness}, values)
+    _put_joint(edits, drive, arm, _of_arm(values, arm.armature, arm.stiffness), values,
+               on_arm=True)
 
 
 def _of_arm(values: MjcfValues, armature: float, stiffness: float) -> dict[str, float]:
@@ -294,26 +185,25 @@ def _of_arm(values: MjcfValues, armature: float, stiffness: float) -> dict[str, 
             'frictionloss': values.arm_friction, 'stiffness': stiffness}
 
 
-def _with_rotor(draft: _Draft, values: MjcfValues) -> tuple[str, str]:
+def _with_rotor(edits: MjcfEdits, drive: MjcfDrive, values: MjcfValues) -> tuple[str, str]:
     """Add the rotor's body and joint; return the names of the joints of motor and arm."""
-    drive, joint = draft.drive, draft.drive.motor
+    joint = drive.motor
     document, m = drive.document, drive.compiled
-    body = document.parent(draft.own(joint.element, f'joint {joint.name}'))
+    body = edits.body(m.jnt_bodyid[joint.index])
     if len(body.all('joint')) != 1:
-        raise InputError(f'{drive.path}: line {body.line}: {_title(body)}: several joints, '
+        raise InputError(f'{drive.path}: line {body.line}: {titled(body)}: several joints, '
                          'expected one for a rotor beside it')
     name = f'{joint.name}_motor'
     names = {e.attributes.get('name') for e in document.root.walk()}
     if name in names:
         raise InputError(f'{drive.path}: {name}: the name is taken, expected it to be free for '
                          'the joint of the motor')
-    _put_joint(draft, joint, _of_arm(values, 0.0, 0.0), values, values.arm_inertia,
-               on_arm=True)
+    _put_joint(edits, drive, joint, _of_arm(values, 0.0, 0.0), values, on_arm=True)
     place = ''.join(f' {key}="{value}"' for key, value in body.attributes.items()
                     if key in ('pos', *TURN))
     friction = words_of(_friction(drive, values.motor_friction, values, values.motor_inertia))
     kind = 'slide' if joint.slide else 'hinge'
-    draft.edits.append(behind(document, body, f"""\
+    edits.insert(behind(document, body, f"""\
 <body name="{name}"{place}>
   <inertial pos="0 0 0" {ROTOR}/>
   <joint name="{name}" type="{kind}" pos="{number(*m.jnt_pos[joint.index])}"
@@ -321,15 +211,14 @@ def _with_rotor(draft: _Draft, values: MjcfValues) -> tuple[str, str]:
          armature="{number(values.motor_inertia)}" damping="{number(values.motor_damping)}"
          stiffness="{number(values.motor_stiffness)}"
          {friction}/>
-</body>"""))
-    draft.changes.append(Splice(f'body "{name}"', '', '', 'new, with the joint of the motor'))
-    _keyframes(draft, joint)
+</body>"""), f'body "{name}"', 'new, with the joint of the motor')
+    _keyframes(edits, drive, joint)
     return name, joint.name
 
 
-def _keyframes(draft: _Draft, joint: MjcfJoint) -> None:
+def _keyframes(edits: MjcfEdits, drive: MjcfDrive, joint: MjcfJoint) -> None:
     """Give the postures in keyframes the value of the motor's joint."""
-    drive, m = draft.drive, draft.drive.compiled
+    m = drive.compiled
     last = np.flatnonzero(moved_by(m, joint.index)[m.jnt_bodyid])[-1]
     place, own = m.jnt_qposadr[last] + 1, m.jnt_qposadr[joint.index]
     if m.jnt_type[last] == int(mujoco_module().mjtJoint.mjJNT_BALL):
@@ -339,18 +228,17 @@ def _keyframes(draft: _Draft, joint: MjcfJoint) -> None:
             row = key.attributes.get('qpos', '').split()
             if row:
                 row += ['0'] * (m.nq - len(row))  # as MuJoCo fills it up
-                draft.put(key, {'qpos': ' '.join([*row[:place], row[own], *row[place:]])})
+                edits.put(key, {'qpos': ' '.join([*row[:place], row[own], *row[place:]])})
             if key.attributes.get('qvel') or key.attributes.get('act'):
-                raise InputError(f'{drive.path}: line {key.line}: {_title(key)}: qvel or act, '
+                raise InputError(f'{drive.path}: line {key.line}: {titled(key)}: qvel or act, '
                                  'expected only qpos where a joint is added')
 
 
 # ---------------------------------------------------------------------- inertia and weight
 
 
-def _inertial(draft: _Draft, values: MjcfValues) -> None:
+def _inertial(edits: MjcfEdits, drive: MjcfDrive, values: MjcfValues) -> None:
     """Give the arm's body the inertia about its joint, and the weight, of the model."""
-    drive = draft.drive
     joint = drive.arm_joint
     # What the joint's own armature adds stays with it, unless it was that of the motor.
     own = joint.armature if drive.arm is not None else 0.0
@@ -362,71 +250,25 @@ def _inertial(draft: _Draft, values: MjcfValues) -> None:
     own_weight = None  # over what the joint reads now, before its zero moves
     if values.weight is not None:
         own_weight = values.weight * cmath.rect(1.0, -values_in(drive).zero)
-    moved = own_weight is not None and not _same(own_weight, weight(drive))
+    moved = own_weight is not None and not same(own_weight, weight(drive))
     if abs(heavier) <= SAME * values.arm_inertia and not moved:
         return
-    mujoco, m = mujoco_module(), drive.compiled
-    body = m.jnt_bodyid[joint.index]
-    flat = np.zeros(9)
-    mujoco.mju_quat2Mat(flat, m.body_iquat[body])
-    turn = flat.reshape(3, 3)
-    tensor: Array = turn @ np.diag(m.body_inertia[body]) @ turn.T
-    mass, centre = float(m.body_mass[body]), m.body_ipos[body].copy()
-    axis, anchor = m.jnt_axis[joint.index], m.jnt_pos[joint.index]
+    m, index = drive.compiled, int(drive.compiled.jnt_bodyid[joint.index])
+    axis, anchor, body = m.jnt_axis[joint.index], m.jnt_pos[joint.index], compiled_body(m, index)
     if joint.slide:
-        mass += heavier
-        factor = mass / float(m.body_mass[body])
-        tensor = tensor * factor
+        factor = (body.mass + heavier) / body.mass
+        body = body._replace(mass=body.mass + heavier, tensor=body.tensor * factor)
     else:
-        lever = across(centre - anchor, axis)
-        target = float(axis @ tensor @ axis) + mass * float(lever @ lever) + heavier
+        target = about_axis(body, axis, anchor) + heavier
         if target <= 0.0:
             raise InputError(f'{drive.path}: joint {joint.name}: inertia: what the body carries '
                              f'has more than the {values.arm_inertia:.4g} kg m^2 of the model')
         moment = None
         if moved and own_weight is not None:
-            moment = mass * lever + _added_moment(drive, own_weight)
-        mass, moved_by, tensor = balanced((mass, lever, tensor), axis, target, moment)
-        centre += moved_by
-    _write_inertial(draft, mass, centre, tensor)
-
-
-def across(vector: Array, axis: Array) -> Array:
-    """Return the part of `vector` across the unit vector `axis`."""
-    return vector - axis * float(axis @ vector)
-
-
-def balanced(body: tuple[float, Array, Array], axis: Array, wanted: float,
-             moment: Array | None = None) -> tuple[float, Array, Array]:
-    """
-    Return a body with another inertia about the axis of a joint, and another moment.
-
-    Args:
-        body: mass (kg), lever [3] of its centre from the axis (m), tensor [3, 3] about its centre
-            (kg m^2).
-        axis: [3], of length 1.
-        wanted: inertia about the axis, kg m^2, above 0.
-        moment: mass times lever [3] that it gets (kg m), None for its own.
-
-    Returns:
-        Mass, how far its centre moves [3] and tensor.
-    """
-    mass, own, tensor = body
-    lever = own
-    if moment is not None:
-        # A light body far out would have more inertia than the model: heavier, and nearer.
-        mass = max(mass, float(moment @ moment) / (HEAVY * wanted))
-        lever = moment / mass
-    about = wanted - mass * float(lever @ lever)
-    before = float(axis @ tensor @ axis)
-    if about < 0.05 * wanted:
-        factor = wanted / (before + mass * float(lever @ lever))
-        mass, tensor = mass * factor, tensor * factor
-    elif about < before:
-        tensor = tensor * (about / before)
-    else:  # a disc about the axis
-        tensor = tensor + (about - before) * 0.5 * (np.eye(3) + np.outer(axis, axis))
-    return mass, lever - own, tensor
+            moment = body.mass * across(body.centre - anchor, axis) + _added_moment(
+                drive, own_weight)
+        body = balanced(body, axis, anchor, target, moment)
+    edits.put_body(index, body)
 
 
 def _added_moment(drive: MjcfDrive, target: complex) -> Array:
@@ -450,43 +292,14 @@ def _added_moment(drive: MjcfDrive, target: complex) -> Array:
     return (target.real * down + target.imag * np.cross(axis, down)) / size ** 2 - present
 
 
-def inertial_attributes(mass: float, centre: Array, tensor: Array) -> dict[str, str | None]:
-    """
-    Return the attributes of an inertial; those that state the same in other ways are None.
-
-    Args:
-        mass: kg.
-        centre: [3] m, in the frame of the body.
-        tensor: [3, 3] kg m^2 about it.
-    """
-    full = number(*np.diag(tensor), tensor[0, 1], tensor[0, 2], tensor[1, 2])
-    return {'pos': number(*centre), 'mass': number(mass), 'fullinertia': full,
-            'diaginertia': None, **dict.fromkeys(TURN)}
-
-
-def _write_inertial(draft: _Draft, mass: float, centre: Array, tensor: Array) -> None:
-    drive = draft.drive
-    if drive.arm_joint.element is None:
-        raise InputError(f'{drive.path}: joint {drive.arm_joint.name}: its body is not in this '
-                         'file itself, expected it here and not in one that it includes')
-    body = drive.document.parent(drive.arm_joint.element)
-    tensor = np.where(np.abs(tensor) < SAME * np.trace(tensor), 0.0, tensor)
-    values = inertial_attributes(mass, centre, tensor)
-    present = body.all('inertial')
-    if present:
-        draft.put(present[0], values)
-        return
-    draft.edits += with_element(drive.document, body, 'inertial', values, first=True)
-    draft.changes.append(Splice(f'inertial of {_title(body)}', '', '', 'new'))
-
-
 # ---------------------------------------------------------------------- tendon, actuator, sensors
 
 
-def _tendons(draft: _Draft, values: MjcfValues, names: tuple[str, str | None]) -> None:
+def _tendons(edits: MjcfEdits, drive: MjcfDrive, values: MjcfValues,
+             names: tuple[str, str | None]) -> None:
     if values.rigid:
         return
-    tendon = draft.drive.tendon
+    tendon = drive.tendon
     sign = tendon.sign if tendon else 1.0
     ends = sorted(sign * (edge - values.zero) for edge in (-values.half_gap, values.half_gap))
     attributes = {'springlength': number(*ends),
@@ -494,25 +307,26 @@ def _tendons(draft: _Draft, values: MjcfValues, names: tuple[str, str | None]) -
                   else number(values.stiffness), 'damping': number(values.damping)}
     joints = f'  <joint joint="{names[0]}" coef="1"/>\n  <joint joint="{names[1]}" coef="-1"/>\n'
     if tendon is None:
-        draft.add('tendon', f'tendon "{names[1]}_gearbox"',
+        edits.add('tendon', f'tendon "{names[1]}_gearbox"',
                   f'<fixed name="{names[1]}_gearbox" {words_of(attributes)}>\n{joints}</fixed>')
     else:
-        if _same(ends[0], tendon.low) and _same(ends[1], tendon.high):
+        if same(ends[0], tendon.low) and same(ends[1], tendon.high):
             del attributes['springlength']
-        if all(map(_same, (values.stiffness, 0.0, values.cubic), tendon.stiffness)):
+        if all(map(same, (values.stiffness, 0.0, values.cubic), tendon.stiffness)):
             del attributes['stiffness']
-        if _same(values.damping, tendon.damping):
+        if same(values.damping, tendon.damping):
             del attributes['damping']
-        draft.put(tendon.element, attributes, title=f'tendon {tendon.name}')
-    present = values_in(draft.drive).yielding
+        if attributes:
+            edits.put(edits.listed('tendon', tendon.index), attributes)
+    present = values_in(drive).yielding
     if values.yielding and present:
-        elastic = draft.drive.hysteresis
-        if elastic is not None and not all(map(_same, values.yielding, present)):
-            draft.put(elastic.element, {'stiffness': number(values.yielding[0]),
-                                        'springyield': number(values.yielding[1])},
-                      title=f'tendon {elastic.name}')
+        elastic = drive.hysteresis
+        if elastic is not None and not all(map(same, values.yielding, present)):
+            edits.put(edits.listed('tendon', elastic.index), {
+                'stiffness': number(values.yielding[0]),
+                'springyield': number(values.yielding[1])})
     elif values.yielding:
-        draft.add('tendon', f'tendon "{names[1]}_hysteresis"',
+        edits.add('tendon', f'tendon "{names[1]}_hysteresis"',
                   f'<fixed name="{names[1]}_hysteresis" springlength="0 0" '
                   f'stiffness="{number(values.yielding[0])}" '
                   f'springyield="{number(values.yielding[1])}">\n{joints}</fixed>')
@@ -567,7 +381,7 @@ def _forces(drive: MjcfDrive, values: MjcfValues) -> tuple[_Force, _Force]:
 def _agree(first: _Force, second: _Force) -> bool:
     """Return whether two forces are the same but for rounding."""
     small = 1e-9 * max(abs(first.gain), 1.0)
-    return all(_same(a, b) or math.isfinite(a - b) and abs(a - b) <= small for a, b in zip(
+    return all(same(a, b) or math.isfinite(a - b) and abs(a - b) <= small for a, b in zip(
         (first.gain, *first.bias, *first[2:]), (second.gain, *second.bias, *second[2:])))
 
 
@@ -576,88 +390,90 @@ def _actuators_agree(drive: MjcfDrive, values: MjcfValues, again: MjcfDrive) -> 
     if drive.actuator is None or again.actuator is None:
         return True
     target = _forces(drive, values)[1]
-    return all(_same(a, b) or abs(a - b) <= 1e-6 * max(1.0, abs(a)) for a, b in zip(
+    return all(same(a, b) or abs(a - b) <= 1e-6 * max(1.0, abs(a)) for a, b in zip(
         (target.gain, *target.bias), (again.actuator.gain, *again.actuator.bias)))
 
 
-def _actuator(draft: _Draft, values: MjcfValues, motor: str) -> None:
-    drive, a = draft.drive, draft.drive.actuator
+def _actuator(edits: MjcfEdits, drive: MjcfDrive, values: MjcfValues, motor: str,
+              pinned: bool) -> None:
+    a = drive.actuator
     if a is None:
         plain = (values.gain == 1.0 and not values.lag and not values.delay
                  and math.isinf(values.limit) and values.servo is None)
-        if plain and _same(values.offset, values_in(drive).offset):
+        if plain and same(values.offset, values_in(drive).offset):
             return
         raise InputError(f'{drive.path}: joint {drive.motor.name}: no actuator acts on it, '
                          'expected one')
     present, target = _forces(drive, values)
     attributes: dict[str, str | None] = {}
-    where = _place(drive, a)
-    if a.setpoint and values.servo is None and (values.lag or values.delay):
+    moved = motor != drive.motor.name
+    changed = pinned or not _agree(present, target) or (
+        moved and math.isfinite(drive.motor.force[1]))
+    late = a.setpoint and values.servo is None and bool(values.lag or values.delay)
+    if not (moved or changed or late):
+        return
+    element = edits.listed('actuator', a.index)
+    where = _place(drive, element, a)
+    if late:
         raise InputError(f'{where}: follows a setpoint, and lag or delay of a torque would act on '
                          'that; expected a motor')
-    moved = motor != drive.motor.name
     if moved:
         attributes |= {'joint': motor}
-        attributes |= _inherited(drive, a)
-    if not _agree(present, target) or draft.pinned or (
-            moved and math.isfinite(drive.motor.force[1])):
-        attributes |= _of_actuator(drive, present, target, draft.pinned)
-        if math.isfinite(drive.motor.force[1]) and not _same(present.span, target.span):
+        attributes |= _inherited(drive, element, a)
+    if changed:
+        attributes |= _of_actuator(drive, element, (present, target), pinned)
+        if math.isfinite(drive.motor.force[1]) and not same(present.span, target.span):
             limit = target.span * abs(a.gear)
-            draft.put(drive.motor.element, {
-                'actuatorfrcrange': number(-limit, limit) if math.isfinite(limit) else None},
-                title=f'joint {drive.motor.name}')
+            edits.put(edits.joint(drive.motor.index), {
+                'actuatorfrcrange': number(-limit, limit) if math.isfinite(limit) else None})
     general = {'gainprm', 'biasprm', 'dyntype'} & set(attributes)
-    if general and a.element is not None and a.element.tag in ('dcmotor', 'pid'):
-        raise InputError(f'{where}: a {a.element.tag}, whose force is not that of the model, '
+    if general and element.tag in ('dcmotor', 'pid'):
+        raise InputError(f'{where}: a {element.tag}, whose force is not that of the model, '
                          'expected motor, general or position')
     if general:
         attributes['inheritrange'] = None
-    draft.put(a.element, attributes, 'general' if general else '', title=f'actuator {a.name}')
+    edits.put(element, attributes, 'general' if general else '')
 
 
-def _place(drive: MjcfDrive, a: MjcfActuator) -> str:
-    """Return where an actuator stands, for messages."""
-    line = f'line {a.element.line}: ' if a.element is not None else ''
-    return f'{drive.path}: {line}actuator {a.name}'
+def _place(drive: MjcfDrive, element: XmlElement, a: MjcfActuator) -> str:
+    """Return the place of an actuator, for messages."""
+    return f'{drive.path}: line {element.line}: actuator {a.name}'
 
 
-def _inherited(drive: MjcfDrive, a: MjcfActuator) -> dict[str, str | None]:
+def _inherited(drive: MjcfDrive, element: XmlElement, a: MjcfActuator) -> dict[str, str | None]:
     """Return the range of controls that an actuator has from its joint, which it leaves."""
     m = drive.compiled
     place = int(m.actuator_ctrladr[a.index])
-    tag = a.element.tag if a.element is not None else ''
-    if tag not in ('position', 'intvelocity') or not m.actuator_ctrllimited[place]:
+    if element.tag not in ('position', 'intvelocity') or not m.actuator_ctrllimited[place]:
         return {}
     span = number(*m.actuator_ctrlrange[place])
     return {'inheritrange': '0', 'ctrllimited': 'true', 'ctrlrange': span}
 
 
-def _of_actuator(drive: MjcfDrive, present: _Force, target: _Force, pinned: bool
-                 ) -> dict[str, str | None]:
-    """Return the attributes of the actuator that make its force that of `target`."""
-    a = drive.actuator
+def _of_actuator(drive: MjcfDrive, element: XmlElement, forces: tuple[_Force, _Force],
+                 pinned: bool) -> dict[str, str | None]:
+    """Return the attributes that turn the force of an actuator into the second of `forces`."""
+    a, (present, target) = drive.actuator, forces
     assert a is not None
-    where = _place(drive, a)
+    where = _place(drive, element, a)
     servo = target.bias[1] != 0.0
     if a.dynamics not in ('none', 'filter', 'filterexact'):
         raise InputError(f'{where}: dyntype {a.dynamics}, expected none for a lag')
     out: dict[str, str | None] = {}
     gains = (present.gain, *present.bias), (target.gain, *target.bias)
-    lags = _same(present.lag, target.lag)
-    if pinned or not lags or not all(map(_same, *gains)):
-        tag = a.element.tag if a.element is not None else ''
-        if tag == 'position' and servo and lags and not target.lag and (
-                abs(target.bias[0]) <= SAME * target.gain) and _same(target.gain, -target.bias[1]):
+    lags = same(present.lag, target.lag)
+    if pinned or not lags or not all(map(same, *gains)):
+        if element.tag == 'position' and servo and lags and not target.lag and (
+                abs(target.bias[0]) <= SAME * target.gain) and same(target.gain, -target.bias[1]):
             out = {'kp': number(target.gain), 'kv': number(-target.bias[2]), 'dampratio': None}
         else:
             out = _general(drive, target)
-    if not _same(present.control, target.control):
+    if not same(present.control, target.control):
         out |= _limits('ctrl', -target.control, target.control)
-    if not _same(present.span, target.span) or (
-            math.isfinite(target.span) and not _same(present.bias[0], target.bias[0])):
+    if not same(present.span, target.span) or (
+            math.isfinite(target.span) and not same(present.bias[0], target.bias[0])):
         out |= _limits('force', target.bias[0] - target.span, target.bias[0] + target.span)
-    if not _same(present.delay, target.delay):
+    if not same(present.delay, target.delay):
         out |= (_delayed(drive, target.delay, where) if target.delay
                 else {'delay': None, 'nsample': None, 'interp': None})
     return out
@@ -699,69 +515,65 @@ def _delayed(drive: MjcfDrive, delay: float, where: str) -> dict[str, str | None
             'nsample': str(math.ceil(delay / drive.timestep - 1e-9) + 1)}
 
 
-def _passives(draft: _Draft, values: MjcfValues, names: tuple[str, str | None]) -> None:
+def _passives(edits: MjcfEdits, drive: MjcfDrive, values: MjcfValues,
+              names: tuple[str, str | None]) -> None:
     """Add the passive torques of `values` that the file lacks, take out those that it has."""
-    present = values_in(draft.drive)
+    present = values_in(drive)
     load = constant_load(values) - constant_load(present)
     for where in (MOTOR, ARM, TENDON):
         for kind in (LUGRE, COGGING):
             if (where, kind) == (ARM, COGGING):
                 continue
             own, file = values.passives(where, kind), present.passives(where, kind)
-            if len(own) == len(file) and all(all(map(_same, a, b)) for a, b in zip(own, file)):
+            if len(own) == len(file) and all(all(map(same, a, b)) for a, b in zip(own, file)):
                 continue
-            for passive, i in draft.drive.passive:
+            for passive, i in drive.passive:
                 if (passive.where, passive.kind) == (where, kind):
-                    draft.put(_passive_element(draft.drive, i), {kind: None},
+                    edits.put(edits.listed('actuator', i), {kind: None},
                               title=f'dcmotor ({kind})')
             for numbers in own:
-                _passive(draft, Passive(where, kind, numbers), names)
+                _passive(edits, drive, Passive(where, kind, numbers), names)
     if abs(load) > SAME * max(1.0, abs(constant_load(values))):
-        _passive(draft, steady(-load), names)
+        _passive(edits, drive, steady(-load), names)
 
 
-def _passive_element(drive: MjcfDrive, actuator: int) -> XmlElement | None:
-    """Return the element of an actuator, by its place among all of the file."""
-    elements = [e for part in drive.document.root.all('actuator') for e in part.children]
-    return elements[actuator] if len(elements) == len(drive.compiled.actuator_trntype) else None
-
-
-def _passive(draft: _Draft, passive: Passive, names: tuple[str, str | None]) -> None:
+def _passive(edits: MjcfEdits, drive: MjcfDrive, passive: Passive,
+             names: tuple[str, str | None]) -> None:
     place = {MOTOR: ('joint', names[0]), ARM: ('joint', names[1] or names[0]),
-             TENDON: ('tendon', draft.drive.tendon.name if draft.drive.tendon
+             TENDON: ('tendon', drive.tendon.name if drive.tendon
                       else f'{names[1]}_gearbox')}[passive.where]
     title = f'dcmotor ({passive.kind} on {place[1]})'
-    draft.add('actuator', title,
+    edits.add('actuator', title,
               f'<dcmotor {place[0]}="{place[1]}" input="none" motorconst="0" resistance="1" '
               f'{passive.kind}="{number(*passive.numbers)}"/>')
 
 
-def _sensors(draft: _Draft, values: MjcfValues, names: tuple[str, str | None]) -> None:
-    drive = draft.drive
+def _sensors(edits: MjcfEdits, drive: MjcfDrive, values: MjcfValues,
+             names: tuple[str, str | None]) -> None:
     shift = values.zero - values_in(drive).zero
     if shift:
-        _shift_zero(draft, shift)
+        _shift_zero(edits, drive, shift)
     if values.rigid and values.late[0] and values.late[1]:
         raise InputError(f'{drive.path}: joint {names[0]}: two delays of its reading, expected '
                          'one where motor and arm are one joint')
     present = values_in(drive).late
     for delay, was, name in zip(values.late, present, (names[0], names[1] or names[0])):
-        if not delay or _same(delay, was):
+        if not delay or same(delay, was):
             continue
         where = f'{drive.path}: sensor of joint {name}'
         delays = _delayed(drive, delay, where)
         own = [e for part in drive.document.root.all('sensor') for e in part.all('jointpos')
                if e.attributes.get('joint') == name]
         if own:
-            draft.put(own[0], delays)
+            edits.put(own[0], delays)
         else:
-            draft.add('sensor', f'sensor "{name}_encoder"', f'<jointpos name="{name}_encoder" '
+            edits.add('sensor', f'sensor "{name}_encoder"', f'<jointpos name="{name}_encoder" '
                       f'joint="{name}" {words_of(delays)}/>')
 
 
-def _shift_zero(draft: _Draft, zero: float) -> None:
+def _shift_zero(edits: MjcfEdits, drive: MjcfDrive, zero: float) -> None:
     """Let the arm's joint read `zero` rad more; its limits move with it."""
-    drive, joint = draft.drive, draft.drive.arm_joint
+    joint = drive.arm_joint
     m = drive.compiled
     unit = 180.0 / math.pi if drive.degrees and not joint.slide else 1.0
     values: dict[str, str | None] = {'ref': number((joint.ref + zero) * unit)}
@@ -769,7 +581,7 @@ def _shift_zero(draft: _Draft, zero: float) -> None:
         values['range'] = number(*((m.jnt_range[joint.index] + zero) * unit))
     if joint.stiffness:
         values['springref'] = number((joint.springref + zero) * unit)
-    draft.put(joint.element, values, title=f'joint {joint.name}')
+    edits.put(edits.joint(joint.index), values)
 
 
 def _verify(again: MjcfDrive, drive: MjcfDrive, values: MjcfValues) -> None:

@@ -9,11 +9,12 @@ import pytest
 
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.library.simulator_file import with_backlash
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.simulators.mjcf import EXPRESSIONS, REFUSED, values_of
 from gearbox_monitor.simulators.mjcf_file import (
-    compiled_model, drive_of, model_of, read_mjcf, weight)
+    compiled_model, drive_of, model_of, read_mjcf, values_in, weight)
 from gearbox_monitor.simulators.mjcf_patch import patched
 
 mujoco = pytest.importorskip('mujoco')
@@ -366,3 +367,23 @@ def test_classes_frames_and_a_floating_base(joint):
     else:
         assert list(m.key_qpos[0][-2:]) == [-1.0, -1.0]
         assert m.actuator_gainprm[i, 0] == 0.8
+
+
+@pytest.mark.parametrize('text, change', [
+    (ROBOT.read_text(), {}), (ROBOT.read_text(), {'stiffness': 40.0}), (PAIR.read_text(), {})])
+def test_backlash_by_its_width(tmp_path, text, change):
+    """All that a joint had it has with the backlash, and MuJoCo compiles it to its width."""
+    path = tmp_path / 'robot.xml'
+    path.write_text(text)
+    names = ('elbow', None) if 'elbow' in text else ('motor', 'arm')
+    file = with_backlash(path, 0.012, joint=names[0], arm_joint=names[1], **change)
+    before, after = values_in(file.drive), values_in(drive_of(file.patch.data, path,
+                                                              file.patch.joints))
+    assert 2.0 * after.half_gap == pytest.approx(0.012) and not after.rigid
+    assert after.stiffness == pytest.approx(change.get('stiffness') or before.stiffness
+                                            or after.stiffness) and after.stiffness > 0.0
+    assert bool(file.notes) is not bool(change or before.stiffness)
+    for name in ('motor_inertia', 'arm_inertia', 'motor_damping', 'motor_friction', 'weight',
+                 'gain', 'offset', 'limit', 'servo'):
+        new, old = getattr(after, name), getattr(before, name)
+        assert new == old if old is None else new == pytest.approx(old, rel=1e-6), name

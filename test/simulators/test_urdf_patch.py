@@ -15,7 +15,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.simulators.mjcf_file import drive_of, model_of, weight
-from gearbox_monitor.simulators.robot_patch import in_urdf, patched_robot
+from gearbox_monitor.simulators.urdf_patch import in_urdf, patched_urdf
 
 URDF = """<?xml version="1.0"?>
 <robot name="arm">
@@ -54,7 +54,7 @@ MODEL = model_from_dict({
 
 
 def patch_of(model=MODEL, text=URDF, joint='elbow'):
-    return patched_robot(text.encode(), Path('robot.urdf'), joint, model)
+    return patched_urdf(text.encode(), Path('robot.urdf'), joint, model)
 
 
 def drive_in(data):
