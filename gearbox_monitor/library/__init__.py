@@ -16,6 +16,6 @@ Public names, by module:
     recording_report: write_report
     robot: check_robot, diagnose_robot, learn_robot, load_robot, payload_tracker, PayloadTrack,
         recorded_names, Robot, robot_effects, RobotDiagnosis, track_payload
-    simulator_file: export_model, SimulatorFile, TARGETS
+    simulator_file: export_model, SimulatorFile, TARGETS, with_backlash
     views: columns
 """

@@ -11,7 +11,8 @@ Public names, by module:
 
     c99: firmware
     mjcf: CONSTRUCT, Exported, EXPRESSIONS, NATIVE, REFUSED, refused, values_of
-    mjcf_file: compiled_file, drive_of, MjcfDrive, model_of, read_file, read_mjcf, RobotFile
+    mjcf_file: compiled_file, drive_of, MjcfDrive, model_of, read_file, read_mjcf, RobotFile,
+        values_in
     mjcf_patch: Patch, patched
     mujoco_run: misfit, rig_of, rollouts
     randomisation: randomisation, WRITERS
