@@ -11,22 +11,21 @@ Public names, by module:
 
     .: filter, filterpy_reference, innovation_filter, noise_search, rts_smoother, sample_loop,
         slopes
-    consider: companions_of, ERROR_NAMES
+    consider: ERROR_NAMES
     estimates: Batch, COLUMNS, Estimate, Estimates, Sample, Samples, SMOOTHED_COLUMNS
     estimator: Estimator, expect_format, snapshot_errors, SnapshotError, unsmoothed
-    filter_kind: filter_kind
+    filter_kind: Belief, filter_kind, Scratch
     filter_setup: described
     innovation_filter: FilterInput, FilterStart, FilterTrace, LASTING, N_FILTER, SampleSchedule
     interval_smoother: smooth_interval
     noise_search: at_rest, MIN_SAMPLES, MIN_SECONDS, widened
-    process_model: CURVE_COUNT, EIGENVALUE, ENCODER_DELAY_STD, FACTOR_DELAY, FACTOR_GAIN,
-        FACTORS, FRICTION_AT, FRICTION_TIME, K_P, LOAD_AT, P0, Q0, Q_TAU_K_SPEED, R1, R2,
-        STATISTICAL, tangent, TAU_K, TAU_K_MODEL_STD, UNIFORM, X1, X2, X3, X4
+    process_model: FRICTION_AT, K_P, LOAD_AT, P0, Q0, R1, R2, STATISTICAL, tangent, TAU_K,
+        UNIFORM, X1, X2, X3, X4
     rts_smoother: N_SMOOTHED, S_MOTOR_SIDE, S_MOTOR_SIDE_NOISE_STD, S_TAU_K, S_TAU_K_NOISE_STD,
         S_TAU_K_STD, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_RATE, S_TWIST_RATE_NOISE_STD,
         S_TWIST_STD, S_U, S_X2, S_X3, S_X4, smoother_parameters
-    sample_loop: BACKWARD, BRIDGED, CONFIRM, DUPLICATE, ESTIMATE, HUGE, JUMP, REASONS, SECOND,
-        stamp_codes, START, ZERO_STAMP
+    sample_loop: BACKWARD, BRIDGED, CONFIRM, DUPLICATE, ESTIMATE, HUGE, JUMP, LoopSettings,
+        LoopState, Output, REASONS, SECOND, stamp_codes, START, Stream, ZERO_STAMP
     score: LAGS, ljung_box, MIN_SAMPLES, reference_at, run_score, score, settled,
         torque_errors, WHITE_LIMIT
     tune: expected_seconds, tune

@@ -9,20 +9,21 @@ same samples give the same outcomes, live and offline.
 
 Public names, by module:
 
-    .: health_words
     alert_limits: LIMITS
-    backlash: change_tests
+    backlash: change_tests, drift_words
+    backlash.change: GROSS, Tracker, TrackerSettings
     backlash.change_tests: COMPONENTS, FRICTION, TESTS
     backlash.features: Backlash, NotExcited
     backlash.locked_input: is_locked, locked_windows
     backlash.recording_windows: combine, Combined, reason_of, RecordingWindows, separable_of
     backlash.wear: GrowthHistory, span, Trend, when
     checks: usability
+    checks.innovation: N_SUMS, Watch, watch
     checks.outcome: Condition, Level, LEVELS, Outcome, outcome_of, with_more
     checks.usability: key_of
     diagnostic_keys: published
-    health_record: FeatureHealth, GROSS, Health, HealthSettings
-    judgement: accepted, from_data, to_data
+    elastic_regression: add_row, certainty, D_FRICTION, D_RATE, D_TORQUE, D_TWIST, D_U, D_X2,
+        D_X3, D_X4, HALF_GAP, HEIGHT, N_CARRIED, N_DATA, N_SHAPE, S_GROUP, STIFFNESS, Sums
     monitor: CONDITIONS, DRIFT_SHOWS, Monitor
     staleness: Silence
 """

@@ -17,13 +17,13 @@ cannot pass for a gap, nor the reverse.
 """
 from dataclasses import dataclass, replace
 import math
-from typing import NamedTuple, Self
+from typing import NamedTuple, Self, TypeAlias
 
 import numpy as np
 
 from gearbox_monitor.estimation.rts_smoother import (
     S_MOTOR_SIDE, S_TWIST, S_TWIST_RATE, S_U, S_X2, S_X3, S_X4)
-from gearbox_monitor.kernels.kernel import entry, kernel
+from gearbox_monitor.kernels.kernel import entry, inline, kernel
 from gearbox_monitor.kernels.linear_least_squares import covariance as covariance_of, Damping
 from gearbox_monitor.kernels.types import Array, Cube, Flags, Matrix, Vector
 from gearbox_monitor.plant.drive import DriveModel
@@ -67,6 +67,118 @@ class ElasticLaw(NamedTuple):
     huber: float = math.inf
 
 
+class _Curve(NamedTuple):
+    """What rows have in common at a theta: see the module's equations."""
+
+    k: float
+    b: float
+    zero: float
+    r: float
+    per_width: float
+    spring: float
+    sign: float
+    lower: float
+    share: float  # of the elastic torque that acts
+
+
+# A play while rows pass: w, the end that carries it (1, -1; 0: unknown), x2 and x4 when it was
+# last carried.
+Play: TypeAlias = tuple[float, float, float, float]
+
+
+@inline
+def _curve(theta: Array, law: ElasticLaw) -> _Curve:
+    r = abs(theta[WIDTH])
+    per_width = 1.0 / r if law.by_height and r > 0.0 else 0.0
+    sign, lower = 1.0, 0.0 if law.passive else 1.0
+    if theta[WIDTH] < 0.0:
+        sign, lower = -1.0, -lower
+    return _Curve(theta[STIFFNESS], theta[HALF_GAP], theta[ZERO], r, per_width,
+                  theta[HEIGHT] * (per_width if law.by_height else 1.0), sign, lower,
+                  1.0 - theta[INERTIA])
+
+
+@inline
+def _carried(play: Play, z: float, r: float, x2: float, x4: float) -> Play:
+    """Return a play of half width `r` after the twist z."""
+    w, side, x2_carried, x4_carried = play
+    if z - w > r or w - z > r:
+        side = 1.0 if z > w else -1.0
+        w, x2_carried, x4_carried = z - side * r, x2, x4
+    return w, side, x2_carried, x4_carried
+
+
+@inline
+def _add_row(theta: Array, law: ElasticLaw, curve: _Curve, row: Array, play: Play, moves: bool,
+             slope: Array) -> tuple[float, Play, bool]:
+    """
+    Add the slopes of a row's torque to those of its group.
+
+    Args:
+        theta: parameters [N_SHAPE].
+        law: see ElasticLaw.
+        curve: _curve of both.
+        row: of the data [N_DATA].
+        play: before it.
+        moves: whether the inertia is fitted.
+        slope: of the group [N_SHAPE], changed.
+
+    Returns:
+        What the torque misses (N m), the play, and whether the row is in contact.
+
+    """
+    x2, x4, x3, u, friction = row[D_X2], row[D_X4], row[D_X3], row[D_U], row[D_FRICTION]
+    share, spring = curve.share, curve.spring
+    z = row[D_TWIST] - curve.zero - theta[SCALE] * x2 - theta[DELAY] * x4
+    w, side, x2_carried, x4_carried = play = _carried(play, z, curve.r, x2, x4)
+    stretch = z - w
+    load = dead_zone(z - curve.lower * stretch, curve.b)
+    flank = 1.0 if load > 0.0 else (-1.0 if load < 0.0 else 0.0)
+    steep = curve.k * abs(flank)
+    of_stretch = spring - curve.lower * steep
+    elastic = curve.k * load + spring * stretch
+    slope[STIFFNESS] += share * load
+    slope[HALF_GAP] -= share * curve.k * flank
+    slope[WIDTH] += share * curve.sign * (of_stretch * side - spring * curve.per_width * stretch)
+    slope[ZERO] -= share * steep
+    slope[HEIGHT] += share * stretch * (curve.per_width if law.by_height else 1.0)
+    slope[SCALE] -= share * (steep * x2 + of_stretch * (x2 - x2_carried))
+    slope[DELAY] -= share * (steep * x4 + of_stretch * (x4 - x4_carried))
+    slope[VISCOUS] += x3
+    slope[COULOMB] += friction
+    slope[GAIN] += u
+    torque = elastic + theta[VISCOUS] * x3 + theta[COULOMB] * friction + theta[GAIN] * u
+    if moves:  # M1 x3', by the curve: tau_K itself would explain itself
+        viscous, coulomb, damping = law.friction
+        missing = u - elastic - damping * row[D_RATE] - viscous * x3 - coulomb * friction
+        slope[INERTIA] += missing
+        torque += theta[INERTIA] * missing
+    return row[D_TORQUE] - torque, play, load != 0.0
+
+
+@inline
+def _pair(both: float, paired: bool, room: Matrix) -> None:
+    """Write room[2], the slopes of a group (room[0]) with those of the one before (room[1])."""
+    slope, last, part = room[0], room[1], room[2]
+    for p in range(N_SHAPE):
+        part[p] = both * (slope[p] + last[p])
+        if paired:
+            last[p] = slope[p]
+
+
+@inline
+def _add_group(free: Flags, weight: float, e: float, part: Array, normal: Array, right: Array
+               ) -> None:
+    """Add a residual `e` of that weight with the slopes `part` to the normal equations."""
+    for p in range(N_SHAPE):
+        if free[p]:
+            weighted = weight * part[p]
+            right[p] += weighted * e
+            for q in range(p + 1):
+                if free[q]:
+                    normal[p, q] += weighted * part[q]
+
+
 @entry
 def normal_equations(theta: Vector, free: Flags, law: ElasticLaw, data: Matrix, weights: Vector,
                      units: Vector, blocks: tuple[Cube, Matrix, Matrix], residuals: Vector
@@ -90,67 +202,27 @@ def normal_equations(theta: Vector, free: Flags, law: ElasticLaw, data: Matrix, 
         The cost, and the share of rows in contact.
 
     """
-    k, b, zero, r = theta[STIFFNESS], theta[HALF_GAP], theta[ZERO], abs(theta[WIDTH])
-    per_width = 1.0 / r if law.by_height and r > 0.0 else 0.0
-    spring = theta[HEIGHT] * (per_width if law.by_height else 1.0)
-    sign, lower = 1.0, 0.0 if law.passive else 1.0
-    if theta[WIDTH] < 0.0:
-        sign, lower = -1.0, -lower
+    curve = _curve(theta, law)
     normal, right, room = blocks
-    slope, last, part = room[0], room[1], room[2]
-    w, side, x2_carried, x4_carried = 0.0, law.side, data[0, D_X2], data[0, D_X4]
     error_last, cost, contacts, paired = 0.0, 0.0, 0, not law.paired
     share = (0.5 if law.paired else 1.0) / law.group
-    elastic_share = 1.0 - theta[INERTIA]
+    z = data[0, D_TWIST] - curve.zero - theta[SCALE] * data[0, D_X2] - (
+        theta[DELAY] * data[0, D_X4])
+    play = z - law.side * curve.r, law.side, data[0, D_X2], data[0, D_X4]
     for j in range(residuals.shape[0]):
         for p in range(N_SHAPE):
-            slope[p] = 0.0
+            room[0, p] = 0.0
         error = 0.0
         for i in range(j * law.group, (j + 1) * law.group):
-            x2, x4, x3, u, friction = (data[i, D_X2], data[i, D_X4], data[i, D_X3], data[i, D_U],
-                                       data[i, D_FRICTION])
-            z = data[i, D_TWIST] - zero - theta[SCALE] * x2 - theta[DELAY] * x4
-            if i == 0:
-                w = z - side * r
-            if z - w > r or w - z > r:
-                side = 1.0 if z > w else -1.0
-                w, x2_carried, x4_carried = z - side * r, x2, x4
-            stretch = z - w
-            load = dead_zone(z - lower * stretch, b)
-            flank = 1.0 if load > 0.0 else (-1.0 if load < 0.0 else 0.0)
-            if load != 0.0:
-                contacts += 1
-            steep = k * abs(flank)
-            of_stretch = spring - lower * steep
-            elastic = k * load + spring * stretch
-            slope[STIFFNESS] += elastic_share * load
-            slope[HALF_GAP] -= elastic_share * k * flank
-            slope[WIDTH] += elastic_share * sign * (
-                of_stretch * side - spring * per_width * stretch)
-            slope[ZERO] -= elastic_share * steep
-            slope[HEIGHT] += elastic_share * stretch * (per_width if law.by_height else 1.0)
-            slope[SCALE] -= elastic_share * (steep * x2 + of_stretch * (x2 - x2_carried))
-            slope[DELAY] -= elastic_share * (steep * x4 + of_stretch * (x4 - x4_carried))
-            slope[VISCOUS] += x3
-            slope[COULOMB] += friction
-            slope[GAIN] += u
-            torque = (elastic + theta[VISCOUS] * x3 + theta[COULOMB] * friction
-                      + theta[GAIN] * u)
-            if free[INERTIA]:  # M1 x3', by the curve: tau_K itself would explain itself
-                viscous, coulomb, damping = law.friction
-                missing = (u - elastic - damping * data[i, D_RATE] - viscous * x3
-                           - coulomb * friction)
-                slope[INERTIA] += missing
-                torque += theta[INERTIA] * missing
-            error += data[i, D_TORQUE] - torque
+            missed, play, contact = _add_row(theta, law, curve, data[i], play, free[INERTIA],
+                                             room[0])
+            contacts += contact
+            error += missed
         residuals[j] = 0.0
-        if side == 0.0:
+        if play[1] == 0.0:
             continue
         both = share * units[j]
-        for p in range(N_SHAPE):
-            part[p] = both * (slope[p] + last[p])
-            if law.paired:
-                last[p] = slope[p]
+        _pair(both, law.paired, room)
         e = both * (error + error_last)
         if law.paired:
             error_last = error
@@ -159,22 +231,85 @@ def normal_equations(theta: Vector, free: Flags, law: ElasticLaw, data: Matrix, 
                 continue
         residuals[j] = e
         size = abs(e)
-        weight = weights[j] / max(1.0, size / law.huber)
         cost += weights[j] * (e * e if size < law.huber
                               else law.huber * (2.0 * size - law.huber))
         at = j // law.block
-        for p in range(N_SHAPE):
-            if free[p]:
-                weighted = weight * part[p]
-                right[at, p] += weighted * e
-                for q in range(p + 1):
-                    if free[q]:
-                        normal[at, p, q] += weighted * part[q]
+        _add_group(free, weights[j] / max(1.0, size / law.huber), e, room[2], normal[at],
+                   right[at])
     for at in range(normal.shape[0]):
         for p in range(N_SHAPE):
             for q in range(p):
                 normal[at, q, p] = normal[at, p, q]
     return cost, contacts / max(data.shape[0], 1)
+
+
+@inline
+def certainty(x3: float, doubt: float) -> float:
+    """Return the weight of a row at the speed `x3`; below `doubt` (rad/s) friction is anything."""
+    ratio = x3 / doubt
+    ratio *= ratio
+    return 0.01 + ratio / (1.0 + ratio)
+
+
+@entry
+def certainties(x3: Vector, doubt: float, weights: Vector) -> None:
+    """Write the certainty of each of `x3` [N] to `weights` [N]."""
+    for i in range(x3.shape[0]):
+        weights[i] = certainty(x3[i], doubt)
+
+
+class Sums(NamedTuple):
+    """
+    The normal equations of a window in the drive, row by row; changed in place.
+
+    theta [N_SHAPE], normal [N_SHAPE, N_SHAPE], right [N_SHAPE]: of FITTED parameters, see
+    normal_equations. room: see there. row [N_DATA]: the next one. carried: S_*.
+    """
+
+    theta: Vector
+    normal: Matrix
+    right: Vector
+    room: Matrix
+    row: Vector
+    carried: Vector
+
+
+# Of Sums.carried: cost and number of the groups that entered, rows of a group, those of this one,
+# their errors and weights, the errors of the group before, whether there was one, whether there
+# was a row, and the Play.
+(S_COST, S_GROUPS, S_GROUP, S_ROWS, S_ERROR, S_WEIGHT, S_LAST, S_PAIRED, S_BEGUN, S_PLAY,
+ N_CARRIED) = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 13
+FITTED: Flags = np.arange(N_SHAPE) < HEIGHT
+PLAIN = ElasticLaw(paired=True)  # of Sums
+
+
+@kernel
+def add_row(sums: Sums, certain: float) -> None:
+    """Add sums.row, whose weight is `certain`, to a window."""
+    theta, normal, right, room, row, s = sums
+    curve = _curve(theta, PLAIN)
+    play = s[S_PLAY], s[S_PLAY + 1], s[S_PLAY + 2], s[S_PLAY + 3]
+    if s[S_BEGUN] == 0.0:
+        play, s[S_BEGUN] = (row[D_TWIST] - curve.zero, 0.0, row[D_X2], row[D_X4]), 1.0
+    missed, play, _ = _add_row(theta, PLAIN, curve, row, play, False, room[0])
+    s[S_PLAY], s[S_PLAY + 1], s[S_PLAY + 2], s[S_PLAY + 3] = play
+    s[S_ERROR] += missed
+    s[S_WEIGHT] += certain
+    s[S_ROWS] += 1.0
+    if s[S_ROWS] < s[S_GROUP]:
+        return
+    if play[1] != 0.0:
+        both, weight = 0.5 / s[S_GROUP], s[S_WEIGHT] / s[S_GROUP]
+        _pair(both, True, room)
+        e = both * (s[S_ERROR] + s[S_LAST])
+        if s[S_PAIRED] > 0.0:
+            s[S_GROUPS] += 1.0
+            s[S_COST] += weight * (e * e)
+            _add_group(FITTED, weight, e, room[2], normal, right)
+        s[S_LAST], s[S_PAIRED] = s[S_ERROR], 1.0
+    for p in range(N_SHAPE):
+        room[0, p] = 0.0
+    s[S_ROWS] = s[S_ERROR] = s[S_WEIGHT] = 0.0
 
 
 class _Problem(NamedTuple):

@@ -14,7 +14,7 @@ are imported; pip brings it into an isolated build, an apt-installed Jazzy has i
 Public names, by module:
 
     callback: address_of, called_back
-    elementary: arctan, DIFFERENCE_GAIN, exponential, fma, MAD_TO_SIGMA, noise_levels,
+    elementary: arctan, cosine, DIFFERENCE_GAIN, exponential, fma, MAD_TO_SIGMA, noise_levels,
         quantisation_step, sine, white_noise_std
     kernel: apart, bound, compilable, entry, folding, inline, kernel, KERNELS, prepared,
         Repeated
@@ -23,6 +23,10 @@ Public names, by module:
         solve_positive, transposed_multiply_symmetric
     linear_least_squares: cosine_basis, covariance, damped_solve, damped_step, Damping,
         minimise, motion_mask, solution
+    translate.frame: plain
+    translate.program: Program
+    translate.statements: Function
+    translate.values: Array, constant, ELEMENTS, real, stored, Tuple, type_of, Value, View
     types: AnyArray, Array, Block, Bytes, column, Cube, Curve, FlagMatrix, Flags, Four,
         IntegerMatrix, Integers, Layout, Matrix, Numbers, Packed, Pair, Slopes, table, Triple,
         Values, Vector, WordMatrix, Words

@@ -80,8 +80,12 @@ def arctan(x: float) -> float:
     return math.copysign(offset + fma(t * z, q, t), x)
 
 
-# Added to a number, it rounds it to an integer, which the lowest bits then hold.
-_ROUNDING = 1.5 * 2.0 ** 52
+@instruction('gm_rounding')
+def rounding() -> float:
+    """Return what, added to a number, rounds it to an integer, which its lowest bits then hold."""
+    return 1.5 * 2.0 ** 52
+
+
 _LOG2_E, _LN2, _LN2_REST = 1.0 / math.log(2.0), math.log(2.0), 2.3190468138462996e-17
 _PI_REST = 1.2246467991473532e-16  # what math.pi lacks
 _LEAST = -100.0  # of exponents: products with less end in numbers that are slow to work with
@@ -96,8 +100,8 @@ def exponential(x: float) -> float:
     """
     if x < _LEAST:
         x = _LEAST
-    t = fma(x, _LOG2_E, _ROUNDING)
-    k = t - _ROUNDING
+    t = fma(x, _LOG2_E, rounding())
+    k = t - rounding()
     r = fma(k, -_LN2_REST, fma(k, -_LN2, x))
     r2 = r * r
     r4 = r2 * r2
@@ -116,8 +120,8 @@ def sine(x: float) -> float:
 
     +-sin(r), |r| <= pi/2; there Chebyshev's approximation of (sin(r)/r - 1)/r^2 in r^2.
     """
-    t = fma(x, 1.0 / math.pi, _ROUNDING)
-    k = t - _ROUNDING
+    t = fma(x, 1.0 / math.pi, rounding())
+    k = t - rounding()
     r = fma(k, -_PI_REST, fma(k, -math.pi, x))
     z = r * r
     z2 = z * z
@@ -126,6 +130,13 @@ def sine(x: float) -> float:
     high = fma(z2, fma(2.7312868913092307e-15, z, -7.643957622560617e-13),
                fma(1.6058976915095007e-10, z, -2.505210761086116e-08))
     return signed(fma(r * z, fma(z2 * z2, high, low), r), t)
+
+
+@inline
+def cosine(x: float) -> float:
+    """Return cos(x) within 2e-16 for |x| < 1e6; NaN and infinity give NaN."""
+    half = sine(0.5 * x)
+    return 1.0 - 2.0 * half * half
 
 
 # The fourth difference of white noise has 1 + 16 + 36 + 16 + 1 times its variance; motion that is

@@ -15,7 +15,7 @@ Public names, by module:
     drive: ALPHA, arm_acceleration, ARM_ALPHA, arm_constraint, arm_load, arm_load_slopes, CAC,
         CAV, CC, CL, Controller, CV, D, DriveModel, expect_integrable, expect_model,
         expect_torque_input, fastest_eigenvalue, G, HALF_GAP, INVERSE_M1, INVERSE_M2, K_S,
-        KEYS, KIND, KR, LAW, loads_arm, MAX_SUBSTEPS, model_from_dict, motor_acceleration,
+        KEYS, KIND, KR, LAW, loads_arm, model_from_dict, motor_acceleration,
         motor_acceleration_by_law, motor_friction_load_slope, motor_friction_slope,
         motor_friction_slope_by_law, N_PARAMETERS, OFFSET, PHI, steps_of, STIFFNESS, substeps,
         TL, TOLERANCES, Transmission, weight_of, WIDTH
@@ -45,6 +45,6 @@ Public names, by module:
     simulate: N_STATE, Noise, packed_drive, PackedDrive, Plant, plugin_of, ProcessNoise,
         read_all, rebuilt, Schedule, simulate, Trajectory, with_plugin
     transmission: ATAN, dead_zone, dead_zone_torque, elastic_torque, FrictionLaw, IMPEDANCES,
-        play, RIGID, TANH, TWO_OVER_PI
+        play, RIGID, side, TWO_OVER_PI
     units: on_axis
 """

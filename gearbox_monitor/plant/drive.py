@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.errors import expect_choice, expect_keys, InputError, Problems, unknown
-from gearbox_monitor.kernels.elementary import arctan, sine
+from gearbox_monitor.kernels.elementary import arctan, cosine, sine
 from gearbox_monitor.kernels.kernel import inline, kernel
 from gearbox_monitor.kernels.types import Array, Packed, Values
 from gearbox_monitor.plant.effects import Effect, EFFECTS, pack as packed, Parameter, plugins
@@ -1006,7 +1006,7 @@ def arm_load_slopes(x2: float, x4: float, p: Array) -> tuple[float, float]:
     else:
         slope = p[CAC] * p[ARM_ALPHA] * side_slope(p[ARM_ALPHA] * x4, p[LAW])
     on_speed = p[CAV] + slope
-    return p[G] * math.cos(x2 + p[PHI]) if p[G] != 0.0 else 0.0, on_speed
+    return p[G] * cosine(x2 + p[PHI]) if p[G] != 0.0 else 0.0, on_speed
 
 
 @kernel

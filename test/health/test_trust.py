@@ -241,7 +241,7 @@ def test_thresholds_have_the_stated_odds():
         assert high * dof == pytest.approx(stats.chi2.isf(alpha / 2, dof), rel=1e-6)
     rng = np.random.default_rng(0)
     draws = rng.standard_normal((3000, 500, 2))
-    means = np.array([innovation._mean(w) for w in draws])
+    means = np.array([check(w).values['mean'] for w in draws])
     boxes = np.array([ljung_box(w[:, 0])[0] for w in draws])
     sums = (draws ** 2).sum(axis=(1, 2))
     for values, limit in ((means, stats.norm.isf(0.01 / 4)),

@@ -19,8 +19,8 @@ from gearbox_monitor.estimation.rts_smoother import (
     S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST, S_TWIST_RATE_NOISE_STD, S_X2, S_X3, S_X4)
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.elastic_regression import (
-    BLOCKS, COLUMN_OF, COULOMB, D_TORQUE, D_TWIST, D_U, D_X3, data_of, ElasticLaw, GAIN, HALF_GAP,
-    HEIGHT, N_SHAPE, Regression, STIFFNESS, VISCOUS, WIDTH, ZERO)
+    BLOCKS, certainties, COLUMN_OF, COULOMB, D_TORQUE, D_TWIST, D_U, D_X3, data_of, ElasticLaw,
+    GAIN, HALF_GAP, HEIGHT, N_SHAPE, Regression, STIFFNESS, VISCOUS, WIDTH, ZERO)
 from gearbox_monitor.kernels.linear_least_squares import covariance as covariance_of, Damping
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import DriveModel
@@ -253,8 +253,9 @@ def _weights(rows: Array, model: DriveModel) -> Array:
     doubt = LIMITS.standstill * float(np.median(rows[:, S_TWIST_RATE_NOISE_STD]))
     if model.coulomb_friction == 0.0 or doubt == 0.0:
         return np.ones(len(rows))
-    ratio = (rows[:, S_X3] / doubt) ** 2
-    return 0.01 + ratio / (1.0 + ratio)
+    weights = np.empty(len(rows))
+    certainties(rows[:, S_X3], doubt, weights)
+    return weights
 
 
 def _regression(data: Array, group: int, weights: Array) -> Regression:

@@ -10,19 +10,24 @@ out; whiteness and size on a long one.
 
 `flags` judges one window by significance alone. An outcome (`check`) wants an effect of some size
 as well: with enough samples every model is significantly wrong.
+
+All but whiteness follows from sums over the window; the firmware of a drive keeps these sums
+sample by sample (`watch`) and judges them by the same kernels.
 """
-from functools import lru_cache
 import math
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
+from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.score import LAGS, ljung_box, MIN_SAMPLES
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.checks.outcome import Condition, Level, Outcome, outcome_of
-from gearbox_monitor.kernels.kernel import entry
-from gearbox_monitor.kernels.types import Array, Matrix, Values, Vector
+from gearbox_monitor.kernels.kernel import entry, inline, kernel
+from gearbox_monitor.kernels.types import Array, Integers, Matrix, Pair, Values, Vector
 
 # Numbers of scipy.special, which takes longer to load than all of this; a test computes them.
+NIS_DEVIATIONS = 4.891638475698591  # of a normal distribution, two sides
 MEAN_LIMIT = 5.026312836056685  # two channels, two sides
 LJUNG_BOX_LIMIT = 67.29689616943706
 _TUNE = 'check friction, inertia and torque scale of the model'
@@ -73,55 +78,171 @@ CONDITIONS = (BIASED, COLOURED, LARGER, SMALLER, GROSS, MOTOR_VARIANCE, ARM_VARI
               TOO_FEW)
 
 
-@entry
-def _finite_sum(column: Vector) -> tuple[float, int]:
-    """Return (sum, number) of the finite values of `column` [N]."""
-    total, count = 0.0, 0
-    for i in range(column.shape[0]):
-        if math.isfinite(column[i]):
-            total += column[i]
-            count += 1
-    return total, count
+# Sums over a window; pairs of motor and arm from COUNT on. LARGEST: of its newest errors in stated
+# deviations; RECENT, MEAN: number and sum of its last whitened ones.
+SAMPLES, NIS, DOF, LARGEST, COUNT, SQUARE, RECENT, MEAN, N_SUMS = 0, 1, 2, 3, 4, 6, 8, 10, 12
+# What a window and its newest sample broke, in bits.
+(SETTLING, BEYOND_GATE, BIASED_BIT, LARGER_BIT, SMALLER_BIT, GROSS_BIT, MOTOR_BIT, ARM_BIT,
+ OUTLIERS_BIT, TOO_FEW_BIT) = (1 << k for k in range(10))
+# mean, NIS over dof, its bounds low and high, variance ratios of motor and arm, test ratio
+Statistics: TypeAlias = tuple[float, float, float, float, float, float, float]
 
 
-@entry
-def _sizes(errors: Matrix, stds: Matrix, newest: int) -> tuple[float, float, float]:
+@inline
+def _add(white: Pair, nis: Pair, errors: Pair, stds: Pair, recent: bool, newest: bool,
+         sums: Array) -> None:
     """
-    Return the mean of (error / std)^2 of motor and arm, and the largest abs(error) / std.
+    Add a sample to the `sums` of a window.
 
-    errors, stds [N, 2], NaN where not measured; the largest of the last `newest` samples. Where
-    there is hardly any sample the mean is 1.
+    Args:
+        white: whitened innovations.
+        nis: normalised innovation squared, and its degrees of freedom.
+        errors: innovations, rad; NaN = not measured.
+        stds: their predicted standard deviations, rad.
+        recent: whether the mean is judged over it.
+        newest: whether the gate is.
+        sums: [N_SUMS].
+
     """
-    n = errors.shape[0]
-    motor, arm, largest = 1.0, 1.0, 0.0
+    sums[SAMPLES] += 1.0
+    sums[NIS] += nis[0]
+    sums[DOF] += nis[1]
     for c in range(2):
-        total, count = 0.0, 0
-        for i in range(n):
-            if math.isfinite(errors[i, c]):
-                ratio = errors[i, c] / stds[i, c]
-                total += ratio * ratio
-                count += 1
-                if i >= n - newest:
-                    largest = max(largest, abs(ratio))
-        if count >= MIN_SAMPLES and c == 0:
-            motor = total / count
-        elif count >= MIN_SAMPLES:
-            arm = total / count
-    return motor, arm, largest
+        if math.isfinite(errors[c]):
+            ratio = errors[c] / stds[c]
+            sums[SQUARE + c] += ratio * ratio
+            sums[COUNT + c] += 1.0
+            if newest:
+                sums[LARGEST] = max(sums[LARGEST], abs(ratio))
+        if recent and math.isfinite(white[c]):
+            sums[MEAN + c] += white[c]
+            sums[RECENT + c] += 1.0
 
 
-@lru_cache(maxsize=64)
-def nis_limits(dof: float) -> tuple[float, float]:
-    """Return (low, high) of the mean NIS per degree of freedom, of `dof` in all."""
-    import scipy
-    return (float(scipy.special.chdtri(dof, 1.0 - LIMITS.error_significance / 2)) / dof,
-            float(scipy.special.chdtri(dof, LIMITS.error_significance / 2)) / dof)
+@entry
+def nis_limits(dof: float) -> Pair:
+    """
+    Return (low, high) of the mean NIS per degree of freedom, of `dof` in all.
+
+    Quantiles of chi-square by Cornish and Fisher's expansion, within 1e-6 from 150 dof on.
+    """
+    z, root = NIS_DEVIATIONS, math.sqrt(2.0 * dof)
+    z2 = z * z
+    even = dof + 2.0 / 3.0 * (z2 - 1.0) - (6.0 * z2 * z2 + 14.0 * z2 - 32.0) / (405.0 * dof)
+    odd = z * (root + (z2 - 7.0) / (9.0 * root)
+               + (9.0 * z2 * z2 + 256.0 * z2 - 433.0) / (4860.0 * dof * root))
+    return (even - odd) / dof, (even + odd) / dof
 
 
-def _mean(white: Array) -> float:
-    """Return the larger abs(mean) sqrt(N) of the channels of `white` [N, 2]."""
-    sums = [_finite_sum(white[:, c]) for c in range(2)]
-    return max((abs(total) / math.sqrt(n) for total, n in sums if n >= LAGS), default=0.0)
+@inline
+def _ratio(square: float, count: float) -> float:
+    return square / count if count >= MIN_SAMPLES else 1.0
+
+
+@inline
+def _mean(total: float, count: float) -> float:
+    return abs(total) / math.sqrt(count) if count >= LAGS else 0.0
+
+
+@entry
+def judged(sums: Vector) -> tuple[Statistics, int]:
+    """Return the Statistics of a window, and the bits of what is broken, by its `sums`."""
+    dof = sums[DOF]
+    if sums[SAMPLES] < MIN_SAMPLES or dof < MIN_SAMPLES:
+        return (0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0), TOO_FEW_BIT
+    mean = max(_mean(sums[MEAN], sums[RECENT]), _mean(sums[MEAN + 1], sums[RECENT + 1]))
+    ratio = sums[NIS] / dof
+    low, high = nis_limits(dof)
+    low, high = min(low, LIMITS.nis_low), max(high, LIMITS.nis_high)
+    motor = _ratio(sums[SQUARE], sums[COUNT])
+    arm = _ratio(sums[SQUARE + 1], sums[COUNT + 1])
+    gate = sums[LARGEST] / LIMITS.gate
+    broken = BIASED_BIT if mean > MEAN_LIMIT else 0
+    if not ratio <= LIMITS.nis_gross:
+        broken |= GROSS_BIT
+    elif ratio > high:
+        broken |= LARGER_BIT
+    if ratio < low:
+        broken |= SMALLER_BIT
+    if not LIMITS.variance_low <= motor <= LIMITS.variance_high:
+        broken |= MOTOR_BIT
+    if not LIMITS.variance_low <= arm <= LIMITS.variance_high:
+        broken |= ARM_BIT
+    if gate > 1.0:
+        broken |= OUTLIERS_BIT
+    return (mean, ratio, low, high, motor, arm, gate), broken
+
+
+@entry
+def _sum(white: Matrix, nis: Vector, dof: Vector, errors: Matrix, stds: Matrix, recent: int,
+         newest: int, sums: Vector) -> None:
+    """Add the samples of a window to `sums`; all others as in check."""
+    n = nis.shape[0]
+    for i in range(n):
+        _add((white[i, 0], white[i, 1]), (nis[i], dof[i]), (errors[i, 0], errors[i, 1]),
+             (stds[i, 0], stds[i, 1]), i >= n - recent, i >= n - newest, sums)
+
+
+class Watch(NamedTuple):
+    """
+    What firmware carries to judge prediction errors once per second; it is changed in place.
+
+    sums [2, N_SUMS]: since the last judgement, and between the two before. due int64 [2]: stamp
+    of the next judgement (ns, 0: none yet), and the bits of the last one.
+    """
+
+    sums: Matrix
+    due: Integers
+
+
+@kernel
+def watch(row: Array, code: int, stamp: int, started: int, carried: Watch) -> int:
+    """
+    Return what a sample and the last window broke, in bits.
+
+    Args:
+        row: of the estimate, sample_loop.E_*, where there is one.
+        code: what became of the sample.
+        stamp: of the sample, ns.
+        started: since when estimates are as good as stated, ns.
+        carried: changed in place.
+
+    """
+    sums, due = carried
+    if code != sample_loop.ESTIMATE and code != sample_loop.START and (
+            code != sample_loop.NO_EFFORT and code != sample_loop.NO_MEASUREMENT):
+        return due[1]
+    beyond = 0
+    if started == stamp:
+        sums[:] = 0.0
+        due[1] = SETTLING
+    if code == sample_loop.ESTIMATE:
+        e1, e2 = row[sample_loop.E_INNOVATION_MOTOR], row[sample_loop.E_INNOVATION_ARM]
+        s1, s2 = row[sample_loop.E_INNOVATION_STD_MOTOR], row[sample_loop.E_INNOVATION_STD_ARM]
+        if abs(e1) > LIMITS.gate * s1 or abs(e2) > LIMITS.gate * s2:
+            beyond = BEYOND_GATE
+        if (stamp - started) * 1e-9 >= LIMITS.settle:
+            _add((row[sample_loop.E_WHITE_1], row[sample_loop.E_WHITE_2]),
+                 (row[sample_loop.E_NIS], row[sample_loop.E_DOF]), (e1, e2), (s1, s2),
+                 (due[0] - stamp) * 1e-9 < LIMITS.mean_window, True, sums[0])
+    second = sample_loop.SECOND
+    if due[0] == 0 or not due[0] - second <= stamp < due[0]:
+        if due[0] != 0 and stamp >= due[0]:
+            due[1] = _judge(sums, (stamp - started) * 1e-9)
+        due[0] = stamp + second - (stamp % second if due[0] != 0 else 0)
+    return due[1] | beyond
+
+
+@inline
+def _judge(sums: Array, settled: float) -> int:
+    """Return the bits of the last 2 s; settled: s since estimates are as good as stated."""
+    newest, whole = sums[0], sums[1]
+    for k in range(N_SUMS):
+        whole[k] = newest[k] if k == LARGEST or k >= RECENT else whole[k] + newest[k]
+    broken = SETTLING if settled < LIMITS.settle + 1.0 else judged(whole)[1]
+    for k in range(N_SUMS):
+        whole[k], newest[k] = newest[k], 0.0
+    return broken
 
 
 def _whiteness(white: Array) -> tuple[float, float]:
@@ -145,11 +266,13 @@ def flags(white: Array, nis: Array, dof: Array) -> dict[str, bool]:
         {test: bool} for the tests mean, whiteness (Ljung-Box) and nis (chi-square).
 
     """
-    total = float(np.sum(dof))
-    low, high = nis_limits(total)
-    return {'mean': _mean(white) > MEAN_LIMIT,
+    every, sums = len(nis), np.zeros(N_SUMS)
+    _sum(white, nis, dof, white, np.ones(white.shape), every, every, sums)
+    low, high = nis_limits(sums[DOF])
+    mean = max(_mean(sums[MEAN + c], sums[RECENT + c]) for c in range(2))
+    return {'mean': mean > MEAN_LIMIT,
             'whiteness': _whiteness(white)[0] > LJUNG_BOX_LIMIT,
-            'nis': not low <= float(np.sum(nis)) / total <= high}
+            'nis': not low <= sums[NIS] / sums[DOF] <= high}
 
 
 def systematic(values: Values) -> bool:
@@ -182,17 +305,13 @@ def check(white: Array, nis: Array, dof: Array, errors: Array, stds: Array, rece
         The Outcome with all test values and their thresholds.
 
     """
-    total = float(dof.sum())
-    if len(nis) < MIN_SAMPLES or total < MIN_SAMPLES:
+    sums = np.zeros(N_SUMS)
+    _sum(white, nis, dof, errors, stds, recent, newest, sums)
+    (mean, ratio, low, high, motor, arm, gate), broken = judged(sums)
+    if broken & TOO_FEW_BIT:
         return outcome_of([TOO_FEW], '', {'window_samples': len(nis)})
-    mean = _mean(white[len(white) - recent:])
     box, predictable = _whiteness(white)
     predictable_limit = LIMITS.predictable + LAGS / len(nis)
-    ratio = float(nis.sum()) / total
-    low, high = nis_limits(total)
-    low, high = min(low, LIMITS.nis_low), max(high, LIMITS.nis_high)
-    motor, arm, gate = _sizes(errors, stds, newest)
-    gate /= LIMITS.gate
     values = {
         'mean': mean, 'mean_threshold': MEAN_LIMIT,
         'ljung_box': box, 'ljung_box_threshold': LJUNG_BOX_LIMIT,
@@ -201,13 +320,10 @@ def check(white: Array, nis: Array, dof: Array, errors: Array, stds: Array, rece
         'variance_ratio_motor': motor, 'variance_ratio_arm': arm,
         'variance_ratio_low': LIMITS.variance_low, 'variance_ratio_high': LIMITS.variance_high,
         'test_ratio': gate, 'test_ratio_threshold': 1.0, 'window_samples': len(nis)}
-    broken = [condition for condition, is_broken in (
-        (BIASED, mean > MEAN_LIMIT),
+    conditions = [condition for condition, is_broken in (
+        (BIASED, broken & BIASED_BIT),
         (COLOURED, box > LJUNG_BOX_LIMIT and predictable > predictable_limit),
-        (GROSS, not ratio <= LIMITS.nis_gross),
-        (LARGER, high < ratio <= LIMITS.nis_gross),
-        (SMALLER, ratio < low),
-        (MOTOR_VARIANCE, not LIMITS.variance_low <= motor <= LIMITS.variance_high),
-        (ARM_VARIANCE, not LIMITS.variance_low <= arm <= LIMITS.variance_high),
-        (OUTLIERS, gate > 1.0)) if is_broken]
-    return outcome_of(broken, 'prediction errors as predicted', values)
+        (GROSS, broken & GROSS_BIT), (LARGER, broken & LARGER_BIT),
+        (SMALLER, broken & SMALLER_BIT), (MOTOR_VARIANCE, broken & MOTOR_BIT),
+        (ARM_VARIANCE, broken & ARM_BIT), (OUTLIERS, broken & OUTLIERS_BIT)) if is_broken]
+    return outcome_of(conditions, 'prediction errors as predicted', values)

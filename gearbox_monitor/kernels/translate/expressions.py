@@ -330,6 +330,7 @@ class Expressions(Arrays):
 
     def call(self, called: Any, values: list[Value], named: dict[str, Value]) -> Value:
         """Return what a call of a Python object gives."""
+        called = self.program.stand_ins.get(called, called)
         function = plain(called)
         instruction = getattr(function, 'instruction', None)
         if instruction:

@@ -1,51 +1,45 @@
 /* What translated kernels call: Python's integer arithmetic, its min and max, and three instructions. */
-#include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
-#include <string.h>
+#if defined(GM_FIRMWARE) /* small, and without a library: see simulators/firmware */
+#define GM_INLINE static inline
+#define GM_APART static
+#define GM_STATIC static
+#else
+#include <math.h>
 #if defined(__GNUC__)
 #define GM_INLINE static inline __attribute__((always_inline, unused))
 #define GM_APART static __attribute__((noinline, unused))
 #define GM_STATIC static __attribute__((unused))
+#define gm_fma __builtin_fma
 #else
 #define GM_INLINE static inline
 #define GM_APART static
 #define GM_STATIC static
-#endif
-#if defined(__GNUC__) && !defined(GM_FLOAT)
-#define gm_fma __builtin_fma
-#elif defined(GM_FLOAT)
-#define gm_fma fmaf
-#else
 #define gm_fma fma
 #endif
-/* The functions of math.h in the precision of a real. */
-#if defined(GM_FLOAT)
-#define GM_OF(name) name##f
-#else
-#define GM_OF(name) name
+#define gm_sqrt sqrt
+#define gm_exp exp
+#define gm_log log
+#define gm_sin sin
+#define gm_cos cos
+#define gm_tan tan
+#define gm_atan atan
+#define gm_tanh tanh
+#define gm_sinh sinh
+#define gm_cosh cosh
+#define gm_asin asin
+#define gm_acos acos
+#define gm_expm1 expm1
+#define gm_log1p log1p
+#define gm_fabs fabs
+#define gm_floor floor
+#define gm_ceil ceil
+#define gm_atan2 atan2
+#define gm_hypot hypot
+#define gm_pow pow
+#define gm_copysign copysign
 #endif
-#define gm_sqrt GM_OF(sqrt)
-#define gm_exp GM_OF(exp)
-#define gm_log GM_OF(log)
-#define gm_sin GM_OF(sin)
-#define gm_cos GM_OF(cos)
-#define gm_tan GM_OF(tan)
-#define gm_atan GM_OF(atan)
-#define gm_tanh GM_OF(tanh)
-#define gm_sinh GM_OF(sinh)
-#define gm_cosh GM_OF(cosh)
-#define gm_asin GM_OF(asin)
-#define gm_acos GM_OF(acos)
-#define gm_expm1 GM_OF(expm1)
-#define gm_log1p GM_OF(log1p)
-#define gm_fabs GM_OF(fabs)
-#define gm_floor GM_OF(floor)
-#define gm_ceil GM_OF(ceil)
-#define gm_atan2 GM_OF(atan2)
-#define gm_hypot GM_OF(hypot)
-#define gm_pow GM_OF(pow)
-#define gm_copysign GM_OF(copysign)
 typedef union { int64_t i; double d; void *p; } gm_slot;
 /* An index as Python counts it, and a bound of a slice. */
 GM_INLINE int64_t gm_at(int64_t i, int64_t n) { return i < 0 ? i + n : i; }
@@ -70,12 +64,29 @@ GM_INLINE int64_t gm_max_i(int64_t a, int64_t b) { return b > a ? b : a; }
 GM_INLINE int64_t gm_abs_i(int64_t a) { return a < 0 ? -a : a; }
 GM_INLINE real gm_min_f(real a, real b) { return b < a ? b : a; }
 GM_INLINE real gm_max_f(real a, real b) { return b > a ? b : a; }
-/* a 2^k and (-1)^k a, where t is k + 1.5 2^52: see elementary. */
-GM_INLINE double gm_times_power(double a, double t)
-{ uint64_t x, y; memcpy(&x, &a, 8); memcpy(&y, &t, 8); x += y << 52; memcpy(&a, &x, 8); return a; }
-GM_INLINE double gm_signed(double a, double t)
-{ uint64_t x, y; memcpy(&x, &a, 8); memcpy(&y, &t, 8); x ^= y << 63; memcpy(&a, &x, 8); return a; }
-#if !defined(GM_FLOAT)
+/* a 2^k and (-1)^k a, where t is k + gm_rounding(): see elementary. */
+#if defined(GM_FLOAT)
+typedef union { float x; uint32_t bits; } gm_bits;
+#define gm_rounding() 12582912.0f
+#define GM_MANTISSA 23
+#else
+typedef union { double x; uint64_t bits; } gm_bits;
+#define gm_rounding() 6755399441055744.0
+#define GM_MANTISSA 52
+#endif
+GM_INLINE real gm_times_power(real a, real t)
+{
+    gm_bits x = {a}, k = {t};
+    x.bits += k.bits << GM_MANTISSA;
+    return x.x;
+}
+GM_INLINE real gm_signed(real a, real t)
+{
+    gm_bits x = {a}, k = {t};
+    x.bits ^= k.bits << (8 * sizeof x.bits - 1);
+    return x.x;
+}
+#if !defined(GM_FIRMWARE)
 /* A user's function in Python: its numbers, its parameters, the torques it returns. */
 GM_STATIC void gm_called(double *out, int64_t address, double t, double x1, double x2, double x3,
                          double x4, double u, double tau_k, double *theta, int64_t n)

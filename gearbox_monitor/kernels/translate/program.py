@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """A C file in the making: its types, constants, functions, and the entries that Python calls."""
+from collections.abc import Mapping
 from pathlib import Path
 import re
 from types import FunctionType
@@ -22,11 +23,11 @@ class Program:
     """
     Kernels as one C file.
 
-    real: C type of a float, double or float.
+    real: C type of a float. stand_ins: {function: kernel that is called instead}.
     """
 
-    def __init__(self, real: str = 'double') -> None:
-        self.real = real
+    def __init__(self, real: str = 'double', stand_ins: Mapping[Any, Any] | None = None) -> None:
+        self.real, self.stand_ins = real, dict(stand_ins or {})
         self.functions: list[Function] = []  # those that are called first
         self.entries: list[str] = []
         self._structs: dict[Any, str] = {}
@@ -107,7 +108,7 @@ class Program:
         if id(array) not in self._constants:
             self._kept.append(array)
             name = self._constants[id(array)] = self.unique('constant')
-            literal = real if array.dtype.kind == 'f' else integer
+            literal = real if array.dtype.kind == 'f' else lambda v: integer(int(v))
             numbers = ', '.join(literal(v.item()) for v in array.ravel()) or '0'
             self._constant_lines.append(
                 f'GM_STATIC const {ELEMENTS[array.dtype.str[1:]][0]} '
