@@ -22,7 +22,7 @@ DRIVE, PARAMETERS = DriveModel(), EstimatorParameters()
 # Settings of fits, grids, sizes of buffers and units decide nothing; tables of objects decide and
 # stand beside their class.
 NUMERICAL = {
-    'history': {'ROOM'}, 'innovation': {'MEAN_LIMIT', 'LJUNG_BOX_LIMIT'},
+    'history': {'ROOM'}, 'innovation': {'LJUNG_BOX_LIMIT'},
     'locked_input': {'STARTS'}, 'observability': {'POSITION_SCALE', 'ROUNDING', 'TINY'},
     'elastic_curve': {'ENOUGH', 'TINY', 'ITERATIONS'},
     'features': {'TOLERANCE'}, 'change': {'HOUR'}, 'change_tests': {'PRIORS', 'TESTS'},

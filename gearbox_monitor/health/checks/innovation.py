@@ -26,9 +26,19 @@ from gearbox_monitor.health.checks.outcome import Condition, Level, Outcome, out
 from gearbox_monitor.kernels.kernel import entry, inline, kernel
 from gearbox_monitor.kernels.types import Array, Integers, Matrix, Pair, Values, Vector
 
-# Numbers of scipy.special, which takes longer to load than all of this; a test computes them.
-NIS_DEVIATIONS = 4.891638475698591  # of a normal distribution, two sides
-MEAN_LIMIT = 5.026312836056685  # two channels, two sides
+
+def _deviations(share: float) -> float:
+    """Return how many deviations a normal variable exceeds, either way, with that probability."""
+    z = LIMITS.gate
+    for _ in range(9):  # Newton
+        z += (math.erfc(z / math.sqrt(2.0)) - share) / (
+            math.sqrt(2.0 / math.pi) * math.exp(-0.5 * z * z))
+    return z
+
+
+NIS_DEVIATIONS = _deviations(LIMITS.error_significance)
+MEAN_LIMIT = _deviations(0.5 * LIMITS.error_significance)  # two channels
+# Of scipy.special, which takes longer to load than all of this; a test computes it.
 LJUNG_BOX_LIMIT = 67.29689616943706
 _TUNE = 'check friction, inertia and torque scale of the model'
 
