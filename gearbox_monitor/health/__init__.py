@@ -9,9 +9,9 @@ same samples give the same outcomes, live and offline.
 
 Public names, by module:
 
+    .: health_words
     alert_limits: LIMITS
-    backlash: change_tests, drift_words
-    backlash.change: GROSS, Tracker, TrackerSettings
+    backlash: change_tests
     backlash.change_tests: COMPONENTS, FRICTION, TESTS
     backlash.features: Backlash, NotExcited
     backlash.locked_input: is_locked, locked_windows
@@ -23,7 +23,9 @@ Public names, by module:
     checks.usability: key_of
     diagnostic_keys: published
     elastic_regression: add_row, certainty, D_FRICTION, D_RATE, D_TORQUE, D_TWIST, D_U, D_X2,
-        D_X3, D_X4, HALF_GAP, HEIGHT, N_CARRIED, N_DATA, N_SHAPE, S_GROUP, STIFFNESS, Sums
+        D_X3, D_X4, HALF_GAP, N_CARRIED, N_DATA, N_SHAPE, S_GROUP, STIFFNESS, Sums
+    health_record: FeatureHealth, GROSS, Health, HealthSettings
+    judgement: accepted, from_data, to_data
     monitor: CONDITIONS, DRIFT_SHOWS, Monitor
     staleness: Silence
 """
