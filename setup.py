@@ -96,8 +96,6 @@ setup(
         'import': ['h5py>=3.10'],
         # "python -m benchmarks bam", Python 3.12; no rosdep key
         'bam': ['better-actuator-models>=1.0; python_version>="3.12"'],
-        # "compare" with filters of filterpy
-        'compare': ['filterpy>=1.4'],
         'ros': ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces'],
         'test': [
             'codespell>=2.3',

@@ -4,7 +4,7 @@
 """
 EKF and UKF of filterpy as a user writes them: the model in numpy, Jacobian by hand.
 
-The reference for speed. For the same numbers as this package's, see filterpy_reference.
+The reference for speed.
 """
 from collections.abc import Callable, Sequence
 import math

@@ -9,6 +9,7 @@ same words. The table goes with the release after 0.3.
 """
 _ROBOT_MOTION = 'diagnose a log of the robot: its verdict lists what the motion did not visit'
 _FORMATS = 'expected --to mjcf or --to urdf with --into FILE'
+_FILTERPY = 'leave it out: tests hold the filters equal to those of filterpy'
 # Name as the user types it, an option or its value after its command -> what to do instead.
 REMOVED = {
     # commands
@@ -16,7 +17,9 @@ REMOVED = {
     'benchmark': 'run benchmarks from a checkout: python -m benchmarks NAME',
     # options and their values
     'adapt --jobs': 'leave it out: the fit is one thread',
-    'compare --filterpy-samples': 'filters of filterpy take the first 20000 samples',
+    'compare --filterpy-samples': _FILTERPY,
+    'filterpy-ekf': _FILTERPY,
+    'filterpy-ukf': _FILTERPY,
     'fit-nominal --jobs': 'leave it out: the fit is one thread',
     'suggest --robot': _ROBOT_MOTION,
     'suggest --effects': _ROBOT_MOTION,

@@ -25,7 +25,7 @@ THIRD_PARTY = {
     'distributed': (None, 'distributed'),  # optional; it and the next have no rosdep key
     'h5py': (None, 'h5py'),
     'pandas': (None, 'pandas'),  # optional: tables of results
-    'filterpy': (None, 'filterpy'),  # optional: a reference to compare with
+    'filterpy': (None, 'filterpy'),  # of tests
     'bam': (None, 'better-actuator-models'),  # optional: runs beside ours; no rosdep key
     'google': (None, None),
     'jinja2': ('python3-jinja2', 'Jinja2'),

@@ -4,11 +4,8 @@
 """
 Compare several filters on one recording.
 
-All use the same model and the same parameters (tune them first). filterpy-ekf and filterpy-ukf are
-those of the package filterpy (extra [compare]) on the same process model. They are tens of times
-slower: with one of them, all filters run on the first 20000 samples only, so that the figures are
-comparable. Errors appear if the bag contains a true or measured torque (plant/transmission_state
-or reference/transmission_state).
+All use the same model and the same parameters (tune them first). Errors appear if the bag contains
+a true or measured torque (plant/transmission_state or reference/transmission_state).
 
 columns: tau_K rms error of the filtered and of the smoothed torque (N m); share of errors within
 one stated deviation (0.68 expected); log-likelihood; mean NIS (2 expected); Ljung-Box statistic of
@@ -16,7 +13,7 @@ the worse encoder (white below the limit named); CPU time per sample, and over t
 
 usage examples:
   gearbox_monitor compare BAG --filters ekf,ukf,srukf,aekf --params tuned.yaml
-  gearbox_monitor compare BAG --filters ekf,filterpy-ekf,filterpy-ukf --png compare.png
+  gearbox_monitor compare BAG --png compare.png
   gearbox_monitor compare BAG --model drive.yaml --json
 """
 from argparse import ArgumentParser, Namespace
@@ -34,8 +31,8 @@ from gearbox_monitor.cli.options import (
     add_estimator_arguments, check_filter, opened, show, warn, write_files)
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import expect_matplotlib, InputError
-from gearbox_monitor.estimation import filterpy_reference, sample_loop
-from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.estimation import sample_loop
+from gearbox_monitor.estimation.estimates import Estimates, Samples
 from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
 from gearbox_monitor.estimation.score import (
     reference_at, score, settled, torque_errors, WHITE_LIMIT)
@@ -52,7 +49,7 @@ from gearbox_monitor.recordings.topics import PLANT_TRANSMISSION_STATE
 KnownTorque: TypeAlias = tuple[Integers, Array]  # stamps [N] ns, torque [N] N m
 WARM_UP = 200  # samples that a filter takes before it is timed: kernels are compiled by then
 REPEATS = 3    # runs of which the fastest counts
-SHORTEST, FILTERPY_SAMPLES = 1000, 20000
+SHORTEST = 1000  # samples
 
 
 @dataclass(frozen=True)
@@ -60,7 +57,7 @@ class FilterResult:
     """Estimates of one filter, CPU time per sample (s), divergences and notes about them."""
 
     name: str
-    estimates: Any
+    estimates: Estimates
     cpu: float
     diverged: int
     notes: Sequence[str] = ()
@@ -70,15 +67,14 @@ def add_arguments(parser: ArgumentParser) -> None:
     """Declare the options in `parser`."""
     add_estimator_arguments(parser)
     parser.add_argument('--filters', default=','.join(FILTER_NAMES), metavar='A,B,...',
-                        help='filters, separated by commas: '
-                        + ', '.join((*FILTER_NAMES, *filterpy_reference.NAMES)))
+                        help='filters, separated by commas (default: all)')
     parser.add_argument('--png', metavar='FILE', help='write the figure')
     parser.add_argument('--json', action='store_true', help='print the table as JSON')
 
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
-    names = [_filter(name.strip()) for name in args.filters.split(',')]
+    names = [check_filter(name.strip()) for name in args.filters.split(',')]
     for name in names:
         if names.count(name) > 1:
             raise InputError(f'--filters: {name!r} twice, expected each filter once')
@@ -96,9 +92,6 @@ def run(args: Namespace) -> int:
     if count < SHORTEST:
         raise InputError(f'{args.bag}: {count} samples, too short to compare, expected at least '
                          f'{SHORTEST}')
-    if set(names) & set(filterpy_reference.NAMES) and count > FILTERPY_SAMPLES:
-        samples = sliced(samples, 0, FILTERPY_SAMPLES)
-        notes.append(f'only the first {FILTERPY_SAMPLES} of {count} samples, for filterpy')
     results = []
     with count_bar('compare', len(names)) as bar:
         for name in names:
@@ -119,13 +112,6 @@ def run(args: Namespace) -> int:
     return 0
 
 
-def _filter(word: str) -> str:
-    """Return the name of the filter that `word` of the user names. Raises InputError."""
-    if word in filterpy_reference.NAMES:
-        return word
-    return check_filter(word, filterpy_reference.NAMES)
-
-
 def run_filter(name: str, model: DriveModel, parameters: EstimatorParameters,
                samples: Samples) -> FilterResult:
     """
@@ -144,12 +130,6 @@ def run_filter(name: str, model: DriveModel, parameters: EstimatorParameters,
         InputError: the filter cannot take these samples.
 
     """
-    if name in filterpy_reference.NAMES:
-        filterpy_reference.run(name, model, parameters, sliced(samples, 0, 3))
-        begin = time.process_time()
-        reference = filterpy_reference.run(name, model, parameters, samples)
-        return FilterResult(name, reference,
-                            (time.process_time() - begin) / len(samples.stamp_ns), 0)
     parameters = parameters.replace(filter=name)
     estimator = Estimator(model, parameters)
     estimates = estimator.run(samples)

@@ -14,7 +14,7 @@ import sys
 import textwrap
 from typing import Any, TYPE_CHECKING
 
-from gearbox_monitor.errors import InputError, installed_by
+from gearbox_monitor.errors import InputError, installed_by, unknown
 from gearbox_monitor.files.opening import dump, plain, write_new
 from gearbox_monitor.files.yaml_files import expect_folder_of, expect_new, load_parameters
 from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
@@ -150,11 +150,10 @@ def warn(args: Namespace, notes: Iterable[str]) -> None:
         print(f'gearbox_monitor {args.command}: warning: {NO_MODEL}', file=sys.stderr)
 
 
-def check_filter(name: str, extra: Sequence[str] = ()) -> str:
-    """Return the `name` of a filter, one of those of `extra`, too. Raises InputError."""
-    names = (*FILTER_NAMES, *extra)
-    if name not in names:
-        raise InputError(f'filter: {name!r}, expected one of {", ".join(names)}')
+def check_filter(name: str) -> str:
+    """Return the `name` of a filter. Raises InputError."""
+    if name not in FILTER_NAMES:
+        raise InputError(f'filter: {name!r}, {unknown(name, FILTER_NAMES)}')
     return name
 
 

@@ -9,8 +9,7 @@ with a fixed lag or over a whole recording. Live nodes and replay run the same l
 
 Public names, by module:
 
-    .: filter, filterpy_reference, innovation_filter, noise_search, rts_smoother, sample_loop,
-        slopes
+    .: filter, innovation_filter, noise_search, rts_smoother, sample_loop, slopes
     consider: ERROR_NAMES
     estimates: Batch, COLUMNS, Estimate, Estimates, Sample, Samples, SMOOTHED_COLUMNS
     estimator: Estimator, expect_format, snapshot_errors, SnapshotError, unsmoothed

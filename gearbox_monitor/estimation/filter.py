@@ -9,61 +9,32 @@ as long as neither of them has anything to do.
 """
 from functools import cache
 import math
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import sample_loop
-from gearbox_monitor.estimation.consider import (
-    accompany, Companions, companions_of, restart, variances_of)
+from gearbox_monitor.estimation.consider import accompany, Companions, restart, variances_of
 from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
 from gearbox_monitor.estimation.filter_kind import (
     Belief, filter_kind, FilterKind, Reading, Scratch)
-from gearbox_monitor.estimation.process_model import (
-    BESIDE, N_FACTORS, N_LANE, N_PACKED, TAU_K_MODEL_STD, torque_of, USUAL)
-from gearbox_monitor.estimation.step_record import correction, record_size, sensitivities
-from gearbox_monitor.kernels.kernel import bound, folding, inline, prepared
-from gearbox_monitor.kernels.types import Array, Layout, Pair, Values, Vector
+from gearbox_monitor.estimation.filter_setup import loop_arrays
+from gearbox_monitor.estimation.process_model import TAU_K_MODEL_STD, torque_of, USUAL
+from gearbox_monitor.estimation.step_record import correction, sensitivities
+from gearbox_monitor.kernels.kernel import bound, folding, prepared
+from gearbox_monitor.kernels.types import Layout, Pair, Values, Vector
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 
-
-# Parts of the room: belief, p, scratch, record, companions, state before the step.
-Parts: TypeAlias = tuple[Belief, Array, Scratch, Array, Companions, Array]
-
-
-@inline
-def _parts(layout: Layout, n_vectors: int, n_matrices: int, room: Array) -> Parts:
-    """Return the parts of `room`, which begins with the number of companions."""
-    n, count = layout.n, int(room[0])
-    m = n * n
-    at_P = 1 + n
-    at_p = at_P + m
-    at_vectors = at_p + N_PACKED
-    at_matrices = at_vectors + n_vectors * n
-    at_record = at_matrices + n_matrices * m
-    at_lanes = at_record + record_size(n, count)
-    at_s = at_lanes + (n + N_LANE + N_FACTORS) * BESIDE
-    at_before = at_s + n * count + 1
-    at_memory = at_before + n
-    return (Belief(room[1:at_P], room[at_P:at_p], room[at_memory:]), room[at_p:at_vectors],
-            Scratch(room[at_vectors:at_matrices].reshape(n_vectors, n),
-                    room[at_matrices:at_record].reshape(n_matrices, m)),
-            room[at_record:at_lanes],
-            Companions(count, room[at_s:at_before], room[at_lanes:at_s]),
-            room[at_before:at_memory])
-
-
 # What stands here for a filter; see kernel_of.
-N_VECTORS = N_MATRICES = 0
 filter_step, in_use = sample_loop.filter_step, sample_loop.in_use
 
 
-def _call(layout: Layout, room: Vector, dt: float, u: float, load: float, y1: float,
+def _call(layout: Layout, belief: Belief, p: Vector, scratch: Scratch, record: Vector,
+          companions: Companions, previous: Vector, dt: float, u: float, load: float, y1: float,
           y2: float) -> bool:
-    """Step a filter: with one array, as what a call hands over costs more than a step."""
-    belief, p, scratch, record, companions, previous = _parts(layout, N_VECTORS, N_MATRICES, room)
+    """Step a filter; previous [>= n]: scratch."""
     reading = Reading(dt, u, load, y1, y2)
     for i in range(layout.n):
         previous[i] = belief.z[i]
@@ -77,9 +48,7 @@ def _call(layout: Layout, room: Vector, dt: float, u: float, load: float, y1: fl
 @cache
 def kernel_of(kind: FilterKind) -> Any:
     """Return `_call` with the kernels of the filter `kind`."""
-    return folding(*USUAL)(bound(
-        _call, kind.name, filter_step=kind.step, in_use=kind.in_use, N_VECTORS=kind.n_vectors,
-        N_MATRICES=kind.n_matrices))
+    return folding(*USUAL)(bound(_call, kind.name, filter_step=kind.step, in_use=kind.in_use))
 
 
 def _expect_numbers(**values: Any) -> None:
@@ -108,20 +77,14 @@ class Filter:
         self.names, self.parameters = estimator.names, estimator.parameters
         self._states = estimator.states
         n, kind = len(estimator.names), filter_kind(estimator.parameters.filter)
-        companions = companions_of(estimator.drive, n)
-        self._room = np.zeros(
-            1 + n + n * n + N_PACKED + kind.n_vectors * n + kind.n_matrices * n * n
-            + record_size(n, companions.number) + companions.lanes.size + companions.s.size + n
-            + kind.memory_size(n))
-        self._room[0] = companions.number
-        self._belief, self._packed, _, self._record, self._companions, _ = _parts(
-            self._states, kind.n_vectors, kind.n_matrices, self._room)
-        self._companions.lanes[:] = companions.lanes
+        self._belief, scratch, state = loop_arrays(kind, n, 1, estimator.drive)
+        self._packed, self._companions = estimator.packed, state.companions
+        self._record = state.ring[0]
         self.z, self.P = self._belief.z, self._belief.P.reshape(n, n)
-        self._packed[:] = estimator.packed
         self.z[:] = math.nan  # until start
         self.innovation, self.S, self.K, self._scores = correction(self._record, n)
-        self._step = prepared(kernel_of(kind), self._states, self._room)
+        self._step = prepared(kernel_of(kind), self._states, self._belief, self._packed, scratch,
+                              self._record, self._companions, state.saved)
 
     def start(self, y1: float, y2: float) -> None:
         """Restart at the motor and arm position y1, y2 (rad on the arm side); NaN: unknown."""

@@ -5,14 +5,12 @@
 from dataclasses import dataclass
 from functools import lru_cache
 import math
-from typing import TypeAlias
 
 import numpy as np
 
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Estimates, Samples
 from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
-from gearbox_monitor.estimation.filterpy_reference import ReferenceEstimates
 from gearbox_monitor.estimation.noise_search import BURN_IN, DIVERGED
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TAU_K_STD
 from gearbox_monitor.estimation.sample_loop import SECOND
@@ -65,7 +63,6 @@ def ljung_box(e: Array) -> tuple[float, float]:
     return float(squares @ _weights(n)), float(squares.sum())
 
 
-AnyEstimates: TypeAlias = Estimates | ReferenceEstimates
 # What one divergence costs in log-likelihood: more than any good parameter can gain.
 DIVERGENCE_COST = 1e4
 # Numbers of scipy.special, which takes longer to load than all of this; tests compute them.
@@ -106,7 +103,7 @@ def settled(stamps: Integers, burn_in: float = BURN_IN) -> Flags:
     return stamps >= (stamps[0] if len(stamps) else 0) + round(burn_in * SECOND)
 
 
-def score(estimates: AnyEstimates, name: str = '', diverged: int = 0,
+def score(estimates: Estimates, name: str = '', diverged: int = 0,
           burn_in: float = BURN_IN) -> Score:
     """
     Score the innovations of a filter: likelihood, consistency (NIS) and whiteness.
@@ -178,7 +175,7 @@ def run_score(model: DriveModel, parameters: EstimatorParameters | Values,
     return score(estimates, EstimatorParameters.of(parameters).filter, diverged)
 
 
-def torque_errors(estimates: AnyEstimates, stamps: Integers, tau_k: Array,
+def torque_errors(estimates: Estimates, stamps: Integers, tau_k: Array,
                   burn_in: float = BURN_IN) -> dict[str, float | None]:
     """
     Compare the estimated tau_K with a true or measured one.
