@@ -13,7 +13,7 @@ from gearbox_monitor import __version__
 from gearbox_monitor.diagnosis.joint.verdict import Finding, Remainder
 from gearbox_monitor.diagnosis.robot import knowledge, verdict as balance
 from gearbox_monitor.diagnosis.robot.conventions import (
-    columns_as_read, log_as_read, named_readings)
+    columns_as_read, log_as_read, misfit, named_readings)
 from gearbox_monitor.diagnosis.robot.knowledge import Knowledge
 from gearbox_monitor.diagnosis.robot.payload import PayloadTracker, SECOND
 from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
@@ -181,10 +181,17 @@ def learn_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
     Raises:
         InputError: as of `robot_logs`; or the file is of another robot.
     """
+    return _learnt(logs, robot, recorded, topic, reading, progress)[:2]
+
+
+def _learnt(logs: str | Path | Sequence[str | Path], robot: Robot,
+            recorded: Mapping[str, str] | None, topic: str, reading: ReadOptions,
+            progress: Progress | None) -> tuple[Knowledge, list[str], float]:
+    """Return what `learn_robot` does, and the least misfit of the logs, 0 where it is unknown."""
     expect_robot(robot)
     paths = [str(path) for path in ([logs] if isinstance(logs, (str, Path)) else logs)]
     if len(paths) == 1 and paths[0].endswith(SUFFIX):
-        return load_knowledge(paths[0], robot.file.digest), []
+        return load_knowledge(paths[0], robot.file.digest), [], 0.0
     learnt = [path for path in paths if path.endswith(SUFFIX)]
     if learnt:
         raise InputError(f'reference: {", ".join(learnt)} beside others, expected logs, or one '
@@ -195,7 +202,9 @@ def learn_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
         raise InputError('; '.join(doubts))
     result = knowledge.learn(robot_model(robot.file, robot.values, True), read, robot.file.digest,
                              progress=progress or (lambda done, total: None))
-    return result, [f'{log.name}: {note}' for log in read for note in log.notes]
+    limits = robot.file.low, robot.file.high
+    left = min(misfit(log, robot_model(robot.file, robot.values, False), limits) for log in read)
+    return result, [f'{log.name}: {note}' for log in read for note in log.notes], left
 
 
 def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
@@ -229,15 +238,14 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
         if name not in robot_effects():
             raise InputError(f'effects: {unknown(name, robot_effects())}')
     knowledge: Knowledge | None = None
-    notes: list[str] = []
+    notes, left = list[str](), 0.0
     if reference is not None:
-        knowledge, notes = learn_robot(reference, robot, recorded=recorded, topic=topic,
-                                       reading=reading, progress=progress)
+        knowledge, notes, left = _learnt(reference, robot, recorded, topic, reading, progress)
     model = robot_model(file, values, knowledge is not None)
     read = robot_logs(logs, robot, recorded=recorded, topic=topic, reading=reading,
                       learnt=knowledge is not None)
     notes += [f'{log.name}: {note}' for log in read for note in log.notes]
-    read, readings = as_named(read, robot, reading)
+    read, readings = as_named(read, robot, reading, left)
     if knowledge is not None:
         if knowledge.kind != read[0].kind:
             raise InputError(f'reference: learnt from {knowledge.kind}, but {read[0].name} '
@@ -308,25 +316,26 @@ def check_robot(log: str | Path, robot: Robot, *, recorded: Mapping[str, str] | 
     return sorted(findings, key=lambda finding: places.index(finding.group))
 
 
-def as_named(logs: Sequence[RobotLog], robot: Robot, reading: ReadOptions
+def as_named(logs: Sequence[RobotLog], robot: Robot, reading: ReadOptions, left: float = 0.0
              ) -> tuple[list[RobotLog], list[str]]:
     """
     Return logs as weight and inertia say that they have to be read, and that in words.
 
     Args:
-        logs: of the robot, of one driver.
+        logs: of the robot, of one driver: the one that contradicts most tells of all.
         robot: of `load_robot`.
         reading: what the user states; joints of its conventions are read as it says.
+        left: least misfit of a reference, which is read rightly.
     """
-    model = robot_model(robot.file, robot.values, False)
+    model, limits = robot_model(robot.file, robot.values, False), (robot.file.low, robot.file.high)
     stated = conventions_of(reading.conventions, robot.joints)
-    for log in logs:
-        named = named_readings(log, model, (robot.file.low, robot.file.high),
-                               [robot.joints.index(joint) for joint in stated])
-        if named:
-            return ([log_as_read(x, [n.reading for n in named]) for x in logs],
-                    [f'{log.name}: {reading_words(n, robot.joints)}' for n in named])
-    return list(logs), []
+    log = max(logs, key=lambda log: misfit(log, model, limits)) if len(logs) > 1 else logs[0]
+    named = named_readings(log, model, limits, [robot.joints.index(joint) for joint in stated],
+                           left)
+    if not named:
+        return list(logs), []
+    return ([log_as_read(x, [n.reading for n in named]) for x in logs],
+            [f'{log.name}: {reading_words(n, robot.joints)}' for n in named])
 
 
 def robot_effects() -> set[str]:

@@ -12,7 +12,7 @@ Kinetic energy T and potential energy U are linear in ten numbers of each link, 
 Ixx, Iyy, Izz, Ixy, Ixz, Iyz) at the origin of its frame. So p, k and g are regressors times theta
 (Gautier and Khalil, 1988). All samples of a recording are computed at once.
 """
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 import math
@@ -123,8 +123,8 @@ class Chain:
         """Return the links that `joint` moves."""
         return [link for link, movers in enumerate(self.movers) if joint in movers]
 
-    def regressors(self, q: Array, v: Array, gravity: Array | None = None
-                   ) -> Iterator[Regressor]:
+    def regressors(self, q: Array, v: Array, gravity: Array | None = None,
+                   links: Collection[int] | None = None) -> Iterator[Regressor]:
         """
         Yield the Regressor of every link and joint that moves it.
 
@@ -132,10 +132,13 @@ class Chain:
             q: positions [N, J], rad or m.
             v: speeds [N, J].
             gravity: [3] m/s^2, None for that of the chain.
+            links: those that are wanted, None for all.
         """
         gravity = self.gravity if gravity is None else gravity
         turns, places, axes, anchors = self._poses(q - self.zero)
         for index, movers in enumerate(self.movers):
+            if links is not None and index not in links:
+                continue
             turn = turns[index]
             down = _into(turn, np.broadcast_to(gravity, (len(q), 3)))
             columns = []

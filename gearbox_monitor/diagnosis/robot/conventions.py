@@ -16,6 +16,7 @@ of `margin`, and leaves little unexplained.
 """
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 import math
 from typing import NamedTuple
 
@@ -51,6 +52,8 @@ class ConventionLimits:
     highest: Hz of the test functions, below resonances and delays. seconds, rate: of the motion
     that is fitted. zero: least offset, rad, that is a convention and no effect of a calibration.
     factor: least factor of an effort that is another unit and no motor of another gain.
+    beyond: deviation of the part of a command beyond a limit that the motor does not give. beam:
+    readings of different joints with which a second one is looked for.
     """
 
     margin: float = 30.0
@@ -72,6 +75,8 @@ class ConventionLimits:
     rate: float = 20.0
     zero: float = 0.2
     factor: float = 2.0
+    beyond: float = 0.5
+    beam: int = 4
 
 
 LIMITS = ConventionLimits()
@@ -116,7 +121,7 @@ class NamedReading(NamedTuple):
 
 
 def named_readings(log: RobotLog, robot: RobotModel, limits: tuple[Array, Array] | None = None,
-                   settled: Collection[int] = ()) -> list[NamedReading]:
+                   settled: Collection[int] = (), left: float = 0.0) -> list[NamedReading]:
     """
     Return the readings that explain a log far better than any effect, the strongest first.
 
@@ -125,21 +130,28 @@ def named_readings(log: RobotLog, robot: RobotModel, limits: tuple[Array, Array]
         robot: its model.
         limits: lowest and highest position [J] of the joints in the description; None: unknown.
         settled: joints whose convention a user has stated.
+        left: misfit that remains where the robot is read rightly, as of its reference.
 
     Returns:
         One after the other: each is read with those before it.
     """
-    motion = thinned(motion_of(log))
+    motion, setpoint = thinned(motion_of(log)), log.kind == SETPOINT
     found: list[NamedReading] = []
     while len(settled) < len(robot.chain.links):
-        balance = ConventionBalance(robot, log.kind == SETPOINT, limits, settled)
-        named = balance.named(motion)
-        if named is None:
+        named = ConventionBalance(robot, motion, setpoint, limits, settled).named(left)
+        if not named:
             break
-        found.append(named)
-        motion = as_read(motion, named.reading, balance.setpoint)
-        settled = {*settled, *(named.reading.swapped or named.reading.joints)}
+        found += named
+        for reading in (n.reading for n in named):
+            motion = as_read(motion, reading, setpoint)
+            settled = {*settled, *(reading.swapped or reading.joints)}
     return found
+
+
+def misfit(log: RobotLog, robot: RobotModel, limits: tuple[Array, Array] | None = None) -> float:
+    """Return what a log leaves as it is recorded; arguments as of named_readings."""
+    motion = thinned(motion_of(log))
+    return ConventionBalance(robot, motion, log.kind == SETPOINT, limits).misfit
 
 
 def as_read(motion: RobotMotion, reading: RobotReading, setpoint: bool = False) -> RobotMotion:
@@ -199,226 +211,300 @@ def log_as_read(log: RobotLog, readings: Sequence[RobotReading]) -> RobotLog:
     return log
 
 
-class _Terms(NamedTuple):
+class _Products(NamedTuple):
     """
-    What the balance of a motion holds, whatever the effort is.
+    Products of the columns of V readings of a motion, for each joint: all that a fit needs.
 
-    tests: test functions; model [J, R]: effort by the description; shared [J, R, K]: columns of
-    links and of gravity; local [J, R, 7]: of each joint alone: direction, speed, 1, sine, cosine,
-    rotor, model. fast [J]: rms speed; outside [J]: share of the samples beyond the limits;
-    floor [J]: share of each joint's power that no description explains.
+    gram of each joint [V, C, C]: of the columns of the links from its own on, of gravity, of the
+    joint alone, each for a deviation of its prior, and of its effort. rows: of one joint. own
+    [V, J, OWN]: deviations of what a joint has alone; floor [V, J]: share of the power that no
+    description explains; outside [V, J]: share of samples beyond the limits.
     """
 
-    tests: TestFunctions
-    model: Array
-    shared: Array
-    local: Array
-    fast: Array
-    outside: Array
+    gram: tuple[Array, ...]
+    rows: int
+    own: Array
     floor: Array
+    outside: Array
 
 
-BRAKES = (0, 1)  # columns of a joint alone that are friction
-LOAD = 4  # columns of a load: its mass and its first moment
+# Columns of a joint alone: friction by direction and speed, 1, sine, cosine, rotor, model (a
+# motor of another gain), and the command beyond what may be the motor's limit.
+BRAKES, GAIN, OWN = 2, 6, 10
+NONE = 1e12     # weight of a prior that lets a column be nothing
+BEYOND = (70.0, 85.0, 95.0)  # percentiles of the effort that may be its limit
+NODES = 5       # zeros from which the columns of all follow: products of two sines and cosines
 
 
 class ConventionBalance:
     """
-    The balance of a robot in which readings of a log compete.
+    The balance of a robot's motion, in which readings of its log compete.
 
-    body [14 J]: deviations of the inertial parameters of the links, and of loads on them.
+    shared [K]: deviations of the inertial parameters of the links, a load on each included, and
+    of gravity; unloaded [K]: how much surer these are without a load.
     """
 
-    def __init__(self, robot: RobotModel, setpoint: bool,
-                 limits: tuple[Array, Array] | None, settled: Collection[int] = ()) -> None:
+    def __init__(self, robot: RobotModel, motion: RobotMotion, setpoint: bool = False,
+                 limits: tuple[Array, Array] | None = None,
+                 settled: Collection[int] = ()) -> None:
         self.robot, self.setpoint, self.settled = robot, setpoint, settled
+        self.motion, self.tests = motion, local_cosines(motion, LIMITS.highest)
         chain = robot.chain
         self.limits = limits or (np.full(len(chain.links), -math.inf),
                                  np.full(len(chain.links), math.inf))
         self.slides = np.array([link.slides for link in chain.links])
         mass = float(chain.theta[:, 0].sum())
         reach = 0.05 + np.mean([np.linalg.norm(link.origin) + link.reach for link in chain.links])
-        self.body = np.concatenate([
-            *(LIMITS.links * link.mass * np.repeat(
-                [1.0, reach, reach ** 2], [1, 3, 6]) + 1e-9 for link in chain.links),
-            *(LIMITS.load * mass * np.repeat([1.0, 0.3 * reach], [1, LOAD - 1])
-              for _ in chain.links)])
+        bodies = np.concatenate([
+            *(LIMITS.links * link.mass * np.repeat([1.0, reach, reach ** 2], [1, 3, 6]) + 1e-9
+              for link in chain.links), np.full(3, LIMITS.tilt * GRAVITY)])
+        load = LIMITS.load * mass * np.repeat([1.0, 0.3 * reach, 0.0], [1, 3, PER_LINK - 4])
+        self.shared = np.hypot(bodies, np.append(np.tile(load, len(chain.links)), np.zeros(3)))
+        self.unloaded = (self.shared / bodies) ** 2
 
-    def named(self, motion: RobotMotion) -> NamedReading | None:
-        """Return the reading that explains `motion` instead of the one as recorded, or None."""
-        tests = local_cosines(motion, LIMITS.highest)
-        recorded = self.score(motion, tests)
-        count = motion.q.shape[1]
-        if recorded.deviance < LIMITS.margin + count * LIMITS.samples * math.log(
-                LIMITS.accuracy ** 2):
-            return None
-        scored = sorted(self._scored(motion, tests), key=lambda pair: pair[1].deviance)
-        reading, score = self._refined(motion, tests, *scored[0])
-        if recorded.deviance - score.deviance < LIMITS.margin or not _is_large(reading):
-            return None
-        changed = list(reading.swapped or reading.joints)
-        if float(np.mean(score.unexplained[changed])) > LIMITS.explained:
-            return None
-        rivals = {tuple(other.swapped or other.joints): other for other, its in scored[::-1]
-                  if its.deviance < score.deviance + LIMITS.apart
-                  and (other.swapped or set(other.joints)) != (
-                      reading.swapped or set(reading.joints))}
-        return NamedReading(reading, score, recorded, tuple(rivals.values()))
+    @property
+    def misfit(self) -> float:
+        """What better readings can gain at most, in 2 log likelihood."""
+        return self.score().deviance - LIMITS.samples * float(np.log(self._recorded.floor).sum())
 
-    def score(self, motion: RobotMotion, tests: TestFunctions,
-              reading: RobotReading = AS_IT_IS) -> ReadingScore:
+    def named(self, left: float = 0.0) -> list[NamedReading]:
+        """Return the readings, 2 at most, that explain the motion instead of the recorded one."""
+        if self.misfit < LIMITS.margin + left:
+            return []
+        recorded = self.score()
+        scored = sorted(self._scored(), key=lambda pair: pair[1].deviance)
+        if not scored:
+            return []
+        reading, score = self._refined(*scored[0])
+        if self._accepted(reading, score, recorded):
+            rivals = {tuple(other.swapped or other.joints): other for other, its in scored[::-1]
+                      if its.deviance < score.deviance + LIMITS.apart
+                      and (other.swapped or set(other.joints)) != (
+                          reading.swapped or set(reading.joints))}
+            return [NamedReading(reading, score, recorded, tuple(rivals.values()))]
+        return self._pair(recorded, scored)
+
+    def _pair(self, recorded: ReadingScore, scored: Sequence[tuple[RobotReading, ReadingScore]]
+              ) -> list[NamedReading]:
         """
-        Return the score of a `reading`.
+        Return two readings that explain the motion together, though neither does alone.
 
         Args:
-            motion: as recorded.
-            tests: test functions of it.
-            reading: of the log.
+            recorded: score of the log as it is recorded.
+            scored: readings of one joint with their scores, the best first.
         """
-        if reading.swapped:
-            order = np.arange(motion.q.shape[1])
-            order[list(reading.swapped)] = reading.swapped[::-1]
-            tests = replace(tests, mask=tests.mask[:, order],
-                            mask_slope=tests.mask_slope[:, order])
-        scale = np.ones(motion.q.shape[1])  # of efforts, whose power as recorded is the measure
-        for j, convention in reading.joints.items():
-            scale[j] = convention.effort
-        read = as_read(motion, RobotReading({
-            j: replace(convention, effort=1.0) for j, convention in reading.joints.items()},
-            reading.swapped), self.setpoint)
-        return self._fitted(self._terms(read, tests), scale * self._effort(read))
+        if not (recorded.unexplained > LIMITS.explained).any():
+            return []  # as recorded it already leaves no more than a reading may
+        first: dict[tuple[int, ...], RobotReading] = {}
+        for reading, _ in scored:
+            first.setdefault(tuple(reading.swapped or reading.joints), reading)
+        best: tuple[ReadingScore, list[RobotReading]] = (recorded, [])
+        for reading in list(first.values())[:LIMITS.beam]:
+            balance = self._after(reading)
+            others = sorted(balance._scored(), key=lambda pair: pair[1].deviance)
+            if others and others[0][1].deviance < best[0].deviance:
+                other, score = balance._refined(*others[0])
+                best = score, [reading, other]
+        score, pair = best
+        if not pair or not self._accepted(pair[1], score, scored[0][1]):
+            return []
+        # The first one was chosen while the other one was wrong: its zero or factor follows.
+        refined, score = self._after(pair[1])._refined(pair[0], score)
+        if not self._accepted(refined, score, scored[0][1]):
+            return []
+        return [NamedReading(reading, score, recorded) for reading in (refined, pair[1])]
 
-    def _scored(self, motion: RobotMotion, tests: TestFunctions
-                ) -> Iterator[tuple[RobotReading, ReadingScore]]:
+    def _after(self, reading: RobotReading) -> 'ConventionBalance':
+        """Return the balance of the motion as `reading` has it, whose joints are settled then."""
+        return ConventionBalance(self.robot, as_read(self.motion, reading, self.setpoint),
+                                 self.setpoint, self.limits,
+                                 {*self.settled, *(reading.swapped or reading.joints)})
+
+    @staticmethod
+    def _accepted(reading: RobotReading, score: ReadingScore, other: ReadingScore) -> bool:
+        """Return whether a reading is a convention, better than another one, and explains all."""
+        changed = list(reading.swapped or reading.joints)
+        return (other.deviance - score.deviance >= LIMITS.margin and _is_large(reading)
+                and float(np.mean(score.unexplained[changed])) <= LIMITS.explained)
+
+    def score(self, reading: RobotReading = AS_IT_IS) -> ReadingScore:
+        """Return the score of a `reading` of the log."""
+        return self._scores([reading])[0]
+
+    def _scores(self, readings: Sequence[RobotReading], nodes: Array | None = None
+                ) -> list[ReadingScore]:
+        """Return the scores of `readings`; nodes: as of _products."""
+        scale = np.ones((len(readings), self.motion.q.shape[1]))
+        for row, reading in zip(scale, readings):
+            for j, convention in reading.joints.items():
+                row[j] = convention.effort
+        only_efforts = all(not r.swapped and all(
+            replace(c, effort=1.0) == AS_RECORDED for c in r.joints.values()) for r in readings)
+        return _fitted(self, self._recorded if only_efforts else self._products(readings, nodes),
+                       scale)
+
+    def _scored(self) -> Iterator[tuple[RobotReading, ReadingScore]]:
         """Yield readings of one joint, of two that are swapped, of all joints, and their score."""
-        chain, joints = self.robot.chain, range(motion.q.shape[1])
-        turned = [{j} for j in joints if j not in self.settled]
-        turned += [set(joints)] if len(joints) > 1 and not self.settled else []
-        terms, effort = self._terms(motion, tests), self._effort(motion)
-        for group in turned:
-            for factor in (-1.0, *_factors()) if not self.setpoint else ():
-                scale = np.array([factor if j in group else 1.0 for j in joints])
-                yield (RobotReading({j: Convention(effort=factor) for j in group}),
-                       self._fitted(terms, scale * effort))
-        for group in turned:
-            alone = len(group) == 1
-            slides = [chain.links[j].slides for j in group]
-            conventions = [Convention(reversed=True)] * alone
-            if all(np.abs(motion.q[:, j]).max() > 1.0 or slide for j, slide in zip(group, slides)):
-                conventions.append(Convention(unit=1e-3 if all(slides) else DEGREE))
-            conventions += [Convention(zero=float(c)) for c in ZEROS] * (alone and not slides[0])
-            for convention in conventions:
-                reading = RobotReading({j: convention for j in group
-                                        if convention.unit != DEGREE
-                                        or not chain.links[j].slides})
-                read = as_read(motion, reading, self.setpoint)
-                terms, effort = self._terms(read, tests), self._effort(read)
-                yield reading, self._fitted(terms, effort)
-                if convention.reversed and not self.setpoint:
-                    scale = np.array([-1.0 if j in group else 1.0 for j in joints])
-                    yield (RobotReading({j: replace(convention, effort=-1.0) for j in group}),
-                           self._fitted(terms, scale * effort))
-        for j in joints:
-            for k in range(j) if j not in self.settled else ():
-                if k in self.settled:
-                    continue
-                reading = RobotReading(swapped=(k, j))
-                yield reading, self.score(motion, tests, reading)
+        links, joints = self.robot.chain.links, range(self.motion.q.shape[1])
+        groups = [[j] for j in joints if j not in self.settled]
+        groups += [list(joints)] if len(joints) > 1 and not self.settled else []
+        readings = [] if self.setpoint else [
+            RobotReading({j: Convention(effort=factor) for j in group})
+            for group in groups for factor in (-1.0, *_factors())]
+        yield from zip(readings, self._scores(readings))
+        readings = [RobotReading(swapped=(k, j)) for j in joints for k in range(j)
+                    if not {j, k} & set(self.settled)]
+        for group in groups:
+            slide = [links[j].slides for j in group]
+            if all(np.abs(self.motion.q[:, j]).max() > 1.0 or links[j].slides for j in group):
+                unit = 1e-3 if all(slide) else DEGREE
+                readings.append(RobotReading({j: Convention(unit=unit) for j in group
+                                              if unit != DEGREE or not links[j].slides}))
+            if len(group) == 1:
+                readings += [RobotReading({group[0]: Convention(True, effort=sign)})
+                             for sign in ((1.0,) if self.setpoint else (1.0, -1.0))]
+            if len(group) == 1 and not slide[0]:
+                zeros = [RobotReading({group[0]: Convention(zero=float(c))}) for c in ZEROS]
+                yield from zip(zeros, self._scores(zeros, self._nodes(group[0])))
+        for begin in range(0, len(readings), AT_ONCE):
+            part = readings[begin:begin + AT_ONCE]
+            yield from zip(part, self._scores(part))
 
-    def _refined(self, motion: RobotMotion, tests: TestFunctions, reading: RobotReading,
-                 score: ReadingScore) -> tuple[RobotReading, ReadingScore]:
+    def _refined(self, reading: RobotReading, score: ReadingScore
+                 ) -> tuple[RobotReading, ReadingScore]:
         """Return a reading with the zero or the factor that explains most."""
         (convention, *_) = (*reading.joints.values(), AS_RECORDED)
         width, changed = (math.pi / 12, 'zero') if convention.zero else (
             0.2, 'effort') if abs(convention.effort) != 1.0 else (0.0, '')
+        nodes = self._nodes(next(iter(reading.joints))) if changed == 'zero' else None
         while width > 4e-3:
-            for step in (-width, width):
-                value = getattr(convention, changed)
-                trial = replace(convention, **{changed: value + step if changed == 'zero'
-                                               else value * math.exp(step)})
-                other = RobotReading(dict.fromkeys(reading.joints, trial), reading.swapped)
-                result = self.score(motion, tests, other)
-                if result.deviance < score.deviance:
-                    reading, score, convention = other, result, trial
-                    break
+            value = getattr(convention, changed)
+            trials = [replace(convention, **{changed: value + step if changed == 'zero'
+                                             else value * math.exp(step)})
+                      for step in (-width, width)]
+            others = [RobotReading(dict.fromkeys(reading.joints, trial)) for trial in trials]
+            results = self._scores(others, nodes)
+            k = int(np.argmin([result.deviance for result in results]))
+            if results[k].deviance < score.deviance:
+                reading, score, convention = others[k], results[k], trials[k]
             else:
                 width *= 0.5
         return reading, score
 
-    def _fitted(self, terms: _Terms, effort: Array) -> ReadingScore:
-        """Return the score of an `effort` [N, J] in the balance of a motion, with all effects."""
-        count, _, shared = terms.shared.shape
-        size = np.sqrt(np.mean(effort ** 2, axis=0)) + 1e-9
-        chain, each = self.robot.chain, terms.local.shape[2]
+    @cached_property
+    def _recorded(self) -> _Products:
+        """Products of the columns as recorded."""
+        return self._products([AS_IT_IS])
+
+    @cached_property
+    def _as_recorded(self) -> Array:
+        """Shared columns [1, J, R, K] as recorded."""
+        motion, tests = self.motion, self.tests
+        return self._shared(motion.q[None], motion.v[None], tests.mask[None],
+                            tests.mask_slope[None])
+
+    def _nodes(self, joint: int) -> Array:
+        """Return the shared columns [NODES, J, R, K] with zeros of `joint` all around."""
+        tests, q = self.tests, np.repeat(self.motion.q[None], NODES - 1, axis=0)
+        q[:, :, joint] -= 2.0 * math.pi / NODES * np.arange(1, NODES)[:, None]
+        return np.concatenate([self._as_recorded, self._shared(
+            q, np.broadcast_to(self.motion.v, q.shape), tests.mask[None], tests.mask_slope[None],
+            (joint,))])
+
+    def _products(self, readings: Sequence[RobotReading], nodes: Array | None = None) -> _Products:
+        """
+        Return the products of the columns of `readings`, whose factors of effort do not count.
+
+        Args:
+            readings: of the log.
+            nodes: of _nodes, if they differ in the zero of its joint alone.
+        """
+        motion, tests = self.motion, self.tests
+        chain = self.robot.chain
+        orders = np.tile(np.arange(motion.q.shape[1]), (len(readings), 1))
+        for order, reading in zip(orders, readings):
+            if reading.swapped:
+                order[list(reading.swapped)] = reading.swapped[::-1]
+        read = [as_read(motion, RobotReading({
+            j: replace(convention, effort=1.0) for j, convention in reading.joints.items()},
+            reading.swapped), self.setpoint) for reading in readings]
+        q, v, sigma = (np.stack([getattr(m, name) for m in read]) for name in ('q', 'v',
+                                                                               'sigma_v'))
+        effort = np.stack([self._effort(m) for m in read])
+        mask, slope = (x[:, orders].transpose(1, 0, 2) for x in (tests.mask, tests.mask_slope))
+        changed = {j for reading in readings for j in (*(reading.swapped or ()), *reading.joints)}
+        if not changed:
+            shared = self._as_recorded
+        elif nodes is None:
+            shared = self._shared(q, v, mask, slope, changed)
+        else:
+            zeros = np.array([c.zero for reading in readings for c in reading.joints.values()])
+            x = zeros[:, None] - 2.0 * math.pi / NODES * np.arange(NODES)
+            shared = np.tensordot((1.0 + 2.0 * np.cos(x) + 2.0 * np.cos(2.0 * x)) / NODES, nodes,
+                                  1)
+        power = np.mean(effort ** 2, axis=1)
+        size, one = np.sqrt(power) + 1e-9, np.ones(power.shape)
         own = np.stack([
-            LIMITS.friction * size, LIMITS.friction * size / terms.fast, LIMITS.offset * size,
-            LIMITS.bent * size, LIMITS.bent * size, LIMITS.rotor * size,
-            np.full(count, LIMITS.gain)], axis=1)
-        deviation = np.concatenate([self.body, np.full(3, LIMITS.tilt * GRAVITY), own.ravel()])
-        columns = np.zeros((count, terms.tests.rows, len(deviation)))
-        columns[:, :, :shared] = terms.shared
-        least = np.full(len(deviation), -np.inf)
-        loads = count * PER_LINK + np.arange(count * LOAD).reshape(count, LOAD)
-        target = np.empty((count, terms.tests.rows))
-        for j in range(count):
-            begin = shared + j * each
-            columns[j, :, begin:begin + each] = terms.local[j]
-            least[[begin + k for k in BRAKES]] = -chain.coulomb[j], -chain.viscous[j]
-            target[j] = terms.tests.of(effort[:, j, None], j)[:, 0]
-        power = np.mean(target ** 2, axis=1) + 1e-12
-        floor = terms.floor * power
-        target = target - terms.model
-        columns *= deviation
-        gram = np.einsum('jrk,jrl->jkl', columns, columns, optimize=True)
-        right = np.einsum('jrk,jr->jk', columns, target)
-        variance, free = power + floor, np.ones(len(deviation), bool)
-        for _ in range(4):
-            weight = LIMITS.samples / target.shape[1] / variance
-            matrix = np.tensordot(weight, gram, 1)[np.ix_(free, free)]
-            x = np.zeros(len(free))
-            x[free] = np.linalg.solve(matrix + np.eye(len(matrix)), (weight @ right)[free])
-            residual = np.mean((target - columns @ x) ** 2, axis=1)
-            variance = residual + floor
-            free &= x * deviation >= least  # friction that pushes is none
-            free[loads[x[loads[:, 0]] < 0.0]] = False  # nor a load that lifts
-        return ReadingScore(float(LIMITS.samples * (np.log(variance / power) + terms.outside).sum()
-                                  + x @ x), residual / power)
+            LIMITS.friction * size, LIMITS.friction * size / (np.sqrt(np.mean(v ** 2, axis=1))
+                                                              + 1e-9),
+            LIMITS.offset * size, LIMITS.bent * size, LIMITS.bent * size, LIMITS.rotor * size,
+            LIMITS.gain * one, *(LIMITS.beyond * one for _ in BEYOND)], axis=2)
+        spring, grams = chain.spring * (q - chain.spring_zero), []
+        for j in range(q.shape[2]):
+            links = shared[:, j, :, :-3].reshape(*shared.shape[:1], tests.rows, -1, PER_LINK)
+            at, given = v[:, :, j], effort[:, :, j]
+            sign = smooth_sign(at[..., None], sigma[:, None, j, None])[..., 0]
+            passive = chain.coulomb[j] * sign + chain.viscous[j] * at + spring[:, :, j]
+            limits = np.percentile(np.abs(given), BEYOND, axis=1)[:, :, None]
+            x = _tested(np.stack([
+                sign, at, np.ones_like(at), np.sin(q[:, :, j]), np.cos(q[:, :, j]), passive,
+                *(np.sign(given) * np.maximum(np.abs(given) - limits, 0.0)), given], axis=-1),
+                tests, mask[:, :, j])
+            rotor = _tested_rate(at[..., None], tests, mask[:, :, j], slope[:, :, j])
+            model = (np.einsum('vrlp,lp->vr', links, chain.theta)
+                     + chain.armature[j] * rotor[..., 0] + x[..., GAIN - 1])
+            begin = min(chain.moved_by(j)) * PER_LINK
+            columns = np.concatenate([
+                shared[:, j, :, begin:] * self.shared[begin:], np.concatenate([
+                    x[..., :GAIN - 1], rotor, model[..., None], x[..., GAIN:-1]], axis=-1)
+                * own[:, j, None], x[..., -1:]], axis=-1)
+            grams.append(columns.transpose(0, 2, 1) @ columns)
+        outside = ((q < self.limits[0] - LIMITS.zero) | (q > self.limits[1] + LIMITS.zero)
+                   ).mean(axis=1)
+        largest = np.stack([power[:, self.slides == slide].max(axis=1) for slide in self.slides],
+                           axis=1)
+        floor = LIMITS.accuracy ** 2 + LIMITS.least ** 2 * largest / (power + 1e-12)
+        return _Products(tuple(grams), tests.rows, own, floor, outside)
 
-    def _terms(self, motion: RobotMotion, tests: TestFunctions) -> _Terms:
-        """Return what the balance of a motion holds, tested by the functions `tests`."""
-        chain, count = self.robot.chain, motion.q.shape[1]
-        shared = np.zeros((count, tests.rows, count * (PER_LINK + LOAD) + 3))
-        for r in chain.regressors(motion.q, motion.v):
-            shared[r.joint, :, r.link * PER_LINK:(r.link + 1) * PER_LINK] = tests.of_rate(
-                r.p, r.joint) + tests.of(r.g - r.k, r.joint)
-        bodies = shared[:, :, :count * PER_LINK]
-        for link in range(count):
-            begin, own = count * PER_LINK + link * LOAD, link * PER_LINK
-            shared[:, :, begin:begin + LOAD] = bodies[:, :, own:own + LOAD]
-        model = bodies @ chain.theta.ravel()
-        weights = chain.weights(motion.q)
-        sign, local = smooth_sign(motion.v, motion.sigma_v), []
-        spring = chain.spring * (motion.q - chain.spring_zero)
-        for j in range(count):
-            shared[j, :, -3:] = tests.of(weights[:, j], j)
-            rotor = tests.of_rate(motion.v[:, j, None], j)
-            x = tests.of(np.column_stack([
-                sign[:, j], motion.v[:, j], np.ones(len(sign)), np.sin(motion.q[:, j]),
-                np.cos(motion.q[:, j]), spring[:, j]]), j)
-            model[j] += chain.armature[j] * rotor[:, 0] + x @ [
-                chain.coulomb[j], chain.viscous[j], 0.0, 0.0, 0.0, 1.0]
-            local.append(np.column_stack([x[:, :5], rotor, model[j]]))
-        outside = ((motion.q < self.limits[0] - LIMITS.zero)
-                   | (motion.q > self.limits[1] + LIMITS.zero)).mean(axis=0)
-        return _Terms(tests, model, shared, np.stack(local),
-                      np.sqrt(np.mean(motion.v ** 2, axis=0)) + 1e-9, outside,
-                      self._floor(motion))
+    def _shared(self, q: Array, v: Array, mask: Array, slope: Array,
+                changed: Collection[int] | None = None) -> Array:
+        """
+        Return the columns [V, J, R, K] of links and gravity of V motions.
 
-    def _floor(self, motion: RobotMotion) -> Array:
-        """Return the share of each joint's power [J] that no description explains."""
-        power = np.mean(self._effort(motion) ** 2, axis=0) + 1e-12
-        largest = np.array([power[self.slides == slide].max() for slide in self.slides])
-        return LIMITS.accuracy ** 2 + LIMITS.least ** 2 * largest / power
+        Args:
+            q: positions [V, N, J].
+            v: speeds [V, N, J].
+            mask: of each motion [V, N, J].
+            slope: derivative of the mask.
+            changed: joints in which the motions differ from the recorded one, None: in all.
+        """
+        size, samples, count = q.shape
+        chain, tests = self.robot.chain, self.tests
+        if changed is None:
+            links, out = set(range(count)), np.zeros(
+                (size, count, tests.rows, count * PER_LINK + 3))
+        else:
+            links = {link for j in changed for link in chain.moved_by(j)}
+            out = np.repeat(self._as_recorded, size, axis=0)
+        flat = q.reshape(-1, count), v.reshape(-1, count)
+        for r in chain.regressors(*flat, links=links):
+            p, load = (x.reshape(size, samples, PER_LINK) for x in (r.p, r.g - r.k))
+            out[:, r.joint, :, r.link * PER_LINK:(r.link + 1) * PER_LINK] = _tested_rate(
+                p, tests, mask[:, :, r.joint], slope[:, :, r.joint], load)
+        weights = chain.weights(flat[0]).reshape(size, samples, count, 3)
+        for j in range(count):
+            out[:, j, :, -3:] = _tested(weights[:, :, j], tests, mask[:, :, j])
+        return out
 
     def _effort(self, motion: RobotMotion) -> Array:
         """Return the torque [N, J] that was commanded, or that a servo makes of its setpoint."""
@@ -431,6 +517,115 @@ class ConventionBalance:
         return effort
 
 
+AT_ONCE = 12  # readings that are evaluated together
+
+
+def _blocks(x: Array, tests: TestFunctions) -> Array:
+    """Return the samples [V, S, 2 hop, K] of the segments of `x` [V, N, K]."""
+    return x[:, tests.starts[:, None] + np.arange(len(tests.value))]
+
+
+def _tested(x: Array, tests: TestFunctions, mask: Array) -> Array:
+    """Return the integrals [V, R, K] of phi mu x, `x` [V, N, K], `mask` [V, N]."""
+    return (tests.value.T @ _blocks(x * mask[..., None], tests)).reshape(
+        len(x), -1, x.shape[-1])
+
+
+def _tested_rate(x: Array, tests: TestFunctions, mask: Array, slope: Array,
+                 more: Array | None = None) -> Array:
+    """
+    Return the integrals [V, R, K] of phi mu (dx/dt + more), by parts.
+
+    Args:
+        x: is not differentiated [V, N, K].
+        tests: test functions phi.
+        mask: mu [V, N].
+        slope: derivative of the mask [V, N].
+        more: what is added [V, N, K].
+    """
+    rest = -x * slope[..., None]
+    if more is not None:
+        rest += more * mask[..., None]
+    out = tests.value.T @ _blocks(rest, tests)
+    out -= tests.slope.T @ _blocks(x * mask[..., None], tests)
+    return out.reshape(len(x), -1, x.shape[-1])
+
+
+def _fitted(balance: ConventionBalance, products: _Products, scale: Array | None = None
+            ) -> list[ReadingScore]:
+    """
+    Return the scores of V readings in the balance, with all effects.
+
+    Args:
+        balance: with the deviations of the priors.
+        products: of the columns of each reading, or of one for all.
+        scale: factors of the efforts [V, J], None for 1.
+    """
+    scale = np.ones(products.floor.shape) if scale is None else scale
+    scores = []
+    for begin in range(0, len(scale), AT_ONCE):
+        rows = slice(begin, begin + AT_ONCE)
+        part = products if len(products.floor) == 1 else _Products(
+            tuple(gram[rows] for gram in products.gram), products.rows, products.own[rows],
+            products.floor[rows], products.outside[rows])
+        scores += _least_squares(balance, part, scale[rows])
+    return scores
+
+
+def _least_squares(balance: ConventionBalance, products: _Products, scale: Array
+                   ) -> list[ReadingScore]:
+    """Return the scores of some readings; see _fitted. A joint's own columns are eliminated."""
+    chain, rows = balance.robot.chain, products.rows
+    (versions, count), known = scale.shape, len(balance.shared)
+    sure = np.ones((versions, count, OWN)) / scale[:, :, None] ** 2
+    sure[:, :, GAIN] = 1.0
+    target, square, power = [], np.empty(scale.shape), np.empty(scale.shape)
+    for j, gram in enumerate(products.gram):  # of the effort less the model's
+        s, gain = scale[:, j], products.own[:, j, GAIN]
+        model = gram.shape[1] - 1 - OWN + GAIN
+        target.append(s[:, None] * gram[:, :-1, -1] - gram[:, :-1, model] / gain[:, None])
+        square[:, j] = (s ** 2 * gram[:, -1, -1] - 2.0 * s * gram[:, model, -1] / gain
+                        + gram[:, model, model] / gain ** 2) / rows
+        power[:, j] = s ** 2 * gram[:, -1, -1] / rows + 1e-12
+    floor = products.floor * power
+    variance, residual = power + floor, np.empty_like(power)
+    loaded = np.ones((versions, count), bool)
+    for _ in range(4):
+        prior = np.where(np.append(np.repeat(loaded, PER_LINK, axis=1), np.ones((versions, 3)), 1),
+                         1.0, balance.unloaded)
+        matrix, right, solved = prior[:, :, None] * np.eye(known), np.zeros(prior.shape), []
+        weight = LIMITS.samples / rows / variance
+        for j, gram in enumerate(products.gram):
+            k, w = gram.shape[1] - 1 - OWN, weight[:, j, None]
+            shared, begin = gram[:, :k, k:-1], known - k
+            alone = np.linalg.solve(
+                gram[:, k:-1, k:-1] + (sure[:, j] / w)[:, :, None] * np.eye(OWN),
+                np.concatenate([np.broadcast_to(gram[:, k:-1, :k], (versions, OWN, k)),
+                                target[j][:, k:, None]], axis=2))
+            reduced = shared @ alone
+            matrix[:, begin:, begin:] += w[:, :, None] * (gram[:, :k, :k] - reduced[:, :, :k])
+            right[:, begin:] += w * (target[j][:, :k] - reduced[:, :, k])
+            solved.append(alone)
+        x = np.linalg.solve(matrix, right[:, :, None])[:, :, 0]
+        cost = (prior * x ** 2).sum(axis=1)
+        for j, (gram, alone) in enumerate(zip(products.gram, solved)):
+            z = x[:, known - alone.shape[2] + 1:]
+            own = alone[:, :, -1] - (alone[:, :, :-1] @ z[:, :, None])[:, :, 0]
+            z = np.concatenate([z, own], axis=1)
+            image = (gram[:, :-1, :-1] @ z[:, :, None])[:, :, 0] - 2.0 * target[j]
+            residual[:, j] = np.maximum(square[:, j] + (z * image).sum(axis=1) / rows, 0.0)
+            cost += (sure[:, j] * own ** 2).sum(axis=1)
+            # Friction that pushes is none; nor does a motor give more than its command.
+            pushes = own[:, :BRAKES] * products.own[:, j, :BRAKES] < [-chain.coulomb[j],
+                                                                     -chain.viscous[j]]
+            sure[:, j, :BRAKES][pushes] = NONE
+            sure[:, j, GAIN + 1:][own[:, GAIN + 1:] * scale[:, j, None] < 0.0] = NONE
+        variance = residual + floor
+        loaded &= x[:, :-3:PER_LINK] >= 0.0  # nor is a load that lifts
+    deviance = LIMITS.samples * (np.log(variance / power) + products.outside).sum(axis=1) + cost
+    return [ReadingScore(float(d), share) for d, share in zip(deviance, residual / power)]
+
+
 def _is_large(reading: RobotReading) -> bool:
     """Return whether a reading is a convention and no small effect."""
     return all(c.reversed or c.unit != 1.0 or c.effort < 0.0 or abs(c.zero) >= LIMITS.zero
@@ -440,7 +635,7 @@ def _is_large(reading: RobotReading) -> bool:
 
 def _factors() -> list[float]:
     """Return the factors of an effort that are tried: of other units, currents above all."""
-    powers = 10.0 ** np.arange(-2.7, 2.71, 0.3)
+    powers = 10.0 ** np.arange(-2.5, 2.51, 0.5)
     return [float(x) for x in powers if abs(math.log(x)) > math.log(LIMITS.factor)]
 
 
