@@ -52,8 +52,7 @@ class ConventionLimits:
     highest: Hz of the test functions, below resonances and delays. seconds, rate: of the motion
     that is fitted. zero: least offset, rad, that is a convention and no effect of a calibration.
     factor: least factor of an effort that is another unit and no motor of another gain.
-    beyond: deviation of the part of a command beyond a limit that the motor does not give. beam:
-    readings of different joints with which a second one is looked for.
+    beam: readings of different joints with which a second one is looked for.
     """
 
     margin: float = 30.0
@@ -75,7 +74,6 @@ class ConventionLimits:
     rate: float = 20.0
     zero: float = 0.2
     factor: float = 2.0
-    beyond: float = 0.5
     beam: int = 4
 
 
@@ -229,10 +227,9 @@ class _Products(NamedTuple):
 
 
 # Columns of a joint alone: friction by direction and speed, 1, sine, cosine, rotor, model (a
-# motor of another gain), and the command beyond what may be the motor's limit.
-BRAKES, GAIN, OWN = 2, 6, 10
+# motor of another gain).
+BRAKES, GAIN, OWN = 2, 6, 7
 NONE = 1e12     # weight of a prior that lets a column be nothing
-BEYOND = (70.0, 85.0, 95.0)  # percentiles of the effort that may be its limit
 NODES = 5       # zeros from which the columns of all follow: products of two sines and cosines
 
 
@@ -324,8 +321,11 @@ class ConventionBalance:
     def _accepted(reading: RobotReading, score: ReadingScore, other: ReadingScore) -> bool:
         """Return whether a reading is a convention, better than another one, and explains all."""
         changed = list(reading.swapped or reading.joints)
+        # A command beyond a motor's limit looks like another unit, and contradicts other joints.
+        worse = score.unexplained > np.maximum(2.0 * other.unexplained, LIMITS.accuracy)
+        worse[changed] = float(np.mean(score.unexplained[changed])) > LIMITS.explained
         return (other.deviance - score.deviance >= LIMITS.margin and _is_large(reading)
-                and float(np.mean(score.unexplained[changed])) <= LIMITS.explained)
+                and not worse.any())
 
     def score(self, reading: RobotReading = AS_IT_IS) -> ReadingScore:
         """Return the score of a `reading` of the log."""
@@ -448,26 +448,24 @@ class ConventionBalance:
             LIMITS.friction * size, LIMITS.friction * size / (np.sqrt(np.mean(v ** 2, axis=1))
                                                               + 1e-9),
             LIMITS.offset * size, LIMITS.bent * size, LIMITS.bent * size, LIMITS.rotor * size,
-            LIMITS.gain * one, *(LIMITS.beyond * one for _ in BEYOND)], axis=2)
+            LIMITS.gain * one], axis=2)
         spring, grams = chain.spring * (q - chain.spring_zero), []
         for j in range(q.shape[2]):
             links = shared[:, j, :, :-3].reshape(*shared.shape[:1], tests.rows, -1, PER_LINK)
-            at, given = v[:, :, j], effort[:, :, j]
+            at = v[:, :, j]
             sign = smooth_sign(at[..., None], sigma[:, None, j, None])[..., 0]
             passive = chain.coulomb[j] * sign + chain.viscous[j] * at + spring[:, :, j]
-            limits = np.percentile(np.abs(given), BEYOND, axis=1)[:, :, None]
             x = _tested(np.stack([
                 sign, at, np.ones_like(at), np.sin(q[:, :, j]), np.cos(q[:, :, j]), passive,
-                *(np.sign(given) * np.maximum(np.abs(given) - limits, 0.0)), given], axis=-1),
-                tests, mask[:, :, j])
+                effort[:, :, j]], axis=-1), tests, mask[:, :, j])
             rotor = _tested_rate(at[..., None], tests, mask[:, :, j], slope[:, :, j])
             model = (np.einsum('vrlp,lp->vr', links, chain.theta)
                      + chain.armature[j] * rotor[..., 0] + x[..., GAIN - 1])
             begin = min(chain.moved_by(j)) * PER_LINK
             columns = np.concatenate([
                 shared[:, j, :, begin:] * self.shared[begin:], np.concatenate([
-                    x[..., :GAIN - 1], rotor, model[..., None], x[..., GAIN:-1]], axis=-1)
-                * own[:, j, None], x[..., -1:]], axis=-1)
+                    x[..., :GAIN - 1], rotor, model[..., None]], axis=-1) * own[:, j, None],
+                x[..., -1:]], axis=-1)
             grams.append(columns.transpose(0, 2, 1) @ columns)
         outside = ((q < self.limits[0] - LIMITS.zero) | (q > self.limits[1] + LIMITS.zero)
                    ).mean(axis=1)
@@ -615,11 +613,10 @@ def _least_squares(balance: ConventionBalance, products: _Products, scale: Array
             image = (gram[:, :-1, :-1] @ z[:, :, None])[:, :, 0] - 2.0 * target[j]
             residual[:, j] = np.maximum(square[:, j] + (z * image).sum(axis=1) / rows, 0.0)
             cost += (sure[:, j] * own ** 2).sum(axis=1)
-            # Friction that pushes is none; nor does a motor give more than its command.
+            # Friction that pushes is none.
             pushes = own[:, :BRAKES] * products.own[:, j, :BRAKES] < [-chain.coulomb[j],
                                                                      -chain.viscous[j]]
             sure[:, j, :BRAKES][pushes] = NONE
-            sure[:, j, GAIN + 1:][own[:, GAIN + 1:] * scale[:, j, None] < 0.0] = NONE
         variance = residual + floor
         loaded &= x[:, :-3:PER_LINK] >= 0.0  # nor is a load that lifts
     deviance = LIMITS.samples * (np.log(variance / power) + products.outside).sum(axis=1) + cost
