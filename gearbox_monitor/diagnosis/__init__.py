@@ -29,7 +29,8 @@ Public names, by module:
     joint.windows: WindowRuns
     robot: knowledge, verdict
     robot.candidates: Candidate
-    robot.conventions: columns_as_read, log_as_read, named_readings, NamedReading, RobotReading
+    robot.conventions: columns_as_read, log_as_read, misfit, named_readings, NamedReading,
+        RobotReading
     robot.evidence: Prior
     robot.knowledge: Knowledge, States, VERSION, Visits
     robot.payload: PayloadEstimate, PayloadTracker, SECOND
