@@ -3,6 +3,7 @@
 
 
 import json
+import math
 from pathlib import Path
 import re
 import shlex
@@ -13,6 +14,8 @@ import pytest
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import save_model
+from gearbox_monitor.kernels.kernel import Entry, kernel
+from gearbox_monitor.kernels.types import Matrix, Vector
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
@@ -25,24 +28,33 @@ SIGMA = 2e-3
 NOMINAL = DriveModel(friction_sharpness=20.0)
 
 
-def stepped(torque, start, dt, m2, coulomb):
+@kernel
+def stepped(torque: Matrix, start: Vector, dt: float, m2: float, coulomb: float,
+            out: Matrix) -> None:
     """Integrate equation (1) with small semi-implicit steps, nothing of the package's plant."""
-    x1, x2, x3, x4 = start
-    out, h = np.empty(torque.shape), dt / 200
+    x1, x2, x3, x4 = start[0], start[1], start[2], start[3]
+    h = dt / 200
     for k in range(len(torque)):
-        out[k] = x1, x2
+        out[k, 0] = x1
+        out[k, 1] = x2
         for _ in range(200):
             twist = x1 - x2
             spring = 25.0 * (twist - min(max(twist, -0.1), 0.1)) + 0.01 * (x3 - x4)
-            friction = 0.1 * x3 + coulomb * 2 / np.pi * np.arctan(20.0 * x3)
+            friction = 0.1 * x3 + coulomb * 2.0 / math.pi * math.atan(20.0 * x3)
             x3 += h * (torque[k, 0] - spring - friction - 0.01 * x1) / 0.006442
             x4 += h * (torque[k, 1] + spring) / m2
-            x1, x2 = x1 + h * x3, x2 + h * x4
-    return out
+            x1 += h * x3
+            x2 += h * x4
+
+
+STEPPED = Entry(stepped, installed=False)
 
 
 def other_simulator(torque, start, dt, arm_inertia, coulomb_friction):
-    return stepped(torque, start, dt, arm_inertia, coulomb_friction)
+    out = np.empty((len(torque), 2))
+    STEPPED(np.ascontiguousarray(torque), np.asarray(start, float), dt, arm_inertia,
+            coulomb_friction, out)
+    return out
 
 
 def recording_of(model, seconds=5.0, dt=2e-3):
