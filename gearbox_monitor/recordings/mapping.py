@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from gearbox_monitor.errors import expect_choice, expect_keys, InputError, Problems
+from gearbox_monitor.errors import expect_choice, expect_keys, InputError, Problems, unknown
 from gearbox_monitor.files.opening import config_path
 from gearbox_monitor.files.yaml_files import load_yaml
 from gearbox_monitor.recordings.log_units import (
@@ -108,7 +108,7 @@ class Mapping:
     A checked mapping; `data` is its content as plain values, `source` its path.
 
     joints: of a robot; their signals are called 'JOINT:QUANTITY'. second: the file beside the
-    first with further signals, (path, lag or 'estimated', its mapping).
+    first with further signals, (path, s that are added to its times, its mapping).
     """
 
     source: str
@@ -119,7 +119,7 @@ class Mapping:
     gear_ratio: float = 1.0
     text: TextFormat = FOUND
     joints: tuple[str, ...] = ()
-    second: 'tuple[str, float | str, Mapping] | None' = field(default=None)
+    second: 'tuple[str, float, Mapping] | None' = field(default=None)
 
     def kind_of(self, name: str) -> SignalKind:
         """Return the SignalKind of the signal `name`."""
@@ -284,7 +284,7 @@ def _blocks(data: Table[str, Any], source: str, problems: Problems) -> dict[str,
 
 
 def _second_file(data: Table[str, Any], first: Table[str, SignalMapping], source: str,
-                 header: Table[str, float] | None) -> tuple[str, float | str, Mapping]:
+                 header: Table[str, float] | None) -> tuple[str, float, Mapping]:
     """Return the second file of a mapping; axis and gear ratio are those of the first."""
     block = data['second_file']
     expect_keys(block, 'second_file', source, ('path', 'lag', *KEYS[:-1]))
@@ -292,8 +292,9 @@ def _second_file(data: Table[str, Any], first: Table[str, SignalMapping], source
     if not isinstance(path, str) or not path or Path(path).name != path:
         raise InputError(f'{source}: second_file.path: {path!r}, expected the name of a file '
                          'beside the first')
-    if lag != 'estimated':
-        lag = _number(lag, 'second_file.lag', source, also="(s) or 'estimated'")
+    if isinstance(lag, str):
+        raise InputError(f'{source}: second_file.lag: {lag!r}, {unknown(lag, ())}')
+    lag = _number(lag, 'second_file.lag', source)
     inner = {**{key: data[key] for key in ('kind', 'gear_ratio') if key in data},
              **{key: value for key, value in block.items() if key not in ('path', 'lag')}}
     mapping = mapping_of(inner, f'{source}: second_file', header, 'second_file')
@@ -305,48 +306,47 @@ def _second_file(data: Table[str, Any], first: Table[str, SignalMapping], source
 
 
 def _time(block: Any, source: str, where: str = 'time') -> TimeMapping:
+    """Return the TimeMapping of a `block` at the key `where`. Raises InputError."""
     expect_keys(block, where, source, [f.name for f in fields(TimeMapping)])
     if 'rate' in block:
-        for key in ('column', 'scale', 'unit'):
-            if key in block:
-                raise InputError(f'{source}: {where}.{key}: with {where}.rate, expected one of '
-                                 'the two')
+        both = [key for key in ('column', 'scale', 'unit') if key in block]
+        if both:
+            raise InputError(f'{source}: {where}.{both[0]}: with {where}.rate, expected one of '
+                             'the two')
         rate = _number(block['rate'], f'{where}.rate', source, positive=True)
         if not 1e-3 <= rate <= 1e6:
             raise InputError(f'{source}: {where}.rate: {rate:g}, expected 0.001 to 1e6 Hz')
-    else:
-        _column(block.get('column'), f'{where}.column', source)
-    for key in ('nanosec', 'segment'):
-        if key in block:
-            _column(block[key], f'{where}.{key}', source)
+    for key in ('column', 'nanosec', 'segment'):
+        if key in block or key == 'column' and 'rate' not in block:
+            _column(block.get(key), f'{where}.{key}', source)
     if 'only' in block and ('segment' not in block or not isinstance(block['only'], (int, str))):
         raise InputError(f'{source}: {where}.only: {block["only"]!r}, expected a whole number '
                          'or a name, with segment')
-    expect_choice(block.get('stamps', STAMPS[0]), f'{where}.stamps', source, STAMPS)
     _number(block.get('scale', 1.0), f'{where}.scale', source, positive=True)
-    expect_choice(block.get('unit', 's'), f'{where}.unit', source, (*units_of(TIME), 'iso8601'))
+    for key, choices in (('stamps', STAMPS), ('unit', (*units_of(TIME), 'iso8601'))):
+        expect_choice(block.get(key, choices[0]), f'{where}.{key}', source, choices)
     return TimeMapping(**block)
 
 
 def _signal(name: str, block: Any, source: str, axis: str) -> SignalMapping:
+    """Return the SignalMapping of a `block` of the signal `name`. Raises InputError."""
     quantity, motor_effort, _ = kind_of(name)
     where = key_of(name)
-    allowed = ['column', 'scale', 'offset', 'sign', 'zero', 'bits', 'coding', 'unit', 'time']
-    allowed += ['counts_per_rev'] if quantity != EFFORT and axis == ROTARY else []
-    allowed += ['torque_constant'] if motor_effort else []
-    expect_keys(block, where, source, allowed)
+    only = {'counts_per_rev': quantity != EFFORT and axis == ROTARY,
+            'torque_constant': motor_effort, 'unit_scale': False, 'complete': False}
+    expect_keys(block, where, source, [
+        f.name for f in fields(SignalMapping) if only.get(f.name, True)])
     _column(block.get('column'), f'{where}.column', source)
     for key in ('scale', 'counts_per_rev', 'torque_constant'):
-        if key in block:
-            _number(block[key], f'{where}.{key}', source, positive=True)
-    if block.get('sign', 1) not in (1, -1):
-        raise InputError(f'{source}: {where}.sign: {block["sign"]!r}, expected 1 or -1')
+        _number(block.get(key, 1.0), f'{where}.{key}', source, positive=True)
     _number(block.get('offset', 0.0), f'{where}.offset', source)
     if block.get('zero') != 'first':
         _number(block.get('zero', 0.0), f'{where}.zero', source, also="or 'first'")
     bits = block.get('bits', 16)
     if isinstance(bits, bool) or not isinstance(bits, int) or not 2 <= bits <= 52:
         raise InputError(f'{source}: {where}.bits: {bits!r}, expected an integer from 2 to 52')
+    if block.get('sign', 1) not in (1, -1):
+        raise InputError(f'{source}: {where}.sign: {block["sign"]!r}, expected 1 or -1')
     expect_choice(block.get('coding', CODINGS[0]), f'{where}.coding', source, CODINGS)
     if 'coding' in block and 'bits' not in block:
         raise InputError(f'{source}: {where}.bits: missing, expected the bits of this coding')

@@ -22,10 +22,9 @@ from rosbags.rosbag1 import Reader as Ros1File
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.recordings.cdr import Decoder, Message, MessageBlock
-from gearbox_monitor.recordings.clocks import interpolated
 from gearbox_monitor.recordings.read import (
     BagReader, blocks_of, CONTROLLER, DYNAMIC, is_ros1, JOINT_STATE, open_bag, ROS1_TEXT)
-from gearbox_monitor.recordings.si_signals import even_stamps
+from gearbox_monitor.recordings.si_signals import even_stamps, interpolated
 from gearbox_monitor.recordings.topics import JOINT_STATES
 from gearbox_monitor.recordings.virtual_bag import Frames, JOINT_TOPIC, SETPOINT_TOPIC, VirtualBag
 

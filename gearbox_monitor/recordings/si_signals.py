@@ -18,11 +18,10 @@ import numpy as np
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import AnyArray, Array, Flags, Integers
-from gearbox_monitor.recordings.clocks import estimated_lag, interpolated
 from gearbox_monitor.recordings.log_units import EFFORT, standard_unit, TIME, units_of
 from gearbox_monitor.recordings.mapping import key_of, Mapping, SignalMapping, TimeMapping
-from gearbox_monitor.recordings.table import load_table, RowBlock, Table
-from gearbox_monitor.recordings.text import MIN_SAMPLES
+from gearbox_monitor.recordings.table import load_table, Table
+from gearbox_monitor.recordings.text import MIN_SAMPLES, RowBlock
 from gearbox_monitor.signals.stamps import evened
 
 FIRST_STAMP_NS = 1_000_000_000  # stamp 0 means "no stamp" to ROS and to the estimator
@@ -31,6 +30,7 @@ SHORTEST, LONGEST = 5e-6, 0.1  # s, sample times of drives: bus and servo rates
 PAUSE = 1_000_000_000  # ns between recordings in one file: longer than what a filter bridges
 LAST = 2 ** 31 * 1_000_000_000  # ns: the header of a message holds no later second
 EXACT = 2.0 ** 53  # ns from which on a double rounds
+DROPOUT = 3.0      # sample times between two samples that are not interpolated
 LARGEST = 1e15     # of a value: no signal of a drive is beyond it
 ZONE = re.compile(r'\s*(Z|[+-]\d\d:?\d\d)$')
 
@@ -379,6 +379,34 @@ def effort_unit(signal: SignalMapping | None) -> str:
     return '' if signal is None or signal.complete else standard_unit(signal.unit)
 
 
+def interpolated(stamp_ns: Integers, own_ns: Integers, values: Array) -> Array:
+    """
+    Return a signal at other stamps, linearly interpolated.
+
+    Args:
+        stamp_ns: int64 [N], of the samples that are asked for.
+        own_ns: int64 [M], of the signal; of samples in disorder or with one stamp the first count.
+        values: float [M], NaN = not measured.
+
+    Returns:
+        float [N], NaN outside of the signal and within its dropouts.
+    """
+    own_ns, rows = np.unique(own_ns, return_index=True)
+    values = values[rows]
+    valid = ~np.isnan(values)
+    if valid.sum() < 2:
+        return np.full(len(stamp_ns), np.nan)
+    own, y = (own_ns[valid] - own_ns[0]).astype(float), values[valid]
+    at = (stamp_ns - own_ns[0]).astype(float)
+    following = np.clip(np.searchsorted(own, at), 1, len(own) - 1)
+    step = np.median(np.diff(own_ns))
+    hole = (own[following] - own[following - 1] > DROPOUT * step) & (at != own[following]) & (
+        at != own[following - 1])
+    result: Array = np.interp(at, own, y)
+    result[(at < own[0]) | (at > own[-1]) | hole] = np.nan
+    return result
+
+
 def _at(path: Path, stamps: Integers, part: Signals, notes: list[str]
         ) -> Iterator[tuple[str, Array]]:
     """Yield (name, values) of `part` at `stamps`; say what was not covered."""
@@ -403,11 +431,6 @@ def _second_file(path: Path, mapping: Mapping, first: Signals, notes: list[str]
     for time, names in _clocks(own):
         part = _one_clock(table, own, time, names, notes)
         _require_plausible(beside, part.stamp_ns, time)
-        if isinstance(lag, str):
-            lag, explained = estimated_lag(mapping.source, first.stamp_ns, first.values,
-                                           part.stamp_ns, part.values)
-            notes.append(f'{beside.name}: its clock is {lag:+.6g} s off, which explains '
-                         f'{explained:.2%} of its variance')
         yield from _at(beside, first.stamp_ns, Signals(
             part.stamp_ns + round(lag * 1e9), part.values), notes)
 

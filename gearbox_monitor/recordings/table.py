@@ -11,7 +11,6 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping
 import contextlib
 from dataclasses import dataclass, field, replace
-import gzip
 import json
 from pathlib import Path
 import re
@@ -19,7 +18,6 @@ import subprocess
 import sys
 import tempfile
 from typing import Any
-import zlib
 
 import numpy as np
 
@@ -30,8 +28,8 @@ from gearbox_monitor.recordings import container_child
 from gearbox_monitor.recordings.log_units import (
     EFFORT, number_with_unit, POSITION, scaled_unit, TIME, unit_of_label, VELOCITY, vocabulary)
 from gearbox_monitor.recordings.text import (
-    BLOCK, DATE, FOUND, layout_of, MIN_SAMPLES, number_of, numbers_of_list, text_rows, TextFormat,
-    TextLayout, TextRows)
+    BLOCK, DATE, FOUND, layout_of, MIN_SAMPLES, number_of, numbers_of_list, readable, RowBlock,
+    Rows, TextFormat, TextLayout)
 
 HDF5, MATLAB_HEADER = b'\x89HDF\r\n\x1a\n', 512  # bytes before the HDF5 content of MATLAB 7.3
 KINDS = ((b'MATLAB', 'mat'), (HDF5, 'hdf5'), (b'PAR1', 'parquet'), (b'ARROW1', 'feather'),
@@ -82,7 +80,7 @@ class Table:
     rate: float | None = None
     header: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
-    rows: Callable[[Collection[str], Collection[str]], Iterator['RowBlock']] | None = None
+    rows: Callable[[Collection[str], Collection[str]], Iterator[RowBlock]] | None = None
     streamed: bool = False
     lines: Integers | None = None
 
@@ -105,7 +103,7 @@ class Table:
                          + (', '.join(column.name for column in self.columns)[:500] or 'none'))
 
     def blocks(self, numbers: Collection[str], texts: Collection[str] = ()
-               ) -> Iterator['RowBlock']:
+               ) -> Iterator[RowBlock]:
         """Yield rows of the columns `numbers` and, as they are written, `texts`, in blocks."""
         if self.rows is not None and self.streamed:
             yield from self.rows(numbers, texts)
@@ -122,19 +120,6 @@ class Table:
             yield RowBlock(values, np.arange(1, max(lengths) + 1), 'row')
 
 
-@dataclass(frozen=True)
-class RowBlock:
-    """Rows of some columns {name: [N]}; `numbers` [N] of the lines or rows that hold them."""
-
-    values: Mapping[str, AnyArray]
-    numbers: AnyArray
-    unit: str = 'line'
-
-    def place(self, row: int, name: str) -> str:
-        """Return where the value of column `name` in `row` stands, for messages."""
-        return f'{self.unit} {self.numbers[row]}, column {name}'
-
-
 def printable(name: str) -> str:
     """Return a `name` with nothing that a terminal obeys or no text can hold."""
     return re.sub(r'[\x00-\x1f\x7f-\x9f\ud800-\udfff]', '?', name)
@@ -143,17 +128,6 @@ def printable(name: str) -> str:
 def plain(name: str) -> str:
     """Return a dotted `name` however it is written: 'run/q' is 'run.q'."""
     return name.strip('/').replace('/', '.')
-
-
-@contextlib.contextmanager
-def readable(path: Path) -> Iterator[None]:
-    """Turn errors of reading the file `path` into InputErrors."""
-    try:
-        yield
-    except (EOFError, gzip.BadGzipFile, zlib.error) as error:
-        raise InputError(f'{path}: {error}, expected a whole gzip file') from None
-    except OSError as error:
-        raise InputError(f'{path}: {error.strerror or error}, expected a readable file') from None
 
 
 def kind_of(path: Path) -> str:
@@ -221,10 +195,11 @@ def _text_table(path: Path, layout: TextLayout, whole: bool) -> Table:
     if not named:
         names = [str(k + 1) for k in range(width)]
     names = [name or str(k + 1) for k, name in enumerate(names)]
-    head = next(text_rows(path, layout, (), range(width)), None)
+    whole_cells = {str(k): (k, None) for k in range(width)}
+    head = next(Rows(path, layout, whole_cells)((), whole_cells), None)
     if head is None:
         raise InputError(f'{path}: no rows of data, expected a recording')
-    cells = {k: head.columns[k] for k in range(width)}
+    cells = {k: head.values[str(k)] for k in range(width)}
     places: dict[str, tuple[int, int | None]] = {}  # name: column, place in its list
     texts: set[str] = set()
     columns: list[Column] = []
@@ -246,7 +221,7 @@ def _text_table(path: Path, layout: TextLayout, whole: bool) -> Table:
         clock = layout.clocks.get(k)
         columns.append(Column(names[k], np.empty(0), unit, factor,
                               '' if clock is None else names[clock]))
-    rows = _Rows(path, layout, {printable(name): place for name, place in places.items()})
+    rows = Rows(path, layout, {printable(name): place for name, place in places.items()})
     columns = [replace(c, name=printable(c.name), clock=printable(c.clock)) for c in columns]
     texts = {printable(name) for name in texts}
     wanted = [c.name for c in columns if c.name not in texts]
@@ -265,38 +240,6 @@ def _text_table(path: Path, layout: TextLayout, whole: bool) -> Table:
 def _is_packed(path: Path) -> bool:
     with open_unpacked(path) as stream:
         return isinstance(stream, BoundedGzip)
-
-
-@dataclass(frozen=True)
-class _Rows:
-    """What reads a text in blocks; places {name: (column, place in its list or None)}."""
-
-    path: Path
-    layout: TextLayout
-    places: Mapping[str, tuple[int, int | None]]
-
-    def __call__(self, numbers: Collection[str], texts: Collection[str]) -> Iterator[RowBlock]:
-        lists = {name for name in numbers if self.places[name][1] is not None}
-        plain_numbers = {self.places[name][0] for name in numbers if name not in lists}
-        plain_texts = {self.places[name][0] for name in (*texts, *lists)}
-        with readable(self.path):
-            for rows in text_rows(self.path, self.layout, plain_numbers, plain_texts):
-                values = {name: rows.columns[self.places[name][0]] for name in texts}
-                values |= {name: self._of_list(name, rows) if name in lists else
-                           rows.columns[self.places[name][0]] for name in numbers}
-                yield RowBlock(values, rows.lines)
-
-    def _of_list(self, name: str, rows: TextRows) -> AnyArray:
-        k, place = self.places[name]
-        values = np.empty(len(rows.lines))
-        for row, cell in enumerate(rows.columns[k].tolist()):
-            own = numbers_of_list(cell) or []
-            if place is None or len(own) <= place:
-                raise InputError(f'{self.path}: line {rows.lines[row]}, column {name}: '
-                                 f'{cell[:40]!r}, expected a list of at least {(place or 0) + 1} '
-                                 'numbers')
-            values[row] = own[place]
-        return values
 
 
 def _kind_of_cells(cells: AnyArray, layout: TextLayout) -> str:

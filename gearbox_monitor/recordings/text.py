@@ -9,13 +9,16 @@ data begin. Blocks of plain numbers are read by numpy at once, others cell by ce
 """
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
+import contextlib
 import csv
 from dataclasses import dataclass, field, fields, replace
+import gzip
 from itertools import islice
 from pathlib import Path
 import re
 from typing import Any
 import warnings
+import zlib
 
 import numpy as np
 
@@ -333,71 +336,141 @@ def _of_words(row: Sequence[str], text: TextFormat) -> bool:
 
 # --- rows ---------------------------------------------------------------------------------------
 @dataclass(frozen=True)
-class TextRows:
-    """Columns {number from 0: floats or texts [N]} of some rows, and the line [N] of each."""
+class RowBlock:
+    """Rows of some columns {name: [N]}; `numbers` [N] of the lines or rows that hold them."""
 
-    lines: AnyArray
-    columns: Mapping[int, AnyArray]
+    values: Mapping[str, AnyArray]
+    numbers: AnyArray
+    unit: str = 'line'
+
+    def place(self, row: int, name: str) -> str:
+        """Return where the value of column `name` in `row` stands, for messages."""
+        return f'{self.unit} {self.numbers[row]}, column {name}'
 
 
-def text_rows(path: Path, layout: TextLayout, numbers: Collection[int] = (),
-              texts: Collection[int] = ()) -> Iterator[TextRows]:
-    """
-    Yield the rows of a file in blocks.
+@dataclass(frozen=True)
+class Rows:
+    """What reads a text in blocks; places {name: (column, place in its list or None)}."""
 
-    Args:
-        path: of the file, gzipped or not.
-        layout: of it.
-        numbers: columns that are read as numbers, NaN for an empty cell.
-        texts: columns that are read as texts.
+    path: Path
+    layout: TextLayout
+    places: Mapping[str, tuple[int, int | None]]
 
-    Raises:
-        InputError: it names line, column and value.
-    """
-    with open_unpacked(path) as stream:
-        number, rest = 1, b''
-        while chunk := stream.read(BLOCK):
-            data = rest + chunk
-            if len(chunk) == BLOCK or stream.peek(1):  # type: ignore[attr-defined]
-                cut = data.rfind(b'\n') + 1
-                data, rest = data[:cut], data[cut:]
-                if not cut:
-                    if len(rest) > 64 * LONGEST_LINE:
-                        raise InputError(f'{path}: a line of more than {len(rest) >> 20} MB, '
+    def __call__(self, numbers: Collection[str], texts: Collection[str] = ()
+                 ) -> Iterator[RowBlock]:
+        """
+        Yield the rows of the file in blocks.
+
+        Args:
+            numbers: columns that are read as numbers, NaN for an empty cell.
+            texts: columns that are read as texts.
+
+        Raises:
+            InputError: it names line, column and value.
+        """
+        with readable(self.path), open_unpacked(self.path) as stream:
+            number, rest = 1, b''
+            while chunk := stream.read(BLOCK):
+                data = rest + chunk
+                if len(chunk) == BLOCK or stream.peek(1):  # type: ignore[attr-defined]
+                    cut = data.rfind(b'\n') + 1
+                    data, rest = data[:cut], data[cut:]
+                    if not cut and len(rest) > 64 * LONGEST_LINE:
+                        raise InputError(f'{self.path}: a line of more than {len(rest) >> 20} MB, '
                                          'expected a table of text: is it binary?')
-                    continue
-            else:
-                rest = b''
-            yield from _block(path, layout, data, number, numbers, texts)
-            number += data.count(b'\n')
-        if rest:
-            yield from _block(path, layout, rest, number, numbers, texts)
+                else:
+                    rest = b''
+                yield from self._block(data, number, numbers, texts)
+                number += data.count(b'\n')
+            yield from self._block(rest, number, numbers, texts)
+
+    def _block(self, data: bytes, number: int, numbers: Collection[str], texts: Collection[str]
+               ) -> Iterator[RowBlock]:
+        """Yield the rows in `data`, whose first line is line `number` of the file."""
+        layout = self.layout
+        if number < layout.first:
+            _, *behind = data.split(b'\n', layout.first - number)
+            if len(behind) < layout.first - number:
+                return
+            data, number = behind[-1], layout.first
+        count = data.count(b'\n') + (not data.endswith(b'\n') and bool(data))
+        plain = [self.places[name] for name in numbers]
+        if not texts and not layout.by_signal and all(place is None for _, place in plain):
+            table = _numbers(data, layout, count)
+            if table is not None and max((k for k, _ in plain), default=0) < table.shape[1]:
+                yield RowBlock({name: table[:, self.places[name][0]].copy() for name in numbers},
+                               np.arange(number, number + count))
+                return
+        try:
+            decoded = data.decode(layout.text.encoding)
+        except UnicodeDecodeError as error:
+            raise InputError(f'{self.path}: byte {error.object[error.start]:#04x} is not '
+                             f'{error.encoding}, expected text in one encoding') from None
+        kept = [(k, line) for k, line in enumerate(decoded.splitlines(), number)
+                if line.strip() and not line.lstrip().startswith(layout.text.comment)]
+        if kept:
+            yield self._cells(kept, numbers, texts)
+
+    def _cells(self, lines: Sequence[tuple[int, str]], numbers: Collection[str],
+               texts: Collection[str]) -> RowBlock:
+        """Return the columns of `lines`, read cell by cell."""
+        layout, at = self.layout, [number for number, _ in lines]
+        rows: list[list[str]] = []
+        try:
+            for number, line in lines:
+                rows.append(split_line(line, layout.text))
+        except InputError as error:
+            raise InputError(f'{self.path}: line {number}: {error}') from None
+        if layout.by_signal:
+            length = max(map(len, rows))
+            rows = [[*row[bool(name):], *[''] * (length - len(row))]
+                    for row, name in zip(rows, layout.names)]
+            rows, at = [list(row) for row in zip(*rows)], list(range(1, length + 1))
+            # A row that has no sample any more is behind the end.
+            while rows and not any(cell.strip() for cell in rows[-1]):
+                rows, at = rows[:-1], at[:-1]
+        last = max((self.places[name][0] for name in (*numbers, *texts)), default=0)
+        for row, number in zip(rows, at):
+            if len(row) <= last and not layout.clocks:
+                raise InputError(f'{self.path}: line {number}: {len(row)} columns, expected at '
+                                 f'least {last + 1}')
+            row += [''] * (last + 1 - len(row))
+        columns: dict[str, AnyArray] = {
+            name: np.array([row[self.places[name][0]].strip() for row in rows]) for name in texts}
+        for name in numbers:
+            k, place = self.places[name]
+            values = [_cell_value(row[k].strip(), place, layout.text) for row in rows]
+            if None in values:
+                wrong = values.index(None)
+                expected = 'a number' if place is None else f'a list of at least {place + 1} ' \
+                    'numbers'
+                raise InputError(f'{self.path}: line {at[wrong]}, column {name}: '
+                                 f'{rows[wrong][k].strip()[:40]!r}, expected {expected}')
+            columns[name] = np.array(values, float)
+        return RowBlock(columns, np.array(at))
 
 
-def _block(path: Path, layout: TextLayout, data: bytes, number: int, numbers: Collection[int],
-           texts: Collection[int]) -> Iterator[TextRows]:
-    """Yield the rows in `data`, whose first line is line `number` of the file."""
-    if number < layout.first:
-        lines = data.split(b'\n', layout.first - number)
-        if len(lines) <= layout.first - number:
-            return
-        data, number = lines[-1], layout.first
-    count = data.count(b'\n') + (not data.endswith(b'\n') and bool(data))
-    if not texts and not layout.by_signal:
-        table = _numbers(data, layout, count)
-        if table is not None and max(numbers, default=0) < table.shape[1]:
-            yield TextRows(np.arange(number, number + count),
-                           {k: table[:, k].copy() for k in numbers})
-            return
+def _cell_value(cell: str, place: int | None, text: TextFormat) -> float | None:
+    """Return the number in a `cell`, that at a `place` of its list; NaN: empty, None: neither."""
+    if place is not None:
+        listed = numbers_of_list(cell) or []
+        return listed[place] if place < len(listed) else None
+    value = number_of(cell, text)
+    if value is None and cell.lower() in MISSING:
+        return np.nan
+    pair = number_with_unit(cell) if value is None else None
+    return pair[0] if pair else value
+
+
+@contextlib.contextmanager
+def readable(path: Path) -> Iterator[None]:
+    """Turn errors of reading the file `path` into InputErrors."""
     try:
-        decoded = data.decode(layout.text.encoding)
-    except UnicodeDecodeError as error:
-        raise InputError(f'{path}: byte {error.object[error.start]:#04x} is not '
-                         f'{error.encoding}, expected text in one encoding') from None
-    kept = [(k, line) for k, line in enumerate(decoded.splitlines(), number)
-            if line.strip() and not line.lstrip().startswith(layout.text.comment)]
-    if kept:
-        yield _cells(path, layout, kept, numbers, texts)
+        yield
+    except (EOFError, gzip.BadGzipFile, zlib.error) as error:
+        raise InputError(f'{path}: {error}, expected a whole gzip file') from None
+    except OSError as error:
+        raise InputError(f'{path}: {error.strerror or error}, expected a readable file') from None
 
 
 def _numbers(data: bytes, layout: TextLayout, rows: int) -> Array | None:
@@ -425,50 +498,3 @@ def _numbers(data: bytes, layout: TextLayout, rows: int) -> Array | None:
         except (DeprecationWarning, ValueError):
             return None
     return values.reshape(rows, columns) if len(values) == rows * columns else None
-
-
-def _cells(path: Path, layout: TextLayout, lines: Sequence[tuple[int, str]],
-           numbers: Collection[int], texts: Collection[int]) -> TextRows:
-    """Return the columns of `lines`, read cell by cell."""
-    rows: list[list[str]] = []
-    try:
-        for number, line in lines:
-            rows.append(split_line(line, layout.text))
-    except InputError as error:
-        raise InputError(f'{path}: line {number}: {error}') from None
-    at = [number for number, _ in lines]
-    if layout.by_signal:
-        length = max(map(len, rows))
-        rows = [[*row[bool(name):], *[''] * (length - len(row))]
-                for row, name in zip(rows, layout.names)]
-        rows, at = [list(row) for row in zip(*rows)], list(range(1, length + 1))
-        # A row that has no sample any more is behind the end.
-        while rows and not any(cell.strip() for cell in rows[-1]):
-            rows, at = rows[:-1], at[:-1]
-    last = max((*numbers, *texts), default=0)
-    columns: dict[int, AnyArray] = {}
-    for row, number in zip(rows, at):
-        if len(row) <= last:
-            if layout.clocks:
-                row += [''] * (last + 1 - len(row))
-                continue
-            raise InputError(f'{path}: line {number}: {len(row)} columns, expected at least '
-                             f'{last + 1}')
-    for k in texts:
-        columns[k] = np.array([row[k].strip() for row in rows])
-    for k in numbers:
-        values = np.empty(len(rows))
-        for i, row in enumerate(rows):
-            cell = row[k].strip()
-            value = number_of(cell, layout.text)
-            if value is None and cell.lower() in MISSING:
-                value = np.nan
-            elif value is None and (pair := number_with_unit(cell)):
-                value = pair[0]
-            if value is None:
-                name = layout.names[k] or k + 1
-                raise InputError(f'{path}: line {at[i]}, column {name}: {cell[:40]!r}, expected a '
-                                 'number')
-            values[i] = value
-        columns[k] = values
-    return TextRows(np.array(at), columns)

@@ -351,17 +351,15 @@ def motion(t):
     return np.sin(3.1 * t) + 0.5 * np.sin(7.7 * t + 1.0) + 0.2 * np.sin(2.3 * t ** 1.3)
 
 
-def two_files(tmp_path, lag, name='arm_position'):
+def two_files(tmp_path, lag):
     """Return (recording, response at the first file's stamps) of two files of one run."""
-    acceleration = np.gradient(np.gradient(motion(FINE), FINE), FINE)
-    response = {'arm_position': motion(FINE), 'motor_effort': 0.01 * acceleration + 0.3 * np.tanh(
-        20.0 * np.gradient(motion(FINE), FINE))}[name]
+    response = motion(FINE)
     written(tmp_path, table(FINE, motion(FINE)), 'run7.csv')
     written(tmp_path, table(COARSE - TRUE_LAG + 50.0, np.interp(COARSE, FINE, response)),
             'run7_b.csv')
     mapping = text_mapping(signals={'motor_position': {'column': 2}})
     mapping['second_file'] = {'path': '{stem}_b.csv', 'lag': lag,
-                              'time': {'column': 1}, 'signals': {name: {'column': 2}}}
+                              'time': {'column': 1}, 'signals': {'arm_position': {'column': 2}}}
     return read_recording(tmp_path / 'run7.csv', mapping_from_dict(mapping, 'map')), response
 
 
@@ -372,26 +370,9 @@ def test_second_file_with_a_stated_lag(tmp_path):
     np.testing.assert_allclose(recording['arm_position'][inside], response[inside], atol=4e-4)
 
 
-@pytest.mark.parametrize('name', ['arm_position', 'motor_effort'])
-def test_second_file_with_an_estimated_lag(tmp_path, name):
-    recording, _ = two_files(tmp_path, 'estimated', name)
-    notice = next(n for n in recording.notes if 'run7_b.csv: its clock is' in n)
-    lag = float(notice.split('is ')[1].split(' s')[0])
-    assert abs(lag - (TRUE_LAG - 50.0)) < (1e-4 if name == 'arm_position' else 2e-3)
-
-
-def test_no_lag_is_estimated_from_a_periodic_motion_or_from_noise(tmp_path):
-    mapping = text_mapping(signals={'motor_position': {'column': 2}})
-    mapping['second_file'] = {'path': 'b.csv', 'lag': 'estimated',
-                              'time': {'column': 1}, 'signals': {'arm_position': {'column': 2}}}
-    mapping = mapping, 'map'
-    written(tmp_path, table(FINE, np.sin(6.0 * FINE)), 'a.csv')
-    noise = np.random.default_rng(1).standard_normal(len(FINE))
-    for values, expected in ((np.sin(6.0 * FINE + 1.0), 'a periodic motion'),
-                             (noise, 'explains more than'), (FINE, 'explains more than')):
-        written(tmp_path, table(FINE, values), 'b.csv')
-        with pytest.raises(InputError, match=expected):
-            read_recording(tmp_path / 'a.csv', mapping)
+def test_an_estimated_lag_is_gone(tmp_path):
+    with pytest.raises(InputError, match="second_file.lag: 'estimated', gone since 0.3; state the"):
+        two_files(tmp_path, 'estimated')
 
 
 # --- one mapping, many files --------------------------------------------------------------------
