@@ -19,13 +19,14 @@ from gearbox_monitor.plant.drive import DriveModel, expect_model
 from gearbox_monitor.plant.origin import FileLimits, NO_LIMITS
 from gearbox_monitor.plant.simulate import Trajectory
 from gearbox_monitor.presentation import Drawn
-from gearbox_monitor.recordings.from_bag import drive_recording, robot_recording, signals_at
+from gearbox_monitor.recordings.from_bag import drive_recording, robot_recording
 from gearbox_monitor.recordings.joint_input import find_input
 from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOptions
 from gearbox_monitor.recordings.topics import JOINT_STATES
 from gearbox_monitor.signals.admission import admitted, prepared, require_samples, weighed
 from gearbox_monitor.signals.jumps import counted_on
-from gearbox_monitor.signals.recording import ARM, drive_samples, MOTOR, Recording
+from gearbox_monitor.signals.recording import (
+    ARM, drive_samples, JointSignals, MOTOR, Recording)
 from gearbox_monitor.signals.uniform import merged, REPEATED, UniformRecording
 
 ROLES = ('motor', 'arm', 'setpoint')  # of joints in a bag
@@ -322,10 +323,10 @@ def _of_arrays(source: Any, model: DriveModel | None) -> Recording:
     notes += [f'{name}: nan in all samples, taken as not measured' for name in ('motor', 'arm')
               if name in values and np.isnan(values[name]).all()]
     return Recording('recording', {
-        'motor': signals_at(stamps, position=values.get('motor'), effort=values.get('u'),
-                            setpoint=values.get('setpoint'), side=MOTOR),
-        'arm': signals_at(stamps, position=values.get('arm'), effort=values.get('arm_torque'),
-                          side=ARM, measured=True)}, tuple(notes))
+        'motor': JointSignals(stamps, position=values.get('motor'), effort=values.get('u'),
+                              setpoint=values.get('setpoint'), side=MOTOR),
+        'arm': JointSignals(stamps, position=values.get('arm'), effort=values.get('arm_torque'),
+                            side=ARM, measured=True)}, tuple(notes))
 
 
 def _stamps(value: Any) -> Integers:

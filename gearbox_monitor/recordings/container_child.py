@@ -308,17 +308,13 @@ def table_leaves(path: str, kind: str, memory: int) -> Iterator[Leaf]:
     for name, column in zip(table.column_names, table.columns):
         if pa.types.is_dictionary(column.type):
             column = column.cast(column.type.value_type)
-        if pa.types.is_timestamp(column.type):
-            if not column.null_count:
-                stamps = column.cast(pa.int64()).to_numpy()
-                yield name, stamps.astype(f'M8[{column.type.unit}]'), ''
-        elif pa.types.is_integer(column.type) and not column.null_count:
-            yield name, column.cast(pa.int64()).to_numpy(), ''
-        elif pa.types.is_floating(column.type) or pa.types.is_integer(column.type):
-            yield name, column.cast(pa.float64()).to_numpy(), ''
-        elif pa.types.is_string(column.type) or pa.types.is_large_string(column.type):
-            yield name, np.array([text or '' for text in column.to_pylist()]), ''
-        elif hasattr(column.type, 'value_type') and not column.null_count:
+        if pa.types.is_string(column.type) or pa.types.is_large_string(column.type):
+            column = column.fill_null('')
+        if pa.types.is_boolean(column.type):
+            continue
+        if not hasattr(column.type, 'value_type'):
+            yield name, column.to_numpy(), ''
+        elif not column.null_count:
             rows = column.to_pylist()
             width = min(map(len, rows), default=0)
             if width and all(isinstance(x, (int, float)) for x in rows[0]):

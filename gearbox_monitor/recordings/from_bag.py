@@ -5,13 +5,12 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 import re
-from typing import Any
 
 import numpy as np
 
 from gearbox_monitor.diagnosis.robot.robot_log import CURRENT, raw_log, RawLog, SETPOINT, TORQUE
 from gearbox_monitor.errors import InputError, Undecided
-from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.recordings.joint_input import find_input, find_topic, topics_called
 from gearbox_monitor.recordings.log_units import EFFORT, units_of
 from gearbox_monitor.recordings.read import BagReader
@@ -50,7 +49,7 @@ def drive_recording(reader: BagReader, topic: str, motor: str, arm: str, setpoin
     stamps = states.stamp_ns if whole else states.stamp_ns[rows]
     position, velocity, effort = (x if whole else x[rows] for x in (
         states.position, states.velocity, states.effort))
-    joints = {motor: signals_at(
+    joints = {motor: JointSignals(
         stamps, position=position[:, 0], velocity=velocity[:, 0], effort=effort[:, 0],
         setpoint=position[:, 2] if setpoint else None, side=MOTOR,
         effort_is=_kind(reader, motor))}
@@ -58,11 +57,6 @@ def drive_recording(reader: BagReader, topic: str, motor: str, arm: str, setpoin
         joints[arm] = JointSignals(stamps, position[:, 1], velocity[:, 1], effort=effort[:, 1],
                                    side=ARM, measured=True)
     return Recording(str(reader.path), joints, (reader.notice,) if reader.notice else ())
-
-
-def signals_at(stamp_ns: Integers, **signals: Any) -> JointSignals:
-    """Return the JointSignals of `signals` at `stamp_ns`; one that is None was not measured."""
-    return JointSignals(stamp_ns, **signals)
 
 
 def _kind(reader: BagReader, joint: str) -> str:
@@ -95,7 +89,7 @@ def robot_recording(reader: BagReader, topic: str, joints: Sequence[str]) -> Rec
             order = np.argsort(goal.stamp_ns[good], kind='stable')
             row = np.searchsorted(goal.stamp_ns[good][order], states.stamp_ns, 'right') - 1
             setpoints[joint] = np.concatenate([[np.nan], x[good][order]])[row + 1]
-    return Recording(reader.path.name, {joint: signals_at(
+    return Recording(reader.path.name, {joint: JointSignals(
         states.stamp_ns, position=states.position[:, k], velocity=states.velocity[:, k],
         setpoint=setpoints.get(joint), effort=states.effort[:, k],
         effort_is=_kind(reader, joint)) for k, joint in enumerate(joints)},

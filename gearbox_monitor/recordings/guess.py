@@ -37,6 +37,7 @@ STILL = 20.0  # steps from row to row: a range below is noise
 ROLES = {'motor': 'motor_position', 'arm': 'arm_position', 'position': 'motor_position',
          'velocity': 'motor_velocity', 'effort': 'motor_effort', 'setpoint': 'motor_setpoint',
          'reference': 'reference_torque'}
+POSITIONS = ('motor_position', 'arm_position')
 OF_ROBOT = (('position', ('arm_position', 'motor_position')),
             ('velocity', ('arm_velocity', 'motor_velocity')), ('effort', ('motor_effort',)),
             ('setpoint', ('motor_setpoint',)))
@@ -208,10 +209,11 @@ class _Proposal:
         data: dict[str, Any] = {'time': time.block, **(
             {'kind': PRISMATIC} if self.kind == PRISMATIC else {})}
         if robot:
-            data['joints'] = {choice.joint: self._of_joint(choice, time.t) for choice in choices}
+            data['joints'] = {choice.joint: self._signals(data, choice, time.t, True)
+                              for choice in choices}
             self._grippers(data, choices)
         else:
-            data['signals'] = self._of_drive(data, choices[0], time.t)
+            data['signals'] = self._signals(data, choices[0], time.t, False)
         self._blanks(data, time)
         if robot and 'motor_setpoint' not in use:
             self._setpoints_beside(data, time)
@@ -424,36 +426,20 @@ class _Proposal:
                   f'--set {key}.scale=M (m per count)' if axis == PRISMATIC else
                   f'--counts-per-turn N, or --set {key}.counts_per_rev=N')
 
-    def _of_joint(self, choice: Choice, t: Array) -> dict[str, dict[str, Any]]:
-        """Return the blocks of the signals of a robot's joint."""
+    def _signals(self, data: dict[str, Any], choice: Choice, t: Array, robot: bool
+                 ) -> dict[str, dict[str, Any]]:
+        """Return the blocks of the signals of a drive, or of a joint of a robot."""
+        roles = {name: next(filter(choice.roles.__contains__, options), '')
+                 for name, options in OF_ROBOT} if robot else dict(
+            zip(*[sorted(choice.roles, key=lambda role: POSITIONS.index(role)
+                         if role in POSITIONS else len(POSITIONS))] * 2))
         blocks: dict[str, dict[str, Any]] = {}
-        for name, roles in OF_ROBOT:
-            role = next((role for role in roles if role in choice.roles), None)
-            if role is None:
+        for name, role in roles.items():
+            if not role:
                 continue
-            candidate, key = choice.roles[role], f'joints.{choice.joint}.{name}'
+            candidate = choice.roles[role]
+            key = f'joints.{choice.joint}.{name}' if robot else f'signals.{name}'
             block = blocks[name] = self._block(role, candidate, choice, key)
-            if name == 'effort':
-                self._constant_of(block, candidate, choice.joint, key)
-            else:
-                self._counts(block, candidate, self._axis(choice), key)
-        if 'unit' in blocks.get('position', {}) and 'setpoint' in blocks:
-            blocks['setpoint'].setdefault('unit', blocks['position']['unit'])
-            if blocks['position'].get('counts_per_rev'):
-                blocks['setpoint'].setdefault('counts_per_rev',
-                                              blocks['position']['counts_per_rev'])
-        self._contradicted_velocity(blocks, choice, t, 'position', 'velocity')
-        return blocks
-
-    def _of_drive(self, data: dict[str, Any], choice: Choice, t: Array
-                  ) -> dict[str, dict[str, Any]]:
-        """Return the blocks of the signals of a drive."""
-        order = ('motor_position', 'arm_position')
-        blocks: dict[str, dict[str, Any]] = {}
-        for role in sorted(choice.roles, key=lambda name: (name not in order, order.index(
-                name) if name in order else 0)):
-            candidate, key = choice.roles[role], f'signals.{role}'
-            block = blocks[role] = self._block(role, candidate, choice, key)
             if role == 'motor_effort':
                 self._constant_of(block, candidate, choice.joint, key)
             elif role == 'reference_torque' and block.get('unit') in units_of(EFFORT, 'input'):
@@ -462,23 +448,30 @@ class _Proposal:
                               'torque of one in the file', f'--set {key}.scale=K (N m per unit)')
             elif kind_of(role).quantity != EFFORT and role != 'motor_setpoint':
                 self._counts(block, candidate, self._axis(choice), key)
-        position = next((role for role in order if role in blocks), None)
-        setpoint = blocks.get('motor_setpoint')
-        if setpoint is not None and position is not None:
-            if 'unit' in blocks[position]:
-                setpoint.setdefault('unit', blocks[position]['unit'])
-            if setpoint.get('unit') in COUNTS and 'counts_per_rev' in blocks[position]:
-                setpoint['counts_per_rev'] = blocks[position]['counts_per_rev']
-            elif setpoint.get('unit') in COUNTS and setpoint['unit'] != blocks[position].get(
-                    'unit'):
-                del blocks['motor_setpoint']
-                self.assumptions.append('The setpoint is in counts of no encoder that is used: '
-                                        'left out.')
-        for side in ('motor', 'arm'):
-            self._contradicted_velocity(blocks, choice, t, f'{side}_position', f'{side}_velocity')
-        if set(order) <= set(blocks):
+        positions = [name for name in ('position', *POSITIONS) if name in blocks]
+        self._like_position(blocks, next((name for name in blocks if name.endswith('setpoint')),
+                                         ''), blocks[positions[0]] if positions else {})
+        for name in positions:
+            self._contradicted_velocity(blocks, choice, t, name,
+                                        name.replace('position', 'velocity'))
+        if len(positions) == 2:
             self._ratio(data, blocks, choice)
         return blocks
+
+    def _like_position(self, blocks: dict[str, dict[str, Any]], name: str,
+                       position: Mapping[str, Any]) -> None:
+        """Give the setpoint `name` in `blocks` the unit of the position where it states none."""
+        setpoint = blocks.get(name, {})
+        if 'unit' in position and setpoint:
+            setpoint.setdefault('unit', position['unit'])
+        if setpoint.get('unit') not in COUNTS:
+            return
+        if 'counts_per_rev' in position:
+            setpoint['counts_per_rev'] = position['counts_per_rev']
+        elif setpoint['unit'] != position.get('unit'):
+            del blocks[name]
+            self.assumptions.append('The setpoint is in counts of no encoder that is used: left '
+                                    'out.')
 
     def _scale_of(self, block: Mapping[str, Any], quantity: str, axis: str) -> float | None:
         """Return the factor of a block's column to SI, None: not known."""
@@ -529,13 +522,12 @@ class _Proposal:
     def _ratio(self, data: dict[str, Any], blocks: dict[str, dict[str, Any]], choice: Choice
                ) -> None:
         """Ask for the gear ratio and for a sign, where the two encoders do not move alike."""
-        roles = ('motor_position', 'arm_position')
-        scales = [self._scale_of(blocks[role], POSITION, self.kind) for role in roles]
-        motor, arm = (choice.roles[role].values for role in roles)
+        scales = [self._scale_of(blocks[role], POSITION, self.kind) for role in POSITIONS]
+        motor, arm = (choice.roles[role].values for role in POSITIONS)
         slope = robust_slope(arm, motor)
         if slope is None:
             return
-        if slope < 0.0 and not any(self._stated(f'signals.{role}.sign') for role in roles):
+        if slope < 0.0 and not any(self._stated(f'signals.{role}.sign') for role in POSITIONS):
             self._ask('sign', f'{choice.roles["arm_position"].meaning.label} runs against '
                       f'{choice.roles["motor_position"].meaning.label}',
                       '--set signals.arm_position.sign=-1 (or 1 if it does so)')
@@ -556,7 +548,7 @@ class _Proposal:
         """Ask for the unit of a gripper in percent among joints whose unit was stated."""
         for choice in choices:
             words = set(re.findall(r'[a-z]+', choice.joint.lower()))
-            role = next((r for r in ('motor_position', 'arm_position') if r in choice.roles), '')
+            role = next(filter(choice.roles.__contains__, POSITIONS), '')
             if not words & vocabulary()['grippers'] or not role or choice.roles[
                     role].meaning.unit:
                 continue

@@ -9,7 +9,7 @@ for its joints and interfaces, then block by block. Of one joint one topic tells
 the setpoint; the notes list the others, and interfaces that are not used.
 """
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import chain
 from pathlib import Path
@@ -308,20 +308,16 @@ def _frames(reader: BagReader, topics: Sequence[_Topic], received: bool
 def _states(own: _Topic, part: JointColumns, stamps: Integers) -> list[Frames]:
     """Return the states in `part`; an encoder behind the gear is a joint JOINT_absolute."""
     rows = [k for k, joint in enumerate(part.joints) if joint in own.states]
-    values = {name: x[:, rows] for name, x in part.values.items()}
-    values.setdefault('effort', values.get('torque', np.full((len(stamps), len(rows)), np.nan)))
-    position, velocity, effort = (values.get(name) for name in OF_STATE)
     if not rows or not {*OF_STATE, ABSOLUTE, 'torque'} & set(part.values):
         return []
-    joints = tuple(part.joints[k] for k in rows)
-    none = np.full((len(stamps), len(rows)), np.nan)
-    position = none if position is None else position
+    joints, none = tuple(part.joints[k] for k in rows), np.full((len(stamps), len(rows)), np.nan)
+    values = {name: x[:, rows] for name, x in part.values.items()}
+    values.setdefault('effort', values.get('torque', none))
+    fields = [values.get(name, none) for name in OF_STATE]
     if ABSOLUTE in values:
         joints += tuple(f'{joint}_absolute' for joint in joints)
-        position, velocity, effort = (None if x is None else np.hstack([x, y]) for x, y in (
-            (position, values[ABSOLUTE]), (velocity, none), (effort, none)))
-    velocity, effort = (None if x is None or np.isnan(x).all() else x for x in (velocity, effort))
-    return [Frames(JOINT_TOPIC, joints, stamps, part.log_ns, position, velocity, effort)]
+        fields = [np.hstack(pair) for pair in zip(fields, (values[ABSOLUTE], none, none))]
+    return [Frames(JOINT_TOPIC, joints, stamps, part.log_ns, *fields)]
 
 
 def _setpoints(own: _Topic, part: JointColumns, stamps: Integers) -> list[Frames]:
@@ -338,52 +334,36 @@ def _joined(frames: Iterable[Frames]) -> list[Frames]:
     parts: dict[tuple[str, tuple[str, ...]], list[Frames]] = {}
     for frame in frames:
         parts.setdefault((frame.topic, frame.joints), []).append(frame)
-
-    def _together(own: Sequence[Frames], name: str) -> Array | None:
-        columns = [getattr(frame, name) for frame in own]
-        if all(x is None for x in columns):
-            return None
-        return np.concatenate([np.full((len(f.stamp_ns), len(f.joints)), np.nan) if x is None
-                               else x for f, x in zip(own, columns)])
-    return [Frames(topic, joints, *(np.concatenate([getattr(f, name) for f in own])
-                                    for name in ('stamp_ns', 'log_ns')),
-                   *(_together(own, name) for name in OF_STATE))
-            for (topic, joints), own in parts.items()]
+    return [Frames(topic, joints, *(
+        None if getattr(own[0], name) is None else np.concatenate([getattr(f, name) for f in own])
+        for name in ('stamp_ns', 'log_ns', *OF_STATE))) for (topic, joints), own in parts.items()]
 
 
 def _evened(path: Path, frames: Sequence[Frames]) -> tuple[list[Frames], list[str]]:
     """Return `frames` with even stamps, and notes about it."""
-    result: list[Frames] = []
-    notes: dict[str, None] = {}
-    for f in frames:
-        times, remarks = even_stamps(path, f.stamp_ns if f.stamp_ns.any() else f.log_ns)
-        notes |= dict.fromkeys(remarks)
-        result.append(Frames(f.topic, f.joints, times, np.maximum.accumulate(times), f.position,
-                             f.velocity, f.effort))
-    return result, list(notes)
+    pairs = [even_stamps(path, f.stamp_ns if f.stamp_ns.any() else f.log_ns) for f in frames]
+    return [replace(f, stamp_ns=times, log_ns=np.maximum.accumulate(times))
+            for f, (times, _) in zip(frames, pairs)], list(dict.fromkeys(
+                note for _, notes in pairs for note in notes))
 
 
 def _as_drive(path: Path, frames: Sequence[Frames], joint: str) -> list[Frames]:
     """Return the messages of one joint as the motor of a drive, with its setpoint."""
-    states = [f for f in frames if f.topic == JOINT_TOPIC and joint in f.joints]
-    if not states or states[0].position is None or not np.isfinite(
-            states[0].position[:, states[0].joints.index(joint)]).any():
+    state, setpoint = (next((f for f in frames if f.topic == topic and joint in f.joints), None)
+                       for topic in (JOINT_TOPIC, SETPOINT_TOPIC))
+    fields = [] if state is None else [x[:, [state.joints.index(joint)]] for x in (
+        state.position, state.velocity, state.effort) if x is not None]
+    if state is None or not np.isfinite(fields[0]).any():
         raise InputError(f'{path}: --joint {joint}: no position in the bag, expected its position '
                          '(without --joint all joints are written)')
-    own = states[0]
-    k, none = own.joints.index(joint), np.full(len(own.stamp_ns), np.nan)
-    position, velocity, effort = (none if x is None else x[:, k] for x in (
-        own.position, own.velocity, own.effort))
-    names, columns = ['motor', 'arm'], [position, none]
-    other = next((f for f in frames if f.topic == SETPOINT_TOPIC and joint in f.joints), None)
-    if other is not None and other.position is not None:
+    none = np.full((len(state.stamp_ns), 1), np.nan)
+    names, rest = ['motor', 'arm'], [none]
+    if setpoint is not None and setpoint.position is not None:
         names.append('setpoint')
-        columns.append(interpolated(own.stamp_ns, other.stamp_ns,
-                                    other.position[:, other.joints.index(joint)]))
-    rest = [none] * (len(names) - 1)
-    return [Frames(JOINT_TOPIC, tuple(names), own.stamp_ns, own.log_ns, np.column_stack(columns),
-                   None if np.isnan(velocity).all() else np.column_stack([velocity, *rest]),
-                   np.column_stack([effort, *rest]))]
+        rest.append(interpolated(state.stamp_ns, setpoint.stamp_ns, setpoint.position[
+            :, setpoint.joints.index(joint)])[:, None])
+    return [Frames(JOINT_TOPIC, tuple(names), state.stamp_ns, state.log_ns, *(
+        np.hstack([x, *(rest if k == 0 else [none] * len(rest))]) for k, x in enumerate(fields)))]
 
 
 # --- which topic tells what ---------------------------------------------------------------------

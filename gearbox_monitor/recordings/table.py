@@ -162,7 +162,10 @@ def load_table(path: Path, text: TextFormat = FOUND, whole: bool = False) -> Tab
     kind = kind_of(path)
     with readable(path):
         if kind == 'text':
-            table = _text_table(path, layout_of(path, text), whole)
+            layout = layout_of(path, text)
+            table = _text_table(path, layout, whole)
+            if table.streamed and any(_is_key(column, table) for column in table.columns):
+                table = _text_table(path, layout, True)
         else:
             table = _with_siblings(_in_child(path, kind))
     table = _long_pivoted(replace(table, columns=tuple(
@@ -345,9 +348,6 @@ def _long_pivoted(table: Table) -> Table:
     key = next((c for c in table.columns if _is_key(c, table)), None)
     if key is None:
         return table
-    if table.streamed:
-        table = _whole(table)
-        key = next(c for c in table.columns if c.name == key.name)
     time_words, *signals = (vocabulary()['quantities'][q] for q in (
         TIME, POSITION, VELOCITY, EFFORT))
     words, place = np.unique(key.values, return_inverse=True)
@@ -372,16 +372,6 @@ def _long_pivoted(table: Table) -> Table:
     return replace(table, rows=None, streamed=False, lines=None, columns=tuple(columns), notes=(
         *table.notes, f'a row for each {key.name}: {", ".join(map(str, words[order]))[:200]}'),
         header=table.header) if clocks else table
-
-
-def _whole(table: Table) -> Table:
-    """Return a `table` of text with all of its rows."""
-    assert table.rows is not None
-    texts = [c.name for c in table.columns if c.values.dtype.kind == 'U']
-    blocks = list(table.rows([c.name for c in table.columns if c.name not in texts], texts))
-    values = {c.name: np.concatenate([b.values[c.name] for b in blocks]) for c in table.columns}
-    return replace(table, rows=None, streamed=False, columns=tuple(
-        replace(c, values=values[c.name]) for c in table.columns))
 
 
 def _names(column: Column) -> set[str]:

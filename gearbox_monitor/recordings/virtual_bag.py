@@ -26,7 +26,7 @@ class Frames:
     Messages [N] on one topic that name the same J joints.
 
     stamp_ns, log_ns [N]: of measurement, of receipt. position, velocity, effort [N, J], None: the
-    messages leave the field empty.
+    messages leave the field empty, as where no velocity or effort of a block was measured.
     """
 
     topic: str
@@ -74,7 +74,8 @@ class VirtualBag(BagReader):
 
 def block_of_frames(topics: Sequence[str], frames: Sequence[Frames]) -> MessageBlock:
     """Return the messages of all `frames` on `topics`, by log time, then in the given order."""
-    rows = [joint_state_rows(f.stamp_ns, f.joints, f.position, f.velocity, f.effort)
+    rows = [joint_state_rows(f.stamp_ns, f.joints, f.position, *(
+        None if x is None or np.isnan(x).all() else x for x in (f.velocity, f.effort)))
             for f in frames]
     sizes = [np.full(len(data), data.shape[1], np.int64) for data in rows]
     size = np.concatenate([np.empty(0, np.int64), *sizes])

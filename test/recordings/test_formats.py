@@ -371,7 +371,7 @@ def test_second_file_with_a_stated_lag(tmp_path):
 
 
 def test_an_estimated_lag_is_gone(tmp_path):
-    with pytest.raises(InputError, match="second_file.lag: 'estimated', gone since 0.3; state the"):
+    with pytest.raises(InputError, match="second_file.lag: 'estimated', gone since 0.3"):
         two_files(tmp_path, 'estimated')
 
 
