@@ -160,8 +160,8 @@ class _Proposal:
 
     def __init__(self, table: Table, settings: Sequence[str], answers: Answers, constants: bool
                  ) -> None:
-        self.table, self.settings, self.answers = _renamed(table, answers.columns), settings, \
-            answers
+        self.table, self.originals = _renamed(table, answers.columns)
+        self.settings, self.answers = settings, answers
         self.needs_constants = constants
         self.columns = {column.name: column for column in self.table.columns}
         self.assumptions: list[str] = []
@@ -222,6 +222,7 @@ class _Proposal:
         unused = [row[0] for row in rows if not row[1]]
         if unused:
             self.assumptions.append(f'Not used: {", ".join(unused)[:400]}.')
+        data = _as_in_file(data, dict(zip(self.columns, self.originals)))
         return Guess(table.path.name, with_settings(data, self.settings), tuple(self.assumptions),
                      tuple(self.questions), tuple(rows))
 
@@ -673,10 +674,17 @@ def _names_of(role: str) -> list[str]:
     return [role, *(name for name in ROLES if ROLES[name] == role), kind_of(role).quantity]
 
 
-def _renamed(table: Table, columns: str) -> Table:
-    """Return `table` with the names that the text `columns` gives all of its columns."""
+def _as_in_file(data: Mapping[str, Any], names: Mapping[str, str]) -> dict[str, Any]:
+    """Return the mapping `data` with the `names` {new: old} of columns that the file has."""
+    return {key: names.get(value, value) if key in ('column', 'nanosec', 'segment') else
+            _as_in_file(value, names) if isinstance(value, dict) and key != 'second_file' else
+            value for key, value in data.items()}
+
+
+def _renamed(table: Table, columns: str) -> tuple[Table, list[str]]:
+    """Return `table` with the names that `columns` gives its columns, and the old ones."""
     if not columns:
-        return table
+        return table, [column.name for column in table.columns]
     names: list[str] = []
     for part in re.split(r',(?![^\[]*\])', columns):
         match = re.fullmatch(r'\s*(.*?)\[(\d+)\]\s*(.*?)\s*', part)
@@ -688,6 +696,7 @@ def _renamed(table: Table, columns: str) -> Table:
         raise InputError(f'{table.path}: --columns names {len(names)} columns, expected '
                          f'{len(table.columns)}, those of numbers: '
                          f'{", ".join(c.name for c in table.columns)[:200]}')
+    kept = [(c, name) for c, name in zip(table.columns, names) if name not in ('-', '')]
     return replace(table, named=True, columns=tuple(
         replace(column, name=name, unit=unit_of_label(name)[1], factor=unit_of_label(name)[0])
-        for column, name in zip(table.columns, names) if name not in ('-', '')))
+        for column, name in kept)), [column.name for column, _ in kept]

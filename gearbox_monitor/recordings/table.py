@@ -8,7 +8,7 @@ The first bytes of a file say its kind. Text is read in blocks; all other kinds 
 in a child with limits of time and memory. All may be gzipped.
 """
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 import contextlib
 from dataclasses import dataclass, field, replace
 import json
@@ -70,7 +70,7 @@ class Table:
 
     named: the file names them; joints: names of joints that it lists; rate: Hz, as a file beside
     it states; header: numbers by name. rows: reads a text again, in blocks; streamed: its columns
-    hold the first rows only, else `lines` is the line of each row.
+    hold the first rows only.
     """
 
     path: Path
@@ -80,9 +80,8 @@ class Table:
     rate: float | None = None
     header: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
-    rows: Callable[[Collection[str], Collection[str]], Iterator[RowBlock]] | None = None
+    rows: Rows | None = None
     streamed: bool = False
-    lines: Integers | None = None
 
     def find(self, place: int | str, key: str) -> Column:
         """
@@ -105,19 +104,11 @@ class Table:
     def blocks(self, numbers: Collection[str], texts: Collection[str] = ()
                ) -> Iterator[RowBlock]:
         """Yield rows of the columns `numbers` and, as they are written, `texts`, in blocks."""
-        if self.rows is not None and self.streamed:
+        if self.rows is not None:
             yield from self.rows(numbers, texts)
             return
         values = {c.name: c.values for c in self.columns if c.name in (*numbers, *texts)}
-        exact = [name for name in texts if name in values and values[name].dtype.kind == 'f']
-        if exact and self.rows is not None:
-            parts = list(self.rows((), exact))
-            values |= {name: np.concatenate([b.values[name] for b in parts]) for name in exact}
-        lengths = {len(v) for v in values.values()} or {0}
-        if self.lines is not None and lengths == {len(self.lines)}:
-            yield RowBlock(values, self.lines)
-        else:
-            yield RowBlock(values, np.arange(1, max(lengths) + 1), 'row')
+        yield RowBlock(values, np.arange(1, max(map(len, values.values()), default=0) + 1), 'row')
 
 
 def printable(name: str) -> str:
@@ -236,8 +227,7 @@ def _text_table(path: Path, layout: TextLayout, whole: bool) -> Table:
         f'one row per signal ({width} rows of {len(columns[0].values)} samples): column numbers '
         'count the rows',)
     return Table(path, tuple(columns), named, _listed_joints(path), None,
-                 _text_header(path, layout), notes, rows, streamed,
-                 np.concatenate([block.numbers for block in looked]))
+                 _text_header(path, layout), notes, rows, streamed)
 
 
 def _is_packed(path: Path) -> bool:
@@ -369,7 +359,7 @@ def _long_pivoted(table: Table) -> Table:
                                   c.factor, '' if any(c is time for time in times) else
                                   f'{times[0].name} {word}'))
     clocks = {f'{t.name} {w}' for t in times for w in words}
-    return replace(table, rows=None, streamed=False, lines=None, columns=tuple(columns), notes=(
+    return replace(table, rows=None, streamed=False, columns=tuple(columns), notes=(
         *table.notes, f'a row for each {key.name}: {", ".join(map(str, words[order]))[:200]}'),
         header=table.header) if clocks else table
 

@@ -442,3 +442,28 @@ def test_runs_one_after_another_and_torques_with_gaps_are_asked_for(tmp_path, ca
                                       'torque_b': 0.9 * TORQUE + 50.0 * NOISE})
     assert main(['import', str(path), '--guess']) == 3
     assert 'no name tells which' in capsys.readouterr().err
+
+
+def test_names_that_the_user_gives_to_columns_without(tmp_path, capsys):
+    path = tmp_path / 'r.csv'
+    np.savetxt(path, np.column_stack([T, ARM, 0.0 * T, TORQUE]), delimiter=',')
+    names = ('--columns', 't,q,-,tau')
+    assert main(['import', str(path), '--guess', *names]) == 0
+    (tmp_path / 'map.yaml').write_text(capsys.readouterr().out)
+    joints = imported(tmp_path, path, *names)
+    (tmp_path / 'bag').rename(tmp_path / 'by_guess')
+    for bag in (joints, imported(tmp_path, path, '--map', tmp_path / 'map.yaml')):
+        np.testing.assert_array_equal(bag.position[:, 0], ARM)
+        np.testing.assert_array_equal(bag.effort[:, 0], TORQUE)
+
+
+def test_messages_of_kuka_rsi(tmp_path, capsys):
+    (tmp_path / 'rsi.xml').write_text(''.join(
+        f'<Rob TYPE="KUKA"><RIst X="1.0"/><AIPos A1="{q:.9f}" A2="{2.0 * q:.9f}"/>'
+        f'<IPOC>{4 * k}</IPOC></Rob>\n<Sen Type="ImFree"><AKorr A1="0"/></Sen>\n'
+        for k, q in enumerate(np.rad2deg(ARM[:400]))))
+    assert main(['import', str(tmp_path / 'rsi.xml'), str(tmp_path / 'bag')]) == 0
+    with open_bag(tmp_path / 'bag') as reader:
+        states = reader.joint_states('/joint_states', ['joint_1', 'joint_2'])
+    np.testing.assert_allclose(states.position, ARM[:400, None] * (1.0, 2.0), atol=1e-9)
+    np.testing.assert_array_equal(np.diff(states.stamp_ns), 4_000_000)
