@@ -13,7 +13,7 @@ Public names, by module:
     cdr: encode_joint_states
     examples: ENCODERS, ExampleMotion, MOTIONS, NOISE, process_torque, write_example_bag,
         write_robot_pair
-    from_bag: ANY, drive_recording, robot_recording, signals_at
+    from_bag: ANY, drive_recording, robot_recording
     guess: Answers, Guess, Unsettled
     joint_input: bag_arguments, DIAGNOSTIC_ARRAY, find_input, GEARBOX, Joiner, JointInput,
         match_stamps, PAYLOAD_CHANGE, recorded_inputs, StampMatcher, topics_called,

@@ -334,9 +334,13 @@ def _joined(frames: Iterable[Frames]) -> list[Frames]:
     parts: dict[tuple[str, tuple[str, ...]], list[Frames]] = {}
     for frame in frames:
         parts.setdefault((frame.topic, frame.joints), []).append(frame)
-    return [Frames(topic, joints, *(
-        None if getattr(own[0], name) is None else np.concatenate([getattr(f, name) for f in own])
-        for name in ('stamp_ns', 'log_ns', *OF_STATE))) for (topic, joints), own in parts.items()]
+    joined = []
+    for own in parts.values():
+        fields: dict[str, Any] = {
+            name: np.concatenate([getattr(f, name) for f in own])
+            for name in ('stamp_ns', 'log_ns', *OF_STATE) if getattr(own[0], name) is not None}
+        joined.append(replace(own[0], **fields))
+    return joined
 
 
 def _evened(path: Path, frames: Sequence[Frames]) -> tuple[list[Frames], list[str]]:

@@ -74,9 +74,10 @@ class VirtualBag(BagReader):
 
 def block_of_frames(topics: Sequence[str], frames: Sequence[Frames]) -> MessageBlock:
     """Return the messages of all `frames` on `topics`, by log time, then in the given order."""
-    rows = [joint_state_rows(f.stamp_ns, f.joints, f.position, *(
-        None if x is None or np.isnan(x).all() else x for x in (f.velocity, f.effort)))
-            for f in frames]
+    def measured(values: Array | None) -> Array | None:
+        return None if values is None or np.isnan(values).all() else values
+    rows = [joint_state_rows(f.stamp_ns, f.joints, f.position, measured(f.velocity),
+                             measured(f.effort)) for f in frames]
     sizes = [np.full(len(data), data.shape[1], np.int64) for data in rows]
     size = np.concatenate([np.empty(0, np.int64), *sizes])
     offset = np.cumsum(size) - size
