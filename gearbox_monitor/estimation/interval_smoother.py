@@ -20,7 +20,7 @@ from gearbox_monitor.estimation.filter_kind import Belief, filter_kind
 from gearbox_monitor.estimation.filter_setup import loop_arrays, settings_of
 from gearbox_monitor.estimation.process_model import layout_of, pack, state_names
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, smooth, Span
-from gearbox_monitor.estimation.sample_loop import loop_of, LoopState, Output, Stream
+from gearbox_monitor.estimation.sample_loop import loop_of, LoopState, Output, part_of, Stream
 from gearbox_monitor.estimation.step_record import sensitivities, updated
 from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
 from gearbox_monitor.parameters import EstimatorParameters
@@ -85,12 +85,8 @@ def _smoothed(estimator: Estimator, stream: Stream, started: Flags) -> Array:
     pass_, starts = _Pass(estimator.drive, estimator.parameters), np.flatnonzero(started)
     rows = np.empty((len(started), N_SMOOTHED))
     for begin, end in zip(starts.tolist(), [*starts[1:].tolist(), len(started)]):
-        rows[begin:end] = pass_.smooth(_part(stream, begin, end))
+        rows[begin:end] = pass_.smooth(part_of(stream, begin, end))
     return rows
-
-
-def _part(stream: Stream, begin: int, end: int) -> Stream:
-    return Stream(stream.stamps[begin:end], stream.inputs[begin:end], stream.outputs[begin:end])
 
 
 class _Pass:
@@ -120,7 +116,7 @@ class _Pass:
         belief, state = carried
         while begin < end:
             n_samples, _ = self.loop(self.states, self.settings, self.packed,
-                                     _part(stream, begin, end), state, belief, self.scratch,
+                                     part_of(stream, begin, end), state, belief, self.scratch,
                                      self.output)
             begin += n_samples
 

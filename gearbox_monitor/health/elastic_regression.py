@@ -110,7 +110,7 @@ def _carried(play: Play, z: float, r: float, x2: float, x4: float) -> Play:
 
 @inline
 def _add_row(theta: Array, law: ElasticLaw, curve: _Curve, row: Array, play: Play, moves: bool,
-             slope: Array) -> tuple[float, Play, bool]:
+             slope: Array, every: bool = True) -> tuple[float, Play, bool]:
     """
     Add the slopes of a row's torque to those of its group.
 
@@ -122,6 +122,7 @@ def _add_row(theta: Array, law: ElasticLaw, curve: _Curve, row: Array, play: Pla
         play: before it.
         moves: whether the inertia is fitted.
         slope: of the group [N_SHAPE], changed.
+        every: whether more than FITTED parameters may differ from 0.
 
     Returns:
         What the torque misses (N m), the play, and whether the row is in contact.
@@ -129,7 +130,9 @@ def _add_row(theta: Array, law: ElasticLaw, curve: _Curve, row: Array, play: Pla
     """
     x2, x4, x3, u, friction = row[D_X2], row[D_X4], row[D_X3], row[D_U], row[D_FRICTION]
     share, spring = curve.share, curve.spring
-    z = row[D_TWIST] - curve.zero - theta[SCALE] * x2 - theta[DELAY] * x4
+    z = row[D_TWIST] - curve.zero
+    if every:
+        z = z - theta[SCALE] * x2 - theta[DELAY] * x4
     w, side, x2_carried, x4_carried = play = _carried(play, z, curve.r, x2, x4)
     stretch = z - w
     load = dead_zone(z - curve.lower * stretch, curve.b)
@@ -141,9 +144,10 @@ def _add_row(theta: Array, law: ElasticLaw, curve: _Curve, row: Array, play: Pla
     slope[HALF_GAP] -= share * curve.k * flank
     slope[WIDTH] += share * curve.sign * (of_stretch * side - spring * curve.per_width * stretch)
     slope[ZERO] -= share * steep
-    slope[HEIGHT] += share * stretch * (curve.per_width if law.by_height else 1.0)
-    slope[SCALE] -= share * (steep * x2 + of_stretch * (x2 - x2_carried))
-    slope[DELAY] -= share * (steep * x4 + of_stretch * (x4 - x4_carried))
+    if every:
+        slope[HEIGHT] += share * stretch * (curve.per_width if law.by_height else 1.0)
+        slope[SCALE] -= share * (steep * x2 + of_stretch * (x2 - x2_carried))
+        slope[DELAY] -= share * (steep * x4 + of_stretch * (x4 - x4_carried))
     slope[VISCOUS] += x3
     slope[COULOMB] += friction
     slope[GAIN] += u
@@ -291,7 +295,7 @@ def add_row(sums: Sums, certain: float) -> None:
     play = s[S_PLAY], s[S_PLAY + 1], s[S_PLAY + 2], s[S_PLAY + 3]
     if s[S_BEGUN] == 0.0:
         play, s[S_BEGUN] = (row[D_TWIST] - curve.zero, 0.0, row[D_X2], row[D_X4]), 1.0
-    missed, play, _ = _add_row(theta, PLAIN, curve, row, play, False, room[0])
+    missed, play, _ = _add_row(theta, PLAIN, curve, row, play, False, room[0], False)
     s[S_PLAY], s[S_PLAY + 1], s[S_PLAY + 2], s[S_PLAY + 3] = play
     s[S_ERROR] += missed
     s[S_WEIGHT] += certain

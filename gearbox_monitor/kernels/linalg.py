@@ -13,10 +13,11 @@ from gearbox_monitor.kernels.elementary import fma
 from gearbox_monitor.kernels.kernel import inline, kernel
 from gearbox_monitor.kernels.types import Array, Layout
 
-Seven: TypeAlias = tuple[float, float, float, float, float, float, float]
-Eleven: TypeAlias = tuple[float, float, float, float, float, float, float, float, float, float,
-                          float]
-ZEROS: Eleven = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+# A row of a matrix in variables: the compiler cannot know that what is written to is none of the
+# matrices that are read. Kernels know LEAST to MOST states; behind the n of them are zeros.
+Row: TypeAlias = tuple[float, ...]
+LEAST, MOST = 5, 11
+ZEROS: Row = (0.0,) * MOST
 
 
 @inline
@@ -27,47 +28,11 @@ def multiply(layout: Layout, a: Array, b: Array, out: Array) -> None:
     layout: of the n states.
     """
     n = layout.n
-    if n > 7:
-        for i in range(n):
-            for j in range(n):
-                out[i * n + j] = 0.0
-            for k in range(n):
-                v = a[i * n + k]
-                for j in range(n):
-                    out[i * n + j] = fma(v, b[k * n + j], out[i * n + j])
-        return
     for i in range(n):
-        s0, s1, s2, s3, s4, s5, s6 = _row(n, -1, a, i, b)
-        at = i * n
-        out[at], out[at + 1], out[at + 2], out[at + 3], out[at + 4] = s0, s1, s2, s3, s4
-        if n > 5:
-            out[at + 5] = s5
-        if n > 6:
-            out[at + 6] = s6
-
-
-@inline
-def _row(n: int, unit: int, a: Array, i: int, b: Array) -> Seven:
-    """
-    Return row `i` of a b, zeros behind it; column `unit` of `a` is that of the unit matrix.
-
-    Sums stand in variables: the compiler cannot know that what is written to is neither `a`
-    nor `b`.
-    """
-    s0 = s1 = s2 = s3 = s4 = s5 = s6 = 0.0
-    for k in range(n):
-        v, at = a[i * n + k], k * n
-        if k != unit or i == unit:
-            s0 = fma(v, b[at], s0)
-            s1 = fma(v, b[at + 1], s1)
-            s2 = fma(v, b[at + 2], s2)
-            s3 = fma(v, b[at + 3], s3)
-            s4 = fma(v, b[at + 4], s4)
-            if n > 5:
-                s5 = fma(v, b[at + 5], s5)
-            if n > 6:
-                s6 = fma(v, b[at + 6], s6)
-    return s0, s1, s2, s3, s4, s5, s6
+        row = ZEROS
+        for k in range(n):
+            row = _fused(n, a[i * n + k], b, k * n, row)
+        _put(n, row, out, i * n)
 
 
 @inline
@@ -75,26 +40,15 @@ def multiply_symmetric(layout: Layout, a: Array, b: Array, out: Array) -> None:
     """Write a b' into `out`, known to be symmetric; all [n * n]; `layout` of n states."""
     n = layout.n
     for i in range(n):
-        s0 = s1 = s2 = s3 = s4 = s5 = s6 = 0.0
+        row = ZEROS
         for k in range(n):
             v = a[i * n + k]
-            s0 = fma(v, b[k], s0)
-            s1 = fma(v, b[n + k], s1)
-            s2 = fma(v, b[2 * n + k], s2)
-            s3 = fma(v, b[3 * n + k], s3)
-            s4 = fma(v, b[4 * n + k], s4)
-            if n > 5:
-                s5 = fma(v, b[5 * n + k], s5)
-            if n > 6:
-                s6 = fma(v, b[6 * n + k], s6)
+            row = tuple(fma(v, b[j * n + k], row[j]) if j < LEAST or j < n else 0.0
+                        for j in range(MOST))
         # The compiler drops the sums that no element of the lower triangle needs.
-        _mirrored(out, n, i, 0, s0)
-        _mirrored(out, n, i, 1, s1)
-        _mirrored(out, n, i, 2, s2)
-        _mirrored(out, n, i, 3, s3)
-        _mirrored(out, n, i, 4, s4)
-        _mirrored(out, n, i, 5, s5)
-        _mirrored(out, n, i, 6, s6)
+        for j, value in enumerate(row):
+            if j < LEAST or j < n:
+                _mirrored(out, n, i, j, value)
 
 
 @inline
@@ -112,30 +66,14 @@ def carry(layout: Layout, phi: Array, P: Array, half: Array, cross: Array,
         return
     full = layout.loaded or layout.curve >= 0
     for i in range(n):
-        s0, s1, s2, s3, s4, s5, s6 = _row(n, -1 if full else 1, phi, i, P)
-        at = i * n
-        cross[at], cross[at + 1], cross[at + 2], cross[at + 3] = s0, s1, s2, s3
-        cross[at + 4] = s4
-        s0, s1 = fma(phi[at], half[0], s0), fma(phi[at + 1], half[1], s1)
-        s2, s3 = fma(phi[at + 2], half[2], s2), fma(phi[at + 3], half[3], s3)
-        s4 = fma(phi[at + 4], half[4], s4)
-        if n > 5:
-            cross[at + 5] = s5
-            s5 = fma(phi[at + 5], half[5], s5)
-        if n > 6:
-            cross[at + 6] = s6
-            s6 = fma(phi[at + 6], half[6], s6)
+        row = ZEROS
+        for k in range(n):
+            if full or k != 1 or i == 1:
+                row = _fused(n, phi[i * n + k], P, k * n, row)
+        _put(n, row, cross, i * n)
+        row = _weighted(n, phi, i * n, half, row)
         for j in range(n):
-            at = j * n
-            value = s0 * phi[at]
-            if full or j == 1:
-                value = fma(s1, phi[at + 1], value)
-            value = fma(s4, phi[at + 4], fma(s3, phi[at + 3], fma(s2, phi[at + 2], value)))
-            if n > 5:
-                value = fma(s5, phi[at + 5], value)
-            if n > 6:
-                value = fma(s6, phi[at + 6], value)
-            _mirrored(out, n, i, j, value)
+            _mirrored(out, n, i, j, _product(n, row, phi, j * n, full or j == 1))
 
 
 @inline
@@ -166,7 +104,7 @@ def _carry_curve(curve: int, n: int, phi: Array, P: Array, half: Array,
                 if not _moves(j, memory):
                     out[j * n + i] = out[at + j]
                 elif j <= i:
-                    _mirrored(out, n, i, j, _product(n, row, phi, j * n))
+                    _mirrored(out, n, i, j, _product(n, row, phi, j * n, True))
 
 
 @inline
@@ -176,99 +114,40 @@ def _moves(i: int, memory: int) -> bool:
 
 
 @inline
-def _fused(n: int, v: float, b: Array, at: int, row: Eleven) -> Eleven:
+def _fused(n: int, v: float, b: Array, at: int, row: Row) -> Row:
     """Return `row` + v times the `n` numbers at `at` of b."""
-    return (
-        fma(v, b[at], row[0]),
-        fma(v, b[at + 1], row[1]),
-        fma(v, b[at + 2], row[2]),
-        fma(v, b[at + 3], row[3]),
-        fma(v, b[at + 4], row[4]),
-        fma(v, b[at + 5], row[5]) if n > 5 else 0.0,
-        fma(v, b[at + 6], row[6]) if n > 6 else 0.0,
-        fma(v, b[at + 7], row[7]) if n > 7 else 0.0,
-        fma(v, b[at + 8], row[8]) if n > 8 else 0.0,
-        fma(v, b[at + 9], row[9]) if n > 9 else 0.0,
-        fma(v, b[at + 10], row[10]) if n > 10 else 0.0)
+    return tuple(fma(v, b[at + j], row[j]) if j < LEAST or j < n else 0.0 for j in range(MOST))
 
 
 @inline
-def _added(n: int, v: float, b: Array, at: int, row: Eleven) -> Eleven:
+def _added(n: int, v: float, b: Array, at: int, row: Row) -> Row:
     """Do as _fused, but round each product."""
-    return (
-        row[0] + v * b[at],
-        row[1] + v * b[at + 1],
-        row[2] + v * b[at + 2],
-        row[3] + v * b[at + 3],
-        row[4] + v * b[at + 4],
-        row[5] + v * b[at + 5] if n > 5 else 0.0,
-        row[6] + v * b[at + 6] if n > 6 else 0.0,
-        row[7] + v * b[at + 7] if n > 7 else 0.0,
-        row[8] + v * b[at + 8] if n > 8 else 0.0,
-        row[9] + v * b[at + 9] if n > 9 else 0.0,
-        row[10] + v * b[at + 10] if n > 10 else 0.0)
+    return tuple(row[j] + v * b[at + j] if j < LEAST or j < n else 0.0 for j in range(MOST))
 
 
 @inline
-def _weighted(n: int, phi: Array, at: int, half: Array, row: Eleven) -> Eleven:
+def _weighted(n: int, phi: Array, at: int, half: Array, row: Row) -> Row:
     """Return `row` + the `n` numbers at `at` of phi, each times that of `half`."""
-    return (
-        fma(phi[at], half[0], row[0]),
-        fma(phi[at + 1], half[1], row[1]),
-        fma(phi[at + 2], half[2], row[2]),
-        fma(phi[at + 3], half[3], row[3]),
-        fma(phi[at + 4], half[4], row[4]),
-        fma(phi[at + 5], half[5], row[5]) if n > 5 else 0.0,
-        fma(phi[at + 6], half[6], row[6]) if n > 6 else 0.0,
-        fma(phi[at + 7], half[7], row[7]) if n > 7 else 0.0,
-        fma(phi[at + 8], half[8], row[8]) if n > 8 else 0.0,
-        fma(phi[at + 9], half[9], row[9]) if n > 9 else 0.0,
-        fma(phi[at + 10], half[10], row[10]) if n > 10 else 0.0)
+    return tuple(fma(phi[at + j], half[j], row[j]) if j < LEAST or j < n else 0.0
+                 for j in range(MOST))
 
 
 @inline
-def _product(n: int, row: Eleven, b: Array, at: int) -> float:
-    """Return the product of `row` with the `n` numbers at `at` of b."""
+def _product(n: int, row: Row, b: Array, at: int, second: bool) -> float:
+    """Return `row` times the `n` numbers at `at` of b, without the second unless `second`."""
     value = row[0] * b[at]
-    value = fma(row[1], b[at + 1], value)
-    value = fma(row[2], b[at + 2], value)
-    value = fma(row[3], b[at + 3], value)
-    value = fma(row[4], b[at + 4], value)
-    if n > 5:
-        value = fma(row[5], b[at + 5], value)
-    if n > 6:
-        value = fma(row[6], b[at + 6], value)
-    if n > 7:
-        value = fma(row[7], b[at + 7], value)
-    if n > 8:
-        value = fma(row[8], b[at + 8], value)
-    if n > 9:
-        value = fma(row[9], b[at + 9], value)
-    if n > 10:
-        value = fma(row[10], b[at + 10], value)
+    for j, own in enumerate(row):
+        if j > 0 and (j > 1 or second) and (j < LEAST or j < n):
+            value = fma(own, b[at + j], value)
     return value
 
 
 @inline
-def _put(n: int, row: Eleven, out: Array, at: int) -> None:
+def _put(n: int, row: Row, out: Array, at: int) -> None:
     """Write the `n` numbers of `row` to `at` of out."""
-    out[at] = row[0]
-    out[at + 1] = row[1]
-    out[at + 2] = row[2]
-    out[at + 3] = row[3]
-    out[at + 4] = row[4]
-    if n > 5:
-        out[at + 5] = row[5]
-    if n > 6:
-        out[at + 6] = row[6]
-    if n > 7:
-        out[at + 7] = row[7]
-    if n > 8:
-        out[at + 8] = row[8]
-    if n > 9:
-        out[at + 9] = row[9]
-    if n > 10:
-        out[at + 10] = row[10]
+    for j, value in enumerate(row):
+        if j < LEAST or j < n:
+            out[at + j] = value
 
 
 @inline

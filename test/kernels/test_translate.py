@@ -89,6 +89,13 @@ def only_where_asked(z: Vector, a: bool) -> tuple[bool, float]:
     return good, z[0]
 
 
+def generated(z: Vector, n: int) -> tuple[float, float, float, float]:
+    j = 2.0
+    row = tuple(written(z, 1.0) if i < n else z[i] * j for i in range(3))
+    doubled = tuple(2.0 * value for value in row)
+    return doubled[0], doubled[1], doubled[2], z[0]
+
+
 def choice(z: Vector, a: bool) -> float:
     return written(z, 1.0) if a else written(z, 2.0) - z[1]
 

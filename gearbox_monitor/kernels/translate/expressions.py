@@ -313,6 +313,22 @@ class Expressions(Arrays):
 
     # ------------------------------------------------------------------ calls
 
+    def e_GeneratorExp(self, node: Any) -> Value:
+        """Return the items as a tuple, what a kernel makes of them: one for each of a tuple."""
+        part, *rest = node.generators
+        if rest or part.ifs or not isinstance(part.target, ast.Name):
+            raise Refused('such a generator')
+        values: list[Value] = []
+        for item in self.items(self.e(part.iter)):
+            self.turns[part.target.id] = item
+            before = len(self.lines)
+            value = self.e(node.elt)
+            if len(self.lines) > before:
+                values = self._before(before, values)
+            values.append(value)
+        self.turns.pop(part.target.id, None)
+        return self.tuple_of(values)
+
     def e_Call(self, node: Any) -> Value:
         if isinstance(node.func, ast.Attribute):
             base = self.e(node.func.value)
@@ -343,6 +359,13 @@ class Expressions(Arrays):
             raise Refused(f'a name in a call of {called}')
         if called is len:
             return self.length(values[0])
+        if called is tuple:
+            return self.tuple_of(self.items(values[0]))
+        if called is range:
+            bounds = [self.number(v).constant for v in values]
+            if any(b is OPEN for b in bounds):
+                raise Refused('a range whose bounds are no constants')
+            return self.tuple_of([constant(i) for i in range(*bounds)])
         if called in (min, max):
             return self._extreme(called, values[0].items if isinstance(
                 values[0], Tuple) else values)

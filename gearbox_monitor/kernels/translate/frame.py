@@ -26,6 +26,7 @@ class Frame:
     Attributes:
         variables: {name: type of what it may hold}, which widens from pass to pass.
         known: {name: value} of names that are assigned once, a constant.
+        turns: {name: its present value} of generators.
         result: type of what it returns; None: no return was seen.
     """
 
@@ -40,6 +41,7 @@ class Frame:
             f'{function.__module__.rpartition(".")[2]}_{code.co_name.strip("_<>")}')
         self.variables: dict[str, Type] = {}
         self.known: dict[str, Value] = {}
+        self.turns: dict[str, Value] = {}
         self.result: Type | None = None
         self.lines: list[str] = []
         self.depth = self.temporaries = 0
@@ -167,6 +169,8 @@ class Frame:
 
     def lookup(self, name: str) -> Value:
         """Return what `name` stands for. Raises Refused."""
+        if name in self.turns:
+            return self.turns[name]
         if name in self.locals:
             if name in self.known:
                 return self.known[name]
