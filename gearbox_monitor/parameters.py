@@ -10,6 +10,7 @@ without retuning.
 """
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
+from itertools import pairwise
 import math
 from pkgutil import iter_modules
 from typing import Any, Self, TypeAlias, TypeVar
@@ -157,6 +158,11 @@ class ParameterSet:
         """Return {name: value} of those that differ from their defaults, as `to_dict` does."""
         return {name: value for name, value in self.to_dict().items()
                 if getattr(self, name) != getattr(type(self), name)}
+
+
+# Limits of one change, each at least as large as the one before it.
+LIMITS_IN_ORDER = (('gap_notice', 'gap_warn', 'gap_error'), ('stiffness_warn', 'stiffness_error'),
+                   ('friction_warn', 'friction_error'))
 
 
 @dataclass(frozen=True)
@@ -389,6 +395,15 @@ class EstimatorParameters(ParameterSet):
         low=1.0, high=86400.0)
     name_changes_memory: int = row(
         2000, 'MB', 'largest address space of that child', low=100, high=1_000_000)
+
+    def __post_init__(self) -> None:
+        """Raise InputError for a value of a wrong type or out of range, or limits out of order."""
+        super().__post_init__()
+        for names in LIMITS_IN_ORDER:
+            for low, high in pairwise(names):
+                if getattr(self, low) > getattr(self, high):
+                    raise InputError(f'parameters: {high}: {getattr(self, high):g}, expected a '
+                                     f'number >= {low} ({getattr(self, low):g})')
 
 
 @dataclass(frozen=True)

@@ -22,11 +22,22 @@ PARAMETERS = {
     'speed_bin': 1.0, 'load_bin': 1.0}
 
 
-def worn(seconds, lost=(0, 0)):
-    """Return Samples of a drive whose gap grows from 10 s on; the arm is `lost` from .. to."""
+def worn(seconds, lost=(0, 0), seed=5, rate=0.05, half_gap=0.1):
+    """
+    Return Samples of a drive whose gap grows from 10 s on.
+
+    Args:
+        seconds: of the drive.
+        lost: samples from .. to without the arm.
+        seed: of the noise.
+        rate: of the growth, relative per second.
+        half_gap: at the begin.
+
+    """
     n = seconds * 1000
-    plant = FaultyPlant(DriveModel(), Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)), 5,
-                        faults=Faults(gap_growth_rate=0.05, gap_growth_start=10.0))
+    plant = FaultyPlant(DriveModel().with_(half_gap=half_gap),
+                        Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)), seed,
+                        faults=Faults(gap_growth_rate=rate, gap_growth_start=10.0))
     drive = plant.run(Excitation().torque(1e-3 * np.arange(n)), 1e-3)
     y = drive.y.copy()
     y[slice(*lost), 1] = np.nan

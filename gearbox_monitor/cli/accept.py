@@ -38,8 +38,7 @@ from gearbox_monitor.files.yaml_files import expect_new_file, load_model, save_m
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.backlash.features import Backlash, NotExcited
 from gearbox_monitor.health.backlash.locked_input import is_locked, locked_windows
-from gearbox_monitor.health.backlash.recording_windows import (
-    combine, reason_of, RecordingWindows, separable_of)
+from gearbox_monitor.health.backlash.window_means import combine, reason_of, separable_of
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.recordings.replay import Replay, replay
@@ -130,9 +129,8 @@ def windows(result: Replay) -> Sequence[Backlash | NotExcited]:
     """Return the features of each window of the replay `result`, or of a lost-motion test."""
     if is_locked(result.recording.samples):
         return locked_windows(result.recording.samples)
-    loops = RecordingWindows(result.estimator)
-    loops.add(result.estimates)
-    return loops.finish()
+    assert result.monitor is not None
+    return result.monitor.features()
 
 
 def judge(fits: Sequence[Any], limits: Mapping[str, float | None],

@@ -37,7 +37,8 @@ EXIT_CODES = {
               3: 'no value is identified: only tolerances are widened'},
     'export': {0: 'all is expressed', 1: 'some is not'},
     'fleet': {0: 'every bag has its row', 1: 'run it again: some bags failed for reasons that may '
-              'pass', 2: 'bad usage or input, disk full, scheduler lost'},
+              'pass', 2: 'bad usage or input, disk full, scheduler lost',
+              3: 'bags of a folder name no gearbox'},
 }
 
 

@@ -25,19 +25,23 @@ usage examples:
 """
 from argparse import ArgumentParser, Namespace
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from datetime import datetime, timezone
+from pathlib import Path
 import re
 import sys
 from typing import Any
 
-from gearbox_monitor.cli.exit_codes import INTERRUPTED
+from gearbox_monitor.cli.exit_codes import INTERRUPTED, UNDECIDED
 from gearbox_monitor.cli.options import estimator_options, show
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import expect_whole, InputError, installed_by
+from gearbox_monitor.files.opening import read_text
 from gearbox_monitor.files.yaml_files import expect_outside_of_bag, load_model
 from gearbox_monitor.recordings.recorded_samples import NO_MODEL, NO_SERIAL
 from gearbox_monitor.ros.middleware import cores, Interrupt
 
+MAX_SERVICES = 1 << 24  # bytes of a file
 PRINTED = 10  # gearboxes, and bags that failed, on the terminal
 
 
@@ -66,7 +70,10 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--topic', default='joint_states', help='topic of the inputs')
     parser.add_argument('--gearbox', metavar='PATTERN', default='',
                         help='regular expression: its first group, in the path of a bag, names '
-                        'the gearbox (default: gearbox_serial recorded in the bag)')
+                        'the gearbox (default: gearbox_serial in the bag, namespace, or folder)')
+    parser.add_argument('--serviced', metavar='FILE',
+                        help='text file: a line GEARBOX DATE NOTE per service; the next bags are '
+                        'its new baseline')
     parser.add_argument('--json', action='store_true', help='print the summary as JSON')
 
 
@@ -80,7 +87,7 @@ def run(args: Namespace) -> int:
     except ModuleNotFoundError as error:
         raise InputError(f'{error.name} is not installed, expected '
                          f'{installed_by("tables")}') from None
-    settings = _settings(args)
+    settings, services = _settings(args), _services(args.serviced)
     bags, folder = find_bags(args.bags), FleetFolder(args.out)
     pending = [bag for bag in bags if not folder.has(bag, settings.key)]
 
@@ -95,8 +102,14 @@ def run(args: Namespace) -> int:
             if not row['retry']:
                 folder.put(bag, row)
             bar.update()
-        data = finish(folder, settings.key, rows, len(bags) - len(pending))
-    data['interrupted'] = len(rows) < len(pending)
+        interrupted = len(rows) < len(pending)
+        table = folder.finish([row for row in rows.values() if row])
+        mixed = '' if interrupted else _mixed(bags, table)
+        if mixed:
+            print(f'gearbox_monitor fleet: {mixed}', file=sys.stderr)
+            return UNDECIDED
+        data = finish(folder, table, settings.key, rows, len(bags) - len(pending), services)
+    data['interrupted'] = interrupted
     show(args, data, lambda: text(data))
     if data['interrupted']:
         print('interrupted: what is done is kept, run the same command again to continue',
@@ -128,6 +141,44 @@ def _check(args: Namespace) -> None:
     expect_outside_of_bag(args.out)
 
 
+def _mixed(bags: Sequence[Any], rows: Iterable[Mapping[str, Any]]) -> str:
+    """Return the question which gearbox made which of the `bags`, '' if `rows` tell it."""
+    roots = {bag.path: bag.root for bag in bags if bag.root}
+    unnamed: dict[str, int] = {}
+    for row in rows:
+        root = roots.get(row['path'], '')
+        if row['status'] == 'done' and not row['named'] and str(Path(row['path']).parent) == root:
+            unnamed[root] = unnamed.get(root, 0) + 1
+    root, count = max(unnamed.items(), key=lambda item: item[1], default=('', 0))
+    return '' if count < 2 else (
+        f'{root}: {count} bags name no gearbox: which gearbox made which bag? Put those of each '
+        "gearbox into a folder of its name, or name them by --gearbox PATTERN: '([^/]+)_[^/]*$', "
+        f"for one gearbox '({Path(root).name})'")
+
+
+def _services(path: str | None) -> dict[str, list[tuple[int, str]]]:
+    """Return {gearbox: (stamp in ns, note) of its services} of the file `path`."""
+    services: dict[str, list[tuple[int, str]]] = {}
+    try:
+        lines = read_text(path, MAX_SERVICES).splitlines() if path else []
+    except (OSError, ValueError) as error:
+        raise InputError(f'{path}: {getattr(error, "strerror", None) or error}, expected a text '
+                         'file of services') from None
+    for number, line in enumerate(lines, 1):
+        words = line.split(maxsplit=2)
+        if not words or words[0].startswith('#'):
+            continue
+        try:
+            date = datetime.fromisoformat(words[1])
+        except (IndexError, ValueError):
+            raise InputError(f'{path}: line {number}: {line.strip()!r}, expected GEARBOX DATE '
+                             'NOTE, as elbow 2026-03-02 gear replaced') from None
+        date = date if date.tzinfo else date.replace(tzinfo=timezone.utc)
+        services.setdefault(words[0], []).append(
+            (round(date.timestamp()) * 10 ** 9, ' '.join(words[2:]).strip()))
+    return services
+
+
 def _settings(args: Namespace) -> Any:
     """Return the JobSettings of the options."""
     from gearbox_monitor.fleet.job import JobSettings
@@ -139,24 +190,26 @@ def _settings(args: Namespace) -> Any:
                        args.topic, args.gearbox, args.diagnose, only, args.max_seconds)
 
 
-def finish(folder: Any, key: str, results: Mapping[str, Any], skipped: int) -> dict[str, Any]:
+def finish(folder: Any, rows: Sequence[dict[str, Any]], key: str, results: Mapping[str, Any],
+           skipped: int, services: Mapping[str, Any]) -> dict[str, Any]:
     """
-    Write the table of bags and the page.
+    Write the page.
 
     Args:
         folder: the FleetFolder.
+        rows: of the table of bags.
         key: of the settings of this run.
         results: {path: row to be tried again, or None} of this run.
         skipped: bags that were done before.
+        services: {gearbox: (stamp in ns, note)}.
 
     Returns:
         The summary as plain data.
 
     """
-    from gearbox_monitor.fleet.trend import gearboxes
+    from gearbox_monitor.fleet.gearbox_history import gearboxes
     from gearbox_monitor.report.fleet_page import fleet_page, headline
-    rows = folder.finish([row for row in results.values() if row])
-    boxes = gearboxes(rows)
+    boxes = gearboxes(rows, services)
     status = Counter(row['status'] for row in rows)
     other_settings = sum(row['status'] == 'done' and row['settings'] != key for row in rows)
     written = folder.write_page(fleet_page(boxes, rows, status, other_settings))
@@ -172,23 +225,9 @@ def finish(folder: Any, key: str, results: Mapping[str, Any], skipped: int) -> d
         'without_serial': sum(NO_SERIAL in (row.get('notes') or '') for row in rows
                               if row['status'] == 'done'),
         'headline': answer, 'other_settings': other_settings,
-        'gearboxes': [{**{name: value for name, value in box.items()
-                          if name not in ('start', 'value', 'std', 'line', 'reach')},
-                       # JSON knows no infinity.
-                       'reach': box['reach'] and [min(s, 1e12) for s in box['reach']],
-                       'summary': _line(box)} for box in boxes],
+        'gearboxes': [{**box, 'points': len(box['points'])} for box in boxes],
         'failures': [{'path': row['path'], 'reason': row['reason'], 'retry': bool(row['retry'])}
                      for row in failed]}
-
-
-def _line(box: Mapping[str, Any]) -> str:
-    from gearbox_monitor.report.fleet_page import (
-        excursion_text, FEATURES, growth_text, limit_text, width_text)
-    from gearbox_monitor.report.words import counted
-    return ', '.join(filter(None, (
-        f'{FEATURES[box["feature"]]} {width_text(box)}', growth_text(box),
-        limit_text(box), excursion_text(box),
-        f'{box["measured"]} of {counted(box["bags"], "bag")}')))
 
 
 def text(data: Mapping[str, Any]) -> str:
@@ -199,10 +238,12 @@ def text(data: Mapping[str, Any]) -> str:
              f'{counted(data["duplicate"], "duplicate")}, {data["skipped"]} skipped: done before']
     if data['without_model']:
         lines.append(f'warning      {counted(data["without_model"], "bag")}: {NO_MODEL}')
-    if data['without_serial'] > 1:
-        lines.append(f'warning      {counted(data["without_serial"], "bag")}: {NO_SERIAL}')
+    if data['without_serial']:
+        lines.append(f'note         {counted(data["without_serial"], "bag")}: {NO_SERIAL}')
     for label, entries in (
-            ('gearboxes', [f'{box["gearbox"]}: {box["summary"]}' for box in data['gearboxes']]),
+            ('gearboxes', [f'{box["gearbox"]}: {box["summary"]}, '
+                           f'{box["points"]} of {counted(box["bags"], "bag")}'
+                           for box in data['gearboxes']]),
             ('failed', [entry['reason'] + (' (will be tried again)' if entry['retry'] else '')
                         for entry in data['failures']])):
         listed = entries[:PRINTED] + ([f'and {len(entries) - PRINTED} more']

@@ -44,6 +44,7 @@ from gearbox_monitor.recordings.player import EstimatePlayer, Player
 from gearbox_monitor.recordings.replay import (
     Comparer, Comparison, interval_error, ReplayCollector, ReplaySummary, smoothed)
 from gearbox_monitor.recordings.replay_output import BagOutput, CsvTable, ParquetTable
+from gearbox_monitor.report import words
 from gearbox_monitor.simulators.robot_model import SUFFIXES
 
 if TYPE_CHECKING:
@@ -131,9 +132,8 @@ def summary(data: Mapping[str, Any], axis: str = 'rotary') -> str:
             if not c['different'] else
             f'The replay differs from the recording in {c["different"]} of {c["compared"]} '
             'values.')
-    if data['gap_rad']:
-        sentences.append(on_axis(f'Backlash {data["gap_rad"][-1]:.4g} rad in the newest window.',
-                                 axis))
+    if data['wear']:
+        sentences.append(on_axis(words.sentence(data['wear']['summary']), axis))
     raised = ', '.join(f'{name} {level}' for name, level in data['levels'].items()
                        if level != Level.OK.name)
     if data['levels']:

@@ -134,9 +134,15 @@ def tune(model: DriveModel, parameters: EstimatorParameters, recordings: Sequenc
         if parameters.filter == 'ekf':
             tuned_values['friction_linearisation'] = SEARCH['friction_linearisation']
         last = _scores(model, parameters.replace(**tuned_values), recordings)
+    undetermined = [] if unchanged else [name for name, error in result.error.items()
+                                         if error >= 1.0 and name in tuned_values]
+    if undetermined:  # what the recording does not tell stays as it was
+        tuned_values.update({name: getattr(parameters, name) for name in undetermined})
+        last = _scores(model, parameters.replace(**tuned_values), recordings)
     data: dict[str, Any] = {
         'filter': parameters.filter, 'tau_k_model': parameters.tau_k_model,
         'parameters': tuned_values, 'relative_error': result.error,
+        'undetermined': undetermined,
         'noise_from': _noise_source(motion, noise), 'rest_seconds': motion.standstill_seconds,
         'seconds': motion.seconds, 'evaluations': result.evaluations,
         'diverged_evaluations': result.failed, 'smoother': smoother, 'starts': result.starts,

@@ -10,7 +10,7 @@ within limits and written whole.
 Public names, by module:
 
     .: yaml_files
-    baselines: BaselineRecording, check_belongs, Damaged, health_text, load_baseline,
+    baselines: BaselineRecording, check_belongs, Damaged, earlier, health_text, load_baseline,
         load_recording, load_state, save_baseline, set_aside, split, STATE, StateFile
     knowledge_file: load_knowledge, save_knowledge, SUFFIX
     opening: BoundedGzip, config_path, dump, load_robot, LONGEST_LINE, open_file,

@@ -7,7 +7,7 @@ The files of drift: the baseline, the recording of the healthy gearbox, and the 
 The baseline says what was healthy; its recording tells later what changed; the state goes on after
 a restart. One process writes a state, from a thread of its own.
 """
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 import fcntl
@@ -110,6 +110,25 @@ def load_baseline(path: str | Path, gearbox_serial: str = '') -> dict[str, Any]:
         raise InputError(f'{path}: No such file or directory, expected a baseline') from None
     health: dict[str, Any] = _content(path, text, BASELINE, gearbox_serial)['health']
     return health
+
+
+def earlier(parameters: Mapping[str, Any]) -> tuple[dict[str, Any] | None, str]:
+    """
+    Return (what was known of a gearbox before a recording, as a Monitor takes it; note or '').
+
+    Args:
+        parameters: of the estimator, by name; the baseline that baseline_file names counts.
+
+    Raises:
+        InputError: that file cannot be used.
+
+    """
+    path = str(parameters.get('baseline_file') or '')
+    if not path:
+        return None, ''
+    if not Path(path).exists():
+        return None, f'baseline_file: {path}: no such file, so there is nothing to compare with'
+    return load_baseline(path, str(parameters.get('gearbox_serial') or '')), ''
 
 
 def save_baseline(path: str | Path, health: Health, gearbox_serial: str,

@@ -448,7 +448,9 @@ def write_parameters(path: str | Path, parameters: EstimatorParameters,
             comment = [rows[name].unit] if rows[name].unit not in ('', '-') else []
             if name in data['parameters']:
                 error = data['relative_error'].get(name)
-                comment.append('tuned' + error_words(error))
+                comment.append('not determined by the recording: as before'
+                               if name in data.get('undetermined', ()) else
+                               'tuned' + error_words(error))
             entry = f'    {name}: {_yaml(values[name])}'
             lines.append(f'{entry:40s} # {", ".join(comment)}' if comment else entry)
     write_new(path, '\n'.join(lines) + '\n')

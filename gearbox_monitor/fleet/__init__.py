@@ -7,12 +7,12 @@ Many bags, each analysed once: which gearboxes wear.
 `find_bags` lists the bags behind paths, `analyse` makes a row of one bag, and `run` maps it over
 all of them, on the processes `at_home` or a Dask cluster (`on_cluster`). `FleetFolder` keeps each
 row as a Parquet file, which says that this bag is done, and writes the table of all rows.
-`gearboxes` summarises the rows of each gearbox.
+`gearboxes` folds the windows of each gearbox into its history.
 
 Public names, by module:
 
     fleet_run: at_home, on_cluster, run
     fleet_table: FleetFolder
+    gearbox_history: gearboxes
     job: find_bags, JobSettings
-    trend: gearboxes
 """

@@ -26,15 +26,16 @@ STAMP = pa.timestamp('us', 'UTC')  # of ns, Python makes dates with pandas only
 NUMBER, COUNT, TEXT, FLAG = pa.float64(), pa.int64(), pa.string(), pa.bool_()
 SCHEMA = pa.schema({
     'path': TEXT, 'status': TEXT, 'reason': TEXT, 'retry': FLAG, 'duplicate_of': TEXT,
-    'gearbox': TEXT, 'date': TEXT, 'start': STAMP, 'duration_s': NUMBER, 'samples': COUNT,
+    'gearbox': TEXT, 'named': FLAG, 'date': TEXT,
+    'start': STAMP, 'duration_s': NUMBER, 'samples': COUNT,
     'filter': TEXT, 'unit': TEXT, 'windows': COUNT, 'windows_used': COUNT, 'not_excited': TEXT,
     'separable': FLAG, 'gap': NUMBER, 'gap_std': NUMBER, 'lost_motion': NUMBER,
     'lost_motion_std': NUMBER, 'stiffness': NUMBER, 'stiffness_std': NUMBER,
-    'hysteresis': NUMBER, 'hysteresis_std': NUMBER, 'gap_error': NUMBER, 'trust': TEXT,
+    'hysteresis': NUMBER, 'hysteresis_std': NUMBER, 'trust': TEXT,
     'model_level': TEXT, 'diagnosis': TEXT, 'diagnosis_effect': TEXT, 'diagnosis_place': TEXT,
     'diagnosis_confusable': TEXT, 'diagnosis_gap': NUMBER, 'diagnosis_closed': NUMBER,
     'diagnosis_reason': TEXT, 'notes': TEXT, 'content': TEXT, 'bytes': COUNT, 'settings': TEXT,
-    'version': TEXT, 'kernels': TEXT,
+    'version': TEXT, 'kernels': TEXT, 'judged': TEXT,
 })
 IN_NS = SCHEMA.set(SCHEMA.get_field_index('start'), pa.field('start', COUNT))  # of a Row
 

@@ -8,7 +8,7 @@ A folder is a bag if it holds ``metadata.yaml``, or only files named after it, a
 leaves them. Any other folder is searched for bags.
 """
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from datetime import datetime, timezone
 from glob import glob
 import hashlib
@@ -26,8 +26,8 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.files.opening import plain
 from gearbox_monitor.health.backlash.features import Backlash, NotExcited
-from gearbox_monitor.health.backlash.recording_windows import (
-    combine, reason_of, RecordingWindows, separable_of)
+from gearbox_monitor.health.backlash.window_means import combine, reason_of, separable_of
+from gearbox_monitor.health.health_record import Window
 from gearbox_monitor.kernels.kernel import KERNELS
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
@@ -49,13 +49,15 @@ class FleetBag:
     A bag to be analysed.
 
     path: absolute. bytes: of its recordings. fingerprint: size and time of each of its files, in
-    hex digits. problem: why it cannot be read, or ''.
+    hex digits. problem: why it cannot be read, or ''. root: folder that was searched for it, ''
+    for a bag that was named itself.
     """
 
     path: str
     bytes: int | None = None
     fingerprint: str = ''
     problem: str = ''
+    root: str = ''
 
 
 def find_bags(words: Iterable[str]) -> list[FleetBag]:
@@ -73,7 +75,8 @@ def find_bags(words: Iterable[str]) -> list[FleetBag]:
         if not paths:
             raise InputError(f'{word}: no such file or directory, expected a bag, a folder of '
                              'bags or a pattern')
-        matches = [bag for path in paths for bag in _below(Path(os.path.abspath(path)), True)]
+        matches = [bag if bag.path == root else replace(bag, root=root)
+                   for root in map(os.path.abspath, paths) for bag in _below(Path(root), True)]
         if not matches:
             raise InputError(f'{word}: holds no bag, expected bag directories, .mcap or .db3 '
                              'files')
@@ -147,7 +150,7 @@ def content_hash(path: Path) -> str:
     return digest.hexdigest()
 
 
-FORMAT = 3  # of the rows
+FORMAT = 4  # of the rows
 DIAGNOSED = 14_000_000_000  # ns of a bag that are diagnosed
 COMBINED = ('gap', 'lost_motion', 'stiffness', 'hysteresis')
 TRUST = ('observability', 'prediction error', 'covariance', 'input')
@@ -231,52 +234,58 @@ def _analysed(path: Path, settings: JobSettings) -> Row:
     with open_recording(path) as reader:
         player = Player(reader, settings.model, settings.parameters, settings.topic)
         monitor = player.monitor
-        gearbox = _gearbox(path, player.namespace, monitor.parameters.gearbox_serial,
-                           settings.gearbox)
-        fits, count = RecordingWindows(monitor.estimator), 0
+        gearbox, named = _gearbox(path, player.namespace, monitor.parameters.gearbox_serial,
+                                  settings.gearbox)
+        judged: list[Window] = []
+        count = 0
         start: int | None = None
         end = 0
         for part in player.parts():
-            fits.add(part.estimates)
+            judged += player.judged()
             stamps = part.samples.stamp_ns
             if len(stamps):
                 start, end = int(stamps[0]) if start is None else start, int(stamps[-1])
                 count += len(stamps)
         if start is None:
             raise InputError(f'{path}: topic {player.topic} has no message, expected at least one')
-        windows, monitor = fits.finish(), player.monitor
+        monitor = player.monitor
+        monitor.features()  # ends the last window
+        judged += player.judged()
+        windows = [window.features for window in judged]
         row = {
-            'gearbox': gearbox, 'start': start, 'duration_s': (end - start) * 1e-9,
+            'gearbox': gearbox, 'named': named, 'judged': json.dumps({
+                'settings': asdict(monitor.health.settings),
+                'windows': [window.to_dict() for window in judged]}),
+            'start': start, 'duration_s': (end - start) * 1e-9,
             'date': datetime.fromtimestamp(start // 10 ** 9, timezone.utc).strftime('%Y-%m-%d'),
             'samples': count, 'filter': monitor.parameters.filter,
             'unit': 'm' if monitor.model.axis == 'prismatic' else 'rad',
             'trust': max(monitor.outcomes[name].level for name in TRUST).name,
             'model_level': monitor.outcomes['model'].level.name,
-            'gap_error': monitor.parameters.gap_error, **_features(windows)}
+            **_features(windows)}
         if settings.diagnose:
             row.update(_diagnosis(player, windows, start, end, settings))
         notes = monitor.estimator.warnings + monitor.estimator.divergence_notes()
         notes += [reader.notice] if reader.notice else []
         notes += [NO_MODEL] if NO_MODEL in player.notes else []
-        unnamed = not settings.gearbox and gearbox == EstimatorParameters().gearbox_serial
-        notes += [NO_SERIAL] if unnamed else []
+        notes += [] if named else [NO_SERIAL]
         row['notes'] = '; '.join(notes)
     return row
 
 
-def _gearbox(path: Path, namespace: str, serial: str, pattern: str) -> str:
-    """Return the name of the gearbox."""
+def _gearbox(path: Path, namespace: str, serial: str, pattern: str) -> tuple[str, bool]:
+    """Return the name of the gearbox, and whether more than the folder of the bag tells it."""
     usual = EstimatorParameters().gearbox_serial
     if pattern:
         match = re.search(pattern, str(path))
         if match is None:
             raise InputError(f'{path}: does not match --gearbox {pattern!r}')
-        serial = match[1]
-    elif serial in ('', usual):  # nobody has named it
-        serial = namespace.strip('/') or usual
-    if not serial:
-        raise InputError(f"{path}: gearbox: '', expected a name")
-    return serial
+        if not match[1]:
+            raise InputError(f"{path}: gearbox: '', expected a name")
+        return match[1], True
+    if serial in ('', usual):  # nobody has named it
+        serial = namespace.strip('/')
+    return serial or path.parent.name or usual, bool(serial)
 
 
 def _features(windows: Sequence[Any]) -> Row:

@@ -10,7 +10,6 @@ import numpy as np
 
 from gearbox_monitor.estimation.estimates import Samples
 import gearbox_monitor.fleet.job  # noqa: F401
-from gearbox_monitor.health.backlash.recording_windows import RecordingWindows
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
@@ -20,7 +19,6 @@ PERIOD = 2e-3  # s
 T = np.arange(0.0, 13.0, PERIOD)  # a window and its delay
 RUN = simulate(DriveModel(), Excitation().torque(T), PERIOD)
 MONITOR = Monitor(DriveModel())
-WINDOWS = RecordingWindows(MONITOR.estimator)
-WINDOWS.add(MONITOR.run(Samples(np.round(T * 1e9).astype(np.int64), np.column_stack(
-    [RUN.u, np.full(len(T), np.nan)]), RUN.y)))
-WINDOWS.finish()
+MONITOR.run(Samples(np.round(T * 1e9).astype(np.int64), np.column_stack(
+    [RUN.u, np.full(len(T), np.nan)]), RUN.y))
+MONITOR.features()

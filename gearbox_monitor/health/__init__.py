@@ -12,11 +12,12 @@ Public names, by module:
     .: health_words
     alert_limits: LIMITS
     backlash: change_tests
-    backlash.change_tests: COMPONENTS, FRICTION, TESTS
+    backlash.change_tests: COMPONENTS, FEATURES, FRICTION, TESTS
     backlash.features: Backlash, NotExcited
     backlash.locked_input: is_locked, locked_windows
-    backlash.recording_windows: combine, Combined, reason_of, RecordingWindows, separable_of
-    backlash.wear: GrowthHistory, span, Trend, when
+    backlash.operating_point: Bins
+    backlash.wear: when
+    backlash.window_means: combine, Combined, reason_of, separable_of
     checks: usability
     checks.innovation: N_SUMS, Watch, watch
     checks.outcome: Condition, Level, LEVELS, Outcome, outcome_of, with_more
@@ -24,8 +25,9 @@ Public names, by module:
     diagnostic_keys: published
     elastic_regression: add_row, certainty, D_FRICTION, D_RATE, D_TORQUE, D_TWIST, D_U, D_X2,
         D_X3, D_X4, HALF_GAP, N_CARRIED, N_DATA, N_SHAPE, S_GROUP, STIFFNESS, Sums
-    health_record: FeatureHealth, GROSS, Health, HealthSettings
-    judgement: accepted, from_data, to_data
+    health_record: FeatureHealth, GROSS, Health, HealthSettings, Window
+    health_words: figures, sentence, worst
+    judgement: accepted, folded, from_data, serviced, to_data, under
     monitor: CONDITIONS, DRIFT_SHOWS, Monitor
     staleness: Silence
 """

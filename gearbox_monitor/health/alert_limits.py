@@ -22,6 +22,8 @@ class AlertLimits:
     settle: float = 2.0
     # Flagged evaluations of a window that are chance: an alarm takes `debounce_up` to rise.
     chance_flags: int = 2
+    # Samples of a window that may be lost or bad: its features lose a hundredth of their weight.
+    missing_share: float = 0.01
     # Evaluations in a row that raise and that lower a level: one flag is chance, and a fault that
     # comes and goes stays visible.
     debounce_up: int = 3
@@ -254,9 +256,8 @@ class AlertLimits:
     open_std: float = 2.0
     # Deviation of the logarithm of a growth that is not known at all: a factor of e.
     unknown_growth: float = 1.0
-    # Deviations below which a slope is no trend, and the blocks that a trend needs.
+    # Deviations below which a slope is no trend.
     trend_deviations: float = 3.0
-    trend_blocks: int = 4
     # What averaging over windows does not remove, relative: of a width, not of its growth.
     gap_error: float = 0.01
     stiffness_error: float = 0.02

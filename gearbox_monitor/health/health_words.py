@@ -2,12 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """What the `Health` of a gearbox says of backlash and friction: levels, words and values."""
+from collections.abc import Iterable
+from dataclasses import asdict
 import math
 from typing import Any
 
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.backlash.change_tests import (
-    ADVICE, ChangeTest, COMPONENTS, FRICTION, GAIN, GAP, HYSTERESIS, LOST_MOTION,
+    ADVICE, ChangeTest, COMPONENTS, FEATURES, FRICTION, GAIN, GAP, HYSTERESIS, LOST_MOTION,
     size_name, STIFFNESS, TESTS, VISCOUS_SHARE)
 from gearbox_monitor.health.backlash.features import Backlash, Friction
 from gearbox_monitor.health.backlash.wear import span, when
@@ -18,6 +20,7 @@ from gearbox_monitor.health.health_record import (
 NOT_SEPARABLE = 'not separable from the new motion'
 NOUNS = ('backlash', 'lost motion', 'stiffness', 'hysteresis over load', 'friction', 'torque gain',
          'share of viscous friction')
+UNKNOWN, NEVER_NS = 1e12, 2 ** 62  # values from here on are not known, times never come
 SHOWN = {'backlash': (STIFFNESS, HYSTERESIS), 'friction': (GAIN, VISCOUS_SHARE)}
 
 
@@ -52,14 +55,54 @@ def outcome(health: Health, component: str) -> Outcome:
     if doubt:
         level = max(level, Level.WARN)
         texts.append(doubt)
+    elif component == 'friction' and health.settings.follows_curve and not texts \
+            and {'gap', 'lost_motion'} & health.alerts.keys():
+        texts.append('friction not judged: the elastic curve of the model has the backlash of '
+                     'before')
     elif not texts:
         level, text = _healthy(health, column, window)
         texts.append(text)
     if component in health.ended:
         texts.append(health.ended[component])
+    if component == 'backlash' and health.marks:
+        texts.append(f'{when(health.marks[-1][0])}: {health.marks[-1][1]}')
     values = {key: value for key, value in values.items()
               if not isinstance(value, float) or math.isfinite(value)}
     return Outcome(level, '; '.join(texts), values)
+
+
+def worst(states: Iterable[tuple[int, str, str]]) -> tuple[Level, str]:
+    """Return (level, sentence) of the worst of `states` (level, component, message)."""
+    level, _, message = max(states, key=lambda state: (state[0], state[1] == 'backlash'))
+    return Level(level), message.split('; ')[0]
+
+
+def sentence(health: Health) -> tuple[Level, str]:
+    """Return (level, sentence) of `health`: the same ones at every door."""
+    return worst((outcome.level, name, outcome.message)
+                 for name, outcome in outcomes(health).items())
+
+
+def figures(health: Health) -> dict[str, Any]:
+    """Return `health` as plain data, with None for what is not known."""
+    def known(value: float) -> float | None:
+        return float(value) if abs(value) < UNKNOWN else None
+    level, summary = sentence(health)
+    return {
+        'level': level.name, 'summary': summary,
+        'feature': 'gap' if health.separable else 'lost_motion',
+        'features': {name: {
+            **{key: known(getattr(feature, key)) for key in (
+                'level', 'level_std', 'baseline', 'baseline_std', 'change', 'change_std', 'rate',
+                'rate_std')},
+            'compared_ns': feature.compared_ns,
+            'limit_ns': [min(health.stamp_ns + round(s * 1e9), NEVER_NS) if s < UNKNOWN else None
+                         for s in feature.reach or ()]}
+            for name, feature in zip(FEATURES, health.features)},
+        'alerts': {test: asdict(alert) for test, alert in health.alerts.items()},
+        'limit': health.limits(tests_of(GAP)[0])[2], 'marks': [list(m) for m in health.marks],
+        'cause': health.cause, 'baseline_ns': health.baseline_ns, 'stamp_ns': health.stamp_ns,
+        'recordings': list(health.recordings)}
 
 
 def _leading(health: Health, component: str) -> int:

@@ -17,7 +17,7 @@ from gearbox_monitor.health.backlash.change_tests import COMPONENTS
 from gearbox_monitor.health.health_record import Health, HealthSettings, Window
 from gearbox_monitor.kernels.types import Values
 
-KEPT = ('marks', 'cause', 'recordings')  # what a window does not change
+KEPT = ('cause', 'recordings')  # what a window does not change
 RECORDINGS = 1000  # names that are kept
 
 
@@ -70,6 +70,21 @@ def accepted(health: Health) -> tuple[Health, int]:
     return replace(_following(health, tracker), cause=''), windows
 
 
+def serviced(health: Health, stamp_ns: int, note: str) -> Health:
+    """
+    Return `health` after a service: what the next windows measure is a new baseline.
+
+    Args:
+        health: before it.
+        stamp_ns: of the service.
+        note: what was done, '' for nothing.
+
+    """
+    tracker = Tracker(health.settings, health.statistics)
+    tracker.serve(stamp_ns, note)
+    return replace(_following(health, tracker), cause='')
+
+
 def under(health: Health, settings: HealthSettings) -> Health:
     """Return `health` as it is judged by other `settings` from now on."""
     return _following(health, Tracker(settings, health.statistics))
@@ -99,6 +114,5 @@ def from_data(settings: HealthSettings, data: Values | None) -> Health:
     if data is None:
         return Health(settings)
     health = Tracker(settings, data['statistics']).health()
-    return replace(
-        health, marks=tuple((int(stamp), str(words)) for stamp, words in data['marks']),
-        cause=str(data['cause']), recordings=tuple(map(str, data['recordings'])))
+    return replace(health, cause=str(data['cause']),
+                   recordings=tuple(map(str, data['recordings'])))

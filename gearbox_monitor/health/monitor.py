@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Batch, Estimate, Estimates, Sample, Samples
 from gearbox_monitor.estimation.estimator import Estimator, snapshot_errors
@@ -46,6 +47,7 @@ SECOND = sample_loop.SECOND
 COMPONENTS = ('observability', 'prediction error', 'covariance', 'model', 'backlash', 'friction',
               'input')
 
+LOST = tuple(code for code in sample_loop.REASONS if code != sample_loop.START)
 REASON_CODES = np.array(list(sample_loop.REASONS))
 STATE_COLUMNS = {'tau_arm': sample_loop.E_TAU_ARM, 'tau_e': sample_loop.E_TAU_E}
 MEDIAN_STRIDE = 8
@@ -201,6 +203,7 @@ class Monitor:
         # Evaluations in it that any indicator of trust flagged, and one outside DRIFT_SHOWS.
         self._window_flagged = self._window_broken = 0
         self._window_nis: list[float] = []  # over degrees of freedom, of the evaluations in it
+        self._window_counts = self._lost_and_all()  # at its begin
 
     def _evaluate_at(self, stamp_ns: int) -> None:
         """Evaluate with the first sample at or after `stamp_ns`; 0: a second after the next."""
@@ -279,6 +282,23 @@ class Monitor:
         """Take `samples`; return their Estimates, the same bits as step by step."""
         return self.estimator.run(samples, self._judge)
 
+    def features(self) -> list[features.Backlash | features.NotExcited]:
+        """
+        Return what the newest windows say, at the end of a recording.
+
+        The window in progress counts if it is the only one. Raises InputError without a smoother.
+        """
+        if self.parameters.smoother_lag <= 0.0 and self._hidden_arm is None:
+            raise InputError('smoother_lag: 0, expected a number > 0 (s): backlash is measured on '
+                             'the smoothed torque')
+        stamps = self._rows.stamps
+        if len(stamps) and self._window_whole and not self.health.stamp_ns:
+            settled = self.estimator.accurate_since_ns + round(LIMITS.settle * SECOND)
+            begin, end = max(self._window_start or int(stamps[0]), settled), int(stamps[-1])
+            self.outcomes = {**self.outcomes, **self._window_ended(
+                *self._rows.between(begin, end + 1), end)}
+        return [window.features for window in self.judged]
+
     def _judge(self, batch: Batch) -> None:
         self._remember(batch)
         self._evaluate_if_due(batch.stamp_ns, batch.code)
@@ -334,7 +354,7 @@ class Monitor:
                      for name, outcome in outcomes.items()}
         if 'prediction error' in debounced:
             debounced['prediction error'] = joined([debounced['prediction error'], *(
-                alarm.standing(stamp_ns) for alarm in self._row_alarms if alarm.judged)])
+                alarm.standing() for alarm in self._row_alarms if alarm.judged)])
         if 'model' in debounced:
             level, since_ns = self.model_lasts
             debounced['model'] = replace(debounced['model'], values={
@@ -455,11 +475,12 @@ class Monitor:
 
         broken: whether one of ROW_CHECKS speaks against the estimates now.
         """
-        if broken or any(
-                outcome.level > Level.OK for name, outcome in outcomes.items() if name != 'model'):
+        # Of samples that are lost their share counts, over the whole window.
+        if broken or any(outcome.level > Level.OK for name, outcome in outcomes.items()
+                         if name not in ('model', 'input')):
             self._window_flagged += 1
         if any(outcome.level > Level.OK for name, outcome in outcomes.items()
-               if name not in DRIFT_SHOWS):
+               if name not in {*DRIFT_SHOWS, 'input'}):
             self._window_broken += 1
         if 'prediction error' in outcomes:
             values = outcomes['prediction error'].values
@@ -481,7 +502,7 @@ class Monitor:
             begin += (following - begin) // length * length
             self._window_whole = True
             self._window_flagged = self._window_broken = 0
-            self._window_nis = []
+            self._window_nis, self._window_counts = [], self._lost_and_all()
         self._window_start = begin
         return result
 
@@ -493,12 +514,28 @@ class Monitor:
             window = features.fit(rows[self._certain(rows)], self.estimator.drive, end)
             if isinstance(window, features.Backlash):
                 window = self._common.refine(window)
+            elif features.shows_motion(rows):
+                lost_motion, std = features.lost_motion_of(rows)
+                window = replace(window, lost_motion=lost_motion, lost_motion_std=std)
         judged = Window(window, self._trust(), self.temperature, self._comparable())
         self.judged.append(judged)
         if isinstance(window, features.Backlash):
             self.windows.append(window)
         self.health, _ = judge(self.health, judged)
         return health_words.outcomes(self.health)
+
+    def _lost_and_all(self) -> tuple[int, int]:
+        """Return how many samples were lost or bad so far, and how many there should have been."""
+        counts = self.counts
+        lost = sum(int(counts[code]) for code in LOST if code != sample_loop.ARM_MISSING
+                   or self.parameters.arm_joint)
+        return lost, self.input_count + int(counts[sample_loop.SAMPLES_MISSED])
+
+    def _is_complete(self) -> bool:
+        """Return whether the window that ends here has nearly all samples."""
+        lost, count = (now - begin for now, begin in zip(
+            self._lost_and_all(), self._window_counts))
+        return lost <= LIMITS.missing_share * count
 
     def _certain(self, rows: Array) -> Flags:
         """Return which of `rows` [N, N_SMOOTHED] rest on both encoders."""
@@ -509,9 +546,9 @@ class Monitor:
     def _trust(self) -> int:
         """Return the trust in the window that ends here, see health_record."""
         if self._hidden_arm is not None:  # its fit takes the readings, not the estimates
-            return TRUSTED if self.outcomes['input'].level == Level.OK else AT_ODDS
-        if self._window_flagged <= LIMITS.chance_flags and not self._alarmed(
-                (*COMPONENTS[:3], 'input')):
+            return TRUSTED if self._is_complete() else AT_ODDS
+        if self._window_flagged <= LIMITS.chance_flags and self._is_complete() \
+                and not self._alarmed(COMPONENTS[:3]):
             return TRUSTED
         larger = np.array(self._window_nis) / LIMITS.nis_high
         if (larger > 1.0).sum() <= LIMITS.chance_flags:
@@ -526,7 +563,8 @@ class Monitor:
         hide behind them.
         """
         return (self._hidden_arm is None and self._window_broken <= LIMITS.chance_flags
-                and not self._alarmed(set(COMPONENTS[:3]) - DRIFT_SHOWS | {'input'}))
+                and self._is_complete()
+                and not self._alarmed(set(COMPONENTS[:3]) - DRIFT_SHOWS))
 
     def _alarmed(self, names: Iterable[str]) -> bool:
         return any(self._alarms[name].since_ns is not None

@@ -60,10 +60,10 @@ class Silence:
             advice = self.why or advice
             reason = (f'{refused} samples came, none was usable'
                       + ''.join(f', {cause.says}' for cause in causes))
-        outcomes = {name: Outcome(Level.WARN, f'no data for {silent:.1f} s', {})
+        outcomes = {name: Outcome(Level.WARN, 'no data', {'lasts_s': silent})
                     for name in monitor.outcomes}
         # Discovery takes a while: before the first sample ever, silence is not yet an error.
         starting = not monitor.input_count and not foreign and silent < LIMITS.start_time
         outcomes['input'] = Outcome(Level.WARN if starting else Level.ERROR,
-                                    f'{reason} for {silent:.1f} s: {advice}', counts)
+                                    f'{reason}: {advice}', {**counts, 'lasts_s': silent})
         return outcomes

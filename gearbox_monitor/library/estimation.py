@@ -12,13 +12,14 @@ import numpy as np
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Estimates, Samples
-from gearbox_monitor.estimation.estimator import Estimator
+from gearbox_monitor.files.baselines import earlier
 from gearbox_monitor.files.yaml_files import load_parameters
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.backlash.features import Backlash, NotExcited
-from gearbox_monitor.health.backlash.recording_windows import (
-    combine, Combined, reason_of, RecordingWindows, separable_of)
+from gearbox_monitor.health.backlash.window_means import (
+    combine, Combined, reason_of, separable_of)
 from gearbox_monitor.health.checks.outcome import Outcome
+from gearbox_monitor.health.health_record import Health
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.library.recording import DriveRecording, SECOND
@@ -34,13 +35,14 @@ class RecordingEstimates(Estimates):
     """
     Estimates of a recording, and what a Monitor says of them at its end.
 
-    recording; parameters: in force; outcomes {component: Outcome}; backlash: of each window of
-    drift_window seconds; notes: sentences about the filter.
+    recording; parameters: in force; outcomes {component: Outcome}; health: of the gearbox;
+    backlash: of each window of drift_window seconds; notes: sentences about the filter.
     """
 
     recording: DriveRecording
     parameters: EstimatorParameters
     outcomes: Mapping[str, Outcome]
+    health: Health
     backlash: tuple[Backlash, ...]
     notes: tuple[str, ...]
 
@@ -138,13 +140,14 @@ def estimate(recording: DriveRecording, model: DriveModel | None = None, *,
     >>> bool(error.std() < 0.1 * drive.tau_k.std())
     True
     """
-    monitor = Monitor(*_inputs(recording, model, parameters, changes))
+    monitor = _monitor(recording, model, parameters, changes)
     recording = recording.with_model(monitor.model)
     result = _estimated(monitor.run, recording)
     estimator = monitor.estimator
     return RecordingEstimates(
         **{name: getattr(result, name) for name in Estimates.__dataclass_fields__},
         recording=recording, parameters=monitor.parameters, outcomes=dict(monitor.outcomes),
+        health=monitor.health,
         backlash=tuple(monitor.windows),
         notes=(*recording.notes, *estimator.warnings, *estimator.divergence_notes()))
 
@@ -177,11 +180,18 @@ def backlash(recording: DriveRecording, model: DriveModel | None = None, *,
     """
     if window is not None:
         changes = {**changes, 'drift_window': window}
-    estimator = Estimator(*_inputs(recording, model, parameters, changes))
-    recording = recording.with_model(estimator.model)
-    windows = RecordingWindows(estimator)
-    windows.add(_estimated(estimator.run, recording))
-    return BacklashWindows(recording, estimator.model, tuple(windows.finish()))
+    monitor = _monitor(recording, model, parameters, changes)
+    recording = recording.with_model(monitor.model)
+    _estimated(monitor.run, recording)
+    return BacklashWindows(recording, monitor.model, tuple(monitor.features()))
+
+
+def _monitor(recording: Any, model: DriveModel | None, parameters: Parameters,
+             changes: Mapping[str, object]) -> Monitor:
+    """Return a Monitor for a recording, with the baseline that its parameters name."""
+    drive, values = _inputs(recording, model, parameters, changes)
+    known, _ = earlier(values)
+    return Monitor(drive, values, known)
 
 
 def _estimated(run: Callable[[Samples], Estimates], recording: DriveRecording) -> Estimates:

@@ -99,7 +99,7 @@ def write_report(bag: str | Path, out: str | Path | None = None, *, topic: str =
         return _of_robot(str(bag), page, estimators, recorded)
     timeline, facts = recorded(topic, 'report')
     write_new(page, recording_page(timeline, facts, _name(bag), bag_arguments(bag, topic)))
-    said = headline(timeline)[0]
+    said = headline(timeline, facts)[0]
     return ReportPages(page, said, plain({
         'summary': said, 'bag': str(bag), 'page': str(page), 'headline': said,
         **figures(timeline, facts)}), {}, (
@@ -124,7 +124,7 @@ def _of_robot(bag: str, page: Path, estimators: Sequence[str],
     overview = robot_page(
         joints, {name: path.name for name, path in pages.items()}, _name(bag), bags)
     write_new(page, overview.html)
-    rows = {name: {'page': str(pages[name]), 'headline': headline(timeline)[0],
+    rows = {name: {'page': str(pages[name]), 'headline': headline(timeline, facts)[0],
                    **figures(timeline, facts)} for name, (timeline, facts) in joints.items()}
     notes = dict.fromkeys(note for _, facts in joints.values() for note in facts.notes)
     return ReportPages(page, overview.headline, plain({

@@ -17,7 +17,9 @@ import numpy as np
 
 from gearbox_monitor.estimation.estimates import Estimates, Samples
 from gearbox_monitor.estimation.estimator import Estimator, SnapshotError, unsmoothed
+from gearbox_monitor.files.baselines import earlier
 from gearbox_monitor.files.opening import load_robot
+from gearbox_monitor.health.health_record import Window
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.kernel import KERNELS
 from gearbox_monitor.kernels.types import Flags, Integers
@@ -119,6 +121,7 @@ class EstimatePlayer:
             recorded_model, recorded = snapshots[0].settings(str(reader.path))
         settings = {**recorded, **(parameters or {})}
         self._robot = recorded_robot(settings, recorded, snapshots)
+        self._is_fresh = model is not None or bool(parameters) or not snapshots
         self._engine = self._started(reader.referred(model or recorded_model), settings)
         self._names = (self.estimator.parameters.motor_joint,
                        self.estimator.parameters.arm_joint, *self.estimator.robot_joints)
@@ -282,10 +285,24 @@ class EstimatePlayer:
 class Player(EstimatePlayer):
     """An EstimatePlayer that also smooths, and monitors trust and drift."""
 
+    _judged: Sequence[Window] = ()  # of Monitors in whose place a snapshot has put another one
+
     @property
     def monitor(self) -> Monitor:
         """The Monitor, in its present state."""
         return cast(Monitor, self._engine)
+
+    def judged(self) -> list[Window]:
+        """Return the Windows that were judged since the last call, in order of time."""
+        windows, self._judged = [*self._judged, *self.monitor.judged], ()
+        self.monitor.judged.clear()
+        return windows
+
+    def _resume(self, snapshot: RecordedSnapshot) -> None:
+        before = self.monitor
+        super()._resume(snapshot)
+        if self.monitor is not before:
+            self._judged = [*self._judged, *before.judged]
 
     def _continues(self, snapshot: RecordedSnapshot) -> bool:
         """Return whether the Monitor is exactly in the state of `snapshot`; adopt its baseline."""
@@ -296,7 +313,9 @@ class Player(EstimatePlayer):
         return same
 
     def _started(self, model: DriveModel, parameters: Mapping[str, Any]) -> Monitor:
-        return Monitor(model, parameters, robot=self._robot)
+        known, note = earlier(parameters) if self._is_fresh else (None, '')
+        self.notes += [note] if note else []
+        return Monitor(model, parameters, known, self._robot)
 
     def _restored(self, snapshot: RecordedSnapshot) -> Monitor:
         return Monitor.restore(snapshot.content, f'{self.reader.path}: snapshot')

@@ -146,8 +146,7 @@ def joined_samples(parts: Sequence[Samples]) -> Samples:
     return Samples(*(np.concatenate(columns) for columns in zip(*map(columns_of, parts))))
 
 
-NO_SERIAL = ('no gearbox_serial is recorded: taken for the same gearbox as all bags without one; '
-             '--gearbox names gearboxes by the path')
+NO_SERIAL = 'no gearbox_serial is recorded: the folder of the bag names the gearbox'
 NO_MODEL = ('the bag records no model and --model names none: the values of the packaged '
             'drive.yaml were used, which are wrong for any other drive')
 

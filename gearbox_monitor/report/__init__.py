@@ -9,13 +9,12 @@ one file that loads nothing.
 
 Public names, by module:
 
-    .: plots
+    .: plots, words
     change_words: sentence
     diagnosis_evidence: gather, measures_twist, notable_windows, shows_place
     diagnosis_page: diagnosis_page, PageContext
     explanation: ALL_CONDITIONS, Explanation, explanations
-    fleet_page: excursion_text, FEATURES, fleet_page, growth_text, headline, limit_text,
-        width_text
+    fleet_page: fleet_page, headline
     live_history: GearboxHistory, StatusAlert
     live_page: live_frame, LivePage
     plots: windows_figure

@@ -3,25 +3,27 @@
 
 """The page of a fleet: backlash of each gearbox over time, the most worn first; failed bags."""
 from collections.abc import Iterable, Mapping, Sequence
-import math
 from typing import Any, TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.health.backlash.wear import span, when
+from gearbox_monitor.health.backlash.wear import when
+from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report.builder import advice, Page, page_summary, render_page, Section
-from gearbox_monitor.report.figures import BarRow, bars, chart, PageTable, Panel, Trace
+from gearbox_monitor.report.figures import BarRow, bars, chart, Mark, PageTable, Panel, Trace
 from gearbox_monitor.report.words import counted, width_and_std
 
-Gearbox: TypeAlias = Mapping[str, Any]  # a row of fleet.trend.gearboxes
+Gearbox: TypeAlias = Mapping[str, Any]  # of fleet.gearbox_history.gearboxes
 Bag: TypeAlias = Mapping[str, Any]      # a row of the table of bags
 RANKED = 30   # gearboxes with a bar
-DRAWN = 24    # with a curve
+DRAWN = 24    # with a chart
 LISTED = 500  # bags in the table of those that need a look
-DAY = 86400e9
-SIGNIFICANT = 2.0  # standard deviations: less growth is none
-NOTABLE = 0.005    # relative growth that is worth a word
-FEATURES = {'gap': 'backlash', 'lost_motion': 'lost motion'}
+DAY, YEAR = 86400e9, 365.25 * 86400.0
+SIGMAS = 2.0  # of bands and whiskers
+# Features with a curve: noun, unit of a rotary axis.
+CURVES = {'gap': ('backlash', 'rad'), 'lost_motion': ('lost motion', 'rad'),
+          'stiffness': ('stiffness', 'N m/rad'), 'hysteresis': ('hysteresis', 'N m')}
+KINDS = {None: '', 'OK': 'good', 'WARN': 'warn', 'ERROR': 'error'}
 
 
 def fleet_page(gearboxes: Sequence[Gearbox], bags: Sequence[Bag], counts: Mapping[str, int],
@@ -30,7 +32,7 @@ def fleet_page(gearboxes: Sequence[Gearbox], bags: Sequence[Bag], counts: Mappin
     Return the page of a fleet as HTML.
 
     Args:
-        gearboxes: fleet.trend.gearboxes(bags), the most worn first.
+        gearboxes: gearbox_history.gearboxes(bags), the most urgent first.
         bags: rows of the table of bags.
         counts: {status: bags}.
         other_settings: analysed bags with other settings than the last run.
@@ -50,73 +52,39 @@ def fleet_page(gearboxes: Sequence[Gearbox], bags: Sequence[Bag], counts: Mappin
 
 def next_steps(gearboxes: Sequence[Gearbox], bags: Sequence[Bag]) -> list[str]:
     """Return advice about `gearboxes` and their `bags`."""
-    worn = growing(gearboxes)
-    steps = [f'Inspect {", ".join(gearbox["gearbox"] for gearbox in worn)}; open the newest bag: '
-             'gearbox_monitor report BAG --out page.html'] if worn else []
+    worn = [gearbox['gearbox'] for gearbox in gearboxes if gearbox['level'] in ('WARN', 'ERROR')]
+    steps = [f'Inspect {", ".join(worn)}; open the newest bag: gearbox_monitor report BAG --out '
+             'page.html'] if worn else []
     if any(bag['status'] == 'failed' and bag['retry'] for bag in bags):
         steps.append('Run the same command again: some bags failed for reasons that may pass')
-    if any(gearbox['measured'] < 2 for gearbox in gearboxes):
-        steps.append('Record gearboxes that were measured in fewer than two bags, with motion in '
-                     'both directions; gearbox_monitor check BAG names what a recording lacks')
+    if any(gearbox['level'] is None for gearbox in gearboxes):
+        steps.append('Record gearboxes that are not compared again, with motion in both '
+                     'directions; gearbox_monitor check BAG names what a recording lacks')
     return steps or ['Nothing now. Run the same command when there are new bags: it analyses '
                      'only these']
 
 
-def growing(gearboxes: Iterable[Gearbox]) -> list[Gearbox]:
-    """Return those of `gearboxes` whose growth is significant and notable."""
-    return [gearbox for gearbox in gearboxes if gearbox['growth'] is not None
-            and gearbox['growth'] - SIGNIFICANT * gearbox['growth_std'] > NOTABLE]
-
-
 def headline(gearboxes: Sequence[Gearbox]) -> str:
     """Return the most important fact about `gearboxes` in one sentence."""
-    worn, compared = growing(gearboxes), sum(box['growth'] is not None for box in gearboxes)
-    passed = [f' {box["gearbox"]} {excursion_text(box)}.' for box in gearboxes
-              if excursion_text(box)]
-    ended = passed[0] + (f' So had {len(passed) - 1} more.' if passed[1:] else '') \
-        if passed else ''
+    worn = [gearbox for gearbox in gearboxes if gearbox['level'] in ('WARN', 'ERROR')]
+    compared = sum(gearbox['level'] is not None for gearbox in gearboxes)
+    if worn:
+        return (f'{worn[0]["gearbox"]}: {worn[0]["summary"]}'
+                + (f' ({counted(len(worn) - 1, "more gearbox")})' if worn[1:] else '') + '.')
     if not compared:
-        return ('No gearbox was measured twice: growth needs two bags, each with a window '
-                'in which it moves both ways.')
-    if not worn:
-        doubtful = [box for box in gearboxes if box['growth'] is not None
-                    and box['growth'] > box['growth_std'] and box['growth'] > NOTABLE]
-        doubt = f' {_not_significant(max(doubtful, key=lambda box: box["growth"]))}' \
-            if doubtful else ''
-        return (f'No significant growth: {counted(compared, "gearbox")} '
-                f'{"was" if compared == 1 else "were"} measured more than once.{doubt}{ended}')
-    first = worn[0]
-    many = FEATURES[first['feature']].capitalize()
-    return (f'{many} has grown in {len(worn)} of {counted(compared, "gearbox")}'
-            f', most in {first["gearbox"]}: {growth_text(first)} '
-            f'since {day(first["start"][0])}.{ended}')
+        return ('No gearbox was measured twice: growth needs two bags, each with windows in which '
+                'it moves both ways.')
+    rest = len(gearboxes) - compared
+    return (f'No wear detected in {counted(compared, "gearbox")}'
+            + (f'; {rest} not compared' if rest else '') + '.')
 
 
-def _not_significant(gearbox: Gearbox) -> str:
-    """Return the words for a growth that is more than its deviation, and what would settle it."""
-    growth, std = gearbox['growth'], gearbox['growth_std']
-    times = math.ceil((SIGNIFICANT * std / (growth - NOTABLE)) ** 2)
-    return (f'{growth_text(gearbox)} of {gearbox["gearbox"]} is not significant: record '
-            f'{max(times, 2)} times as long.')
-
-
-def growth_text(gearbox: Gearbox) -> str:
-    """Return the growth of `gearbox` in words."""
-    if gearbox['growth'] is None:
-        return 'one bag' if gearbox['measured'] else 'not measured'
-    digits = 1 if gearbox['growth_std'] >= 0.001 else 2
-    return (f'{100 * gearbox["growth"]:+.{digits}f} ± '
-            f'{100 * gearbox["growth_std"]:.{digits}f} %')
-
-
-def excursion_text(gearbox: Gearbox) -> str:
-    """Return the growth of `gearbox` that has ended in words, '' if there was none."""
-    excursion = gearbox['excursion']
-    if not excursion or excursion['growth'] < NOTABLE:
-        return ''
-    days = [day(excursion[key]) for key in ('start', 'end')]
-    return (f'was {growth_text({**gearbox, **excursion})} from {days[0]} to {days[1]} '
-            f'({counted(excursion["bags"], "bag")}), which has ended')
+def growth_text(feature: Mapping[str, Any]) -> str:
+    """Return the change of a `feature` in words."""
+    if feature['change'] is None or feature['change_std'] is None:
+        return 'not compared'
+    digits = 1 if feature['change_std'] >= 0.001 else 2
+    return f'{100 * feature["change"]:+.{digits}f} ± {100 * feature["change_std"]:.{digits}f} %'
 
 
 def day(stamp_ns: float) -> str:
@@ -126,18 +94,20 @@ def day(stamp_ns: float) -> str:
 
 
 def width_text(gearbox: Gearbox) -> str:
-    """Return the newest measurement of `gearbox` in words."""
-    if gearbox['width'] is None:
+    """Return the newest backlash of `gearbox` in words."""
+    width = gearbox['features'][gearbox['feature']]
+    if width['level'] is None:
         return 'not measured'
-    return width_and_std(gearbox['width'], gearbox['width_std'], gearbox['unit'])
+    return width_and_std(width['level'], width['level_std'] or 0.0, gearbox['unit'])
 
 
 def limit_text(gearbox: Gearbox) -> str:
     """Return when `gearbox` will reach its limit, '' if no trend says so."""
-    if not gearbox['reach']:
+    expected, earliest = [*gearbox['features'][gearbox['feature']]['limit_ns'], None, None][:2]
+    if expected is None or earliest is None:
         return ''
-    expected, low, high = gearbox['reach']
-    return f'{100 * gearbox["limit"]:+.0f} % in {span(expected)} ({span(low)} to {span(high)})'
+    return (f'reaches its limit of {100 * gearbox["limit"]:+.0f} % about {day(expected)} '
+            f'(earliest {day(earliest)})')
 
 
 def _summary(gearboxes: Sequence[Gearbox], counts: Mapping[str, int]) -> Section:
@@ -148,75 +118,86 @@ def _summary(gearboxes: Sequence[Gearbox], counts: Mapping[str, int]) -> Section
         if counts.get(status)]
     if gearboxes:
         facts.append(('newest bag', day(max(gearbox['last'] for gearbox in gearboxes))))
-    worn = growing(gearboxes)
-    kind = 'good' if any(box['growth'] is not None for box in gearboxes) else ''
-    if worn:
-        kind = 'error' if any(box['growth'] >= box['limit'] for box in worn) else 'warn'
-    return page_summary(kind, headline(gearboxes), facts)
+    levels = [gearbox['level'] for gearbox in gearboxes]
+    level = next((level for level in ('ERROR', 'WARN') if level in levels),
+                 'OK' if levels and None not in levels else None)
+    return page_summary(KINDS[level], headline(gearboxes), facts)
 
 
 def _ranking(gearboxes: Sequence[Gearbox]) -> Section:
-    """Return the growth of each gearbox as a bar."""
-    worn = {gearbox['gearbox'] for gearbox in growing(gearboxes)}
+    """Return the change of the backlash of each gearbox as a bar."""
     rows = []
     for gearbox in gearboxes[:RANKED]:
-        growth = gearbox['growth']
-        interval = None if growth is None else (
-            growth - SIGNIFICANT * gearbox['growth_std'],
-            growth + SIGNIFICANT * gearbox['growth_std'])
-        note = '; '.join(filter(None, (
-            width_text(gearbox), limit_text(gearbox), excursion_text(gearbox))))
-        rows.append(BarRow(gearbox['gearbox'], note, growth, growth_text(gearbox),
-                           'nominal' if gearbox['gearbox'] in worn else 'closed faint', interval))
+        feature = gearbox['features'][gearbox['feature']]
+        change, std = feature['change'], feature['change_std']
+        interval = None if change is None or std is None else (
+            change - SIGMAS * std, change + SIGMAS * std)
+        note = '; '.join(filter(None, (width_text(gearbox), limit_text(gearbox))))
+        role = 'nominal' if gearbox['level'] in ('WARN', 'ERROR') else 'closed faint'
+        rows.append(BarRow(gearbox['gearbox'], note, change, growth_text(feature), role, interval))
     top = max([0.05, *(row.interval[1] for row in rows if row.interval)])
     return Section('fleet/ranking.html', {
-        'bars': bars(rows, top=top), 'unlisted': len(gearboxes) - RANKED}, 'Worst first')
+        'bars': bars(rows, top=min(top, 1.0)), 'unlisted': len(gearboxes) - RANKED},
+        'Worst first')
 
 
 def _curves(gearboxes: Sequence[Gearbox]) -> Section:
     """Return a chart per measured gearbox."""
-    measured = [gearbox for gearbox in gearboxes if gearbox['measured']]
-    first = min((gearbox['start'][0] for gearbox in measured), default=0.0)
-    last = max((gearbox['start'][-1] for gearbox in measured), default=0.0)
+    measured = [gearbox for gearbox in gearboxes if gearbox['points']]
+    first = min((gearbox['points'][0]['start'] for gearbox in measured), default=0.0)
+    last = max((gearbox['points'][-1]['start'] for gearbox in measured), default=0.0)
     days = max((last - first) / DAY, 1.0)
     label = f'days since {day(first)}'
     charts = [chart(
-        f'{gearbox["gearbox"]}: {growth_text(gearbox)}', [Panel(
-            f'{FEATURES[gearbox["feature"]]} ({gearbox["unit"]})', _traces(gearbox, first),
-            height=150)],
-        label, label, False, span=(-0.01 * days, 1.01 * days)) for gearbox in measured[:DRAWN]]
+        f'{gearbox["gearbox"]}: {gearbox["summary"]}',
+        [panel for feature in CURVES for panel in _panel(gearbox, feature, first)], label, label,
+        False, [Mark((stamp - first) / DAY, words.split(',')[0], 'good')
+                for stamp, words in gearbox['marks']], span=(-0.01 * days, 1.01 * days))
+        for gearbox in measured[:DRAWN]]
     return Section('fleet/curves.html', {
         'charts': charts, 'unlisted': len(measured) - DRAWN}, 'Over time')
 
 
-def _traces(gearbox: Gearbox, first: float) -> list[Trace]:
-    """Return the curves of one gearbox over the days since `first`."""
-    x = (np.array(gearbox['start'], float) - first) / DAY
-    y, std = np.array(gearbox['value']), np.array(gearbox['std'])
+def _panel(gearbox: Gearbox, feature: str, first: float) -> list[Panel]:
+    """Return the panel of a `feature` over the days since `first`, none if no bag shows it."""
+    points = [point for point in gearbox['points'] if feature in point['means']]
+    if not points or feature != gearbox['feature'] and feature in ('gap', 'lost_motion'):
+        return []
+    x = (np.array([point['start'] for point in points], float) - first) / DAY
+    y, std = np.array([point['means'][feature] for point in points]).T
     traces = [Trace(x, y, 'each bag', 'closed', dots=True,
-                    band=(y - SIGNIFICANT * std, y + SIGNIFICANT * std))]
-    if gearbox['line']:
-        traces.append(Trace(x[[0, -1]], np.array(gearbox['line']), 'line', 'nominal'))
-    return traces
+                    band=(y - SIGMAS * std, y + SIGMAS * std))]
+    healthy = gearbox['features'][feature]['baseline']
+    if healthy is not None and feature != 'hysteresis':  # held until the next bag: a jump is one
+        judged = healthy * (1.0 + np.array([point['changes'][feature] for point in points]))
+        traces.append(Trace(np.append(x, x[-1]), judged, 'as judged', 'nominal', step=True))
+    noun, unit = CURVES[feature]
+    unit = on_axis(unit, 'prismatic' if gearbox['unit'] == 'm' else 'rotary')
+    return [Panel(f'{noun} ({unit})', traces, height=150 if feature == gearbox['feature'] else 90)]
 
 
 def _table(gearboxes: Sequence[Gearbox]) -> Section:
     """Return all gearboxes, and those that were never measured with the reason."""
     rows = []
     for gearbox in gearboxes:
-        pace = '' if gearbox['per_year'] is None else \
-            f'{100 * gearbox["per_year"]:+.1f} ± {100 * gearbox["per_year_std"]:.1f}'
-        feature = 'lost motion ' if gearbox['measured'] and gearbox['feature'] != 'gap' else ''
+        width = gearbox['features'][gearbox['feature']]
+        pace = '' if not width['rate'] else \
+            f'{100 * width["rate"] * YEAR:+.1f} ± {100 * width["rate_std"] * YEAR:.1f}'
+        feature = 'lost motion ' if gearbox['feature'] != 'gap' else ''
         days = f'{day(gearbox["first"])} to {day(gearbox["last"])}'.replace('-', '\u2011')
         rows.append([
             gearbox['gearbox'], feature + _unbroken(width_text(gearbox)),
+            *(_unbroken(growth_text(gearbox['features'][name])) for name in (
+                gearbox['feature'], 'stiffness', 'friction')),
             *(_unbroken(text) for text in (
-                growth_text(gearbox), gearbox['trust'], gearbox['model_level'],
-                f'{gearbox["measured"]} of {gearbox["bags"]}')),
-            limit_text(gearbox), _unbroken(pace), days])
+                gearbox['trust'], gearbox['model_level'],
+                f'{len(gearbox["points"])} of {gearbox["bags"]}')),
+            limit_text(gearbox), _unbroken(pace), days,
+            '; '.join(f'{words} on {day(stamp)}' for stamp, words in gearbox['marks'])])
     return Section('fleet/table.html', {
-        'gearboxes': PageTable(('gearbox', 'newest backlash', 'growth', 'trust', 'model',
-                                'measured in bags', 'limit', '% per year', 'recorded'), rows),
+        'gearboxes': PageTable((
+            'gearbox', 'newest backlash', 'growth', 'stiffness', 'friction', 'trust', 'model',
+            'measured in bags', 'limit', '% per year', 'recorded', 'service'), rows),
         'unmeasured': PageTable(('never measured', 'missing in the newest bag'), [
             (gearbox['gearbox'], gearbox['not_excited']) for gearbox in gearboxes
             if gearbox['not_excited']])}, 'All gearboxes')

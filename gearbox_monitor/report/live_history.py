@@ -143,6 +143,12 @@ class GearboxHistory:
                              for name, spans in self.levels.items())
         return states[0] if states else (0, '', '')
 
+    def is_old(self, time_s: float) -> bool:
+        """Return whether what is known is old at `time_s`: no diagnostics came, or no samples."""
+        silent = self.heard is not None and time_s - self.heard > SILENT_SECONDS
+        spans = self.levels.get('input')
+        return silent or spans is not None and spans.levels[-1] > 1
+
     def rate(self) -> float:
         """Return samples per second of stamps over the motion, 0 for fewer than two."""
         if len(self._stamps) < 2:

@@ -4,6 +4,7 @@
 """The live page: its frame, and the parts of it that are drawn again while messages come."""
 from collections.abc import Sequence
 from dataclasses import replace
+from html import escape
 import math
 from typing import Any
 
@@ -20,6 +21,7 @@ from gearbox_monitor.report.recording_page import (
 from gearbox_monitor.report.timeline import LEVELS
 from gearbox_monitor.report.words import width_and_std
 
+DRAWN = 12         # gearboxes with charts, the worst ones; the table has all
 LOOP_SLICES = 5    # each with its colour
 LOOP_POINTS, TIME_POINTS = 1600, 600
 MINUTE = 60.0
@@ -53,13 +55,21 @@ class LivePage:
         parts = {'summary': render_section(live_summary(gearboxes, source, time_s), axis),
                  'joints': render_section(joint_table(worst_rows(
                      [live_row(gearbox, title(gearbox)) for gearbox in gearboxes])), axis)}
-        for k, gearbox in enumerate(gearboxes):
+        order = sorted(range(len(gearboxes)), key=lambda k: -gearboxes[k].worst()[0])[:DRAWN]
+        for k in sorted(order):
+            gearbox = gearboxes[k]
             changes, html = self._conditions.get(gearbox.name, (-1, ''))
             if changes != gearbox.changes:
                 html = render_section(_condition(gearbox), gearbox.axis)
                 self._conditions[gearbox.name] = gearbox.changes, html
-            parts[f'motion{k}'] = render_section(_motion(gearbox), gearbox.axis)
-            parts[f'condition{k}'] = html
+            for name, part in (('motion', render_section(_motion(gearbox), gearbox.axis)),
+                               ('condition', html)):
+                if len(gearboxes) > 1:
+                    name_of = f'{escape(title(gearbox))}: {name}'
+                    part = (f'<details{" open" * (k == order[0])}><summary>{name_of}</summary>'
+                            f'{part}</details>')
+                parts[f'{name}{k}'] = f'<div class="old">{part}</div>' \
+                    if gearbox.is_old(time_s) else part
         return parts
 
 
@@ -81,10 +91,18 @@ def live_summary(gearboxes: Sequence[GearboxHistory], source: str, time_s: float
     states = ((*gearbox.worst(), title(gearbox)) for gearbox in gearboxes)
     raised = [state for state in worst_first(states) if state[0]]
     if not raised:
-        return page_summary('good', 'The estimates are trusted, no wear detected so far.')
+        learning = any('learning' in spans.messages[-1] for gearbox in gearboxes
+                       for spans in gearbox.levels.values())
+        return page_summary(*(('', 'The estimates are trusted; the baseline is being learnt.')
+                              if learning else
+                              ('good', 'The estimates are trusted, no wear detected so far.')))
     level, component, message, name = raised[0]
     suffix = f' ({len(raised) - 1} more)' if raised[1:] else ''
-    return page_summary(ROLES[level], f'{name}: {component}: {message.split("; ")[0]}{suffix}')
+    worst = next(gearbox for gearbox in gearboxes if title(gearbox) == name)
+    spans = worst.levels.get('diagnosis')
+    cause = [('cause', spans.messages[-1])] if spans and spans.levels[-1] else []
+    return page_summary(ROLES[level], f'{name}: {component}: {message.split("; ")[0]}{suffix}',
+                        cause if component != 'diagnosis' else ())
 
 
 def title(gearbox: GearboxHistory) -> str:

@@ -14,6 +14,7 @@ from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.backlash.wear import when
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.parameters import ESTIMATOR
+from gearbox_monitor.health.health_words import worst
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report.builder import advice, Page, page_summary, render_page, Section
 from gearbox_monitor.report.figures import (
@@ -21,7 +22,7 @@ from gearbox_monitor.report.figures import (
 from gearbox_monitor.report.live_history import GearboxHistory, is_wear, MOTION_ROWS
 from gearbox_monitor.report.timeline import (
     LEVELS, LevelSpans, Loop, RecordingFacts, Timeline, WindowBacklash)
-from gearbox_monitor.report.words import number, width_and_std
+from gearbox_monitor.report.words import number, sentence, width_and_std
 
 TRUST = ('observability', 'prediction error', 'covariance', 'model', 'input')
 WEAR = ('backlash', 'friction')
@@ -53,7 +54,7 @@ def recording_page(timeline: Timeline, facts: RecordingFacts, name: str, bag: st
     scale, unit = (60.0, 'min') if timeline.last > MINUTES else (1.0, 's')
     time = TimeAxis(max(timeline.last / scale, 1e-9), scale, unit)
     return render_page(Page(f'Recording {name}', _summary(timeline, facts), (
-        advice(next_steps(timeline, bag)), _loops(timeline, axis),
+        advice(next_steps(timeline, facts, bag)), _loops(timeline, axis),
         _backlash(timeline, time, axis), _trust(timeline, time), _errors(timeline, time, axis),
         _torque(timeline, time, axis), _input(timeline, facts, time), _parameters(facts)), axis))
 
@@ -105,19 +106,19 @@ def figures(timeline: Timeline, facts: RecordingFacts) -> dict[str, Any]:
         'counts': facts.counts, 'notes': facts.notes}
 
 
-def wear(timeline: Timeline) -> list[tuple[int, str]]:
-    """Return [(level, message)] of the wear that `timeline` shows at its end."""
-    return [(s.levels[-1], s.messages[-1]) for name, s in timeline.spans.items()
+def wear(timeline: Timeline) -> list[tuple[int, str, str]]:
+    """Return [(level, component, message)] of the wear that `timeline` shows at its end."""
+    return [(s.levels[-1], name, s.messages[-1]) for name, s in timeline.spans.items()
             if name in WEAR and s.levels[-1] and not s.messages[-1].startswith(NO_DATA)
             and 'not measured' not in s.messages[-1]]
 
 
-def headline(timeline: Timeline) -> tuple[str, str]:
+def headline(timeline: Timeline, facts: RecordingFacts) -> tuple[str, str]:
     """Return (sentence, 'good', 'warn', 'error' or '') about the recording of `timeline`."""
     worn = wear(timeline)
     if worn:
-        message = max(worn)[1].split(' (for ')[0]
-        return f'{message[0].upper()}{message[1:]}.', ROLES[max(worn)[0]]
+        verdict, words = worst(worn)
+        return sentence(words), ROLES[verdict]
     share = trusted_share(timeline.spans)
     if share is None:
         return ('Nothing was evaluated: the recording is too short, or contains no estimates.',
@@ -128,7 +129,29 @@ def headline(timeline: Timeline) -> tuple[str, str]:
                 f'{message}.'), ROLES[level]
     if not timeline.windows:
         return f'Trusted {100 * share:.0f} % of the time; backlash was not measured.', ''
-    return f'No growth of the backlash; trusted {100 * share:.0f} % of the time.', 'good'
+    spans = timeline.spans.get('backlash')
+    if has_baseline(timeline, facts) and spans:
+        return f'{sentence(spans.messages[-1].split("; ")[0])}', 'good'
+    return on_axis(f'{_against_model(timeline, facts)}. No earlier recording to compare with.',
+                   facts.model.axis), ''
+
+
+def has_baseline(timeline: Timeline, facts: RecordingFacts) -> bool:
+    """Return whether the recording was compared with what was before it."""
+    return 0 < facts.baseline_ns < (timeline.first_ns or 0)
+
+
+def _against_model(timeline: Timeline, facts: RecordingFacts) -> str:
+    """Return the newest backlash, and how far it is from that of the model file."""
+    newest, shape = timeline.windows[-1], facts.model.transmission
+    if not newest.separable:
+        return f'Lost motion {newest.lost_motion:.3g} rad'
+    stated = 2.0 * (shape.half_gap + (shape.hysteresis_width if shape.kind == 'play' else 0.0))
+    if not stated > 0.0:
+        return f'Backlash {newest.gap:.3g} rad'
+    off = 100.0 * (newest.gap / stated - 1.0)
+    size = 'as in' if abs(off) < 0.5 else f'{abs(off):.0f} % {"above" if off > 0.0 else "below"}'
+    return f'Backlash {newest.gap:.3g} rad, {size} the model file'
 
 
 def _longest_alarm(timeline: Timeline) -> tuple[int, str]:
@@ -138,11 +161,11 @@ def _longest_alarm(timeline: Timeline) -> tuple[int, str]:
                   s.begins, (*s.begins[1:], s.end), s.levels, s.messages)
               if level and not message.startswith(NO_DATA)]
     level, _, message = max(alarms)
-    return level, message.split(': ')[0].split(' (for ')[0]  # the advice stands in the section
+    return level, message.split(': ')[0]  # the advice stands in the section
 
 
-def next_steps(timeline: Timeline, bag: str) -> list[str]:
-    """Return advice about the recording of `timeline`, which commands call `bag`."""
+def next_steps(timeline: Timeline, facts: RecordingFacts, bag: str) -> list[str]:
+    """Return advice about a recording, see headline; `bag`: what commands call it."""
     if wear(timeline):  # which may cause prediction errors, too
         return [f'Test the gearbox against its specification: gearbox_monitor accept {bag} '
                 '--max-gap ANGLE',
@@ -152,9 +175,13 @@ def next_steps(timeline: Timeline, bag: str) -> list[str]:
         steps.append(f'See what the recording lacks: gearbox_monitor check {bag} --model FILE')
     if share is not None and share < TRUSTED:
         steps.append(f'Identify what the model lacks: gearbox_monitor diagnose {bag} --model FILE')
-    return steps or ['Save this state as the healthy one (service ~/save_baseline of the node), '
-                     'and compare later recordings with it: gearbox_monitor fleet FOLDER --out '
-                     'DIR']
+    if not steps and has_baseline(timeline, facts):
+        return ['Nothing now: it is as it was.']
+    return steps or [
+        f'Test the gearbox against its specification: gearbox_monitor accept {bag} '
+        '--max-gap ANGLE',
+        'If it passes, save this state as the healthy one (service ~/save_baseline of the node), '
+        'and compare later recordings with it: gearbox_monitor fleet FOLDER --out DIR']
 
 
 def trusted_share(levels: Mapping[str, LevelSpans]) -> float | None:
@@ -179,7 +206,7 @@ def trusted_share(levels: Mapping[str, LevelSpans]) -> float | None:
 
 def _summary(timeline: Timeline, facts: RecordingFacts) -> Section:
     """Return headline and figures of a recording, and whether its own estimates are shown."""
-    words, kind = headline(timeline)
+    words, kind = headline(timeline, facts)
     data = figures(timeline, facts)
     items = [('from', when(timeline.first_ns or 0)), ('duration', f'{timeline.last:.4g} s'),
              ('samples', str(timeline.samples)), ('filter', data['filter'])]
@@ -491,17 +518,18 @@ def live_row(gearbox: GearboxHistory, name: str) -> JointRow:
                     worn=is_wear(component, message))
 
 
-def recorded_row(timeline: Timeline, name: str, link: str) -> JointRow:
+def recorded_row(timeline: Timeline, facts: RecordingFacts, name: str, link: str) -> JointRow:
     """
     Return the row of a joint in a recording.
 
     Args:
         timeline: what the recording showed of it.
+        facts: beside it.
         name: of the gearbox.
         link: to its page.
 
     """
-    words, kind = headline(timeline)
+    words, kind = headline(timeline, facts)
     low, high, _ = timeline.torque.of(0)
     span = (float(np.nanmin(low)), float(np.nanmax(high))) if np.isfinite(low).any() else (
         math.nan, math.nan)
@@ -513,12 +541,12 @@ def _robot_summary(joints: Mapping[str, tuple[Timeline, RecordingFacts]], rows: 
              ) -> Section:
     """Return the summary of `joints`, whose `rows` begin with the worst."""
     highest, raised = rows[0], sum(row.level > 0 for row in rows)
-    text = 'Nothing is raised.' if highest.kind else highest.message
+    text = 'Nothing is raised.' if {row.kind for row in rows} == {'good'} else highest.message
     if raised:
         text = f'{highest.name}: {highest.message}' + f' ({raised - 1} more)' * (raised > 1)
     timelines = [timeline for timeline, _ in joints.values()]
     return page_summary(
-        highest.kind, text,
+        '' if highest.kind == 'good' and rows[-1].kind != 'good' else highest.kind, text,
         [('from', when(timelines[0].first_ns or 0)),
          ('duration', f'{max(t.last for t in timelines):.4g} s'), ('joints', str(len(joints))),
          ('alerts', str(sum(len(t.alerts) for t in timelines)))],
@@ -547,10 +575,10 @@ def robot_page(joints: Mapping[str, tuple[Timeline, RecordingFacts]], links: Map
         One file that loads nothing and links to the pages of the joints, and its headline.
 
     """
-    rows = worst_rows(recorded_row(timeline, joint, links[joint])
-                      for joint, (timeline, _) in joints.items())
+    rows = worst_rows(recorded_row(timeline, facts, joint, links[joint])
+                      for joint, (timeline, facts) in joints.items())
     summary, highest = _robot_summary(joints, rows), rows[0].name
     timeline, facts = joints[highest]
-    steps = advice([f'{highest}: {step}' for step in next_steps(timeline, bags[highest])])
+    steps = advice([f'{highest}: {step}' for step in next_steps(timeline, facts, bags[highest])])
     return RobotPage(render_page(Page(f'Robot {name}', summary, (steps, joint_table(rows)),
                                       facts.model.axis)), summary.data['headline'])

@@ -14,6 +14,7 @@ from gearbox_monitor.estimation.estimates import Estimates, Samples
 from gearbox_monitor.estimation.rts_smoother import (
     S_TAU_K, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_RATE)
 from gearbox_monitor.estimation.sample_loop import BRIDGED, REASONS, SECOND
+from gearbox_monitor.files.baselines import earlier
 from gearbox_monitor.health.backlash.features import Backlash
 from gearbox_monitor.health.checks.usability import key_of
 from gearbox_monitor.health.monitor import Monitor
@@ -429,7 +430,8 @@ class RecordingFacts:
     What stands beside the Timeline.
 
     live: whether the estimates are those of the recording; model: DriveModel; parameters: all of
-    the estimator; versions [(of, version)]; counts {counter: number}; notes: sentences.
+    the estimator; versions [(of, version)]; counts {counter: number}; notes: sentences;
+    baseline_ns: first window of the baseline, 0 without one.
     """
 
     live: bool
@@ -438,6 +440,7 @@ class RecordingFacts:
     versions: list[tuple[str, str]] = field(default_factory=list)
     counts: dict[str, int] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
+    baseline_ns: int = 0
 
 
 @dataclass(frozen=True)
@@ -495,6 +498,13 @@ class TimelineSource:
         self.timeline = Timeline(slice_seconds)
         self._joints = (values.motor_joint, values.arm_joint)
         self._robot = None if live else recorded_robot(settings, recorded, snapshots)
+        self._known: dict[str, Any] | None = None
+        if live:
+            health = Monitor.restore(snapshots[0].content).health if snapshots else None
+            self.facts.baseline_ns = health.baseline_ns if health else 0
+        else:
+            self._known, note = earlier(settings)
+            self.facts.notes += [note] if note else []
 
     def run(self) -> tuple[Timeline, RecordingFacts]:
         """Return the filled Timeline and the facts beside it."""
@@ -534,7 +544,8 @@ class TimelineSource:
 
     def _replayed(self) -> None:
         monitor, timeline = Monitor(
-            self.facts.model, self.facts.parameters, robot=self._robot), self.timeline
+            self.facts.model, self.facts.parameters, self._known, self._robot), self.timeline
+        self.facts.baseline_ns = monitor.health.baseline_ns
         joints = (*self._joints, *monitor.estimator.robot_joints)
         decode = self.reader.decoder(self.topic, joints)
         follower = MonitorFollower(monitor, timeline)

@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from launch import LaunchContext
-from launch.actions import DeclareLaunchArgument
+from launch.actions import DeclareLaunchArgument, Shutdown
+from launch.events.process import ProcessExited
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
@@ -15,6 +16,7 @@ BAG = ('bag', '', 'bag directory to create; empty: gearbox_DATE-TIME here')
 FILTER = ('filter', '', "name of the filter; empty: the parameter file's, else ekf")
 ENCLAVE = ('enclave', '', 'security enclave above those of the nodes, like /gearbox_monitor, see '
            'docs/security.md; empty: none')
+BAD_INPUT, RESPAWN = 2, 2.0  # exit code of a node; s before it is started again
 LOG_LEVEL = ('log_level', 'info', 'debug, info, warn, error or fatal')
 
 
@@ -35,6 +37,15 @@ def typed(settings: Mapping[str, str | bool]) -> dict[str, ParameterValue]:
     """Return the `settings` {parameter: value, '' to leave it} as parameters of a Node."""
     return {key: ParameterValue(setting, value_type=type(setting))
             for key, setting in settings.items() if setting != ''}
+
+
+def lasting() -> dict[str, Any]:
+    """Return the options of a node that is started again when it ends, unless its input is bad."""
+    def ended(event: ProcessExited, _: LaunchContext) -> list[Shutdown]:
+        """End all where another start would end alike."""
+        return [Shutdown(reason='a node has refused its parameters')] \
+            if event.returncode == BAD_INPUT else []
+    return {'respawn': True, 'respawn_delay': RESPAWN, 'on_exit': ended}
 
 
 def package_node(name: str, value: Mapping[str, str], parameters: Sequence[Any], namespace: str,

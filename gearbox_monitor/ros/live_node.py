@@ -181,7 +181,7 @@ MOTION = next(signal.topic for signal in SIGNALS if signal.smoothed)
 PERIOD = 0.1           # s between two drawings
 DEPTH = 2000           # messages that may wait between them
 MAX_BYTES = 1 << 16    # longer messages are left out
-MAX_GEARBOXES = 32     # anybody can publish any names
+MAX_GEARBOXES = 256    # anybody can publish any names
 
 
 class LiveNode(Node):

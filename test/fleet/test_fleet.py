@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Many bags: each has its row, whatever it is and whatever dies; the same command resumes."""
+from dataclasses import asdict
 import json
 import os
 from pathlib import Path
@@ -20,26 +21,20 @@ import yaml
 
 from gearbox_monitor import __version__
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.errors import InputError
-from gearbox_monitor.estimation.estimates import Estimates, Samples
-from gearbox_monitor.estimation.estimator import Estimator
-from gearbox_monitor.estimation.rts_smoother import (
-    N_SMOOTHED, S_TAU_K_NOISE_STD, S_TWIST, S_X3, S_X4)
-from gearbox_monitor.estimation.sample_loop import N_ESTIMATE
 from gearbox_monitor.fleet import job
+from gearbox_monitor.fleet.gearbox_history import gearboxes
 from gearbox_monitor.fleet.job import analyse
-from gearbox_monitor.fleet.trend import gearboxes
 from gearbox_monitor.health.backlash.features import Backlash
-from gearbox_monitor.health.backlash.recording_windows import combine, RecordingWindows
-from gearbox_monitor.health.monitor import Monitor
+from gearbox_monitor.health.backlash.window_means import combine
+from gearbox_monitor.health.health_record import HealthSettings, Window
+from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.faults import Excitation
-from gearbox_monitor.plant.simulate import Noise, simulate
+from gearbox_monitor.plant.simulate import Noise
 from gearbox_monitor.recordings.examples import ExampleMotion, write_example_bag
 from gearbox_monitor.recordings.read import open_bag
 from gearbox_monitor.recordings.replay import replay
 from gearbox_monitor.recordings.write import BagWriter
-from gearbox_monitor.report.fleet_page import headline
+from gearbox_monitor.report.fleet_page import fleet_page
 
 ROOT = Path(__file__).parents[2]
 DAY = 86400
@@ -155,32 +150,45 @@ def test_a_row_holds_what_a_replay_gives(archive, whole):
     row = rows_of(whole[0])[path]
     with open_bag(path) as reader:
         result = replay(reader)
-    fits = RecordingWindows(result.monitor.estimator)
-    fits.add(result.estimates)
-    windows = fits.finish()
+    windows = result.monitor.features()
     for name in ('gap', 'stiffness'):
         expected = combine(windows, name)
         assert (row[name], row[f'{name}_std']) == (expected.value, expected.std)
     assert row['gap'] == pytest.approx(0.2 * (1 + 3 * GROWTH), rel=0.02)
     assert (row['windows'], row['separable'], row['version']) == (1, True, __version__)
     assert row['start'].timestamp() == pytest.approx(T0 + 90 * DAY, abs=1.0)
-    assert (row['gearbox'], row['date']) == ('arm_sn1', '2024-02-12')
+    assert (row['gearbox'], row['named'], row['date']) == ('arm_sn1', True, '2024-02-12')
     assert 'the bag records no model' in row['notes']
 
 
 def test_the_page_shows_the_worst_first(whole):
+    """Bags 30 days apart, of one window each: the change is stated, and what is sure is raised."""
     out, summary = whole
-    boxes = [box for box in summary['gearboxes'] if box['measured']]
-    assert [box['gearbox'] for box in boxes] == ['arm_sn1', 'arm_0002']
-    worst, good = boxes
-    assert worst['growth'] == pytest.approx(4 * GROWTH, abs=0.02) and worst['measured'] == 6
-    assert abs(good['growth']) < 3 * good['growth_std'] and good['bags'] == 5
+    boxes = {box['gearbox']: box for box in summary['gearboxes'] if box['points']}
+    assert set(boxes) == {'arm_sn1', 'arm_0002'}
+    worst, good = boxes['arm_sn1'], boxes['arm_0002']
+    gap = worst['features']['gap']
+    assert gap['level'] == pytest.approx(0.2 * (1.0 + 4 * GROWTH), rel=0.02)
+    assert abs(good['features']['gap']['change']) < 3 * good['features']['gap']['change_std']
+    assert good['alerts'] == {} and good['bags'] == 5 and len(worst['recordings']) == 6
     html = (out / 'fleet.html').read_text(encoding='utf-8')
-    assert html.index('>arm_sn1<') < html.index('>arm_0002<') and html.count('<figure') == 2
-    assert 'Backlash has grown in 1 of 2 gearboxes, most in arm_sn1' in html
-    assert 'letter.mcap' in html
+    assert html.count('<figure') == 2 and 'letter.mcap' in html and 'stiffness (N m/rad)' in html
     for word in ('http:', 'https:', 'url(', '@import', ' src='):
         assert word not in html.replace('http://www.w3.org', '')
+
+
+def test_a_folder_of_bags_without_names_is_asked_about(archive, tmp_path, capsys):
+    """Never one verdict over a mixture: exit code 3, and no page."""
+    out, folder = tmp_path / 'out', tmp_path / 'mixed'
+    for k in range(3):
+        shutil.copytree(archive / f'short/run_{k}', folder / f'run_{k}')
+    assert main(['fleet', str(folder), '--out', str(out)]) == 3
+    told = capsys.readouterr().err.splitlines()[-1]
+    assert '3 bags name no gearbox: which gearbox made which bag?' in told
+    assert not (out / 'fleet.html').exists()
+    code, summary = fleet(capsys, archive / 'short/run_1', archive / 'short/run_2', '--out',
+                          tmp_path / 'two')
+    assert code == 0 and [box['gearbox'] for box in summary['gearboxes']] == ['short']
 
 
 # ---------------------------------------------------------------------- resuming
@@ -383,102 +391,88 @@ def test_diagnosis(tmp_path, capsys):
     assert 'backlash_gap' in (out / 'fleet.html').read_text(encoding='utf-8')
 
 
-def bag_row(gearbox, day, gap, std, separable=True, **columns):
-    row = {'status': 'done', 'gearbox': gearbox, 'path': f'{gearbox}/{day}', 'unit': 'rad',
-           'start': (T0 + day * DAY) * 10 ** 9, 'gap': gap, 'gap_std': std, 'gap_error': 0.25,
-           'separable': separable, 'lost_motion': 0.3, 'lost_motion_std': 0.01, 'trust': 'OK',
-           'model_level': 'OK', 'notes': '', 'not_excited': None, 'diagnosis': None}
-    return {**row, **columns}
+SETTINGS = HealthSettings.of(EstimatorParameters(), DriveModel())
 
 
-def test_sure_growth_comes_before_large_growth():
-    rng, rows = np.random.default_rng(0), []
-    for day in range(40):
-        noise = rng.standard_normal(4)
-        rows += [bag_row('steady', day, 0.2 + 1e-4 * noise[0], 1e-4),
-                 bag_row('grows', day, 0.2 * (1 + 0.001 * day) + 1e-4 * noise[1], 1e-4),
-                 # States too little, and differs from bag to bag.
-                 bag_row('wild', day, 0.2 * (1 + 0.0012 * day) + 2e-2 * noise[2], 1e-4),
-                 # Stands still at first.
-                 bag_row('late', day, 0.2 * (1 + 0.02 * max(0, day - 30)) + 1e-4 * noise[3], 1e-4)]
-    rows += [bag_row('once', 0, 0.2, 1e-4),
-             bag_row('blurred', 0, 0.2, 0.1, False), bag_row('blurred', 9, 0.2, 0.1, False),
-             bag_row('idle', 0, None, None, None, lost_motion=None, not_excited='stands still')]
-    boxes = {box['gearbox']: box for box in gearboxes(rows)}
-    assert list(boxes) == ['late', 'grows', 'steady', 'blurred', 'wild', 'once', 'idle']
-    assert boxes['late']['growth'] == pytest.approx(0.02 * 7, abs=0.005)
-    assert boxes['grows']['growth'] == pytest.approx(0.001 * 35, abs=3 * boxes['grows'][
-        'growth_std'])
-    assert boxes['grows']['per_year'] == pytest.approx(0.36525, rel=0.03)
-    assert boxes['steady']['reach'] is None and boxes['grows']['reach'][0] > 0
-    assert boxes['wild']['growth_std'] > 20 * boxes['grows']['growth_std']
-    assert boxes['blurred']['feature'] == 'lost_motion' and boxes['blurred']['growth'] == 0.0
-    assert boxes['once']['growth'] is None and boxes['idle']['width'] is None
+def bag_row(gearbox, day, gaps, separable=True, **features):
+    """Return the row of a bag of windows with these `gaps` (relative), 1 % of noise each."""
+    windows = [Window(Backlash(
+        (T0 + day * DAY + 10 * k) * 10 ** 9, 0.2 * gap, 0.002, **{
+            'stiffness': 25.0, 'stiffness_std': 0.2, 'lost_motion': 0.25 * gap,
+            'lost_motion_std': 0.002, 'angle': 0.0, 'speed': 18.0, 'load': 3.6, 'flank': 0.4,
+            'separable': separable, 'viscous': 0.0, 'viscous_std': 0.001, 'coulomb': 0.0,
+            'coulomb_std': 0.001, **features})) for k, gap in enumerate(gaps)]
+    return {
+        'status': 'done', 'gearbox': gearbox, 'path': f'{gearbox}/{day}', 'unit': 'rad',
+        'named': True, 'start': (T0 + day * DAY) * 10 ** 9,
+        'judged': json.dumps({'settings': asdict(SETTINGS),
+                              'windows': [window.to_dict() for window in windows]}),
+        **job._features([window.features for window in windows]), 'trust': 'OK',
+        'model_level': 'OK', 'notes': '', 'diagnosis': None,
+        'not_excited': None if windows else 'stands still'}
 
 
-def test_a_growth_that_ended_is_told_and_forecasts_nothing():
-    rng, rows = np.random.default_rng(1), []
-    for day in range(20):
-        for name, level in (('passing', 1.84 if 8 <= day < 11 else 1.0), ('flat', 1.0),
-                            ('step', 1.84 if day >= 8 else 1.0), ('line', 1.0 + 0.02 * day)):
-            value = 0.2 * level * (1.0 + 5e-3 * rng.standard_normal())
-            rows.append(bag_row(name, day, value, 1e-4))
-    boxes = {box['gearbox']: box for box in gearboxes(rows)}
-    excursion = boxes['passing']['excursion']
-    assert excursion['growth'] == pytest.approx(0.84, abs=0.02) and excursion['bags'] == 3
-    assert excursion['growth_std'] < 0.02
-    first, last = (bag_row('', day, 0.0, 0.0)['start'] for day in (8, 10))
-    assert (excursion['start'], excursion['end']) == (first, last)
-    assert abs(boxes['passing']['growth']) < 0.02 and boxes['passing']['reach'] is None
-    assert all(boxes[name]['excursion'] is None for name in ('flat', 'step', 'line'))
-    assert boxes['line']['reach'] is not None and boxes['flat']['reach'] is None
-    text = headline(list(boxes.values()))
-    assert 'passing was +8' in text and '(3 bags), which has ended' in text
+def history(growth, days=20, seed=0, windows=4, **features):
+    """Return rows of bags whose gap is 1 + growth(day), and other features by functions, too."""
+    rng = np.random.default_rng(seed)
+    return [bag_row('elbow', day, 1.0 + growth(day) + 0.002 * rng.standard_normal(windows),
+                    **{name: of(day) for name, of in features.items()}) for day in range(days)]
 
 
-def test_scatter_alone_makes_neither_forecast_nor_excursion():
-    rng, count = np.random.default_rng(2), 300
-    boxes = gearboxes(bag_row(f'{n}', day, 0.2 * (1.0 + 0.01 * rng.standard_normal()), 1e-4)
-                      for n in range(count) for day in range(6))
-    assert sum(box['reach'] is not None for box in boxes) <= 2
-    assert sum(box['excursion'] is not None for box in boxes) <= 2
+def test_jumps_are_jumps_ramps_reach_their_limit_and_all_features_are_watched():
+    jump, = gearboxes(history(lambda day: 0.16 * (day >= 12)))
+    assert jump['level'] == 'WARN' and 'backlash has grown by +16' in jump['summary']
+    since = jump['alerts']['gap']['since_ns'] * 1e-9 - T0
+    assert 11 * DAY <= since <= 12 * DAY + 60 and jump['features']['gap']['limit_ns'] == []
+    changes = [point['changes']['gap'] for point in jump['points']]
+    assert max(map(abs, changes[:12])) < 0.02 and min(changes[12:]) > 0.14
+    ramp, = gearboxes(history(lambda day: 0.006 * max(day - 8, 0), 30))
+    expected, earliest, latest = ramp['features']['gap']['limit_ns']
+    true = (T0 + (8 + 0.25 / 0.006) * DAY) * 1e9
+    assert earliest < true < (latest or np.inf) and abs(expected - true) < 5e9 * DAY
+    soft, = gearboxes(history(lambda day: 0.0, stiffness=lambda day: 25.0 - 9.0 * (day >= 10)))
+    assert soft['level'] == 'ERROR' and 'stiffness has dropped by 36' in soft['summary']
+    calm, = gearboxes(history(lambda day: 0.0))
+    assert calm['level'] == 'OK' and 'no wear detected' in calm['summary']
+    passing, = gearboxes(history(lambda day: 0.5 * (8 <= day < 11)))
+    assert passing['level'] == 'OK' and not passing['alerts']
+    html = fleet_page([jump, ramp, soft], [], {'done': 60}, 0)
+    assert 'reaches its limit of +25 % about 20' in html and '(earliest 20' in html
 
 
-def smoothed_alone(stamps, rows):
-    return Estimates(stamps[:0], np.empty((0, N_ESTIMATE)), stamps, rows, stamps[:0])
+def test_one_bag_is_grey_and_never_ok():
+    box, = gearboxes(history(lambda day: 0.0, days=1))
+    assert box['level'] is None and 'no earlier bag to compare with' in box['summary']
+    idle, = gearboxes([bag_row('idle', 0, [])])
+    assert idle['level'] is None and not idle['points']
 
 
-def test_lost_motion_is_measured_where_no_torque_is_seen():
-    """Slow strokes of a drive with friction: the twist follows the direction, the torque is 0."""
-    t = np.arange(0.0, 60.0, 0.01)
-    speed = np.cos(0.7 * t)
-    rows = np.zeros((len(t), N_SMOOTHED))
-    rows[:, S_X4], rows[:, S_X3] = speed, speed
-    rows[:, S_TWIST], rows[:, S_TAU_K_NOISE_STD] = 0.015 * np.sign(speed), 0.1
-    windows = RecordingWindows(Estimator(DriveModel()))
-    windows.add(smoothed_alone((t * 1e9).astype(np.int64) + 1, rows))
-    fits = windows.finish()
-    assert fits and not any(isinstance(fit, Backlash) for fit in fits)
-    row = job._features(fits)
-    assert row['lost_motion'] == pytest.approx(0.03) and 'gap' not in row
-    assert 'torque stays below its noise' in row['not_excited']
+def test_a_service_begins_a_new_baseline_and_is_a_mark():
+    """Worn by 30 %, repaired to 90 % of the first baseline: growth since then is growth."""
+    rows = history(lambda day: 0.3 * (5 <= day < 10) + (-0.1 if day >= 10 else 0.0)
+                   + 0.12 * (day >= 16), 22)
+    date = (T0 + 9 * DAY + DAY // 2) * 10 ** 9
+    box, = gearboxes(rows, {'elbow': [(date, 'gear replaced')]})
+    assert box['marks'] == [[date, 'serviced, gear replaced']]
+    assert box['level'] == 'WARN' and box['features']['gap']['change'] == pytest.approx(
+        1.02 / 0.9 - 1.0, abs=0.01)
+    assert 'serviced, gear replaced on 2023-11-24' in fleet_page([box], [], {'done': 22}, 0)
+    before, = gearboxes([row for row in rows if row['start'] < date])
+    assert before['level'] == 'ERROR' and before['marks'] == []
 
 
-def test_windows_come_out_alike_in_any_blocks():
-    rng = np.random.default_rng(1)
-    with pytest.raises(InputError, match='smoother_lag: 0'):
-        RecordingWindows(Estimator(DriveModel(), {'smoother_lag': 0.0}))
-    t = np.arange(0.0, 31.0, 4e-3)
-    run = simulate(DriveModel(), Excitation().torque(t), 4e-3)
-    stamps = np.round(t * 1e9).astype(np.int64)
-    stamps[len(t) // 2:] -= 9 * 10 ** 9  # the clock is set back
-    monitor = Monitor(DriveModel())
-    found = monitor.run(Samples(stamps, np.column_stack([run.u, np.full(len(t), np.nan)]), run.y))
-    fits = []
-    for cuts in ([], np.sort(rng.integers(0, len(found.smoothed), 40))):
-        windows = RecordingWindows(monitor.estimator)
-        for part in zip(np.split(found.smoothed_stamp_ns, cuts), np.split(found.smoothed, cuts)):
-            windows.add(smoothed_alone(*part))
-        fits.append(windows.finish())
-    assert fits[0] == fits[1] and len(fits[0]) == 3 and all(
-        isinstance(fit, Backlash) for fit in fits[0])
+def test_a_smaller_backlash_that_lasts_is_a_second_baseline():
+    """Retightened by 10 % without a word: growth of 11 % since then is no return to health."""
+    box, = gearboxes(history(lambda day: (-0.1 if day >= 8 else 0.0) + 0.1 * (day >= 14), 20))
+    assert box['level'] == 'WARN' and 'backlash has grown by +11' in box['summary']
+    assert len(box['marks']) == 1 and 'smaller than before' in box['marks'][0][1]
+
+
+@pytest.mark.parametrize('line, expected', [
+    ('elbow', 'expected GEARBOX DATE NOTE'), ('elbow yesterday it broke', "line 1: 'elbow yes")])
+def test_services_are_read_by_line(archive, tmp_path, capsys, line, expected):
+    file = tmp_path / 'services.txt'
+    file.write_text(line)
+    assert main(['fleet', f'{archive}/sn1', '--out', str(tmp_path / 'out'), '--serviced',
+                 str(file)]) == 2
+    assert expected in capsys.readouterr().err

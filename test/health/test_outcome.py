@@ -120,14 +120,14 @@ def test_message_fits_the_level_in_force():
     good, bad = Outcome(Level.OK, 'fine', {'v': 1}), Outcome(Level.ERROR, 'broken: mend', {'v': 2})
     for k, outcome in enumerate([good, bad, bad, bad, bad, good, good, good, good, good]):
         shown = alarm.judge(outcome, k * SECOND)
-        assert shown.values == outcome.values  # always those of now
+        assert outcome.values.items() <= shown.values.items()  # always those of now
         said.append((int(shown.level), shown.message))
     assert said == [
         (0, 'fine'), (0, 'fine'), (0, 'fine'), (2, 'broken: mend'),
-        *[(2, f'broken: mend (for {n:.1f} s)') for n in (1, 2, 3, 4, 5)], (0, 'fine')]
+        *5 * [(2, 'broken: mend')], (0, 'fine')]
     alarm = Alarm(1, 1)
     alarm.judge(bad, 5 * SECOND)
-    assert alarm.judge(bad, 17_400_000_000).message == 'broken: mend (for 12.4 s)'
+    assert alarm.judge(bad, 17_400_000_000).values['lasts_s'] == 12.4
     assert alarm.lasted(0) == 0.0  # the clock was set back
 
 
@@ -137,12 +137,12 @@ def test_findings_are_made_of_conditions():
     again = Condition('c', Level.WARN, 'strange', 'z > 3', '1 s', 'look')
     assert outcome_of([], 'fine', {}) == Outcome(Level.OK, 'fine', {})
     assert outcome_of([warn, error, again], 'fine', {'x': 2}) == Outcome(
-        Level.ERROR, 'odd, bad, strange: look; mend', {'x': 2})
+        Level.ERROR, 'odd, bad, strange: mend', {'x': 2})
 
 
 JOINED = [
-    ((0, 0, 0), 0, 'a'), ((1, 0, 0), 1, 'a'), ((0, 1, 0), 1, 'b'), ((0, 1, 2), 2, 'b; c'),
-    ((1, 0, 2), 2, 'c; a'), ((2, 1, 1), 2, 'b; c; a')]
+    ((0, 0, 0), 0, 'a'), ((1, 0, 0), 1, 'a'), ((0, 1, 0), 1, 'b'), ((0, 1, 2), 2, 'c'),
+    ((1, 0, 2), 2, 'c; a'), ((2, 1, 1), 2, 'b; a')]
 
 
 def test_joined_outcomes_say_what_is_wrong_and_the_first_last():

@@ -1,55 +1,59 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The page of a fleet, of rows as fleet.trend makes them."""
+"""The page of a fleet, of rows as fleet.gearbox_history makes them."""
 from pages import overflowing
 import pytest
 
-from gearbox_monitor.fleet.trend import gearboxes
 from gearbox_monitor.report.fleet_page import fleet_page, headline
 
 DAY = 86_400_000_000_000
 T0 = 1_768_435_200_000_000_000  # 2026-01-15
 
 
-def bag(gearbox, days, gap):
-    """Return the row of an analysed bag."""
-    return {'gearbox': gearbox, 'path': f'/archive/{gearbox}/{days}', 'start': T0 + days * DAY,
-            'status': 'done', 'separable': True, 'gap': gap, 'gap_std': 2e-4, 'lost_motion': gap,
-            'lost_motion_std': 2e-4, 'unit': 'rad', 'gap_warn': 0.1, 'gap_error': 0.25,
-            'trust': 'OK', 'model_level': 'OK', 'not_excited': '', 'diagnosis': '',
-            'diagnosis_effect': None, 'diagnosis_reason': '', 'notes': '', 'retry': False}
+def box(name, gap, level, summary='backlash has grown', bags=5):
+    """Return what gearboxes() gives of a gearbox whose backlash became `gap` (rad)."""
+    known = dict.fromkeys(('level', 'level_std', 'baseline', 'baseline_std', 'change',
+                           'change_std'), 0.0)
+    feature = {**known, 'rate': 0.0, 'rate_std': 0.0, 'limit_ns': []}
+    change = gap / 0.2 - 1.0
+    return {'gearbox': name, 'level': level, 'summary': summary, 'feature': 'gap', 'unit': 'rad',
+            'features': {**dict.fromkeys(('lost_motion', 'stiffness', 'friction', 'hysteresis'),
+                                         feature),
+                         'gap': {**feature, 'level': gap, 'level_std': 2e-4, 'baseline': 0.2,
+                                 'change': change, 'change_std': 1e-3}},
+            'limit': 0.25, 'marks': [], 'alerts': {}, 'bags': bags, 'first': T0,
+            'last': T0 + 30 * bags * DAY, 'trust': 'OK', 'model_level': 'OK', 'not_excited': '',
+            'diagnosis': None, 'diagnosis_effect': None,
+            'points': [{'start': T0 + 30 * k * DAY, 'means': {'gap': (0.2 + k * 0.01, 2e-4)},
+                        'changes': {'gap': 0.05 * k}} for k in range(bags)]}
 
 
-def page(*bags):
-    return fleet_page(gearboxes(list(bags)), bags, {'done': len(bags)}, 0)
+def page(*boxes):
+    return fleet_page(boxes, (), {'done': sum(box['bags'] for box in boxes)}, 0)
 
 
-@pytest.mark.parametrize('gap,kind', [(0.2, 'good'), (0.23, 'warn'), (0.26, 'error')])
-def test_kind_of_the_headline(gap, kind):
-    html = page(*(bag('SN1', 30 * k, 0.2 + (gap - 0.2) * k / 4) for k in range(5)),
-                *(bag('SN1', 120 + k, gap) for k in range(5)))
+@pytest.mark.parametrize('level, kind', [('OK', 'good'), ('WARN', 'warn'), ('ERROR', 'error')])
+def test_kind_of_the_headline(level, kind):
+    html = page(box('SN1', 0.23, level))
     assert f'class="verdict {kind}"' in html
     assert ('Inspect SN1' in html) == (kind != 'good') and 'What to do next' in html
     # 1 % of the method, as accept states it.
-    assert f'{gap:.4f}\u00a0±\u00a0{0.01 * gap:.4f}\u00a0rad' in html
+    assert '0.2300\u00a0±\u00a00.0023\u00a0rad' in html
 
 
-def test_one_bag_is_no_verdict():
-    html = page(bag('SN1', 0, 0.2))
-    assert 'No gearbox was measured twice' in html and 'class="badge"' not in html
+def test_what_is_not_compared_is_never_good():
+    grey, good = box('SN1', 0.2, None, bags=1), box('SN2', 0.2, 'OK')
+    assert 'class="badge"' not in page(grey) and 'No gearbox was measured twice' in page(grey)
+    assert 'class="badge"' not in page(good, grey)
+    assert headline([good, grey]) == 'No wear detected in 1 gearbox; 1 not compared.'
+    worst = box('SN3', 0.3, 'ERROR', 'stiffness has dropped by 36.0 %')
+    assert headline([worst, good]) == 'SN3: stiffness has dropped by 36.0 %.'
 
 
 @pytest.mark.parametrize('width', [1400, 700, 390])
 def test_nothing_is_cut_off(browser, tmp_path, width):
     file = tmp_path / 'fleet.html'
     name = 'line_7_cell_12_robot_3_joint_5_gearbox_SN0815_of_2019'
-    file.write_text(page(*(bag(name, 30 * k, 0.2 + 0.01 * k) for k in range(6)), bag('b', 1, 0.2)))
+    file.write_text(page(box(name, 0.25, 'ERROR'), box('b', 0.2, None, bags=1)))
     assert overflowing(browser, file.as_uri(), width) == []
-
-
-def test_growth_that_is_not_significant_says_what_would_settle_it():
-    wide = [{**bag('SN1', 30 * k, gap), 'gap_std': 0.013} for k, gap in enumerate((0.2, 0.236))]
-    text = headline(gearboxes(wide))
-    assert text.startswith('No significant growth: 1 gearbox was measured more than once.')
-    assert '+18.0 ± ' in text and 'of SN1 is not significant: record 2 times as long' in text

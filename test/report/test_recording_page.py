@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """The page of a recording: what is gathered, live or replayed, and the page in a browser."""
+from dataclasses import replace
 import json
 
 from live import PARAMETERS, T0, worn, write_inputs, write_live
@@ -12,6 +13,7 @@ import yaml
 
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.health.monitor import Monitor
+from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.write import BagWriter
 from gearbox_monitor.report import recording_page
@@ -153,21 +155,42 @@ def test_rates_by_stamps():
     assert t.tolist() == [0.5, 1.5, 2.5, 3.5, 4.5]
 
 
+FACTS = RecordingFacts(True, DriveModel(), EstimatorParameters())
+
+
+@pytest.mark.parametrize('gap, baseline_ns, words, kind', [
+    (0.248, 0, 'Backlash 0.248 rad, 24 % above the model file. No earlier recording to compare '
+     'with.', ''),
+    (0.2, T0, 'Backlash 0.2 rad, as in the model file. No earlier recording to compare with.', ''),
+    (0.2, T0 - 1, 'Backlash 0.2 rad, no wear detected so far.', 'good')])
+def test_without_an_earlier_baseline_a_recording_is_grey(gap, baseline_ns, words, kind):
+    line, facts = Timeline(60.0), replace(FACTS, baseline_ns=baseline_ns)
+    line.add_inputs(T0 + np.arange(10) * 1_000_000_000, np.zeros(10))
+    line.add_window(T0, WindowBacklash(0.0, gap, 1e-3, gap, True))
+    for k in range(10):
+        line.add_outcomes(T0 + k * 1_000_000_000, {
+            'model': (0, 'fits'), 'backlash': (0, 'backlash 0.2 rad, no wear detected so far')})
+    line.finish()
+    assert recording_page.headline(line, facts) == (words, kind)
+    steps = ' '.join(recording_page.next_steps(line, facts, 'a/bag'))
+    assert ('accept a/bag' in steps) == (not kind)
+
+
 def test_headline_names_what_is_most_wrong():
     line = Timeline(60.0)
     line.add_inputs(T0 + np.arange(10) * 1_000_000_000, np.zeros(10))
     for k in range(10):
         line.add_outcomes(T0 + k * 1_000_000_000, {
             'observability': (0, 'seen'),
-            'prediction error': (2 * (k > 4), 'far too large: check it (for 2 s)'),
+            'prediction error': (2 * (k > 4), 'far too large: check it'),
             'model': (1, 'no data yet'), 'backlash': (1, 'backlash not measured yet')})
     line.finish()
     assert recording_page.trusted_share(line.spans) == pytest.approx(5.0 / 9.0)
-    assert recording_page.headline(line) == (
+    assert recording_page.headline(line, FACTS) == (
         'The estimates were trusted 56 % of the time: far too large.', 'error')
-    grown = 'backlash has grown: service it (for 1 s)'
+    grown = 'backlash has grown: service it; and more'
     line.add_outcomes(T0 + 9_000_000_000, {'backlash': (2, grown)})
-    assert recording_page.headline(line) == ('Backlash has grown: service it.', 'error')
+    assert recording_page.headline(line, FACTS) == ('Backlash has grown: service it.', 'error')
 
 
 # ---------------------------------------------------------------------- command and browser

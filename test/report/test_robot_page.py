@@ -25,7 +25,7 @@ from gearbox_monitor.robot import arm_plant
 from gearbox_monitor.robot.arm_plant import WorkingArm
 
 T0, SECOND = 1_700_000_000_000_000_000, 1_000_000_000
-GROWN = 'backlash has grown by 12 % (for 40 s)'
+GROWN = 'backlash has grown by 12 %'
 
 
 def timeline(level=0, growth=0.0, windows=30, separable=True):
@@ -43,7 +43,8 @@ def timeline(level=0, growth=0.0, windows=30, separable=True):
             joint.add_outcomes(T0 + t * SECOND, {
                 'model': (0, 'fits'), 'backlash': (now, GROWN if now else 'no growth')})
     joint.finish()
-    return joint, RecordingFacts(True, DriveModel(), EstimatorParameters(), notes=['a note'])
+    return joint, RecordingFacts(
+        True, DriveModel(), EstimatorParameters(), notes=['a note'], baseline_ns=T0 - 1)
 
 
 def page(**joints):

@@ -317,7 +317,7 @@ class SampleSource:
         # With silence come the counters of now; those with samples are of the last evaluation.
         ended, end = time.time_ns(), time.monotonic() + PATIENCE
         while time.monotonic() < end and not all(
-                said.message.startswith('no data for') and said.stamp_ns > ended
+                said.message.startswith('no data') and said.stamp_ns > ended
                 for said in self._said()):
             self.spin(0.05)
 

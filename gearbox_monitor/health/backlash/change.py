@@ -16,7 +16,7 @@ import numpy as np
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.backlash import wear
 from gearbox_monitor.health.backlash.change_tests import (
-    ALONE, ALONE_LOSS, ChangeTest, FEATURES, FRICTION, GAP, PRIORS, SHARP, TESTS,
+    ALONE, ALONE_LOSS, ChangeTest, FEATURES, FRICTION, GAP, LOST_MOTION, PRIORS, SHARP, TESTS,
     VISCOUS_SHARE)
 from gearbox_monitor.health.backlash.features import Backlash, Friction
 from gearbox_monitor.health.backlash.operating_point import find_point, OperatingPoint
@@ -28,7 +28,8 @@ from gearbox_monitor.kernels.types import Array, Flags, Values
 
 RECENT = 12         # windows whose mean is shown while there is no change
 MAX_STEPS, MAX_PENDING = 6, 8
-HOUR = 3600e9       # ns
+HOUR, DAY = 3600e9, 86400e9  # ns
+LOSSES = {'gap_loss', 'lost_motion_loss'}  # tests of a backlash that became smaller
 
 
 @dataclass
@@ -76,7 +77,8 @@ class Tracker:
         self.backlash: Backlash | None = None
         self.friction: Backlash | Friction | None = None
         self.point, self.trusted, self.compared, self.over_limit = -1, False, False, False
-        self.stamp_ns = 0
+        self.stamp_ns = self.service_ns = 0  # of the newest window; of a service until it counts
+        self.marks: list[tuple[int, str]] = []  # (stamp, words): where another baseline began
         self._counted = (0, -1), 0  # windows at a point, at a stamp
         self._levels: Array = np.full(len(FEATURES), np.nan)  # healthy, at the newest point
         self._level_stds: Array = np.full(len(FEATURES), np.nan)
@@ -111,6 +113,31 @@ class Tracker:
         off = size - (self.settings.gap_limit or math.inf)
         if not abs(off) < LIMITS.over_std * std:
             self.over_limit = bool(off > 0.0)
+
+    def serve(self, stamp_ns: int, note: str) -> None:
+        """Note a service at `stamp_ns`: the windows after it measure a new baseline."""
+        self.marks.append((stamp_ns, f'serviced, {note}' if note else 'serviced'))
+        if not self.data.stamps:
+            return
+        self.service_ns = max(stamp_ns, self.data.stamps[-1])
+        self.alerts = {}
+        for column in range(len(FEATURES)):
+            self._add_step(column, self.service_ns)
+
+    def _begin_baseline(self) -> None:
+        """Begin a new baseline after a service, or once a smaller backlash has lasted a day."""
+        since = np.array(self.data.stamps, np.int64) > self.service_ns
+        if self.service_ns:
+            if since.sum() >= LIMITS.min_baseline:
+                self.service_ns = 0
+                self.accept()
+        elif self.alerts and self.alerts.keys() <= LOSSES and all(
+                self.stamp_ns - alert.since_ns > DAY for alert in self.alerts.values()):
+            key, alert = max(self.alerts.items(), key=lambda item: item[1].growth)
+            noun = 'backlash' if key == 'gap_loss' else 'lost motion'
+            self.accept()
+            self.marks.append((alert.since_ns, f'{noun} {100 * alert.growth:.1f} % smaller than '
+                               'before, a new baseline'))
 
     def _move(self, by_ns: int) -> None:
         """Move all that was before by a time."""
@@ -150,6 +177,7 @@ class Tracker:
         data.couple(marks)
         data.absorb(marks, settings.baseline_windows)
         self._judge()
+        self._begin_baseline()
 
     def _windows(self) -> int:
         return len(self.data) + sum(block.windows for block in self.data.blocks)
@@ -291,6 +319,12 @@ class Tracker:
                 for c, (w, _) in results.items() if c in OTHERS and self.wear[c].steps)
             ) if source == SHARP else 0.0
             told = column == VISCOUS_SHARE and self._told_by_friction(results)
+            if self.settings.follows_curve and column not in (GAP, LOST_MOTION) and any(
+                    self.wear[c].steps for c in (GAP, LOST_MOTION)):
+                # The torque follows a curve with the backlash of before: all else seems to change.
+                told = True
+                for test in tests_of(column):
+                    self.alerts.pop(test.key, None)
             self._follow(column, observed[column], results[source], coupled, told)
 
     def _widened(self, column: int, o: wear.Observations) -> wear.Observations:
@@ -566,7 +600,8 @@ class Tracker:
                     self.ended.get(ended.component), text)))
             self._end(column)
             return
-        if old is None and (told or abs(growth) < std):  # nothing is stated below its deviation
+        # Nothing is stated below its deviation.
+        if old is None and (told or self.service_ns or abs(growth) < std):
             return
         self.alerts.pop(opposite.key, None)
         size = test.sign * growth
@@ -752,7 +787,7 @@ class Tracker:
             self.compared, self.over_limit,
             data.points[self.point].text() if self.point >= 0 else '',
             self.point_windows(), dict(self.scores), self.coefficients(), first,
-            statistics=self.to_dict())
+            tuple(self.marks), statistics=self.to_dict())
 
     def _feature(self, column: int) -> FeatureHealth:
         """Return what is known about the feature in `column`."""
@@ -787,7 +822,7 @@ class Tracker:
             'point': self.point,
             'friction': asdict(self.friction) if isinstance(self.friction, Friction) else None,
             'trusted': self.trusted, 'compared': self.compared, 'over_limit': self.over_limit,
-            'stamp_ns': self.stamp_ns}
+            'stamp_ns': self.stamp_ns, 'service_ns': self.service_ns, 'marks': self.marks[:]}
 
     def _load(self, state: Values) -> None:
         self.data.load(state)
@@ -812,7 +847,8 @@ class Tracker:
         self.compared, self.over_limit = bool(state['compared']), bool(state['over_limit'])
         if self.point >= len(self.data.points):
             raise ValueError('an unknown operating point')
-        self.stamp_ns = int(state['stamp_ns'])
+        self.stamp_ns, self.service_ns = int(state['stamp_ns']), int(state['service_ns'])
+        self.marks = [(int(stamp), str(words)) for stamp, words in state['marks']]
 
 
 def _own(column: int) -> int:

@@ -139,8 +139,8 @@ class NotExcited:
     """
     No gap in the window that ends at `stamp_ns`: `reason` says what the motion lacks.
 
-    lost_motion (rad): needs no torque and no stiffness; NaN where the motion does not show it, and
-    in windows of a running Monitor. friction: of a motion on one flank, None where there is none.
+    lost_motion (rad): needs no torque and no stiffness; NaN where the motion does not show it.
+    friction: of a motion on one flank, None where there is none.
     """
 
     stamp_ns: int

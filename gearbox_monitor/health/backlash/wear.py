@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Wear as a linear model: levels, operating points, temperature; steps, pooling and forecast."""
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime, UTC
 import functools
@@ -316,7 +316,6 @@ def ages(stamps: Sequence[int] | Integers, now_ns: int, window_ns: float) -> Arr
 
 
 SECOND = 1_000_000_000
-PER_SIZE = 16  # blocks of one size, before the two oldest of them become one
 
 
 @dataclass(frozen=True)
@@ -349,58 +348,6 @@ class Trend:
         return (remaining / self.slope,
                 max(remaining - 2.0 * self.growth_std, 0.0) / (self.slope + 2.0 * self.slope_std),
                 (remaining + 2.0 * self.growth_std) / slow if slow > 0.0 else math.inf)
-
-
-class GrowthHistory:
-    """`blocks` [stamp_ns, growth, variance of it, windows], oldest first."""
-
-    def __init__(self, blocks: Iterable[Any] = ()) -> None:
-        self.blocks = [list(b) for b in blocks]
-
-    def add(self, stamp_ns: int, growth: float, variance: float) -> None:
-        """
-        Add a window and merge the oldest blocks, so that their number grows as a logarithm.
-
-        Args:
-            stamp_ns: end of the window.
-            growth: its relative growth.
-            variance: of the growth.
-
-        """
-        self.blocks.append([int(stamp_ns), growth, variance, 1])
-        size = 1
-        while True:
-            same = [i for i, b in enumerate(self.blocks) if b[3] == size]
-            if len(same) <= PER_SIZE:
-                return
-            i, j = same[0], same[1]
-            a, b = self.blocks[i], self.blocks[j]
-            wa, wb = 1.0 / a[2], 1.0 / b[2]
-            share = wb / (wa + wb)
-            self.blocks[i:j + 1] = [[
-                a[0] + round(share * (b[0] - a[0])), a[1] + share * (b[1] - a[1]),
-                1.0 / (wa + wb), a[3] + b[3]]]
-            size *= 2
-
-    def trend(self, since_ns: int) -> Trend | None:
-        """Return the Trend of what came after `since_ns`, None where that is too little."""
-        rows = [b for b in self.blocks if b[0] > since_ns]
-        if len(rows) < LIMITS.trend_blocks:
-            return None
-        last = rows[-1][0]
-        t = np.array([(b[0] - last) * 1e-9 for b in rows])
-        y, w = np.array([b[1] for b in rows]), np.array([1.0 / b[2] for b in rows])
-        middle, level = np.average(t, weights=w), np.average(y, weights=w)
-        spread = w @ (t - middle) ** 2
-        if not spread > 0.0:
-            return None
-        slope = w @ ((t - middle) * (y - level)) / spread
-        # A curve that is no line states less than it should: take its misfit where that is more.
-        misfit = w @ (y - level - slope * (t - middle)) ** 2 / (len(rows) - 2)
-        inflation = max(misfit, 1.0)
-        return Trend(last, float(level - slope * middle),
-                     math.sqrt(inflation * (1.0 / w.sum() + middle ** 2 / spread)), float(slope),
-                     math.sqrt(inflation / spread))
 
 
 def when(stamp_ns: int) -> str:

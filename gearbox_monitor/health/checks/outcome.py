@@ -81,21 +81,21 @@ def outcome_of(broken: Sequence[Condition], fine: str, values: Values) -> Outcom
         values: {key: value} to publish beside the message.
 
     Returns:
-        OK and `fine`; with broken conditions their highest level, words and advice.
+        OK and `fine`; with broken conditions their highest level, all words, and the advice of the
+        first of that level.
 
     """
     if not broken:
         return Outcome(Level.OK, fine, values)
-    advice = dict.fromkeys(c.advice for c in broken)
-    return Outcome(max(c.level for c in broken),
-                   ', '.join(c.says for c in broken) + ': ' + '; '.join(advice), values)
+    worst = max(broken, key=lambda condition: condition.level)
+    return Outcome(worst.level, ', '.join(c.says for c in broken) + f': {worst.advice}', values)
 
 
 def joined(outcomes: Sequence[Outcome]) -> Outcome:
     """Return one Outcome at the highest level of `outcomes`, the first one's words last."""
     first, *further = outcomes
     raised = [outcome for outcome in further if outcome.level > Level.OK]
-    texts = [outcome.message for outcome in raised]
+    texts = [max(raised, key=lambda outcome: outcome.level).message] if raised else []
     if not raised or first.level > Level.OK:
         texts.append(first.message)
     return Outcome(max(outcome.level for outcome in outcomes), '; '.join(texts), first.values)
@@ -177,7 +177,7 @@ class Alarm:
 
     def judge(self, outcome: Outcome, stamp_ns: int) -> Outcome:
         """
-        Return the raw `outcome` at its debounced level, with how long that has lasted at stamp_ns.
+        Return the raw `outcome` at its debounced level at stamp_ns; lasts_s: how long it has.
 
         The message fits the level in force: while a raw level is not believed yet, or not
         forgotten yet, it is what was found last at the level that stands.
@@ -187,14 +187,12 @@ class Alarm:
         if outcome.level == Level.ERROR:
             self._said[Level.ERROR] = outcome.message
         self._said.setdefault(level, outcome.message)
-        return replace(self.standing(stamp_ns), values=outcome.values)
+        return replace(self.standing(), values={
+            **outcome.values, **({'lasts_s': self.lasted(stamp_ns)} if level else {})})
 
-    def standing(self, stamp_ns: int) -> Outcome:
-        """Return the level in force at `stamp_ns`, with what was found last at it."""
-        message, lasted = self._said.get(self.level, ''), self.lasted(stamp_ns)
-        if self.level > Level.OK and lasted > 0.0:
-            message += f' (for {lasted:.1f} s)'
-        return Outcome(self.level, message)
+    def standing(self) -> Outcome:
+        """Return the level in force, with what was found last at it."""
+        return Outcome(self.level, self._said.get(self.level, ''))
 
     def lasted(self, stamp_ns: int) -> float:
         """Return how long the level has lasted at `stamp_ns` (s); 0 where time went backwards."""

@@ -25,7 +25,11 @@
         part.id = id;
         live.appendChild(part);
       }
+      var folded = part.querySelector('details'), open = folded && folded.open;
       part.innerHTML = parts[id];
+      if (folded && part.querySelector('details')) {  // what a reader has opened stays so
+        part.querySelector('details').open = open;
+      }
     });
   };
 }());

@@ -10,11 +10,11 @@ Estimate and record; with plant:=true beside a simulated drive.
 from typing import Any
 
 from launch import LaunchContext, LaunchDescription
-from launch.actions import OpaqueFunction, Shutdown
+from launch.actions import OpaqueFunction
 from launch_ros.actions import Node
 
 from gearbox_monitor.ros.launch_parts import (
-    BAG, declared, ENCLAVE, FILTER, LOG_LEVEL, package_node, stated, typed)
+    BAG, declared, ENCLAVE, FILTER, lasting, LOG_LEVEL, package_node, stated, typed)
 
 ARGUMENTS = declared(
     ('namespace', '', 'namespace of all nodes'),
@@ -46,9 +46,9 @@ def _nodes(context: LaunchContext) -> list[Node]:
 
     clock = {'use_sim_time': value['use_sim_time'] == 'true'}
     nodes = [node('estimator', {**clock, 'model': value['model'], 'filter': value['filter']},
-                  on_exit=Shutdown(reason='the estimator has ended'))]
+                  **lasting())]
     if value['record'] == 'true':
-        nodes.append(node('recorder', {**clock, 'output': value['bag']}))
+        nodes.append(node('recorder', {**clock, 'output': value['bag']}, **lasting()))
     if value['plant'] == 'true':
         nodes.append(node('plant', {'model': value['model']}))
     return nodes

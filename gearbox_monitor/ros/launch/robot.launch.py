@@ -25,7 +25,7 @@ from gearbox_monitor.files.yaml_files import load_yaml
 from gearbox_monitor.parameters import RecorderParameters
 from gearbox_monitor.recordings.topics import SNAPSHOT
 from gearbox_monitor.ros.launch_parts import (
-    BAG, declared, ENCLAVE, LOG_LEVEL, package_node, stated, typed)
+    BAG, declared, ENCLAVE, lasting, LOG_LEVEL, package_node, stated, typed)
 
 ARGUMENTS = declared(
     ('params_file', None, 'YAML parameter file with a block estimator, or a block '
@@ -87,18 +87,20 @@ def _nodes(context: LaunchContext) -> list[Node]:
     clock = {'use_sim_time': value['use_sim_time'] == 'true'}
 
     def node(name: str, namespace: str, settings: dict[str, Any],
-             remappings: Sequence[tuple[str, str]] = ()) -> Node:
+             remappings: Sequence[tuple[str, str]] = (), **options: Any) -> Node:
         path = f'{value["enclave"]}{namespace.rstrip("/")}/{name}' if value['enclave'] else ''
         return package_node(name, value, [settings, value['params_file']], namespace, path,
-                            remappings=remappings)
+                            remappings=remappings, **options)
 
     blocks = node_blocks(value['params_file'])
     shared = value['joint_states']
     nodes = [node(name, namespace, clock if name == 'estimator' else {},
-                  [('joint_states', shared)] if shared and name == 'estimator' else [])
+                  [('joint_states', shared)] if shared and name == 'estimator' else [],
+                  **(lasting() if name == 'estimator' else {}))
              for namespace, name, _ in blocks]
     if value['record'] == 'true':
         names = [*([shared] if shared else []), *topics(blocks)]
         nodes.append(node('recorder', '/', {
-            **clock, 'topics': [*dict.fromkeys(names)], **typed({'output': value['bag']})}))
+            **clock, 'topics': [*dict.fromkeys(names)], **typed({'output': value['bag']})},
+            **lasting()))
     return nodes

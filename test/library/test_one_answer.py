@@ -1,0 +1,105 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""One stream of windows through every door: one level, one size, one sentence."""
+import json
+from pathlib import Path
+import sys
+
+import numpy as np
+import pytest
+import yaml
+
+import gearbox_monitor as gm
+from gearbox_monitor.cli.main import main
+from gearbox_monitor.files.baselines import save_baseline
+from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.health.diagnostic_keys import published
+from gearbox_monitor.health.health_words import outcomes, sentence
+from gearbox_monitor.health.judgement import accepted
+from gearbox_monitor.health.monitor import Monitor
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.recordings.write import BagWriter
+from gearbox_monitor.report.live_history import GearboxHistory
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from live import PARAMETERS, worn, write_inputs, write_live  # noqa: E402
+
+MODEL = DriveModel()
+# Growth per second from 10 s on, seed of the noise.
+HISTORIES = [(float(rate), seed) for seed, rate in enumerate(np.linspace(0.0, 0.095, 20))]
+SHORT = (0, 7, 19)
+
+
+@pytest.mark.parametrize('rate, seed', [
+    pytest.param(*history, marks=() if k in SHORT else pytest.mark.system)
+    for k, history in enumerate(HISTORIES)])
+def test_every_door_gives_the_same_answer(tmp_path, capsys, rate, seed):
+    samples = worn(24, seed=seed, rate=rate)
+    for name, write in (('live', write_live), ('inputs', lambda writer, samples: None)):
+        with BagWriter(tmp_path / name) as writer:
+            write_inputs(writer, samples)
+            write(writer, samples)
+    (tmp_path / 'p.yaml').write_text(yaml.safe_dump(
+        {'estimator': {'ros__parameters': PARAMETERS}}))
+    (tmp_path / 'm.yaml').write_text(yaml.safe_dump(MODEL.to_dict()))
+    options = ['--params', str(tmp_path / 'p.yaml'), '--model', str(tmp_path / 'm.yaml')]
+    live = Monitor(MODEL, PARAMETERS)
+    live.run(samples)
+    level, words = sentence(live.health)
+    change = live.health.feature('gap').change
+    assert (level > Level.OK) == (rate > 0.02) or 0.0 < rate < 0.02
+
+    def said(*command):
+        """Return what a command prints as JSON."""
+        capsys.readouterr()
+        assert main([*map(str, command)]) == 0
+        return json.loads(capsys.readouterr().out)
+    for bag, more in (('live', []), ('inputs', options)):
+        figures = said('replay', tmp_path / bag, *more, '--json')['wear']
+        assert (figures['level'], figures['summary']) == (level.name, words)
+        assert figures['features']['gap']['change'] == change
+        page = said('report', tmp_path / bag, *more, '--out', tmp_path / f'{bag}.html', '--json',
+                    '-')
+        if level > Level.OK:
+            assert page['headline'] == f'{words[0].upper()}{words[1:]}.'
+        else:
+            assert page['headline'].endswith('No earlier recording to compare with.')
+        box, = said('fleet', tmp_path / bag, *more, '--out', tmp_path / f'{bag}.fleet',
+                    '--json')['gearboxes']
+        assert box['summary'].split('; ')[0] == words
+        assert box['level'] == (level.name if live.health.alerts else None)
+        assert box['features']['gap']['change'] == change
+    health = gm.estimate(gm.load_recording(tmp_path / 'inputs', MODEL), **PARAMETERS).health
+    assert sentence(health) == (level, words)
+    page = GearboxHistory('elbow')
+    for name, outcome in live.outcomes.items():
+        if name in outcomes(live.health):
+            page.add_status(0.0, name, int(outcome.level), outcome.message,
+                            dict(published(name, outcome.values)))
+    if level > Level.OK:
+        assert page.worst()[0] == level and page.worst()[2].split('; ')[0] == words
+
+
+def test_a_baseline_file_counts_in_replay_and_report(tmp_path, capsys):
+    """Worn from its first sample on: only the baseline of before can tell."""
+    healthy, grown = (worn(seconds, seed=1, rate=0.0, half_gap=half_gap)
+                      for seconds, half_gap in ((40, 0.1), (20, 0.1247)))
+    monitor = Monitor(MODEL, PARAMETERS)
+    monitor.run(healthy)
+    file = tmp_path / 'healthy.json'
+    save_baseline(file, accepted(monitor.health)[0], 'gearbox', {})
+    live = Monitor(MODEL, {**PARAMETERS, 'baseline_file': str(file)},
+                   json.loads(file.read_text().splitlines()[0])['health'])
+    live.run(grown)
+    level, words = sentence(live.health)
+    assert level == Level.WARN and 'backlash has grown by +24' in words
+    with BagWriter(tmp_path / 'bag') as writer:
+        write_inputs(writer, grown)
+    (tmp_path / 'p.yaml').write_text(yaml.safe_dump({'estimator': {'ros__parameters': {
+        **PARAMETERS, 'baseline_file': str(file)}}}))
+    for command in (('replay',), ('report', '--out', str(tmp_path / 'page.html'))):
+        capsys.readouterr()
+        assert main([command[0], str(tmp_path / 'bag'), '--params', str(tmp_path / 'p.yaml'),
+                     *command[1:]]) == 0
+        assert words[1:] in capsys.readouterr().out
