@@ -130,7 +130,7 @@ def windows(result: Replay) -> Sequence[Backlash | NotExcited]:
     if is_locked(result.recording.samples):
         return locked_windows(result.recording.samples)
     assert result.monitor is not None
-    return result.monitor.features()
+    return result.monitor.all_features()
 
 
 def judge(fits: Sequence[Any], limits: Mapping[str, float | None],

@@ -249,9 +249,10 @@ def _analysed(path: Path, settings: JobSettings) -> Row:
         if start is None:
             raise InputError(f'{path}: topic {player.topic} has no message, expected at least one')
         monitor = player.monitor
-        monitor.features()  # ends the last window
+        rest = monitor.all_features()[-1:]  # the window in progress
         judged += player.judged()
         windows = [window.features for window in judged]
+        windows += [window for window in rest if window not in windows]
         row = {
             'gearbox': gearbox, 'named': named, 'judged': json.dumps({
                 'settings': asdict(monitor.health.settings),

@@ -21,4 +21,4 @@ RUN = simulate(DriveModel(), Excitation().torque(T), PERIOD)
 MONITOR = Monitor(DriveModel())
 MONITOR.run(Samples(np.round(T * 1e9).astype(np.int64), np.column_stack(
     [RUN.u, np.full(len(T), np.nan)]), RUN.y))
-MONITOR.features()
+MONITOR.all_features()

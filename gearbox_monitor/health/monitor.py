@@ -282,22 +282,29 @@ class Monitor:
         """Take `samples`; return their Estimates, the same bits as step by step."""
         return self.estimator.run(samples, self._judge)
 
-    def features(self) -> list[features.Backlash | features.NotExcited]:
+    def all_features(self) -> list[features.Backlash | features.NotExcited]:
         """
         Return what the newest windows say, at the end of a recording.
 
-        The window in progress counts if it is the only one. Raises InputError without a smoother.
+        The window in progress counts if it is at least half as long as the others, or the only
+        one, which is then judged, too. Raises InputError without a smoother.
         """
         if self.parameters.smoother_lag <= 0.0 and self._hidden_arm is None:
             raise InputError('smoother_lag: 0, expected a number > 0 (s): backlash is measured on '
                              'the smoothed torque')
+        found = [window.features for window in self.judged]
         stamps = self._rows.stamps
-        if len(stamps) and self._window_whole and not self.health.stamp_ns:
-            settled = self.estimator.accurate_since_ns + round(LIMITS.settle * SECOND)
-            begin, end = max(self._window_start or int(stamps[0]), settled), int(stamps[-1])
-            self.outcomes = {**self.outcomes, **self._window_ended(
-                *self._rows.between(begin, end + 1), end)}
-        return [window.features for window in self.judged]
+        if not len(stamps) or not self._window_whole:
+            return found
+        settled = self.estimator.accurate_since_ns + round(LIMITS.settle * SECOND)
+        begin, end = max(self._window_start or int(stamps[0]), settled), int(stamps[-1])
+        rows = self._rows.between(begin, end + 1)
+        if not self.health.stamp_ns:
+            self.outcomes = {**self.outcomes, **self._window_ended(*rows, end)}
+            return [self.judged[-1].features]
+        if end - begin >= round(0.5 * self.parameters.drift_window * SECOND):
+            found.append(self._fitted(*rows, end))
+        return found
 
     def _judge(self, batch: Batch) -> None:
         self._remember(batch)
@@ -506,17 +513,21 @@ class Monitor:
         self._window_start = begin
         return result
 
-    def _window_ended(self, stamps: Integers, rows: Array, end: int) -> Outcomes:
-        window: features.Backlash | features.NotExcited
+    def _fitted(self, stamps: Integers, rows: Array, end: int
+                ) -> features.Backlash | features.NotExcited:
+        """Return the features of a window with `rows` [N] at `stamps` [N] that ends at `end`."""
         if self._hidden_arm is not None:
-            window = self._hidden_arm.fit(stamps, rows, end)
-        else:
-            window = features.fit(rows[self._certain(rows)], self.estimator.drive, end)
-            if isinstance(window, features.Backlash):
-                window = self._common.refine(window)
-            elif features.shows_motion(rows):
-                lost_motion, std = features.lost_motion_of(rows)
-                window = replace(window, lost_motion=lost_motion, lost_motion_std=std)
+            return self._hidden_arm.fit(stamps, rows, end)
+        window = features.fit(rows[self._certain(rows)], self.estimator.drive, end)
+        if isinstance(window, features.NotExcited) and features.shows_motion(rows):
+            lost_motion, std = features.lost_motion_of(rows)
+            window = replace(window, lost_motion=lost_motion, lost_motion_std=std)
+        return window
+
+    def _window_ended(self, stamps: Integers, rows: Array, end: int) -> Outcomes:
+        window = self._fitted(stamps, rows, end)
+        if isinstance(window, features.Backlash) and self._hidden_arm is None:
+            window = self._common.refine(window)
         judged = Window(window, self._trust(), self.temperature, self._comparable())
         self.judged.append(judged)
         if isinstance(window, features.Backlash):

@@ -183,7 +183,7 @@ def backlash(recording: DriveRecording, model: DriveModel | None = None, *,
     monitor = _monitor(recording, model, parameters, changes)
     recording = recording.with_model(monitor.model)
     _estimated(monitor.run, recording)
-    return BacklashWindows(recording, monitor.model, tuple(monitor.features()))
+    return BacklashWindows(recording, monitor.model, tuple(monitor.all_features()))
 
 
 def _monitor(recording: Any, model: DriveModel | None, parameters: Parameters,

@@ -150,7 +150,7 @@ def test_a_row_holds_what_a_replay_gives(archive, whole):
     row = rows_of(whole[0])[path]
     with open_bag(path) as reader:
         result = replay(reader)
-    windows = result.monitor.features()
+    windows = result.monitor.all_features()
     for name in ('gap', 'stiffness'):
         expected = combine(windows, name)
         assert (row[name], row[f'{name}_std']) == (expected.value, expected.std)

@@ -106,7 +106,7 @@ def test_backlash_stands_alone_in_each_window():
     gap = 2.0 * TRUE.transmission.half_gap
     assert len(windows.fits) == 3 and windows.separable
     assert abs(windows.gap.value - gap) < 4.0 * windows.gap.std < 0.1 * gap
-    np.testing.assert_allclose(windows.ends, [5.0, 8.0, 10.0], atol=0.5)
+    np.testing.assert_allclose(windows.ends, [3.0, 6.0, 10.0], atol=0.5)
 
 
 def test_pictures_are_drawn_of_all_results(verdict, trajectory):
