@@ -42,9 +42,10 @@ def test_a_backlash_above_its_limit_is_an_error_whatever_the_baseline():
 
 
 @pytest.mark.parametrize('values, expected', [
-    ({'gap_notice': 0.5, 'gap_warn': 0.1, 'gap_error': 0.05}, 'gap_warn: 0.1, expected a number >= gap_notice'),
-    ({'stiffness_warn': 0.3}, r'stiffness_error: 0.25, expected a number >= stiffness_warn'),
-    ({'friction_error': 0.1}, r'friction_error: 0.1, expected a number >= friction_warn')])
+    ({'gap_notice': 0.5, 'gap_warn': 0.1, 'gap_error': 0.05},
+     'gap_warn: 0.1, expected a number >= gap_notice'),
+    ({'stiffness_warn': 0.3}, 'stiffness_error: 0.25, expected a number >= stiffness_warn'),
+    ({'friction_error': 0.1}, 'friction_error: 0.1, expected a number >= friction_warn')])
 def test_limits_are_in_order_at_the_start_and_at_run_time(values, expected):
     with pytest.raises(InputError, match=expected):
         EstimatorParameters.from_mapping(values)
