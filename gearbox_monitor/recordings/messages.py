@@ -68,7 +68,7 @@ class Ros1Reader(BagReader):
         try:
             yield from blocks_of(names, self._messages({
                 c.id: c.topic for c in self._file.connections if c.topic in names}))
-        except (struct.error, OSError, ValueError, EOFError, RuntimeError) as error:
+        except (struct.error, OSError, LookupError, ValueError, EOFError, RuntimeError) as error:
             raise self._damaged(error) from None
 
     def _messages(self, topics: Mapping[int, str]) -> Iterator[Message]:

@@ -12,6 +12,7 @@ import h5py
 import numpy as np
 import pyarrow as pa
 from pyarrow import feather, parquet
+from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import StoragePlugin, Writer as RosbagsWriter
 from rosbags.typesys import get_typestore, Stores
 import scipy.io
@@ -229,6 +230,22 @@ def _logs():
         yield name, out.getvalue(), damaged_bytes
 
 
+def _ros1_bag(folder):
+    """Return the bytes of a bag of ROS 1 with joint states."""
+    store = get_typestore(Stores.ROS1_NOETIC)
+    types = store.types
+    with Ros1Writer(folder / 'old.bag') as writer:
+        connection = writer.add_connection(TOPIC, JOINT_STATE, typestore=store)
+        for k in range(160):
+            header = types['std_msgs/msg/Header'](k, types['builtin_interfaces/msg/Time'](
+                1, 1_000_000 * k), 'base')
+            message = types[JOINT_STATE](header, list(JOINTS), np.full(2, 0.1 * k), np.zeros(0),
+                                         np.full(2, 0.2 * k))
+            writer.write(connection, T0 + 1_000_000 * k, store.serialize_ros1(
+                message, JOINT_STATE))
+    return (folder / 'old.bag').read_bytes()
+
+
 def _hdf5(out, columns):
     with h5py.File(out, 'w') as file:
         for episode in range(2):
@@ -261,7 +278,7 @@ def targets(folder):
     text('drive.yaml', model, load_model)
     text('estimator.yaml', config_path('estimator.yaml').read_bytes(),
          lambda path: load_parameters(path, 'estimator', ESTIMATOR))
-    for name, data, damage in _logs():
+    for name, data, damage in (*_logs(), ('old.bag', _ros1_bag(folder), damaged_bytes)):
         text(name, data, read_log, damage)
     text('baseline.yaml', (folder / 'baseline.yaml').read_bytes(),
          lambda path: load_baseline(path, 'joint3'))
