@@ -144,6 +144,10 @@ def leaves_of(tree: Any, prefix: str = '', depth: int = 0) -> Iterator[Leaf]:
             yield from leaves_of(tree[name], f'{prefix}{name}.', depth + 1)
         return
     name, attributes = prefix[:-1], getattr(tree, 'attrs', {})
+    if isinstance(tree, list) and not any(isinstance(x, (dict, np.ndarray)) for x in tree):
+        if any(isinstance(x, list) for x in tree):
+            return
+        tree = column_of(tree, name)
     if getattr(tree, 'is_virtual', False):
         raise Unreadable(f'{name}: a virtual dataset, expected one that holds its values')
     if getattr(tree, 'external', None):
@@ -400,13 +404,6 @@ def read(path: str, kind: str, memory: int) -> list[Leaf]:
             return list(columns_of(entry_leaves(entries)))
         if not isinstance(tree, dict):
             raise Unreadable(f'a list of {len(tree)} values, expected entries or rows of numbers')
-        if kind == 'json':
-            for name, value in flattened(tree):
-                put_number(name, value)
-            flat = {name: value for name, value in flattened(tree) if isinstance(value, list)}
-            return list(columns_of((name, column_of(value, name), '') for name, value in
-                                   flat.items()
-                                   if not any(isinstance(x, (list, dict)) for x in value)))
     return list(columns_of(leaves_of(tree)))
 
 

@@ -263,14 +263,9 @@ def _text_header(path: Path, layout: TextLayout) -> dict[str, float]:
             match = re.match(r'\W*(\w[\w. ]*?)\W*?[=:,;\t ]\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\b',
                              line)
             if match:
-                _put_number(header, match[1].strip(), match[2])
+                with contextlib.suppress(ValueError):
+                    header.setdefault(match[1].strip(), float(match[2]))
     return header
-
-
-def _put_number(header: dict[str, float], name: str, text: str) -> None:
-    """Put the number in `text` into the `header`, the first of its `name` counts."""
-    with contextlib.suppress(ValueError):
-        header.setdefault(name, float(text))
 
 
 # --- all other kinds ----------------------------------------------------------------------------
