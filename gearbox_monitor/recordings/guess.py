@@ -20,7 +20,8 @@ from gearbox_monitor.recordings.log_units import (
     axis_of, COUNTS, EFFORT, POSITION, PRISMATIC, ROTARY, SI, standard_unit, unit_factor,
     unit_of_label, units_of, VELOCITY, vocabulary)
 from gearbox_monitor.recordings.mapping import kind_of, TURN, with_settings
-from gearbox_monitor.recordings.meaning import joints_of, Meaning, meaning_of, meanings
+from gearbox_monitor.recordings.meaning import (
+    joints_of, joints_of_none, Meaning, meaning_of, meanings)
 from gearbox_monitor.recordings.roles import (
     Choice, choice_of, matches, NamedColumn, NONE, Question)
 from gearbox_monitor.recordings.siblings import sibling_setpoints, states_beside
@@ -189,6 +190,11 @@ class _Proposal:
         joint = self._selected(joints)
         self.constants = self._constants(joints)
         robot = joint is None and len(joints) > 1
+        if robot and '' in joints:
+            joints.remove('')
+            self._ask('joint', f'{", ".join(joints_of_none(listed))[:200]}: no joint in the name, '
+                      f'beside those of {", ".join(joints)[:200]}', '--columns with names of '
+                      'joints, such as q_a, or --joint NAME')
         use = self._use(listed)
         if not joints and not any(role.endswith(('_position', '_velocity')) for role in use):
             raise InputError(f'{table.path}: no position or velocity among '

@@ -249,9 +249,17 @@ def meanings(labels: Sequence[str], units: Sequence[str], listed: Sequence[str] 
 
 def joints_of(columns: Sequence[Meaning]) -> list[str]:
     """Return the joints that have a position or velocity, in the order of `columns`."""
-    return list(dict.fromkeys(column.joint for column in columns
-                              if column.quantity in (POSITION, VELOCITY) and
-                              column.source in (MEASURED, FILTERED, RELATIVE, '')))
+    return list(dict.fromkeys(column.joint for column in columns if _moves(column)))
+
+
+def joints_of_none(columns: Sequence[Meaning]) -> list[str]:
+    """Return the labels of positions and velocities among `columns` that name no joint."""
+    return [column.label for column in columns if _moves(column) and not column.joint]
+
+
+def _moves(column: Meaning) -> bool:
+    return column.quantity in (POSITION, VELOCITY) and column.source in (
+        MEASURED, FILTERED, RELATIVE, '')
 
 
 def _product(labels: Sequence[str], units: Sequence[str]) -> dict[str, tuple[str, Meaning]]:

@@ -183,8 +183,13 @@ def _positions(choice: Choice, columns: Sequence[NamedColumn], refused: set[str]
         side = missing[0].partition('_')[0]
         chosen = by_side[side] or (silent if own else []) or (
             [] if own and 'as stated' in choice.reasons.values() else candidates)
-        if chosen:
+        if len(chosen) == 1:
             choice.take(missing[0], chosen[0], 'the one without a role')
+        elif chosen:
+            choice.ask('positions', f'{", ".join(c.meaning.stem for c in chosen)}: positions of '
+                       f'one joint, and no name tells the {side}', *(
+                           use_option(side, c.meaning.stem) for c in chosen[:3]),
+                       use_option(side, NONE))
         return
     if len(candidates) == 1:
         side = candidates[0].meaning.side or 'motor'

@@ -467,3 +467,23 @@ def test_messages_of_kuka_rsi(tmp_path, capsys):
         states = reader.joint_states('/joint_states', ['joint_1', 'joint_2'])
     np.testing.assert_allclose(states.position, ARM[:400, None] * (1.0, 2.0), atol=1e-9)
     np.testing.assert_array_equal(np.diff(states.stamp_ns), 4_000_000)
+
+
+def test_a_stated_motor_leaves_the_arm_open_where_two_positions_remain(tmp_path, capsys):
+    path = csv(tmp_path / 'r.csv', {
+        't': T, 'encoder [rad]': ARM, 'position [rad]': ARM + 0.01 * SPEED,
+        'angle [rad]': ARM - 0.01 * SPEED, 'torque [N m]': TORQUE})
+    motor = ('--use', 'motor=encoder [rad]')
+    assert main(['import', str(path), *motor, str(tmp_path / 'bag')]) == 3
+    assert 'no name tells the arm: --use' in capsys.readouterr().err
+    joints = imported(tmp_path, path, *motor, '--use', 'arm=angle [rad]')
+    np.testing.assert_array_equal(joints.position, np.column_stack([ARM, ARM - 0.01 * SPEED]))
+
+
+def test_a_position_without_a_joint_among_joints_is_asked_for(tmp_path, capsys):
+    """'a' may be amperes, so that three letters are two joints and one without a name."""
+    path = csv(tmp_path / 'r.csv', {'t': T, **{f'enc_{x} [rad]': k * ARM for k, x in enumerate(
+        'abc', 1)}, 'torque_b [N m]': TORQUE, 'torque_c [N m]': TORQUE})
+    assert main(['import', str(path), str(tmp_path / 'bag')]) == 3
+    assert 'enc_a [rad]: no joint in the name, beside those of b, c' in capsys.readouterr().err
+    assert not (tmp_path / 'bag').exists()
