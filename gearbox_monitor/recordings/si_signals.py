@@ -86,18 +86,14 @@ def signals_of(table: Table, mapping: Mapping) -> Signals:
 
 def signal_blocks(table: Table, mapping: Mapping) -> Iterator[Signals]:
     """Yield the Signals of a table that `is_streamed`, block by block. Raises InputError."""
-    zeros: dict[str, float] = {}
-    time, names = next(iter(_clocks(mapping)))
     shift: int | None = None
-    for block, columns in _read(table, mapping, time, names):
-        stamps, rows = _stamps(table.path, block, columns, time, 0, mapping)
-        if not len(stamps):
+    for part in _parts(table, mapping, *_clocks(mapping)[0]):
+        if not len(part.stamp_ns):
             continue
         if shift is None:
-            shift = int(_begun(stamps[:1])[0] - stamps[0])
-        yield Signals(stamps + shift, {
-            name: _converted(table.path, mapping, name, block, columns[name], zeros)[rows]
-            for name in names})
+            _require_plausible(table.path, part.stamp_ns, mapping.time)
+            shift = int(_begun(part.stamp_ns[:1])[0] - part.stamp_ns[0])
+        yield Signals(part.stamp_ns + shift, part.values)
 
 
 def _clocks(mapping: Mapping) -> list[tuple[TimeMapping, list[str]]]:
@@ -133,45 +129,56 @@ def _read(table: Table, mapping: Mapping, time: TimeMapping, names: Iterable[str
         yield block, {name: column.name for name, column in columns.items()}
 
 
-def _one_clock(table: Table, mapping: Mapping, time: TimeMapping, names: list[str],
-               notes: list[str]) -> Signals:
-    """Return the signals `names` of one clock."""
+@dataclass(frozen=True)
+class _Part:
+    """Signals of one clock in some rows; segments: of each, None without; count: rows so far."""
+
+    stamp_ns: Integers
+    values: Dict[str, Array]
+    segments: AnyArray | None
+    count: int
+
+
+def _parts(table: Table, mapping: Mapping, time: TimeMapping, names: list[str]
+           ) -> Iterator[_Part]:
+    """Yield the signals `names` of one clock, block by block."""
     zeros: dict[str, float] = {}
-    stamps: list[Integers] = []
-    values: dict[str, list[Array]] = {name: [] for name in names}
-    segments: list[AnyArray] = []
-    count = 0
-    sparse = len(_clocks(mapping)) > 1
+    count, sparse = 0, len(_clocks(mapping)) > 1
     for block, columns in _read(table, mapping, time, names):
         converted = {name: _converted(table.path, mapping, name, block, columns[name], zeros)
                      for name in names}
-        part, rows = _stamps(table.path, block, columns, time, count, mapping)
+        stamps, rows = _stamps(table.path, block, columns, time, count, mapping)
         count += len(block.numbers)
+        keep = np.full(len(rows), True)
         if sparse:  # empty cells where another curve has its samples
-            filled = np.any([np.isfinite(converted[name]) for name in names], axis=0)[rows]
-            part, rows = part[filled], rows[filled]
-        if 'segment' in columns:
-            own = block.values[columns['segment']][rows]
-            if time.only is not None:
-                part, rows = part[own == time.only], rows[own == time.only]
-                own = own[own == time.only]
-            segments.append(own)
-        stamps.append(part)
-        for name in names:
-            values[name].append(converted[name][rows])
-    all_stamps = np.concatenate(stamps) if stamps else np.empty(0, np.int64)
-    if len(all_stamps) < MIN_SAMPLES:
-        raise InputError(f'{table.path}: {len(all_stamps)} samples of {", ".join(names)[:200]}, '
+            keep = np.any([np.isfinite(converted[name]) for name in names], axis=0)[rows]
+        segments = block.values[columns['segment']][rows] if 'segment' in columns else None
+        if segments is not None and time.only is not None:
+            keep = keep & (segments == time.only)
+        yield _Part(stamps[keep], {name: x[rows[keep]] for name, x in converted.items()},
+                    None if segments is None else segments[keep], count)
+
+
+def _one_clock(table: Table, mapping: Mapping, time: TimeMapping, names: list[str],
+               notes: list[str]) -> Signals:
+    """Return the signals `names` of one clock."""
+    parts = list(_parts(table, mapping, time, names))
+    stamps = np.concatenate([np.empty(0, np.int64), *(part.stamp_ns for part in parts)])
+    if len(stamps) < MIN_SAMPLES:
+        raise InputError(f'{table.path}: {len(stamps)} samples of {", ".join(names)[:200]}, '
                          f'expected at least {MIN_SAMPLES}')
-    if segments:
-        all_stamps, note = in_one_line(all_stamps, np.concatenate(segments))
+    if time.segment is not None:
+        stamps, note = in_one_line(stamps, np.concatenate([
+            part.segments for part in parts if part.segments is not None]))
         notes += note
     if time.stamps == 'even':
-        all_stamps, note = even_stamps(table.path, all_stamps)
+        stamps, note = even_stamps(table.path, stamps)
         notes += note
-    if count - len(all_stamps) and not sparse and time.only is None:
-        notes.append(f'time: {count - len(all_stamps)} rows without a time are left out')
-    return Signals(all_stamps, {name: np.concatenate(parts) for name, parts in values.items()})
+    lost = parts[-1].count - len(stamps)
+    if lost and len(_clocks(mapping)) < 2 and time.only is None:
+        notes.append(f'time: {lost} rows without a time are left out')
+    return Signals(stamps, {name: np.concatenate([part.values[name] for part in parts])
+                            for name in names})
 
 
 # --- times --------------------------------------------------------------------------------------

@@ -16,7 +16,7 @@ import yaml
 from gearbox_monitor import __version__
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.recordings.read import open_bag
-from gearbox_monitor.recordings.reading import read_mapping, ReadOptions
+from gearbox_monitor.recordings.reading import open_recording, read_mapping, ReadOptions
 from gearbox_monitor.recordings.si_signals import described, signals_of
 
 DATA = Path(__file__).resolve().parents[3] / 'shared' / 'data'
@@ -312,3 +312,13 @@ def test_bam_servo_pendulum(tmp_path):
     assert len(joints.stamp_ns) == 1116 and np.isnan(joints.position[:, 0]).all()
     duty = joints.effort[:, 0]
     assert -0.9 < duty.min() < 0 < duty.max() < 0.9  # saturates at 885 per mille
+
+
+def test_a_constant_rate_counts_on_over_blocks(tmp_path):
+    q = np.sin(1e-3 * np.arange(300_000))  # 5 MB of text: two blocks
+    (tmp_path / 'r.csv').write_text('\n'.join(map('{:.14f}'.format, q)) + '\n')
+    (tmp_path / 'map.yaml').write_text(yaml.safe_dump({**ONE_COLUMN, 'time': {'rate': 1000}}))
+    with open_recording(tmp_path / 'r.csv', ReadOptions(str(tmp_path / 'map.yaml'))) as reader:
+        states = reader.joint_states('/joint_states', ['motor'])
+    np.testing.assert_array_equal(np.diff(states.stamp_ns), 1_000_000)
+    np.testing.assert_allclose(states.position[:, 0], q, atol=1e-14)
