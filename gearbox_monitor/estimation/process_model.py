@@ -148,6 +148,7 @@ N_LANE = LANE_LOAD + 1
 # the delay of the motor torque.
 FACTORS = (INVERSE_M1, INVERSE_M2, D, CV, CC, CAV, CAC, CL)
 FACTOR_GAIN, FACTOR_DELAY, N_FACTORS = range(len(FACTORS), len(FACTORS) + 3)
+FACTOR_OF = tuple(FACTORS.index(i) if i in FACTORS else -1 for i in range(N_PARAMETERS + 1))
 # Standard deviation of what is anywhere between -1 and 1.
 UNIFORM = 1.0 / math.sqrt(3.0)
 # Places of the states of a curve behind the others, from the first of them.
@@ -178,10 +179,11 @@ N_TRACE_OF_LOAD = 11
 (TRACE_ARM_POSITION, TRACE_ARM_SPEED) = (-11, -7)
 (TRACE_X2, TRACE_ON_POSITION, TRACE_ON_SPEED) = (-3, -2, -1)
 
+ALONG = (X1, X3, X4, TAU_K)  # columns of the tangent that go along with the stages
 # What a stage answers: of (x1, x3, x4, tau_K, x2), and rates of (x3, x4); then of four stages.
 Column: TypeAlias = tuple[float, float, float, float, float]
-Columns: TypeAlias = tuple[Column, Column, Column, Column]
-Pairs: TypeAlias = tuple[Pair, Pair, Pair, Pair]
+Columns: TypeAlias = tuple[Column, ...]
+Pairs: TypeAlias = tuple[Pair, ...]
 # Layouts that are folded into kernels: with an unknown load, without one, and those of the curves.
 USUAL = (Layout(6, False, -1, False), Layout(5, False, -1, False))
 USUAL_CURVES = (Layout(6, False, 0, False), Layout(10, False, 4, False))
@@ -687,9 +689,7 @@ def advance_beside(layout: Layout, lanes: Array, count: int, differ: bool | None
         int(p[FRICTION_AT]) * BESIDE)
     share = 1.0 if p[LOAD_AT] > 0.0 else 0.0
     # Of numbers the compiler knows that writing a state does not change them.
-    drive = (p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8], p[9], p[10], p[11], p[12],
-             p[13], p[14], p[15], p[16], p[17], p[18], p[19], p[20], p[21], p[22], p[23],
-             p[24], p[25], p[K_P])
+    drive = tuple(p[i] for i in range(K_P + 1))
     for i in range(width):
         lanes[at_load + i] = torques[1]
         if n > 5:
@@ -744,11 +744,8 @@ def _own_drive(differ: bool | None, lanes: Array, at: int, torques: Triple,
         return torques[0], p
     f = lanes
     u = f[at + FACTOR_GAIN * BESIDE] * torques[0] - f[at + FACTOR_DELAY * BESIDE] * torques[2]
-    return u, (
-        p[0] * f[at], p[1] * f[at + BESIDE], p[2] * f[at + 2 * BESIDE], p[3] * f[at + 3 * BESIDE],
-        p[4] * f[at + 4 * BESIDE], p[5], p[6], p[7], p[8], p[9], p[10], p[11], p[12],
-        p[13] * f[at + 5 * BESIDE], p[14] * f[at + 6 * BESIDE], p[15], p[16], p[17], p[18],
-        p[19] * f[at + 7 * BESIDE], p[20], p[21], p[22], p[23], p[24], p[25], p[26])
+    return u, tuple(p[i] if FACTOR_OF[i] < 0 else p[i] * f[at + FACTOR_OF[i] * BESIDE]
+                    for i in range(K_P + 1))
 
 
 @inline
@@ -850,14 +847,11 @@ def _bent(curve: int, bend: Slopes, source: float, m: Column) -> Column:
 
 
 @inline
-def _four_bent(curve: int, bend: Slopes, memory: Four, m: Columns) -> Columns:
+def _four_bent(curve: int, bend: Slopes, memory: tuple[float, ...], m: Columns) -> Columns:
     """Return four columns as _bent does; memory: how that of the curve answers to each."""
     if curve < 0:
         return m
-    return (_bent(curve, bend, bend[1] * memory[0], m[0]),
-            _bent(curve, bend, bend[1] * memory[1], m[1]),
-            _bent(curve, bend, bend[1] * memory[2], m[2]),
-            _bent(curve, bend, bend[1] * memory[3], m[3]))
+    return tuple(_bent(curve, bend, bend[1] * memory[j], m[j]) for j in range(4))
 
 
 @inline
@@ -872,16 +866,12 @@ def _memory_row(layout: Layout, phi: Array, j: int, first: bool) -> float:
 @inline
 def _four_rates(loaded: bool, m: Columns, slope: float, share: float, arm: Pair,
                 p: Array) -> Pairs:
-    return (rates(m[0], slope, share, 0.0, answer(loaded, arm, 0.0, m[0]), p),
-            rates(m[1], slope, share, 0.0, answer(loaded, arm, 0.0, m[1]), p),
-            rates(m[2], slope, share, 0.0, answer(loaded, arm, 0.0, m[2]), p),
-            rates(m[3], slope, share, 0.0, answer(loaded, arm, 0.0, m[3]), p))
+    return tuple(rates(one, slope, share, 0.0, answer(loaded, arm, 0.0, one), p) for one in m)
 
 
 @inline
 def _four_along(start: Columns, a: float, m: Columns, r: Pairs, p: Array) -> Columns:
-    return (along(start[0], a, m[0], r[0], p), along(start[1], a, m[1], r[1], p),
-            along(start[2], a, m[2], r[2], p), along(start[3], a, m[3], r[3], p))
+    return tuple(along(start[j], a, m[j], r[j], p) for j in range(4))
 
 
 @inline
@@ -1003,16 +993,14 @@ def rk4(layout: Layout, z: Array, phi: Array, first: bool, torques: Pair, h: flo
     x1, x2, x3, x4, tau_k = z[X1], z[X2], z[X3], z[X4], z[TAU_K]
     at_curve = n - curve_count(curve)
     law, memory = _curve(curve, z, 1, 0, at_curve, p), _memory(curve, z, at_curve, x1 - x2)
-    rows = (_memory_row(layout, phi, X1, first), _memory_row(layout, phi, X3, first),
-            _memory_row(layout, phi, X4, first), _memory_row(layout, phi, TAU_K, first))
+    rows = tuple(_memory_row(layout, phi, j, first) for j in ALONG)
     error = (0.0, 0.0, 0.0, 0.0, 0.0)
     if n > 5:
         if p[LOAD_AT] > 0.0:
             load += z[int(p[LOAD_AT])]
         if p[FRICTION_AT] > 0.0:
             error = decay(z[int(p[FRICTION_AT])], half, h, p)
-    m1 = (_begin(n, phi, X1, first), _begin(n, phi, X3, first), _begin(n, phi, X4, first),
-          _begin(n, phi, TAU_K, first))
+    m1 = tuple(_begin(n, phi, j, first) for j in ALONG)
     # Stage by stage: the state y, its rates (f, g), the columns m and their rates r.
     total, bend1 = _total(curve, x1 - x2, memory, law, tau_k)
     slope1, share1 = _slopes(layout.law, x3, total, p)
@@ -1049,11 +1037,9 @@ def rk4(layout: Layout, z: Array, phi: Array, first: bool, torques: Pair, h: flo
     z[X3] = x3 + sixth * (f1 + 2.0 * (f2 + f3) + f4)
     z[X4] = x4 + sixth * (g1 + 2.0 * (g2 + g3) + g4)
     z[TAU_K] = tau_k + p[K_P] * (moved1 - moved2)
-    _end(layout, phi, X1, h, (m1[0], m2[0], m3[0], m4[0]), (r1[0], r2[0], r3[0], r4[0]), p, trace)
-    _end(layout, phi, X3, h, (m1[1], m2[1], m3[1], m4[1]), (r1[1], r2[1], r3[1], r4[1]), p, trace)
-    _end(layout, phi, X4, h, (m1[2], m2[2], m3[2], m4[2]), (r1[2], r2[2], r3[2], r4[2]), p, trace)
-    _end(layout, phi, TAU_K, h, (m1[3], m2[3], m3[3], m4[3]), (r1[3], r2[3], r3[3], r4[3]), p,
-         trace)
+    for i, j in enumerate(ALONG):
+        _end(layout, phi, j, h, (m1[i], m2[i], m3[i], m4[i]), (r1[i], r2[i], r3[i], r4[i]), p,
+             trace)
     stages = _Stages((slope1, slope2, slope3, slope4), (share1, share2, share3, share4),
                      (arm1, arm2, arm3, arm4), (bend1, bend2, bend3, bend4), h, first)
     _column_of_x2(layout, phi, stages, p, trace)
