@@ -43,6 +43,7 @@ from gearbox_monitor.cli.options import (
 from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.diagnosis.joint.diagnose import chosen_ids
 from gearbox_monitor.diagnosis.joint.verdict import NONE, Verdict
+from gearbox_monitor.diagnosis.robot.power import UNDECIDED
 from gearbox_monitor.errors import expect_whole, has_matplotlib, InputError, installed_by, unknown
 from gearbox_monitor.files.opening import dump, plain
 from gearbox_monitor.files.yaml_files import expect_new_file, model_text
@@ -473,7 +474,9 @@ def run_robot(args: Namespace) -> int:
     if args.out:
         _write(args, diagnosis, data)
     show(args, data, lambda: robot_text(data))
-    return 0 if data['verdict'] == 'none' and not data['readings'] else 1
+    if data['readings']:
+        return 1
+    return {NONE: 0, UNDECIDED: 3}.get(data['verdict'], 1)
 
 
 def _effects(args: Namespace) -> list[str] | None:

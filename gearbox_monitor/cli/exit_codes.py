@@ -27,7 +27,7 @@ EXIT_CODES = {
     'simulate': {0: 'done'},
     'describe': {0: 'all joints are read', 1: 'some are refused'},
     'diagnose': {0: 'no gap', 1: 'a gap: verdict effect, incomplete or unknown',
-                 3: 'free runs are not finite: no solution'},
+                 3: 'undecided: the motion shows too little; or free runs are not finite'},
     'explain': {0: 'done'},
     'learn': {0: 'done'},
     'suggest': {0: 'a motion separates all pairs', 1: 'none within the limits does'},

@@ -34,6 +34,7 @@ Public names, by module:
     robot.evidence: Prior
     robot.knowledge: Knowledge, States, VERSION, Visits
     robot.payload: PayloadEstimate, PayloadTracker, SECOND
+    robot.power: UNDECIDED
     robot.robot_effects: BASE, BASE_TILT, INERTIA_NAMES, JOINT, LINK_INERTIA, PAYLOAD,
         ROBOT_EFFECTS, RobotEffect, tilted
     robot.robot_log: checked_log, continuous, CURRENT, jump_words, raw_log, RawLog, read_by,

@@ -18,7 +18,8 @@ SUFFIX = '.knowledge'
 MAX_BYTES = 256 << 20
 ARRAYS = ('mean', 'covariance', 'dispersion', 'bursts', 'sizes', 'variance')
 OF_STATES = ('states', 'state_deviations')
-TEXTS = ('joints', 'kind', 'measured', 'rate', 'references', 'seconds', 'parts', 'model')
+TEXTS = ('joints', 'kind', 'measured', 'rate', 'references', 'seconds', 'parts',
+         'unjudged', 'model')
 
 
 def save_knowledge(path: str | Path, knowledge: Knowledge) -> None:
@@ -87,4 +88,4 @@ def _made(text: dict[str, Any], arrays: dict[str, Any], scatter: dict[str, Any])
         bool(text['measured']), float(text['rate']), tuple(str(x) for x in text['references']),
         float(text['seconds']), int(text['parts']),
         States(arrays['states'], arrays['state_deviations'], float(text['apart'])),
-        str(text['model']))
+        tuple(str(x) for x in text['unjudged']), str(text['model']))

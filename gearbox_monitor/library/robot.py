@@ -31,7 +31,8 @@ from gearbox_monitor.recordings.reading import BY_NAMES, ReadOptions
 from gearbox_monitor.recordings.robot_values import (
     load_columns, load_locked, load_log, load_values, robot_model, RobotValues)
 from gearbox_monitor.recordings.topics import JOINT_STATES
-from gearbox_monitor.report.robot_words import reading_words, robot_headline
+from gearbox_monitor.report.robot_words import (
+    finding_words, reading_words, robot_headline)
 from gearbox_monitor.report.words import counted
 from gearbox_monitor.signals.convention import conventions_of
 from gearbox_monitor.signals.finding import BAD, DataFinding, hurts, WARN
@@ -204,7 +205,14 @@ def _learnt(logs: str | Path | Sequence[str | Path], robot: Robot,
                              progress=progress or (lambda done, total: None))
     limits = robot.file.low, robot.file.high
     left = min(misfit(log, robot_model(robot.file, robot.values, False), limits) for log in read)
-    return result, [f'{log.name}: {note}' for log in read for note in log.notes], left
+    differs = balance.examined(robot_model(robot.file, robot.values, True), read, result)
+    axes = {link.joint: 'prismatic' if link.slides else 'rotary'
+            for link in robot.file.chain.links}
+    return result, [*(f'{log.name}: {note}' for log in read for note in log.notes),
+                    *(f'the reference is not as the file says: {finding_words(f.to_dict(), axes)}'
+                      for f in differs),
+                    *(f'{joint}: the model leaves more than half of its effort unexplained: it '
+                      'is not judged' for joint in result.unjudged)], left
 
 
 def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,

@@ -24,7 +24,7 @@ from gearbox_monitor.simulators.robot_model import ChainFile
 
 BEYOND = 0.05  # rad or m: a joint that leaves its range by less is at its stop
 KEYS = ('tolerance', 'link_tolerance', 'friction_tolerance', 'torque_constants', 'effort', 'kp',
-        'kd', 'gain_tolerance', 'compensated', 'locked')
+        'kd', 'gain_tolerance', 'torque_tolerance', 'compensated', 'locked')
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,9 +32,10 @@ class RobotValues:
     """
     What --values says of a robot.
 
-    tolerance, friction_tolerance, gain_tolerance: relative, None for the usual. links {name:
-    tolerance}; constants {joint: N m/A}, None if not stated; kp, kd {joint: gain};
-    measured: the effort is measured, not commanded; compensated: the servo adds the weight.
+    tolerance, friction_tolerance, gain_tolerance, torque_tolerance: relative, None for the
+    usual. links {name: tolerance}; constants {joint: N m/A}, None if not stated; kp, kd {joint:
+    gain}; measured: the effort is measured, not commanded; compensated: the servo adds the
+    weight.
     """
 
     tolerance: float | None
@@ -44,6 +45,7 @@ class RobotValues:
     kp: Mapping[str, float]
     kd: Mapping[str, float]
     gain_tolerance: float
+    torque_tolerance: float
     measured: bool
     compensated: bool
 
@@ -104,6 +106,7 @@ def load_values(path: str | None, file: ChainFile) -> RobotValues:
         table('link_tolerance', links), table('torque_constants', joints, 1e-9)
         if 'torque_constants' in content else None, kp, table('kd', joints),
         number('gain_tolerance', content.get('gain_tolerance', SETTINGS.gain_tolerance)),
+        number('torque_tolerance', content.get('torque_tolerance', SETTINGS.torque_tolerance)),
         effort == 'measured', compensated)
 
 
@@ -122,7 +125,7 @@ def robot_model(file: ChainFile, values: RobotValues, learnt: bool) -> RobotMode
     tolerance = np.array([values.links.get(link.name, usual) for link in file.chain.links])
     return RobotModel(file.chain, tolerance, 0.0 if learnt else values.friction_tolerance, learnt,
                       _gains(values.kp, file.kp, file), _gains(values.kd, file.kd, file),
-                      values.compensated, values.gain_tolerance)
+                      values.compensated, values.gain_tolerance, values.torque_tolerance)
 
 
 def _gains(stated: Mapping[str, float], of_file: Array | None, file: ChainFile) -> Array | None:

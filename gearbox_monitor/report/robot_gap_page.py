@@ -21,7 +21,8 @@ from gearbox_monitor.robot.description import rotations
 
 VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a robot's verdict
 WIDTH, HEIGHT, MARGIN = 460.0, 300.0, 46.0
-ROLES = {'none': 'good', 'effect': '', 'incomplete': 'warn', 'unknown': 'warn'}
+ROLES = {'none': 'good', 'effect': '', 'incomplete': 'warn', 'unknown': 'warn',
+         'undecided': 'warn'}
 
 
 def robot_gap_page(data: VerdictData, chain: Chain, posture: Array) -> str:

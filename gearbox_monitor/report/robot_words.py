@@ -11,12 +11,15 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.diagnosis.robot.conventions import NamedReading, RobotReading
+from gearbox_monitor.diagnosis.robot.power import UNDECIDED
 from gearbox_monitor.diagnosis.robot.robot_effects import JOINT, ROBOT_EFFECTS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
-from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_VISCOUS
+from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN
+from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report.summary import change, in_unit, pretty, sized, with_deviation
+from gearbox_monitor.report.words import counted
 
 OF_CHANGES = {'Cc_change': 'N m', 'Cv_change': 'N m s/rad', 'm1_change': 'kg m^2',
               'T_change': 's', 'kp_factor': '', 'Ca': 'N m'}
@@ -64,6 +67,15 @@ def finding_words(finding: Mapping[str, Any], axes: Mapping[str, str] = ALL_ROTA
     where = finding.get('joint') or finding.get('link') or 'base'
     effect = finding['effect']
     if effect == 'payload':
+        if 'moved' in values:
+            return (f'{where}: the centre of what it carries moved by '
+                    f'{rounded(100.0 * values["moved"], 100.0 * (deviations["moved"] or 0.0))} cm')
+        if 'moment' in values:
+            return (f'a load at {where} whose mass times distance is '
+                    f'{rounded(values["moment"], deviations["moment"])} kg m: this motion does '
+                    'not tell the mass from the distance')
+        if deviations['m'] is None:
+            return f'a load at {where} that this motion does not weigh'
         reach = math.sqrt(sum(values[c] ** 2 for c in ('cx', 'cy', 'cz')))
         size = rounded(abs(values['m']), deviations['m'])
         comparison = 'more' if values['m'] >= 0.0 else 'less'
@@ -175,6 +187,8 @@ def robot_headline(data: Mapping[str, Any]) -> str:
         return (f'The robot is as {against} say{"s" * ("file" in against)}: no joint differs by '
                 f'more than noise ({gap["joint"]}, the largest: {gap["before"]:.2g} '
                 f'{on_axis("N m", axes[gap["joint"]])} rms).')
+    if data['verdict'] == UNDECIDED:
+        return f'Nothing differs from {against} as far as this motion shows: {_unseen(data)}.'
     if data['verdict'] == 'unknown':
         cause = ('or they do not know this motion' if data['unvisited'] else
                  'and no known effect explains it')
@@ -186,6 +200,43 @@ def robot_headline(data: Mapping[str, Any]) -> str:
                 + ('This explains' if len(findings) == 1 else 'Together they explain')
                 + ' the whole difference.')
     return f'{words}. The rest has no known cause: {remainder_words(remainders[0], axes)}.'
+
+
+def _unseen(data: Mapping[str, Any]) -> str:
+    """Return what the motion of an undecided verdict does not show, in words."""
+    axes, asked = axes_of(data), data['questions']
+    if data['not_judged']:
+        return f'no reference explains the effort of {", ".join(data["not_judged"])}'
+    if not asked:
+        return 'the reference is too short for what remains'
+    first = asked[0]
+    least = (f'any {_named(first["effect"])}' if first['smallest'] is None else
+             f'{_named(first["effect"])} below {_size(first, "smallest", axes)}')
+    more = f', and {counted(len(asked) - 1, "more change")}' if len(asked) > 1 else ''
+    return f'it would not show {least} at {first["place"]}{more}'
+
+
+def _named(effect: str) -> str:
+    return SUBJECTS.get(effect, ('', effect))[1]
+
+
+def _size(question: Mapping[str, Any], key: str, axes: Mapping[str, str]) -> str:
+    axis = axes.get(question['joint'], 'rotary')
+    return in_unit(f'{question[key]:.2g}', size_unit(question['effect'], axis))
+
+
+def question_words(question: Mapping[str, Any], axes: Mapping[str, str]) -> str:
+    """Return the motion that would answer a `question` of a verdict; `axes`: of the joints."""
+    joint, effect = question['joint'], question['effect']
+    unit = pretty(on_axis('rad/s', axes.get(joint, 'rotary')))
+    speed, seconds = max(question['speed'], 0.1), question['seconds']
+    how = {MOTOR_COULOMB.id: f'move {joint} alone, to and fro at {0.2 * speed:.2g} to '
+                             f'{speed:.2g} {unit}',
+           TORQUE_GAIN.id: f'move {joint} fast or against gravity, with and without a load, to '
+                           f'and fro at up to {2.0 * speed:.2g} {unit}'}.get(
+        effect, f'move all joints that carry {question["place"]} against gravity')
+    return (f'{how} for {seconds:.0f} s: it would show {_named(effect)} of '
+            f'{_size(question, "plausible", axes)} at {question["place"]}')
 
 
 def next_steps(data: Mapping[str, Any]) -> list[str]:
@@ -205,6 +256,8 @@ def next_steps(data: Mapping[str, Any]) -> list[str]:
         if rivals:
             steps.append(f'{f["effect"]} at {f.get("joint") or f.get("link")} is '
                          f'indistinguishable from {", ".join(rivals)}')
+    if data['verdict'] == UNDECIDED:
+        steps += [question_words(q, axes_of(data)) for q in data['questions'][:2]]
     if data['findings'] and data.get('closed'):
         steps.append(f'use {data["closed"]}: the model with what was found')
     if data['remainders']:
@@ -223,12 +276,14 @@ def robot_text(data: Mapping[str, Any]) -> str:
     gaps = ', '.join(f'{g["joint"]} {g["before"]:.2g} -> {g["after"]:.2g}'
                      + ' N' * (axes[g['joint']] == 'prismatic') for g in data['ranked'][:4])
     lines.append(f'gap of the torque, N m rms before -> after: {gaps}')
-    if data['verdict'] in ('none', 'unknown'):
+    if data['verdict'] in ('none', 'unknown', UNDECIDED):
         sizes = []
-        for effect in ('payload', MOTOR_COULOMB.id, MOTOR_VISCOUS.id):
+        for effect in ('payload', MOTOR_COULOMB.id, TORQUE_GAIN.id):
             places = data['visible'].get(effect)
             if places:
-                place, size = min(places.items(), key=lambda item: item[1])
+                # What a motion shows at its worst joint; a load at the link that shows it best.
+                worst = min if effect == 'payload' else max
+                place, size = worst(places.items(), key=lambda item: item[1])
                 sizes.append(f'{effect} of {size:.2g} '
                              f'{size_unit(effect, axes.get(place, "rotary"))} at {place}')
         if sizes:

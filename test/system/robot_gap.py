@@ -108,6 +108,7 @@ def case_of(seed, pair=False, setpoint=False, change=None, rate=None):
                       round(f.evidence), list(f.confusable)] for f in verdict.findings],
         'remainder': [[r.joint, r.over] for r in verdict.remainders], 'kinds': kinds,
         'cautions': len(verdict.cautions),
+        'questions': [[q.effect, q.place, q.smallest, q.plausible] for q in verdict.questions],
         'cpu': [round(learnt, 2), round(spent, 2)]}
     if knowledge is not None:
         out['dispersion'] = knowledge.dispersion.round(1).tolist()
@@ -128,7 +129,8 @@ def judged(r):
     """Return 'kind: how' of a record."""
     truth, findings = r['truth'], r['findings']
     if not truth:
-        return 'none: ' + ('right' if r['verdict'] == 'none' else
+        return 'none: ' + ('right' if r['verdict'] == 'none' else r['verdict'] if (
+                           r['verdict'] == 'undecided') else
                            'false ' + (findings[0][0] if findings else 'unknown'))
     if truth[0][0] in random_robots.OUTSIDE:
         joints = [x[0] for x in r['remainder']]

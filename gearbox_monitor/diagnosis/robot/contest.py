@@ -9,7 +9,8 @@ between healthy parts and beyond the over-dispersion of its joint. Where a funct
 pays more than every law, the cause is unknown.
 """
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from gearbox_monitor.diagnosis.robot.knowledge import key_of, Knowledge
 from gearbox_monitor.diagnosis.robot.robot_effects import PAYLOAD
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.plant.effects.actuator import SATURATION
+from gearbox_monitor.plant.effects.actuator import SATURATION, TORQUE_GAIN
 from gearbox_monitor.plant.effects.motor_side import STRIBECK
 
 PER_NAME = 2          # settings of one effect among the finalists
@@ -35,13 +36,18 @@ class ContestScales:
     What the evidence of a candidate is measured by.
 
     scatter: {key: deviations} between healthy parts; dispersion [J]; names: number of laws;
-    lawless: number of functions.
+    lawless: number of functions. Where references are short: extra, cost of each; day: share of
+    the effort by which days may differ. loads [J]: deviation of a scale of the torque that loads
+    found so far make, which the scale of each joint's effort allows.
     """
 
     scatter: dict[str, Array]
     dispersion: Array
     names: int
     lawless: int
+    extra: float = 0.0
+    day: float = 0.0
+    loads: Array | None = None
 
 
 def scales_of(laws: Sequence[Candidate], free: Sequence[Candidate], knowledge: Knowledge | None,
@@ -118,24 +124,74 @@ def informed(evidence: RobotEvidence, candidate: Candidate, fit: RobotFit) -> di
     return {j: t / whole for j, t in total.items()}
 
 
-def tempered(values: Array, covariance: Array, scatter: Array | None, dispersion: float) -> float:
+def of_days(evidence: RobotEvidence, candidate: Candidate, scales: ContestScales) -> Array:
     """
-    Return the share of a gain that is more than healthy parts differ by.
+    Return the covariance [k, k] of the coefficients of a candidate between healthy parts and days.
+
+    Of a torque of any of its shapes a short reference leaves a share of the effort open.
 
     Args:
-        values: coefficients [k].
-        covariance: of the likelihood [k, k].
-        scatter: deviations between healthy parts [k], None for none.
-        dispersion: of the joint.
+        evidence: of the recordings.
+        candidate: effect or function.
+        scales: with the scatter of references.
     """
+    scatter = scales.scatter.get(key_of(candidate))
+    out = np.diag(scatter ** 2) if scatter is not None and len(scatter) == candidate.width else (
+        np.zeros((candidate.width, candidate.width)))
+    if candidate.effect == TORQUE_GAIN.id and scales.loads is not None:
+        out = out + scales.loads[list(candidate.columns)] ** 2
+    if not scales.day:
+        return out
+    effort = sum(float(np.sum((rows.target[j] + rows.model[j]) ** 2))
+                 for rows in evidence.recordings for j in candidate.columns)
+    inner = np.sum([x.T @ x for x in candidate.columns.values()], axis=0)
+    size = np.sqrt(np.diag(inner)) + 1e-30
+    inverse = np.linalg.pinv(inner / np.outer(size, size), 1e-9) / np.outer(size, size)
+    return out + scales.day ** 2 * effort * inverse
+
+
+def with_loads(evidence: RobotEvidence, fit: RobotFit, scales: ContestScales) -> ContestScales:
+    """
+    Return `scales` with what the scale of each joint's effort makes of the loads of a fit.
+
+    One mass is one number; joints read it in scales of their own, and none of that is a finding.
+
+    Args:
+        evidence: of the recordings.
+        fit: with the loads.
+        scales: so far.
+    """
+    tolerance = evidence.recordings[0].robot.torque_tolerance
+    loads = np.zeros(evidence.joints)
+    for i, c in enumerate(fit.chosen if tolerance else ()):
+        for j, x in c.columns.items() if c.link else ():
+            whole = sum(float(np.sum(rows.model[j] ** 2)) for rows in evidence.recordings)
+            loads[j] += float(np.sum((x @ fit.values[fit.of(i)]) ** 2)) / max(whole, 1e-30)
+    return replace(scales, loads=tolerance * np.sqrt(loads))
+
+
+def tempered(gain: float | Array, estimate: tuple[Array, Array], days: Array, dispersion: float,
+             times: float | Array = 1.0) -> Any:
+    """
+    Return what of a gain in 2 log likelihood is more than healthy parts and days differ by.
+
+    Over-dispersion divides the gain; what days differ by adds to the variance of the values.
+
+    Args:
+        gain: of the values, or of each of several sizes.
+        estimate: values [k] and covariance [k, k] of the likelihood.
+        days: covariance [k, k] between healthy parts and days.
+        dispersion: of the joint.
+        times: size of the values, over those of `estimate`.
+    """
+    values, covariance = estimate
     size = np.sqrt(np.maximum(np.diag(covariance), 1e-60))
     plain, b = covariance / np.outer(size, size), values / size
-    wide = plain * dispersion
-    if scatter is not None and len(scatter) == len(b):
-        wide = wide + np.diag((scatter / size) ** 2)
-    own = float(b @ np.linalg.solve(plain + 1e-9 * np.eye(len(b)), b))
-    tame = float(b @ np.linalg.solve(wide + 1e-9 * np.eye(len(b)), b))
-    return tame / own if own > 0.0 else 1.0
+    plain = plain + 1e-9 * np.eye(len(b))
+    wide = plain * dispersion + days / np.outer(size, size)
+    own, tame = (float(b @ np.linalg.solve(x, b)) for x in (plain, wide))
+    between = max(1.0 / max(tame, 1e-300) - dispersion / max(own, 1e-300), 0.0) / times ** 2
+    return 1.0 / (dispersion / np.maximum(gain, 1e-300) + between)
 
 
 def cost(evidence: RobotEvidence, candidate: Candidate, scales: ContestScales) -> float:
@@ -149,7 +205,7 @@ def cost(evidence: RobotEvidence, candidate: Candidate, scales: ContestScales) -
     """
     count = scales.lawless if candidate.free else scales.names
     return float(candidate.size * np.log(max(evidence.rows_in(candidate), 3.0))
-                 + 2.0 * np.log(count))
+                 + 2.0 * np.log(count)) + scales.extra
 
 
 def contest(evidence: RobotEvidence, current: RobotFit, candidates: Sequence[Candidate],
@@ -168,9 +224,9 @@ def contest(evidence: RobotEvidence, current: RobotFit, candidates: Sequence[Can
     field = [c for c in candidates if c.name not in names]
     worth = []
     for c, e in zip(field, evidence.estimates(current, field)):
-        share = tempered(e.values, e.covariance, scales.scatter.get(key_of(c)),
-                         over_dispersion(evidence, c, scales, current))
-        worth.append(e.gain * share - cost(evidence, c, scales))
+        worth.append(tempered(e.gain, (e.values, e.covariance), of_days(evidence, c, scales),
+                              over_dispersion(evidence, c, scales, current))
+                     - cost(evidence, c, scales))
     chosen: list[Candidate] = []
     count: dict[tuple[str, str, str], int] = {}
     for i in np.argsort(-np.array(worth)):
@@ -228,10 +284,11 @@ def worth_of(evidence: RobotEvidence, current: RobotFit, fit: RobotFit,
     k = len(evidence.labels)
     columns = slice(k + own.start, k + own.stop)
     covariance = fit.covariance[columns, columns] / np.outer(fit.scale[own], fit.scale[own])
-    share = tempered(fit.values[own], covariance, scales.scatter.get(key_of(c)),
-                     over_dispersion(evidence, c, scales, fit))
     gain = current.deviance - fit.deviance - evidence.hidden(fit)
-    return gain * share - cost(evidence, c, scales)
+    if gain > 0.0:
+        gain = tempered(gain, (fit.values[own], covariance), of_days(evidence, c, scales),
+                        over_dispersion(evidence, c, scales, fit))
+    return gain - cost(evidence, c, scales)
 
 
 def _allowed(fit: RobotFit) -> bool:

@@ -282,7 +282,7 @@ def worst_segments(evidence: RobotEvidence, fit: RobotFit) -> Array:
     return out
 
 
-VERSION = 5
+VERSION = 6
 MOST_PARTS = 12
 CALMED = 0.9  # the shapes have made parts alike where their over-dispersion falls to this
 MOST_PASSES = 4
@@ -301,6 +301,7 @@ class Knowledge:
     left, per row: a part of it is no noise, and other recordings have it as well.
     joints, kind, measured, rate: of the logs; references: their names; seconds: their length;
     model: hash of the file; parts: number of parts compared. states: of all joints at once.
+    unjudged: joints of whose effort the references leave more than half unexplained.
     """
 
     prior: Prior
@@ -319,8 +320,14 @@ class Knowledge:
     seconds: float
     parts: int
     states: States
+    unjudged: tuple[str, ...] = ()
     model: str = ''
     version: int = VERSION
+
+    @property
+    def short(self) -> bool:
+        """Whether there is one reference, too short to tell how days differ."""
+        return len(self.references) == 1 and self.seconds < SETTINGS.short
 
     @property
     def mean(self) -> dict[str, float]:
@@ -329,8 +336,8 @@ class Knowledge:
 
 
 def key_of(candidate: Candidate) -> str:
-    """Return what names effect and place of `candidate` in a Knowledge, whatever its setting."""
-    return '|'.join(candidate.name)
+    """Return what names effect, place and width of `candidate` in a Knowledge."""
+    return '|'.join((*candidate.name, str(candidate.width)))
 
 
 def learn(robot: RobotModel, logs: Sequence[RobotLog], model: str = '',
@@ -370,7 +377,18 @@ def learn(robot: RobotModel, logs: Sequence[RobotLog], model: str = '',
         logs[0].joints, logs[0].kind, logs[0].measured,
         float(np.median([log.rate for log in logs])), tuple(log.name for log in logs),
         sum(log.seconds for log in logs), parts,
-        states_of(recordings), model)
+        states_of(recordings), _unjudged(evidence, fit), model)
+
+
+def _unjudged(evidence: RobotEvidence, fit: RobotFit) -> tuple[str, ...]:
+    """Return the joints of whose effort a `fit` leaves more than half unexplained."""
+    out = []
+    for j, name in enumerate(evidence.recordings[0].robot.chain.joints):
+        effort = np.concatenate([rows.target[j] + rows.model[j] for rows in evidence.recordings])
+        whole = float(np.sum(effort[evidence.at[j].order] ** 2))
+        if float(np.sum(fit.residual[j] ** 2)) > SETTINGS.unexplained ** 2 * whole > 0.0:
+            out.append(name)
+    return tuple(out)
 
 
 def _noisy(recordings: Sequence[Rows]) -> Array:

@@ -108,7 +108,8 @@ class RobotModel:
     tolerance [J]: relative, of mass, centre and inertia of each link; friction_tolerance: of
     friction and armature. learnt: friction of any shape and armature come from a reference.
     kp N m/rad, kd N m s/rad [J]: servo, where setpoints are logged; compensated: it adds the
-    weight of the model. gain_tolerance: relative, of kp and kd.
+    weight of the model. gain_tolerance: relative, of kp and kd; torque_tolerance: of the scale of
+    each joint's effort.
     """
 
     chain: Chain
@@ -119,6 +120,7 @@ class RobotModel:
     kd: Array | None = None
     compensated: bool = False
     gain_tolerance: float = SETTINGS.gain_tolerance
+    torque_tolerance: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

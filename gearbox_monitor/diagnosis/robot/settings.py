@@ -41,12 +41,14 @@ class Settings:
     # With a reference: what a file may be off before the reference is learnt, and how much of the
     # torque (rms) friction of unknown shape may be.
     tolerance_learnt: float = 0.4
+    tolerance_examined: float = 0.1  # of the file that references are held against
     learnt: float = 0.5
     armature_learnt: float = 1.0  # kg m^2 at 20 N m of rms torque, in proportion
     lag: float = 0.004           # s: the log's effort behind its positions, one of a recording
     lag_joint: float = 0.0015    # s: of one joint beside it; at least a quarter of the period
     creep: float = 0.03          # rad/s: friction of slower motion is any part of Coulomb's
     gain_tolerance: float = 0.2  # of servo gains
+    torque_tolerance: float = 0.1  # of the scale of each joint's effort: currents were 18 % off
     # Another day: friction of a joint scales as a whole (temperature), and a little by column.
     drift: float = 0.10
     drift_own: float = 0.03
@@ -54,6 +56,7 @@ class Settings:
     margin: float = 6.0          # 2 log likelihood beyond BIC that a finding needs
     most_findings: int = 4
     finalists: int = 10          # of a score test that are fitted
+    starts: int = 3              # effects with which a search begins
     rounds: int = 20             # of the dictionary of shapes, one per joint and round
     part: float = 10.0           # s: healthy parts whose scatter is measured
     shrink: float = 60.0         # rows' worth of belief that the spectrum of a residual is smooth
@@ -62,6 +65,15 @@ class Settings:
     excess: float = 4.0          # energy over what healthy references leave: twice their rms
     share_unknown: float = 0.25  # of the gain so far that a function without a law must add
     visited: float = 0.8         # of a motion's samples near those of the reference
+    # One reference of less seconds does not tell how days differ: of the arms and pendulums on
+    # which this was tried an effect by up to 1.5 % of the effort, and the margin doubles.
+    short: float = 55.0
+    day: float = 0.015
+    # Of the effort of a joint and of the mass that carries: sizes that a motion has to show.
+    plausible: float = 0.5
+    plausible_load: float = 0.25
+    moving: float = 0.05         # of the time, from which a joint counts as moving
+    unexplained: float = 0.5     # of a joint's effort: references that leave more teach nothing
 
 
 SETTINGS = Settings()

@@ -13,20 +13,22 @@ from gearbox_monitor.diagnosis.joint.verdict import Finding, kind_of, Remainder
 from gearbox_monitor.diagnosis.robot.candidates import (
     Candidate, free_functions, library, visible_in)
 from gearbox_monitor.diagnosis.robot.contest import (
-    Contender, contest, ContestScales, cost, informed, over_dispersion, pruned, scales_of,
-    tempered)
+    Contender, contest, ContestScales, cost, informed, of_days, over_dispersion, pruned,
+    scales_of, with_loads)
 from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence, RobotFit
 from gearbox_monitor.diagnosis.robot.knowledge import (
-    burstiness, energy_over, farther, key_of, Knowledge, scattered, unvisited_shares,
+    burstiness, energy_over, farther, Knowledge, scattered, unvisited_shares,
     with_unvisited, worst_segments)
+from gearbox_monitor.diagnosis.robot.power import (
+    Question, questions, smallest_visible, UNDECIDED)
 from gearbox_monitor.diagnosis.robot.robot_effects import (
-    BASE, BASE_TILT, COUPLING, JOINT_ZERO, LINK_INERTIA, PAYLOAD, ROBOT_EFFECTS)
-from gearbox_monitor.diagnosis.robot.robot_log import RobotLog
+    BASE, BASE_TILT, JOINT_ZERO, LINK_INERTIA, PAYLOAD, ROBOT_EFFECTS)
+from gearbox_monitor.diagnosis.robot.robot_log import RobotLog, SETPOINT
 from gearbox_monitor.diagnosis.robot.rows import in_scale, RobotModel, Rows, rows_of
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
-from gearbox_monitor.plant.effects.actuator import SATURATION, TORQUE_OFFSET
+from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN, TORQUE_OFFSET
 from gearbox_monitor.plant.effects.balance_column import COMMAND
 from gearbox_monitor.plant.effects.controller import (
     SERVO_DEADBAND, SERVO_GAIN, SERVO_LIMIT, SETPOINT_DELAY)
@@ -37,6 +39,7 @@ TOO_WIDE = 3.0     # a deviation whose torque exceeds the effort so many times: 
 SETTING_STEP = 1e-3  # of a setting, over which the slope of its torque is taken
 WIDE_PLACE = 1.0   # m: a centre of mass that is not known within this is not determined
 AHEAD = 4          # laws of a joint that are tried with a second one
+KNOWN_MASS = 0.25  # of a link's: a load that is known so well did not change
 LARGER = 1.5       # bursts of healthy references that were as large are none
 OF_SETPOINT = (SERVO_GAIN.id, SETPOINT_DELAY.id, SERVO_DEADBAND.id)  # before the gain
 OF_BODIES = (PAYLOAD.id, LINK_INERTIA.id, BASE_TILT.id, JOINT_ZERO.id)  # in the true scale
@@ -66,7 +69,9 @@ class RobotVerdict:
 
     findings, remainders; ranked: gaps, the worst first; visible {effect: {place: smallest size
     that would have been seen}}; not_tried {effect: why}; cautions: what weakens the verdict;
-    unvisited: whether the references lack a part of the motion. fit, evidence: behind it.
+    unvisited: whether the references lack a part of the motion. questions: what this motion would
+    not have shown; not_judged: joints of which the references teach nothing; unsure: whether what
+    remains may be that references are too short. fit, evidence: behind it.
     """
 
     findings: tuple[Finding, ...]
@@ -76,12 +81,18 @@ class RobotVerdict:
     not_tried: Mapping[str, str]
     cautions: tuple[str, ...]
     unvisited: bool
+    questions: tuple[Question, ...]
+    not_judged: tuple[str, ...]
+    unsure: bool
     fit: RobotFit
     evidence: RobotEvidence
 
     @property
     def kind(self) -> str:
-        """One of findings.KINDS."""
+        """One of findings.KINDS, or UNDECIDED: nothing was found, and little would have been."""
+        if not self.findings and not self.remainders and (
+                self.questions or self.not_judged or self.unsure):
+            return UNDECIDED
         return kind_of(bool(self.findings), bool(self.remainders))
 
 
@@ -103,25 +114,36 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
         unscaled = RobotEvidence(recordings, knowledge.prior if knowledge else None)
         scale = np.maximum(_servo_scales(unscaled, unscaled.fit())[0], LEAST_SCALE)
         recordings = [in_scale(rows, scale, shapes) for rows in recordings]
+    away = 1.0
     if knowledge is None:
         evidence = RobotEvidence(recordings)
     else:
+        away = farther(recordings, knowledge.states) / FARTHER
         recordings = [with_unvisited(rows, knowledge.visits, knowledge.sizes)
                       for rows in recordings]
-        evidence = RobotEvidence(recordings, knowledge.prior, knowledge.variance)
-    laws, free = library(recordings, effects), free_functions(recordings)
+        # The squared error of what was taught grows with the distance, like a random walk's.
+        evidence = RobotEvidence(recordings, knowledge.prior,
+                                 knowledge.variance * max(away, 1.0))
+    deaf = set(knowledge.unjudged) if knowledge else set()
+    laws, free = ([c for c in field if c.joint not in deaf] for field in (
+        library(recordings, effects), free_functions(recordings)))
     shares = unvisited_shares(recordings, knowledge.visits) if knowledge else []
     blank = evidence.fit()
-    away = farther(recordings, knowledge.states) / FARTHER if knowledge else 1.0
-    search = _judged(evidence, blank, laws, free, knowledge, shares, max(away, 1.0))
-    remainders = _remainders(evidence, search, knowledge)
+    search = _judged(evidence, blank, laws, free, knowledge, shares)
+    remainders = [r for r in _remainders(evidence, search, knowledge, max(away, 1.0))
+                  if r.joint not in deaf]
+    short = knowledge is not None and knowledge.short
+    # What a short reference does not know of another day is no difference yet.
+    known = tuple(r for r in remainders if not short or r.over is not None)
     cautions = _cautions(knowledge.joints, shares, away) if knowledge else ()
+    visible = smallest_visible(evidence, blank, laws, search.scales)
     return RobotVerdict(
-        _findings(evidence, search), remainders, _ranked(evidence, blank, search.fit),
-        smallest_visible(evidence, blank, laws, search.scales),
+        _findings(evidence, search), known, _ranked(evidence, blank, search.fit), visible,
         _not_tried(recordings[0], laws),
-        (*cautions, *_of_gains(evidence, search.fit), *_of_small(evidence, search)),
-        bool(cautions), search.fit, evidence)
+        (*cautions, *_of_reference(knowledge), *_of_gains(evidence, search.fit),
+         *_of_small(evidence, search)), bool(cautions),
+        () if effects else questions(evidence, visible), tuple(sorted(deaf)),
+        len(known) < len(remainders), search.fit, evidence)
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,38 +172,87 @@ class RobotSearch:
 
 def _judged(evidence: RobotEvidence, blank: RobotFit, laws: Sequence[Candidate],
             free: Sequence[Candidate], knowledge: Knowledge | None,
-            shares: Sequence[Mapping[str, float]], away: float) -> RobotSearch:
+            shares: Sequence[Mapping[str, float]]) -> RobotSearch:
     """
     Return the RobotSearch with the scales that the references and the recordings themselves show.
 
     With references only where they were (`shares` is the rest of each joint's motion), a
-    difference from them is evidence, and the squared error of what they taught grows with the
-    distance (`away`, 1 or more) like that of a random walk; and what parts of the recordings
-    differ by beside all findings shows that the model is not true there: it is over-dispersion
-    as well.
+    difference from them is evidence; and what parts of the recordings differ by beside all
+    findings shows that the model is not true there: it is over-dispersion as well.
     """
     scales = scales_of(laws, free, knowledge, evidence.joints)
     if knowledge is None:
-        return _search(evidence, blank, laws, free, scales)
+        return _best_search(evidence, blank, laws, free, scales)
     visible = np.array([max(1.0 - max(of.values()), LEAST_SEEN) for of in shares])
-    scales = replace(scales, dispersion=scales.dispersion * away / visible)
-    search = _search(evidence, blank, laws, free, scales)
+    scales = replace(scales, dispersion=scales.dispersion / visible)
+    if knowledge.short:
+        scales = replace(scales, extra=SETTINGS.margin, day=SETTINGS.day)
+    search = _best_search(evidence, blank, laws, free, scales)
     if search.fit.chosen:
         of_joints = [c for c in (*laws, *free) if len(c.columns) == 1]
         own = scattered(evidence, search.fit, of_joints)[1] / visible
         if any(own[j] > scales.dispersion[j] for c in search.fit.chosen for j in c.columns):
             scales = replace(scales, dispersion=np.maximum(own, scales.dispersion))
-            search = _search(evidence, blank, laws, free, scales)
+            search = _best_search(evidence, blank, laws, free, scales)
     return search
 
 
+def _best_search(evidence: RobotEvidence, blank: RobotFit, laws: Sequence[Candidate],
+                 free: Sequence[Candidate], scales: ContestScales) -> RobotSearch:
+    """
+    Return the best of the searches that begin with the best candidates of several effects.
+
+    What is alone has to imitate the others: a first candidate may win by that, and then needs
+    helpers. So searches that end with several are begun anew with other effects.
+
+    Args:
+        evidence: of the recordings.
+        blank: fit without candidates.
+        laws: candidates.
+        free: functions.
+        scales: of their evidence.
+    """
+    search = _search(evidence, blank, laws, free, scales)
+    if len(search.fit.chosen) < 2:
+        return search
+    begins: dict[str, Contender] = {}
+    for entry in contest(evidence, blank, laws, scales, SETTINGS.finalists):
+        if entry.worth >= SETTINGS.margin:
+            begins.setdefault(entry.candidate.effect, entry)
+    begins.pop(search.fit.chosen[0].effect, None)
+    others = [_search(evidence, blank, laws, free, scales, begin)
+              for begin in list(begins.values())[:SETTINGS.starts - 1]]
+    return max((search, *others), key=lambda s: _score(evidence, blank, s))
+
+
+def _score(evidence: RobotEvidence, blank: RobotFit, search: RobotSearch) -> float:
+    """Return what all candidates of a search gain beyond their costs."""
+    chosen, scales = search.fit.chosen, search.scales
+    phi = max((over_dispersion(evidence, c, scales, search.fit) for c in chosen), default=1.0)
+    return (blank.deviance - search.fit.deviance) / phi - sum(
+        cost(evidence, c, scales) for c in chosen)
+
+
 def _search(evidence: RobotEvidence, blank: RobotFit, laws: Sequence[Candidate],
-            free: Sequence[Candidate], scales: ContestScales) -> RobotSearch:
-    """Return the RobotSearch that begins with a `blank` fit: one more candidate while it pays."""
+            free: Sequence[Candidate], scales: ContestScales, begin: Contender | None = None
+            ) -> RobotSearch:
+    """
+    Return the RobotSearch that adds one more candidate while it pays.
+
+    Args:
+        evidence: of the recordings.
+        blank: fit without candidates.
+        laws: candidates.
+        free: functions.
+        scales: of their evidence.
+        begin: first candidate, None for the best.
+    """
     s, current, small = SETTINGS, blank, None
     steps: list[Step] = []
-    for step in range(s.most_findings + 1):
-        small = None
+    if begin is not None:
+        current, steps = begin.fit, [Step(begin.worth, begin.candidate.twins)]
+    for step in range(len(steps), s.most_findings + 1):
+        small, scales = None, with_loads(evidence, current, scales)
         lawless = contest(evidence, current, free, scales, 6)[:1]
         entries = contest(evidence, current, laws if step < s.most_findings else (), scales,
                           s.finalists)
@@ -232,6 +303,27 @@ def _pairs(evidence: RobotEvidence, entries: Sequence[Contender], laws: Sequence
                      if rival > worth - s.margin and both != names)]
 
 
+def examined(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge
+             ) -> tuple[Finding, ...]:
+    """
+    Return what references differ by from the file itself: mounting, zeros, scales, a load.
+
+    Args:
+        robot: its model; friction is that of the references.
+        logs: the references.
+        knowledge: what they taught.
+    """
+    if knowledge.kind == SETPOINT:
+        return ()
+    stated = replace(robot, tolerance=np.full(len(robot.tolerance), SETTINGS.tolerance_examined))
+    recordings = [rows_of(log, stated, knowledge.shapes) for log in logs]
+    evidence = RobotEvidence(recordings, variance=np.where(
+        np.isinf(knowledge.variance), np.inf, 0.0))
+    laws = library(recordings, [BASE_TILT.id, JOINT_ZERO.id, TORQUE_GAIN.id, PAYLOAD.id])
+    scales = replace(scales_of(laws, [], None, evidence.joints), dispersion=knowledge.dispersion)
+    return _findings(evidence, _search(evidence, evidence.fit(), laws, [], scales))
+
+
 def _rivals(entries: Sequence[Contender], margin: float) -> tuple[str, ...]:
     """Return the effects, with their place, that explain a recording like the first."""
     first = entries[0].candidate
@@ -272,9 +364,12 @@ def _findings(evidence: RobotEvidence, search: RobotSearch) -> tuple[Finding, ..
             continue
         b = fit.values[fit.of(i)]
         spread = spreads[i] * max(over_dispersion(evidence, c, scales, fit), 1.0)
-        scatter = scales.scatter.get(key_of(c))
-        if scatter is not None and len(scatter) == len(b):
-            spread[:len(b), :len(b)] += np.diag(scatter ** 2)
+        spread[:len(b), :len(b)] += of_days(evidence, c, scales)
+        if c.link is not None:
+            # Joints read a load in scales of their own, which average.
+            parts = np.array(list(informed(evidence, c, fit).values()))
+            spread[:len(b), :len(b)] += np.outer(b, b) * float(parts @ parts) * (
+                evidence.recordings[0].robot.torque_tolerance ** 2)
         determined = _determined(evidence, c, spread)
         if c.searched:
             b = np.append(b, c.setting)
@@ -282,6 +377,8 @@ def _findings(evidence: RobotEvidence, search: RobotSearch) -> tuple[Finding, ..
         values = _values(c, b)
         deviations = _deviations(c, b, spread, determined)
         values, deviations = _with_totals(evidence, c, values, deviations)
+        if c.effect == PAYLOAD.id:
+            values, deviations = _with_moment(evidence, c, (b, spread), values, deviations)
         out.append(Finding(
             c.effect, _location(c), values, deviations, round(step.worth, 3),
             share, channel=c.over or None, joint=c.joint,
@@ -406,6 +503,41 @@ def _with_totals(evidence: RobotEvidence, c: Candidate, values: dict[str, float]
     return values, deviations
 
 
+def _with_moment(evidence: RobotEvidence, c: Candidate, estimate: tuple[Array, Array],
+                 values: dict[str, float], deviations: dict[str, float | None]
+                 ) -> tuple[dict[str, float], dict[str, float | None]]:
+    """
+    Return the values of a load with its first moment, where that is all a motion says of it.
+
+    Where mass and centre are not separable their product is; where the mass is the same, the
+    centre of what the link carries moved.
+
+    Args:
+        evidence: of the recordings.
+        c: the load.
+        estimate: its coefficients and their covariance.
+        values: of the load.
+        deviations: of the values.
+    """
+    b, spread = estimate
+    unsure = deviations['m']
+    if unsure is not None and abs(values['m']) > 2.0 * unsure:
+        return values, deviations
+    size = float(np.linalg.norm(b[1:4]))
+    along = b[1:4] / max(size, 1e-12)
+    deviation = math.sqrt(max(float(along @ spread[1:4, 1:4] @ along), 0.0))
+    if size < 2.0 * deviation:
+        return values, {**deviations, 'm': None}
+    chain = evidence.recordings[0].robot.chain
+    mass = sum(chain.links[k].mass for k in chain.moved_by(
+        [link.name for link in chain.links].index(c.link or '')))
+    values, deviations = {**values, 'moment': size}, {**deviations, 'm': None,
+                                                      'moment': deviation}
+    if unsure is not None and unsure < KNOWN_MASS * mass:
+        values['moved'], deviations['moved'] = size / mass, deviation / mass
+    return values, deviations
+
+
 def _location(c: Candidate) -> str:
     """Return the location class of an effect."""
     if c.effect in EFFECTS:
@@ -433,9 +565,17 @@ def _joined(findings: Sequence[Finding]) -> tuple[Finding, ...]:
     return tuple(sorted(out, key=lambda f: -(f.evidence or 0.0)))
 
 
-def _remainders(evidence: RobotEvidence, search: RobotSearch, knowledge: Knowledge | None
-                ) -> tuple[Remainder, ...]:
-    """Return what no law explains: functions, bursts, what references do not leave."""
+def _remainders(evidence: RobotEvidence, search: RobotSearch, knowledge: Knowledge | None,
+                away: float) -> tuple[Remainder, ...]:
+    """
+    Return what no law explains: functions, bursts, what references do not leave.
+
+    Args:
+        evidence: of the recordings.
+        search: on them.
+        knowledge: of references, None without one.
+        away: squared error of what was taught, over that near the references.
+    """
     out, chain, fit = [], evidence.recordings[0].robot.chain, search.fit
     for i, (c, step) in enumerate(zip(fit.chosen, search.steps)):
         if c.free and c.joint is not None:
@@ -460,7 +600,7 @@ def _remainders(evidence: RobotEvidence, search: RobotSearch, knowledge: Knowled
         excess = energy_over(evidence, fit, knowledge.variance) / knowledge.dispersion
         out += [Remainder('arm_side', 'effort', rms_in_motion(evidence, j, fit.residual[j]), None,
                           chain.joints[j], figures={'excess': round(float(excess[j]), 2)})
-                for j in np.argsort(-excess) if excess[j] > SETTINGS.excess
+                for j in np.argsort(-excess) if excess[j] > SETTINGS.excess * away
                 and all(r.joint != chain.joints[j] for r in out)]
     return tuple(out)
 
@@ -491,54 +631,6 @@ def _ranked(evidence: RobotEvidence, blank: RobotFit, fit: RobotFit) -> tuple[Jo
     return tuple(sorted(out, key=lambda g: -g.evidence))
 
 
-def smallest_visible(evidence: RobotEvidence, fit: RobotFit, laws: Sequence[Candidate],
-                     scales: ContestScales) -> dict[str, dict[str, float]]:
-    """
-    Return {effect: {place: smallest size that would have been a finding in this motion}}.
-
-    Args:
-        evidence: of the recordings.
-        fit: of them.
-        laws: candidates.
-        scales: of their evidence.
-    """
-    out: dict[str, dict[str, float]] = {}
-    for c, e in zip(laws, evidence.estimates(fit, laws)):
-        size = visible_size(evidence, fit, c, e.covariance, scales)
-        if size is not None:
-            places = out.setdefault(c.effect, {})
-            places[c.place] = min(places.get(c.place, math.inf), size)
-    return {name: {p: v for p, v in places.items() if v < 1e6} for name, places in out.items()}
-
-
-def visible_size(evidence: RobotEvidence, fit: RobotFit, c: Candidate, covariance: Array,
-                 scales: ContestScales) -> float | None:
-    """
-    Return the smallest size of a candidate that would be a finding, None where it has no one size.
-
-    Args:
-        evidence: of the recordings.
-        fit: of them.
-        c: the candidate.
-        covariance: of its coefficients.
-        scales: of its evidence.
-    """
-    if c.values is None or c.effect in (COUPLING.id, SATURATION.id, SERVO_LIMIT.id):
-        return None
-    along = np.zeros(c.width)
-    along[0] = 1.0
-    if c.effect == PAYLOAD.id and c.link is not None:
-        links = {link.name: link for link in evidence.recordings[0].robot.chain.links}
-        along[1:4] = links[c.link].theta[1:4] / links[c.link].mass
-    gain = float(along @ np.linalg.solve(covariance, along))
-    share = tempered(along, covariance, scales.scatter.get(key_of(c)),
-                     over_dispersion(evidence, c, scales, fit))
-    need = cost(evidence, c, scales) + SETTINGS.margin
-    size = math.sqrt(need / max(gain * share, 1e-300))
-    value = abs(next(iter(c.values(size * along).values())))
-    return value if math.isfinite(value) else None
-
-
 def _not_tried(rows: Rows, laws: Sequence[Candidate]) -> dict[str, str]:
     """Return {effect: why it was not tried} of the library's effects."""
     tried = {c.effect for c in laws}
@@ -556,6 +648,18 @@ def _not_tried(rows: Rows, laws: Sequence[Candidate]) -> dict[str, str]:
             out[effect.id] = f'{rows.rate:.3g} samples/s or this motion do not show it'
     out |= {e.id: 'this motion does not show it' for e in ROBOT_EFFECTS if e.id not in tried}
     return out
+
+
+def _of_reference(knowledge: Knowledge | None) -> tuple[str, ...]:
+    """Return cautions about references: what they do not know, joints that they do not teach."""
+    if knowledge is None:
+        return ()
+    out = [f'{name}: not judged, the model leaves more than half of its effort in the references '
+           'unexplained' for name in knowledge.unjudged]
+    if knowledge.short:
+        out.append(f'one reference of {knowledge.seconds:.0f} s: differences between days are not '
+                   f'known; taken as {100 * SETTINGS.day:.2g} % of the effort')
+    return tuple(out)
 
 
 def _of_gains(evidence: RobotEvidence, fit: RobotFit) -> tuple[str, ...]:
@@ -605,4 +709,6 @@ def verdict_data(verdict: RobotVerdict) -> dict[str, Any]:
         'ranked': [asdict(gap) for gap in verdict.ranked],
         'visible': {k: dict(v) for k, v in verdict.visible.items()},
         'not_tried': dict(verdict.not_tried),
-        'cautions': list(verdict.cautions), 'unvisited': verdict.unvisited}
+        'cautions': list(verdict.cautions), 'unvisited': verdict.unvisited,
+        'questions': [asdict(q) for q in verdict.questions],
+        'not_judged': list(verdict.not_judged)}

@@ -1,0 +1,140 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+The power of a motion: the smallest size of each effect that it shows, and what to ask next.
+
+`none` says something only where a change of plausible size would have been a finding. Where it
+would not, the verdict is undecided, with the motion that would tell.
+"""
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+import math
+
+import numpy as np
+
+from gearbox_monitor.diagnosis.robot.candidates import Candidate
+from gearbox_monitor.diagnosis.robot.contest import (
+    ContestScales, cost, of_days, over_dispersion, tempered)
+from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence, RobotFit
+from gearbox_monitor.diagnosis.robot.robot_effects import COUPLING, PAYLOAD
+from gearbox_monitor.diagnosis.robot.settings import SETTINGS
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.effects.actuator import SATURATION, TORQUE_GAIN
+from gearbox_monitor.plant.effects.controller import SERVO_LIMIT
+from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB
+
+UNDECIDED = 'undecided'
+LARGEST = 1e6  # beyond it a motion does not show an effect at all
+
+Sizes = Mapping[str, Mapping[str, float]]  # {effect: {place: size}}
+
+
+@dataclass(frozen=True)
+class Question:
+    """
+    A change of plausible size that a motion would not show, and the motion that would.
+
+    effect, place: of the change. smallest: size that would have been a finding, infinite for none;
+    plausible: size that should be one. joint: to move, at some speed (rad/s or m/s), for some
+    seconds.
+    """
+
+    effect: str
+    place: str
+    smallest: float
+    plausible: float
+    joint: str
+    speed: float
+    seconds: float
+
+
+def smallest_visible(evidence: RobotEvidence, fit: RobotFit, laws: Sequence[Candidate],
+                     scales: ContestScales) -> dict[str, dict[str, float]]:
+    """
+    Return {effect: {place: smallest size that would have been a finding in this motion}}.
+
+    Args:
+        evidence: of the recordings.
+        fit: of them.
+        laws: candidates.
+        scales: of their evidence.
+    """
+    out: dict[str, dict[str, float]] = {}
+    for c, e in zip(laws, evidence.estimates(fit, laws)):
+        size = visible_size(evidence, fit, c, e.covariance, scales)
+        if size is not None:
+            places = out.setdefault(c.effect, {})
+            places[c.place] = min(places.get(c.place, math.inf), size)
+    return {name: {p: v for p, v in places.items() if v < LARGEST}
+            for name, places in out.items()}
+
+
+def visible_size(evidence: RobotEvidence, fit: RobotFit, c: Candidate, covariance: Array,
+                 scales: ContestScales) -> float | None:
+    """
+    Return the smallest size of a candidate that would be a finding, None where it has no one size.
+
+    The variance of each joint is that of the recording itself: an effect that is large beside a
+    few rows gains their number times the logarithm of its size, not its square.
+
+    Args:
+        evidence: of the recordings.
+        fit: of them.
+        c: the candidate.
+        covariance: of its coefficients.
+        scales: of its evidence.
+    """
+    if c.values is None or c.effect in (COUPLING.id, SATURATION.id, SERVO_LIMIT.id):
+        return None
+    along = np.zeros(c.width)
+    along[0] = 1.0
+    if c.effect == PAYLOAD.id and c.link is not None:
+        links = {link.name: link for link in evidence.recordings[0].robot.chain.links}
+        along[1:4] = links[c.link].theta[1:4] / links[c.link].mass
+    gain = float(along @ np.linalg.solve(covariance, along))
+    rows = evidence.rows_in(c)
+    sizes = np.geomspace(1.0, 1e6, 400) / math.sqrt(max(gain, 1e-300))
+    worth = tempered(rows * np.log1p(sizes ** 2 * gain / rows), (along, covariance),
+                     of_days(evidence, c, scales), over_dispersion(evidence, c, scales, fit),
+                     sizes) - cost(evidence, c, scales)
+    if worth[-1] < SETTINGS.margin:
+        return math.inf
+    size = float(sizes[np.argmax(worth >= SETTINGS.margin)])
+    value = abs(next(iter(c.values(size * along).values())))
+    return value if math.isfinite(value) else None
+
+
+def questions(evidence: RobotEvidence, visible: Sizes) -> tuple[Question, ...]:
+    """
+    Return what the recordings would not have shown.
+
+    Args:
+        evidence: of the recordings.
+        visible: sizes that would have been findings.
+    """
+    chain, s, recordings = evidence.recordings[0].robot.chain, SETTINGS, evidence.recordings
+    time = sum(len(rows.motion.t) * rows.motion.step for rows in recordings)
+    moves = [j for j in range(evidence.joints)
+             if max(rows.tests.share[j] for rows in recordings) > s.moving]
+    out: list[Question] = []
+
+    def ask(effect: str, place: str, plausible: float, joint: int) -> None:
+        smallest = visible.get(effect, {}).get(place, math.inf)
+        if smallest > plausible:
+            speed = float(np.max([np.quantile(np.abs(rows.joints[joint].v), 0.9)
+                                  for rows in recordings]))
+            seconds = time * min(smallest / plausible, 10.0) ** 2
+            out.append(Question(effect, place, smallest, plausible, chain.joints[joint], speed,
+                                float(np.clip(10.0 * round(0.1 * seconds), 20.0, 600.0))))
+    for j in moves or range(evidence.joints):
+        effort = np.concatenate([rows.joints[j].effort for rows in recordings])
+        size = math.sqrt(float(np.mean(effort ** 2)))
+        ask(MOTOR_COULOMB.id, chain.joints[j], s.plausible * size, j)
+        if not recordings[0].setpoint:
+            ask(TORQUE_GAIN.id, chain.joints[j], s.plausible, j)
+    for k, link in enumerate(chain.links):
+        carried = sum(chain.links[i].mass for i in chain.movers[k])
+        if link.mass > 0.0 and not any(other.parent == k for other in chain.links):
+            ask(PAYLOAD.id, link.name, s.plausible_load * carried, k)
+    return tuple(sorted(out, key=lambda q: -q.smallest / q.plausible))
