@@ -19,7 +19,7 @@ usage examples:
 """
 import argparse
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import count
 import json
 import math
@@ -30,6 +30,7 @@ import subprocess
 import sys
 import tempfile
 import time
+
 from typing import Any
 
 import yaml
@@ -46,7 +47,7 @@ from gearbox_monitor.simulators.robot_model import SUFFIXES
 
 ENDING, TRUTH = '.pair.yaml', 'truth.yaml'
 KEYS = ('log', 'reference', 'model', 'joint', 'import', 'recorded', 'values', 'free', 'diagnose')
-NONE, UNKNOWN, REFUSED = 'none', 'unknown', 'refused'
+NONE, UNKNOWN, REFUSED, UNDECIDED = 'none', 'unknown', 'refused', 'undecided'
 EFFECT_IDS = {*EFFECTS, *(effect.id for effect in ROBOT_EFFECTS), UNKNOWN}
 
 
@@ -86,34 +87,53 @@ class Answer:
     What a method says of a pair.
 
     probabilities {effect, place: probability}, of UNKNOWN as well, empty where nothing changed;
-    ranked: causes, the likeliest first; cpu: s; refused: why there is none.
+    ranked: causes, the likeliest first; cpu: s; refused: why there is none. findings: of diagnose,
+    as JSON; undecided: whether it says that the motion shows too little.
     """
 
     probabilities: Mapping[Cause, float]
     ranked: tuple[Cause, ...]
     cpu: float
     refused: str = ''
+    findings: tuple[Mapping[str, Any], ...] = ()
+    undecided: bool = False
 
     @property
     def words(self) -> str:
         """The answer as text: what it names, likeliest first."""
         causes = sorted(self.probabilities, key=lambda c: -self.probabilities[c])
-        if self.refused:
-            return REFUSED
+        if self.refused or self.undecided:
+            return REFUSED if self.refused else UNDECIDED
         return ', '.join(effect + (f'@{place}' if place else '')
                          for effect, place in causes[:2]) or NONE
 
 
 @dataclass(frozen=True)
 class Truth:
-    """Effects any of which is right, at a place ('' for any); no effects: nothing changed."""
+    """
+    Effects any of which is right, at a place ('' for any); no effects: nothing changed.
+
+    values: {name: value} of the change, as far as they are known.
+    """
 
     effects: tuple[str, ...]
     place: str = ''
+    values: Mapping[str, float] = field(default_factory=dict)
 
     def admits(self, cause: Cause) -> bool:
         """Return whether a cause is the right one."""
         return cause[0] in self.effects and (not self.place or cause[1] == self.place)
+
+    def named_by(self, answer: Answer) -> list[Mapping[str, Any]]:
+        """Return the findings that are right, by themselves or among their equals."""
+        return [f for f in answer.findings if any(map(self.admits, causes_of(f)))]
+
+    def sized_by(self, finding: Mapping[str, Any]) -> bool | None:
+        """Return whether a finding has the right size, None where that is not known."""
+        known = {name: value for name, value in self.values.items() if name in finding['values']}
+        return all(abs(finding['values'][name] - value) <= max(
+            3.0 * (finding['deviations'][name] or 0.0), 0.2 * abs(value))
+            for name, value in known.items()) if known else None
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -214,16 +234,18 @@ def load_truth(path: Path) -> dict[str, Truth]:
             continue
         value = value if isinstance(value, dict) else {'effect': value}
         effects, place = value.get('effect'), value.get('place', '')
+        sizes = value.get('values', {})
         effects = [effects] if isinstance(effects, str) else effects
-        if (set(value) - {'effect', 'place'} or not isinstance(place, str) or not effects
+        if (set(value) - {'effect', 'place', 'values'} or not isinstance(place, str)
+                or not effects or not isinstance(sizes, dict)
                 or not isinstance(effects, list)
                 or not all(isinstance(e, str) for e in effects)):
             raise InputError(f'{path}: {name}: {str(value)[:60]!r}, expected none, or effect (an '
-                             'id or several) and, of a robot, place')
+                             'id or several) and, of a robot, place; values')
         for effect in effects:
             if effect not in EFFECT_IDS:
                 raise InputError(f'{path}: {name}: {unknown(effect, EFFECT_IDS)}')
-        out[name] = Truth(tuple(effects), place)
+        out[name] = Truth(tuple(effects), place, {k: float(v) for k, v in sizes.items()})
     return out
 
 
@@ -312,6 +334,16 @@ class Runner:
                 'logs': logs, 'model': model, 'values': values, 'knowledge': knowledge}
 
 
+def causes_of(finding: Mapping[str, Any]) -> list[Cause]:
+    """Return the cause that a finding names, and those that it calls confusable."""
+    place = finding.get('joint') or finding.get('link') or ''
+    out = []
+    for name in (finding['effect'], *finding['confusable']):
+        effect, _, elsewhere = name.partition('@')
+        out.append((effect.partition(' ')[0], elsewhere or place))
+    return out
+
+
 def answer_of(verdict: Mapping[str, Any], cpu: float) -> Answer:
     """
     Return the Answer of a verdict of diagnose.
@@ -328,18 +360,16 @@ def answer_of(verdict: Mapping[str, Any], cpu: float) -> Answer:
     remainder = verdict['verdict'] in ('incomplete', UNKNOWN)
     share = 1.0 / max(len(verdict['findings']) + remainder, 1)
     for finding in verdict['findings']:
-        place = finding.get('joint') or finding.get('link') or ''
-        effects = [finding['effect'], *finding['confusable']]
-        for name in effects:
-            effect, _, elsewhere = name.partition('@')
-            cause = effect.partition(' ')[0], elsewhere or place
-            probabilities[cause] = probabilities.get(cause, 0.0) + share / len(effects)
+        causes = causes_of(finding)
+        for cause in causes:
+            probabilities[cause] = probabilities.get(cause, 0.0) + share / len(causes)
             ranked.append(cause)
     if remainder:
         probabilities[UNKNOWN, ''] = share
         ranked.append((UNKNOWN, ''))
     ranked += [(effect, '') for effect in verdict['ranked'] if isinstance(effect, str)]
-    return Answer(probabilities, tuple(dict.fromkeys(ranked)), cpu)
+    return Answer(probabilities, tuple(dict.fromkeys(ranked)), cpu,
+                  findings=tuple(verdict['findings']), undecided=verdict['verdict'] == UNDECIDED)
 
 
 def baseline_of(pair: Pair, run: Mapping[str, Any]) -> Answer:
@@ -368,20 +398,32 @@ def scores(answers: Mapping[str, Answer], truths: Mapping[str, Truth]) -> dict[s
 
     detection: of pairs with a change, whether one is seen; false alarm: of those without;
     isolation: of a change that is seen, the probability of its true cause; rank: of a change, one
-    over the rank of its true cause, 0 where it is not ranked; cpu: s. Refused pairs count in none.
+    over the rank of its true cause, 0 where it is not ranked; cpu: s. Of diagnose also: named, of
+    a change, whether a finding is right; size, of those, whether its values are (within three
+    deviations or 20 %); alone, of those, whether no other finding is beside it; undecided, of all
+    pairs. Refused pairs count in none.
 
     Args:
         answers: by pair.
         truths: by pair.
     """
     out: dict[str, list[float]] = {
-        'detection': [], 'false alarm': [], 'isolation': [], 'rank': [], 'cpu': []}
+        'detection': [], 'false alarm': [], 'isolation': [], 'rank': [], 'named': [], 'size': [],
+        'alone': [], 'undecided': [], 'cpu': []}
+    of_diagnose = any(a.findings or a.undecided for a in answers.values())
     for name, answer in answers.items():
         truth = truths.get(name)
         if truth is None or answer.refused:
             continue
         detected = bool(answer.probabilities)
         out['cpu'].append(answer.cpu)
+        if of_diagnose:
+            out['undecided'].append(float(answer.undecided))
+            right = truth.named_by(answer)
+            out['named'] += [float(bool(right))] * bool(truth.effects)
+            out['alone'] += [float(len(answer.findings) == len(right))] * bool(right)
+            out['size'] += [float(sized) for sized in map(truth.sized_by, right[:1])
+                            if sized is not None]
         if not truth.effects:
             out['false alarm'].append(float(detected))
             continue
@@ -399,7 +441,9 @@ def _bars(methods: Mapping[str, Mapping[str, Answer]], truths: Mapping[str, Trut
     bars = BarTable()
     for method, answers in methods.items():
         for figure, trials in scores(answers, truths).items():
-            if figure in ('detection', 'false alarm'):
+            if figure in ('detection', 'false alarm', 'named', 'size', 'alone', 'undecided'):
+                if not trials:
+                    continue
                 bars.share(f'{method}: {figure}', trials)
             elif trials:
                 bars.judge(f'{method}: {figure}' + (', s per pair' if figure == 'cpu' else ''),

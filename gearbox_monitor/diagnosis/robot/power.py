@@ -130,9 +130,9 @@ def questions(evidence: RobotEvidence, visible: Sizes) -> tuple[Question, ...]:
     for j in moves or range(evidence.joints):
         effort = np.concatenate([rows.joints[j].effort for rows in recordings])
         size = math.sqrt(float(np.mean(effort ** 2)))
-        ask(MOTOR_COULOMB.id, chain.joints[j], s.plausible * size, j)
+        ask(MOTOR_COULOMB.id, chain.joints[j], s.plausible_friction * size, j)
         if not recordings[0].setpoint:
-            ask(TORQUE_GAIN.id, chain.joints[j], s.plausible, j)
+            ask(TORQUE_GAIN.id, chain.joints[j], s.plausible_gain, j)
     for k, link in enumerate(chain.links):
         carried = sum(chain.links[i].mass for i in chain.movers[k])
         if link.mass > 0.0 and not any(other.parent == k for other in chain.links):

@@ -69,8 +69,10 @@ class Settings:
     # which this was tried an effect by up to 1.5 % of the effort, and the margin doubles.
     short: float = 55.0
     day: float = 0.015
-    # Of the effort of a joint and of the mass that carries: sizes that a motion has to show.
-    plausible: float = 0.5
+    # Sizes that a motion has to show: Coulomb friction, of the effort of a joint; a torque of half
+    # its scale; a load, of the mass that carries.
+    plausible_friction: float = 1.0
+    plausible_gain: float = 0.5
     plausible_load: float = 0.25
     moving: float = 0.05         # of the time, from which a joint counts as moving
     unexplained: float = 0.5     # of a joint's effort: references that leave more teach nothing

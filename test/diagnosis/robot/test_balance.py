@@ -540,7 +540,8 @@ def test_a_motion_that_would_not_show_a_change_is_undecided(taught):
     section = log.sections[0]
     few = replace(log, sections=(replace(section, t=section.t[:600], input=section.input[:600],
                                          position=section.position[:600]),))
-    verdict = diagnose(model, [few], knowledge)
+    loud = replace(knowledge, dispersion=100.0 * knowledge.dispersion)
+    verdict = diagnose(model, [few], loud)
     assert verdict.kind == 'undecided' and not verdict.findings
     question = verdict.questions[0]
     assert question.smallest > question.plausible and question.seconds >= 20.0

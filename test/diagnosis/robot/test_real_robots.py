@@ -50,7 +50,9 @@ def test_six_axis_arm_unloaded_and_loaded():
     joints = model.chain.joints
     knowledge = learn(model, [ur10e(UNLOADED[0], joints, constants=constants)])
     other_day = diagnose(model, [ur10e(UNLOADED[1], joints, constants=constants)], knowledge)
-    assert other_day.kind == 'none', other_day.findings
+    # Of the first axis this motion shows no friction below twice its effort.
+    assert other_day.kind == 'undecided' and not other_day.findings, other_day.findings
+    assert other_day.questions[0].place == 'shoulder_pan_joint'
     centres = []
     for part in (slice(0, 1000), slice(1000, None)):
         verdict = diagnose(model, [ur10e('ur-20_01_31-load', joints, part, constants)], knowledge)
@@ -93,7 +95,8 @@ def test_unloaded_recordings_are_none_in_every_pair(path, names, read):
         for k, log in enumerate(logs):
             if k != i:
                 verdict = diagnose(model, [log], knowledge)
-                assert verdict.kind == 'none', (reference.name, log.name, verdict.findings)
+                assert not verdict.findings, (reference.name, log.name, verdict.findings)
+                assert verdict.kind in ('none', 'undecided'), verdict.remainders
 
 
 @pytest.mark.system
