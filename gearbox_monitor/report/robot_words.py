@@ -22,7 +22,7 @@ from gearbox_monitor.report.summary import change, in_unit, pretty, sized, with_
 from gearbox_monitor.report.words import counted
 
 OF_CHANGES = {'Cc_change': 'N m', 'Cv_change': 'N m s/rad', 'm1_change': 'kg m^2',
-              'T_change': 's', 'kp_factor': '', 'Ca': 'N m'}
+              'T_change': 's', 'kp_factor': '', 'Ca': 'N m', 'moment': 'kg m', 'moved': 'm'}
 UNITS = {**{e.id: {p.name: p.unit for p in e.parameters} for e in EFFECTS.values()},
          **{e.id: dict(e.units) for e in ROBOT_EFFECTS}}
 ALL_ROTARY: Mapping[str, str] = MappingProxyType({})
