@@ -128,8 +128,8 @@ def case_of(seed):
         truth = wrong_of(kind, rng, case.slides)
         recorded = misread(log, truth)
         balance = ConventionBalance(robot, thinned(motion_of(recorded)))
-        without = [RobotReading({i: truth.joints[i]}) for i in truth.joints] if (
-            kind == TWO) else [RobotReading()]
+        without = [RobotReading({i: truth.joints[i]}) for i in truth.joints] * (kind == TWO)
+        without.append(RobotReading())
         gain = min(balance.score(r).deviance for r in without) - balance.score(truth).deviance
         found = named_readings(recorded, robot)
         named = [n.reading for n in found]

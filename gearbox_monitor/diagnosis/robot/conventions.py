@@ -134,7 +134,7 @@ def named_readings(log: RobotLog, robot: RobotModel, limits: tuple[Array, Array]
         One after the other: each is read with those before it.
     """
     motion, setpoint = thinned(motion_of(log)), log.kind == SETPOINT
-    found: list[NamedReading] = []
+    recorded, found = motion, list[NamedReading]()
     while len(settled) < len(robot.chain.links):
         named = ConventionBalance(robot, motion, setpoint, limits, settled).named(left)
         if not named:
@@ -143,6 +143,15 @@ def named_readings(log: RobotLog, robot: RobotModel, limits: tuple[Array, Array]
         for reading in (n.reading for n in named):
             motion = as_read(motion, reading, setpoint)
             settled = {*settled, *(reading.swapped or reading.joints)}
+    if len(found) > 1 and not any(n.reading.swapped for n in found):
+        # Each was found while others were wrong: its zero or factor follows.
+        for k, named_one in enumerate(found):
+            motion = recorded
+            for other in (n.reading for i, n in enumerate(found) if i != k):
+                motion = as_read(motion, other, setpoint)
+            reading, score = ConventionBalance(robot, motion, setpoint, limits).refined(
+                named_one.reading)
+            found[k] = named_one._replace(reading=reading, score=score)
     return found
 
 
@@ -272,7 +281,7 @@ class ConventionBalance:
         scored = sorted(self._scored(), key=lambda pair: pair[1].deviance)
         if not scored:
             return []
-        reading, score = self._refined(*scored[0])
+        reading, score = self.refined(scored[0][0])
         if self._accepted(reading, score, recorded):
             rivals = {tuple(other.swapped or other.joints): other for other, its in scored[::-1]
                       if its.deviance < score.deviance + LIMITS.apart
@@ -300,16 +309,12 @@ class ConventionBalance:
             balance = self._after(reading)
             others = sorted(balance._scored(), key=lambda pair: pair[1].deviance)
             if others and others[0][1].deviance < best[0].deviance:
-                other, score = balance._refined(*others[0])
+                other, score = balance.refined(others[0][0])
                 best = score, [reading, other]
         score, pair = best
         if not pair or not self._accepted(pair[1], score, scored[0][1]):
             return []
-        # The first one was chosen while the other one was wrong: its zero or factor follows.
-        refined, score = self._after(pair[1])._refined(pair[0], score)
-        if not self._accepted(refined, score, scored[0][1]):
-            return []
-        return [NamedReading(reading, score, recorded) for reading in (refined, pair[1])]
+        return [NamedReading(reading, score, recorded) for reading in pair]
 
     def _after(self, reading: RobotReading) -> 'ConventionBalance':
         """Return the balance of the motion as `reading` has it, whose joints are settled then."""
@@ -370,9 +375,9 @@ class ConventionBalance:
             part = readings[begin:begin + AT_ONCE]
             yield from zip(part, self._scores(part))
 
-    def _refined(self, reading: RobotReading, score: ReadingScore
-                 ) -> tuple[RobotReading, ReadingScore]:
-        """Return a reading with the zero or the factor that explains most."""
+    def refined(self, reading: RobotReading) -> tuple[RobotReading, ReadingScore]:
+        """Return a reading with the zero or the factor that explains most, and its score."""
+        score = self.score(reading)
         (convention, *_) = (*reading.joints.values(), AS_RECORDED)
         width, changed = (math.pi / 12, 'zero') if convention.zero else (
             0.2, 'effort') if abs(convention.effort) != 1.0 else (0.0, '')
