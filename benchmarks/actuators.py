@@ -41,7 +41,7 @@ from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.reading import read_signals, ReadOptions
 from gearbox_monitor.robot.chain import Chain
-from gearbox_monitor.signals.admission import admitted
+from gearbox_monitor.signals.examine import admitted
 from gearbox_monitor.signals.uniform import at_one_rate, UniformRecording
 from gearbox_monitor.simulators.randomisation import ranges_data
 from gearbox_monitor.simulators.robot_model import read_robot

@@ -40,7 +40,7 @@ from gearbox_monitor.plant.drive import Controller, DriveModel, Transmission
 from gearbox_monitor.plant.simulate import Plant
 from gearbox_monitor.recordings.reading import read_signals, ReadOptions
 from gearbox_monitor.robot.dynamics import GRAVITY
-from gearbox_monitor.signals.admission import admitted
+from gearbox_monitor.signals.examine import admitted
 from gearbox_monitor.signals.uniform import at_one_rate, UniformRecording
 
 DT = 5e-3                    # s, BAM's time grid

@@ -29,7 +29,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.plant.drive import DriveModel, Transmission
 from gearbox_monitor.plant.simulate import Plant
 from gearbox_monitor.recordings.reading import read_signals, ReadOptions
-from gearbox_monitor.signals.admission import admitted
+from gearbox_monitor.signals.examine import admitted
 from gearbox_monitor.signals.uniform import UniformRecording
 
 FILES = ('DATA_EMPS.mat', 'DATA_EMPS_PULSES.mat')  # identification, test

@@ -27,7 +27,7 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.balance_column import SETPOINT
 from gearbox_monitor.recordings.robot_values import load_log, load_values, robot_model
-from gearbox_monitor.signals.admission import prepared
+from gearbox_monitor.signals.examine import admitted
 from gearbox_monitor.signals.uniform import UniformRecording
 from gearbox_monitor.simulators.robot_model import read_robot
 
@@ -112,7 +112,7 @@ def _criterion(recordings: Sequence[UniformRecording], candidates: Sequence[Cand
 def _recording(path: str, model: DriveModel) -> UniformRecording:
     """Return the recording in a file with the joints motor and arm."""
     samples = load_recording(path, model).readings
-    return prepared(samples.stamp_ns, samples.u[:, 0], samples.y, samples.u[:, 1], path, None,
+    return admitted(samples.stamp_ns, samples.u[:, 0], samples.y, samples.u[:, 1], path, None,
                     model, 'model')[0]
 
 

@@ -28,7 +28,7 @@ from gearbox_monitor.diagnosis.joint.change_diagnosis import ChangeVerdict, diag
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.ros.change_watch import COMPARED
-from gearbox_monitor.signals.admission import prepared, weighed
+from gearbox_monitor.signals.examine import admitted
 from gearbox_monitor.signals.uniform import UniformRecording
 
 CHANGES = ('none', 'gap', 'stiffness', 'friction', 'gain')
@@ -112,8 +112,7 @@ def recorded(drive: SimulatedAxis, model: DriveModel, name: str, random: np.rand
     """
     u, y = logged(drive, COMPARED, random, values, effects)
     y[:, 1] += drive.noise * random.standard_normal(len(u))
-    recording, _ = prepared(DT * np.arange(len(u)), u, y, None, name, None, model, 'model')
-    return weighed(recording, model)[0]
+    return admitted(DT * np.arange(len(u)), u, y, None, name, None, model, 'model')[0]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

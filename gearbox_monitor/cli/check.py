@@ -43,7 +43,7 @@ from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.recorded_samples import sample_parts
 from gearbox_monitor.signals.examine import Examination, examine
 from gearbox_monitor.signals.finding import BAD, OK, PURPOSES, WARN
-from gearbox_monitor.signals.parts import joined, SAMPLES, WINDOWS
+from gearbox_monitor.signals.examine import joined, SAMPLES, WINDOWS
 
 WIDTH = 80
 INDENT = 24  # of the figures

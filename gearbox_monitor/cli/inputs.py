@@ -136,7 +136,7 @@ def load_recordings(args: Namespace, weigh: bool = False) -> tuple[
 
     Args:
         args: options of add_recording_arguments.
-        weigh: whether a wrong look of channels, signs and units is a doubt, and no refusal.
+        weigh: whether a doubt about channels, signs and units is weighed, and no note.
 
     Raises:
         InputError: one stands twice, cannot be read, or allows no statement about the drive.

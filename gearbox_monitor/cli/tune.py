@@ -48,7 +48,7 @@ from gearbox_monitor.parameters import ESTIMATOR, MIXED
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.recordings.read import BagReader, JOINT_STATE
 from gearbox_monitor.report.summary import change, in_unit, sized
-from gearbox_monitor.signals.admission import measured_samples
+from gearbox_monitor.signals.examine import measured_samples
 
 SAME = 1.0  # of log-likelihood: parameters as good as tuned ones
 

@@ -38,7 +38,7 @@ from gearbox_monitor.recordings.recorded_samples import (
     joined_samples, NO_MODEL, NO_SERIAL, samples_of)
 from gearbox_monitor.recordings.storage import FILE_NAME
 from gearbox_monitor.removed import refusal
-from gearbox_monitor.signals.admission import admitted
+from gearbox_monitor.signals.examine import admitted
 
 SUFFIXES = ('.mcap', '.db3', '.bag')  # ROS 1 bags are found, too, to report them as foreign
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
+import warnings
 
 from gearbox_monitor.diagnosis.joint import diagnose as identification, unit_adaptation
 from gearbox_monitor.diagnosis.joint.nominal import fit_nominal, NominalFit
@@ -22,7 +23,7 @@ from gearbox_monitor.parameters import EstimatorParameters, MIXED, resolve
 from gearbox_monitor.plant.drive import DriveModel, expect_model
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.presentation import Saved, Shown
-from gearbox_monitor.signals.admission import measured_samples
+from gearbox_monitor.signals.examine import measured_samples
 from gearbox_monitor.signals.uniform import at_one_rate, UniformRecording
 
 Recorded = DriveRecording | UniformRecording
@@ -98,6 +99,7 @@ def fit(recordings: Recorded | Sequence[Recorded], model: DriveModel,
     if seconds is not None and not (isinstance(seconds, (int, float)) and seconds >= 1.0):
         raise InputError(f'seconds: {seconds!r}, expected at least 1 s')
     parts, validation, _ = uniform(recordings, model, validate)
+    _warn_of_doubts(parts, recordings)
     return fit_nominal(parts, model, free, validate=validation, seconds=seconds,
                        progress=progress)
 
@@ -112,7 +114,7 @@ def uniform(recordings: Recorded | Sequence[Recorded], model: DriveModel,
         recordings: one or several.
         model: of the drive.
         validate: recording that is used for validation only.
-        weigh: whether a wrong look of channels, signs and units is a doubt, and no refusal.
+        weigh: whether a doubt about channels, signs and units is weighed, and no note.
 
     Raises:
         InputError: a recording allows no statement about the drive, or validate is not one.
@@ -249,6 +251,7 @@ def adapt(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
     base = parameters if isinstance(parameters, EstimatorParameters) and not changes else (
         EstimatorParameters.of({'tau_k_model': MIXED, **estimator_values(parameters, changes)}))
     parts, _, _ = uniform(recordings, expect_model(model))
+    _warn_of_doubts(parts, recordings)
     result = replace(unit_adaptation.adapt(parts, model, base, progress), estimator=base)
     refusal = _kept_before(result, model, base, parts)
     if not refusal:
@@ -256,6 +259,17 @@ def adapt(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
     return replace(result, model=model.with_(**{
         name: max(sides) for name, sides in result.tolerances.items()}), parameters={},
         open=[refusal, *result.open], kept=refusal)
+
+
+def _warn_of_doubts(parts: Iterable[UniformRecording],
+                    recordings: Recorded | Sequence[Recorded]) -> None:
+    """Warn of recordings that may have to be read otherwise, which commands do by notes."""
+    given = [recordings] if not isinstance(recordings, Sequence) else recordings
+    if any(isinstance(recording, UniformRecording) for recording in given):
+        return
+    for part in parts:
+        if part.doubt is not None:
+            warnings.warn(f'{part.name}: {part.doubt.text}', stacklevel=3)
 
 
 def write_adapted(folder: str | Path, result: Adapted, names: str) -> Path:

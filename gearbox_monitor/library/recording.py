@@ -23,7 +23,7 @@ from gearbox_monitor.recordings.from_bag import drive_recording, robot_recording
 from gearbox_monitor.recordings.joint_input import find_input
 from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOptions
 from gearbox_monitor.recordings.topics import JOINT_STATES
-from gearbox_monitor.signals.admission import admitted, prepared, require_samples, weighed
+from gearbox_monitor.signals.examine import admitted, require_samples
 from gearbox_monitor.signals.jumps import counted_on
 from gearbox_monitor.signals.recording import (
     ARM, drive_samples, JointSignals, MOTOR, Recording)
@@ -169,7 +169,7 @@ class DriveRecording(Drawn):
         Return (recording on even times, repaired and checked, notes).
 
         Args:
-            weigh: whether a wrong look of channels, signs and units is a doubt, and no refusal.
+            weigh: whether a doubt about channels, signs and units is weighed, and no note.
 
         Raises:
             InputError: it allows no statement about the drive.
@@ -184,12 +184,9 @@ class DriveRecording(Drawn):
             return f'sample {int(rows[row])}, {field}'
         columns = (self.stamp_ns[rows], values[:, 0], values[:, 1:3], values[:, 3])
         words = (self.name, place, self.model, self.model.origin.name)
-        if weigh:
-            recording, notes = prepared(*columns, *words)
-            recording, doubts = weighed(recording, self.model)
-            notes += doubts
-        else:
-            recording, notes = admitted(*columns, *words)
+        recording, notes = admitted(*columns, *words)
+        if recording.doubt is not None and not weigh:
+            notes.append(recording.doubt.text)
         return recording, [*self.notes, *turned, *([repeats] if repeats else []), *notes]
 
     def _counted_on(self) -> tuple[Array, Array, list[str]]:

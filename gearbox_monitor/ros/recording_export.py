@@ -29,7 +29,7 @@ from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.write import BagWriter, WriteError
-from gearbox_monitor.signals.admission import prepared, weighed
+from gearbox_monitor.signals.examine import admitted
 from gearbox_monitor.signals.uniform import UniformRecording
 
 SECOND = 1_000_000_000
@@ -361,11 +361,10 @@ def recording_of(rows: Rows, model: DriveModel, name: str) -> UniformRecording:
         InputError: the rows allow no statement about the drive.
     """
     motor, arm, effort, arm_effort = rows['values'].T
-    recording, _ = prepared(
+    return admitted(
         rows['stamp_ns'], model.effort_scale * effort,
         np.column_stack([motor / model.gear_ratio, arm]), arm_effort, name, None, model,
-        'the model file')
-    return weighed(recording, model)[0]
+        'the model file')[0]
 
 
 def _write(path: Path, rows: Rows, context: RecordingContext) -> None:

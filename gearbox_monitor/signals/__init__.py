@@ -10,15 +10,14 @@ jumps, a recording on an even grid, and findings with limit and advice. Nothing 
 Public names, by module:
 
     .: SignalHandlerOptions
-    admission: admitted, measured_samples, prepared, require_samples, weighed
     convention: AS_RECORDED, Convention, conventions_of, RULES
-    examine: Examination, examine
+    examine: admitted, Examination, examine, joined, measured_samples, require_samples,
+        SAMPLES, WINDOWS
     finding: BAD, DataFinding, hurts, OK, PURPOSES, WARN
     jumps: counted_on, JumpFinding, OUTLIER, PERIODS, SLIP, strangers, TURNS, turns,
         without_jumps
-    parts: joined, SAMPLES, WINDOWS
+    motion: SmoothedMotion
     recording: ARM, CURRENT, drive_samples, JointSignals, MOTOR, Recording, UNKNOWN
-    smoothed_motion: SmoothedMotion
     stamps: evened
     uniform: at_one_rate, expect_one_rate, merged, prepare, RecordingKind, REPEATED, rms_of,
         UniformRecording

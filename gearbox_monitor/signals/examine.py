@@ -1,8 +1,13 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""All checks of a recording, in order, and what the recording is suited for."""
-from collections.abc import Iterable
+"""
+All checks of a recording, in order: what it is suited for, and its admission to the diagnosis.
+
+Both read the same findings. A doubt about channels, signs or units refuses nothing by itself: it
+is another reading of the recording, which the diagnosis lets compete with the effects.
+"""
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,26 +16,28 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.sample_loop import HUGE
 from gearbox_monitor.kernels.elementary import noise_levels
+from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.signals import (
-    effort, encoders, excitation_checks, input_checks as gap_check, stamps, stretch, torque)
-from gearbox_monitor.signals.admission import (
-    kind_of, ONE_ENCODER, takes_one_encoder, two_publishers, unstamped)
+from gearbox_monitor.plant.simulate import simulate
+from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.signals import checks, stamps, torque, wiring
 from gearbox_monitor.signals.finding import (
     BAD, DataFinding, everything, Grade, hurts, OK, PURPOSES, WARN)
 from gearbox_monitor.signals.jumps import (
     counted_on, OUTLIER, SLIP, strangers, TURNS, without_jumps)
+from gearbox_monitor.signals.motion import FITTED, HALF_WIDTHS, noise_of, SmoothedMotion
 from gearbox_monitor.signals.recording_limits import LIMITS
-from gearbox_monitor.signals.smoothed_motion import SmoothedMotion
-from gearbox_monitor.signals.stamps import StampClock
-from gearbox_monitor.signals.stretch import EvenStretch
-from gearbox_monitor.signals.uniform import held_rate, merged, prepare, REPEATED
-from gearbox_monitor.signals.unphysical import is_uninitialised, physical_columns
+from gearbox_monitor.signals.uniform import (
+    Doubt, held_rate, is_uninitialised, merged, physical_columns, prepare, RecordingKind, REPEATED,
+    UniformRecording)
 
 GROUPS = ('stamps', 'torque', 'motor', 'arm', 'motion', 'signs', 'model')
-# Findings of the diagnosis' own check that make estimates as wrong as the diagnosis.
-WIRING = ('sign', 'swapped', 'units', 'implausible')
+# Faults of channels, signs and units, which say how the data would have to be read.
+READ_OTHERWISE = ('sign', 'swapped', 'units')
+# What the model file of a drive with one encoder must have.
+ONE_ENCODER = ('transmission.kind: rigid, or dead_zone with driven_by: torque and '
+               'process_torque_time: 0')
 
 
 @dataclass(frozen=True)
@@ -50,95 +57,134 @@ class Examination:
 def examine(samples: Samples, parameters: EstimatorParameters,
             model: DriveModel | None = None, has_setpoint: bool = False) -> Examination:
     """
-    Return the Examination of Samples [N] (estimates.Samples, on the arm side).
-
-    parameters: EstimatorParameters. model: DriveModel of the drive, or None where
-    none is known: then nothing is said against it. Raises InputError where there is nothing to
-    judge.
+    Return the Examination of samples on the arm side.
 
     Args:
-        samples: recorded samples; u is the setpoint, rad, if the model has a controller.
+        samples: recorded samples [N]; u is the setpoint, rad, if the model has a controller.
         parameters: parameters of the estimator.
-        model: model of the drive, None if unknown.
+        model: model of the drive, None if unknown: then nothing is said against it.
         has_setpoint: whether a setpoint is recorded beside them.
+
+    Raises:
+        InputError: there is nothing to judge.
     """
     if len(samples.stamp_ns) >= LIMITS.min_samples and (samples.stamp_ns <= 0).all():
         raise InputError(unstamped(len(samples.stamp_ns)))
-    samples, publishers = _of_one_publisher(samples)
-    samples, foreign = _of_this_drive(samples)
-    publishers = publishers or foreign
+    samples, publishers, apart = of_one_publisher(samples)
     clock = stamps.clock(samples.stamp_ns, parameters.max_gap)
     if clock is None or len(clock.seconds) < LIMITS.min_samples:
         raise InputError(f'{len(samples.stamp_ns)} samples, expected {LIMITS.min_samples} or '
-                         f'more with '
-                         'increasing stamps')
-    samples, unphysical = _physical(samples)
+                         'more with increasing stamps')
+    samples, unphysical = of_physical_numbers(samples)
     samples, jumping = _jumping(samples)
-    u, y = samples.u[:, 0], samples.y
-    servo = model is not None and model.controller is not None
+    y = samples.y
     lines = stamps.lines(samples.stamp_ns, clock, parameters.max_gap, parameters.drift_window)
     lines += publishers + unphysical + jumping
-    lines += encoders.measured(y, not parameters.arm_joint)
+    lines += checks.measured(y, not parameters.arm_joint)
     lines += stamps.held(clock, y, held_rate(model))
-    part = stretch.stretch(clock, u, y)
-    if servo:
-        part = replace(part, u=None)
+    part = stamps.segment(clock, samples.u[:, 0], y)
+    if model is not None and model.controller is not None:
+        part = replace(part, u=np.full(len(part.u), np.nan))
         lines.append(DataFinding('torque', 'readings', 'none: the model has a controller, whose '
                                  'setpoint is read', 'for estimation record the torque and give a '
                                  'model without controller', hurts(BAD, BAD)))
-    if any(part.measured):
+    if part.channels:
         lines += _moved(samples, clock, part, parameters, model, has_setpoint)
     lines += _diagnosis(samples, model, parameters.effort_is) if not publishers else []
-    if publishers and not foreign:  # what was interpolated has no noise of its own
+    if apart:  # what was interpolated has no noise of its own
         lines = [line for line in lines if line.group != 'arm' or line.name == 'readings']
     return examined(lines, float(samples.stamp_ns[clock.usable][0]) * 1e-9, clock.duration)
 
 
-def _of_one_publisher(samples: Samples) -> tuple[Samples, list[DataFinding]]:
+def examined(lines: Iterable[DataFinding], begin: float, seconds: float) -> Examination:
     """
-    Return samples with motor and arm in each of them, and a finding if two publishers sent them.
+    Return the Examination of `lines`, in the order of their groups; begin, seconds: as there.
 
-    The arm is then interpolated to the stamps of the motor, to see what else can be said.
+    Args:
+        lines: findings.
+        begin: first usable stamp, s.
+        seconds: duration from there to the last stamp, s.
     """
-    if not two_publishers(samples.y):
-        return samples, []
+    lines = sorted(lines, key=lambda line: GROUPS.index(line.group))
+    suits = {}
+    for purpose in PURPOSES:
+        grade = max(line.hurts.get(purpose, OK) for line in lines)
+        suits[purpose] = grade, tuple(f'{line.name} ({line.group})' for line in lines if
+                                      grade > OK and line.hurts.get(purpose, OK) == grade)
+    return Examination(tuple(lines), suits, begin, seconds)
+
+
+# --- what is no sample of this drive ------------------------------------------------------------
+def unstamped(count: int) -> str:
+    """Return what to say of `count` messages without a header stamp."""
+    return (f'all {count} header stamps are 0: the driver does not stamp its messages, expected '
+            'times of measurement; gearbox_monitor import BAG --stamps received NEW takes the '
+            'times of receipt')
+
+
+def of_one_publisher(samples: Samples) -> tuple[Samples, list[DataFinding], bool]:
+    """
+    Return samples of one publisher, the finding about two, and whether each has one encoder.
+
+    Of two with an encoder each the arm is interpolated to the stamps of the motor, to see what
+    else can be said; a posture that comes in between is left out.
+    """
     motor, arm = np.isfinite(samples.y).T
-    y = samples.y[motor]
-    order = np.argsort(samples.stamp_ns[arm], kind='stable')
-    y[:, 1] = np.interp(samples.stamp_ns[motor], samples.stamp_ns[arm][order],
-                        samples.y[arm, 1][order])
-    seconds = max(float(np.ptp(samples.stamp_ns)) * 1e-9, 1e-9)
-    rates = [count / seconds for count in (motor.sum(), arm.sum())]
-    finding = DataFinding(
-        'stamps', 'publishers', f'two on one topic: the motor at {rates[0]:.4g} Hz, the arm at '
-        f'{rates[1]:.4g} Hz, never in one message', 'set arm_topic to this topic in the parameter '
-        'file (docs/ros.md); gearbox_monitor import BAG --arm-topic joint_states NEW pairs this '
-        'recording', everything(BAD), {'motor_hz': rates[0], 'arm_hz': rates[1]})
-    return Samples(samples.stamp_ns[motor], samples.u[motor], y), [finding]
-
-
-def _of_this_drive(samples: Samples) -> tuple[Samples, list[DataFinding]]:
-    """Return samples without one posture that comes in between, and a finding about these."""
+    few = max(LIMITS.least_apart, LIMITS.one_message * len(motor))
+    seconds = max(float(np.ptp(samples.stamp_ns)) * 1e-9, 1e-9) if len(motor) else 0.0
+    if min(motor.sum(), arm.sum()) >= few and (
+            motor & arm).sum() <= LIMITS.one_message * len(motor):
+        y, order = samples.y[motor], np.argsort(samples.stamp_ns[arm], kind='stable')
+        y[:, 1] = np.interp(samples.stamp_ns[motor], samples.stamp_ns[arm][order],
+                            samples.y[arm, 1][order])
+        rates = [count / seconds for count in (motor.sum(), arm.sum())]
+        return Samples(samples.stamp_ns[motor], samples.u[motor], y), [DataFinding(
+            'stamps', 'publishers', f'motor and arm are never in one message: two publishers on '
+            f'one topic, the motor at {rates[0]:.4g} Hz, the arm at {rates[1]:.4g} Hz',
+            'set arm_topic to this topic in the parameter file (docs/ros.md); gearbox_monitor '
+            'import BAG --arm-topic joint_states NEW pairs this recording', everything(BAD),
+            {'motor_hz': rates[0], 'arm_hz': rates[1]})], True
     foreign = strangers(samples.y, samples.stamp_ns)
     if not foreign.any():
-        return samples, []
-    seconds = max(float(np.ptp(samples.stamp_ns)) * 1e-9, 1e-9)
+        return samples, [], False
     first = float(samples.stamp_ns[foreign][0] - samples.stamp_ns[0]) * 1e-9
-    posture = samples.y[foreign][0]
-    figure = ', '.join(f'{value:.4g}' for value in posture if np.isfinite(value))
-    finding = DataFinding(
-        'stamps', 'publishers', f'two on one topic: the positions jump to {figure} rad and back, '
-        f'{foreign.sum() / seconds:.2g} times a second, first at {first:.4g} s', 'stop the second '
-        'publisher, as joint_state_publisher beside the driver; other lines leave out its '
-        'samples', everything(BAD), {'foreign': int(foreign.sum()), 'first_s': first})
+    posture = ', '.join(f'{x:.4g}' for x in samples.y[foreign][0] if np.isfinite(x))
     keep = ~foreign
-    return Samples(samples.stamp_ns[keep], samples.u[keep], samples.y[keep]), [finding]
+    return Samples(samples.stamp_ns[keep], samples.u[keep], samples.y[keep]), [DataFinding(
+        'stamps', 'publishers', f'two publishers on one topic: the positions jump to {posture} '
+        f'rad and back {foreign.sum()} times, first at {first:.4g} s', 'stop the second one, as '
+        'joint_state_publisher beside the driver, then record', everything(BAD),
+        {'foreign': int(foreign.sum()), 'first_s': first})], False
+
+
+def of_physical_numbers(samples: Samples) -> tuple[Samples, list[DataFinding]]:
+    """Return samples without unphysical numbers, and findings about these with their times."""
+    findings = []
+    u, y = samples.u, samples.y
+    for name, values in (('torque', u[:, 0]), ('motor', y[:, 0]), ('arm', y[:, 1])):
+        wild = np.flatnonzero(np.abs(values) > HUGE)
+        if len(wild):
+            seconds = float(samples.stamp_ns[wild[0]] - samples.stamp_ns[0]) * 1e-9
+            share = len(wild) / len(values)
+            findings.append(DataFinding(
+                name, 'unphysical', f'{len(wild)} numbers infinite or beyond 1e9, the first '
+                f'{values[wild[0]]:.3g} at {seconds:.4g} s: they count as not measured',
+                'look for memory that the driver does not write', everything(
+                    BAD if share > 0.01 else WARN), {'share': share}))
+        elif is_uninitialised(values):
+            findings.append(DataFinding(
+                name, 'unphysical', 'dead: uninitialised memory, the largest amount is '
+                f'{np.nanmax(np.abs(values)):.2g}', 'look for a value that the driver never '
+                'writes', everything(BAD)))
+    if not findings:
+        return samples, []
+    return replace(samples, u=physical_columns(u)[0], y=physical_columns(y)[0]), findings
 
 
 def _jumping(samples: Samples) -> tuple[Samples, list[DataFinding]]:
     """Return samples with turns counted on, and findings about jumps with their times."""
     findings, y = [], samples.y.copy()
-    for i, name in enumerate(encoders.NAMES):
+    for i, name in enumerate(checks.NAMES):
         y[:, i], turned = counted_on(y[:, i], samples.stamp_ns)
         for jump in (*turned, *without_jumps(y[:, i], samples.stamp_ns)[1]):
             seconds = float(samples.stamp_ns[jump.row] - samples.stamp_ns[0]) * 1e-9
@@ -161,70 +207,31 @@ def _jumping(samples: Samples) -> tuple[Samples, list[DataFinding]]:
             ), findings
 
 
-def _physical(samples: Samples) -> tuple[Samples, list[DataFinding]]:
-    """Return samples without unphysical numbers, and findings about these with their times."""
-    findings = []
-    u, y = samples.u, samples.y
-    channels = (('torque', samples.u[:, 0]), ('motor', y[:, 0]), ('arm', y[:, 1]))
-    for name, values in channels:
-        wild = np.flatnonzero(np.abs(values) > HUGE)
-        if len(wild):
-            seconds = float(samples.stamp_ns[wild[0]] - samples.stamp_ns[0]) * 1e-9
-            share = len(wild) / len(values)
-            findings.append(DataFinding(
-                name, 'unphysical', f'{len(wild)} numbers infinite or beyond 1e9, the first '
-                f'{values[wild[0]]:.3g} at {seconds:.4g} s: they count as not measured',
-                'look for memory that the driver does not write', everything(
-                    BAD if share > 0.01 else WARN), {'share': share}))
-        elif is_uninitialised(values):
-            findings.append(DataFinding(
-                name, 'unphysical', 'dead: uninitialised memory, the largest amount is '
-                f'{np.nanmax(np.abs(values)):.2g}', 'look for a value that the driver never '
-                'writes', everything(BAD)))
-    if not findings:
-        return samples, []
-    return Samples(samples.stamp_ns, physical_columns(u)[0], physical_columns(y)[0]), findings
-
-
-def examined(lines: Iterable[DataFinding], begin: float, seconds: float) -> Examination:
-    """
-    Return the Examination of `lines`, in the order of their groups; begin, seconds: as there.
-
-    Args:
-        lines: findings.
-        begin: first usable stamp, s.
-        seconds: duration from there to the last stamp, s.
-    """
-    lines = sorted(lines, key=lambda line: GROUPS.index(line.group))
-    return Examination(tuple(lines), {purpose: _suits(lines, purpose) for purpose in PURPOSES},
-                       begin, seconds)
-
-
-def _moved(samples: Samples, clock: StampClock, part: EvenStretch, parameters: EstimatorParameters,
-           model: DriveModel | None, has_setpoint: bool) -> list[DataFinding]:
+# --- a segment by itself and against a model ----------------------------------------------------
+def _moved(samples: Samples, clock: stamps.StampClock, part: UniformRecording,
+           parameters: EstimatorParameters, model: DriveModel | None, has_setpoint: bool
+           ) -> list[DataFinding]:
+    """Return the findings about encoders, motion and torque of the segment `part` of samples."""
     u, y = samples.u[clock.usable, 0], samples.y[clock.usable]
     stamp_ns = samples.stamp_ns[clock.usable][0] + np.rint(clock.seconds * 1e9).astype(np.int64)
-    noises = [encoders.noise_of(y[:, i]) if part.measured[i] else None for i in (0, 1)]
-    moved = excitation_checks.quiet_motion(part, np.array([n[0] if n else 0.0 for n in noises]))
-    half_gap = model.transmission.half_gap if model is not None else None
-    motion_lines = excitation_checks.lines(part, moved, half_gap, parameters.drift_window)
-    geared = any(line.name == 'motor and arm' and line.verdict() == OK for line in motion_lines)
-    width = excitation_checks.swing(moved)[1] if geared else None
-    lines = encoders.broken(part, noises, model)
-    lines += encoders.lines(stamp_ns, y, noises, width,
-                            (parameters.r_std_motor, parameters.r_std_arm))
+    noises = [noise_of(y[:, i]) if i in part.channels else None for i in (0, 1)]
+    moved = SmoothedMotion(part, np.array([n[0] if n else 0.0 for n in noises]), HALF_WIDTHS,
+                           whole=True)
+    motion = checks.motion(moved, model.transmission.half_gap if model is not None else None,
+                           parameters.drift_window)
+    geared = any(line.name == 'motor and arm' and line.verdict() == OK for line in motion)
+    lines = motion + checks.broken(part, noises, model)
+    lines += checks.noise(stamp_ns, y, noises, moved.swing[1] if geared else None,
+                          (parameters.r_std_motor, parameters.r_std_arm))
+    known = bool(np.isfinite(part.u).all())
     if model is None or model.controller is None:
-        lines += torque.lines(u, part, has_setpoint)
-        lines += torque.stuck(u, y, clock.seconds, noises)
-    moving = all(line.verdict() < BAD for line in motion_lines if line.name.startswith('travel'))
-    if moving:
-        lines.append(excitation_checks.excitation(part, moved))
-    if moving and part.u is not None and np.ptp(part.u) > 0.0:
-        i = int(np.flatnonzero(part.measured)[0])
-        lines += torque.setpoint(part, moved)
-        lines += torque.answered(torque.answer(part, moved.sigma, moved.width), part.dt,
-                                 parameters.effort_delay, i)
-    return motion_lines + lines
+        lines += checks.torques(u, known, has_setpoint)
+        lines += checks.stuck(u, y, clock.seconds, noises)
+    moving = len(motion) > len(part.channels)  # else the drive rests, and nothing more is said
+    if moving and known and np.ptp(part.u) > 0.0:
+        lines += checks.setpoint(moved)
+        lines += torque.answered(torque.answer(moved), part.dt, parameters.effort_delay, moved.i)
+    return lines
 
 
 def _diagnosis(samples: Samples, model: DriveModel | None, effort_is: str) -> list[DataFinding]:
@@ -247,24 +254,356 @@ def _diagnosis(samples: Samples, model: DriveModel | None, effort_is: str) -> li
         return [*rigid, DataFinding('model', 'diagnose', f'refuses it: {error}',
                                     f'with one encoder give a model with {ONE_ENCODER}'
                                     if one_encoder else 'see above', hurts(diagnosis=BAD))]
-    problems = gap_check.check(recording, model)
-    fatal = [p for p in problems if p.fatal]
-    sentences = [p.text for p in fatal or problems] or ['accepted without remarks']
-    wired = everything(BAD) if any(p.code in WIRING for p in fatal) else \
-        hurts(diagnosis=BAD) if fatal else hurts(diagnosis=WARN) if problems else {}
-    advice = '' if not problems else 'check model file, channels, signs and units' if \
-        wired.get('estimation') else 'see above'
+    found = check(recording, model)
+    fatal = [f for f in found if f.fatal]
+    doubts = [f for f in found if f.code in (*READ_OTHERWISE, 'implausible')]
+    sentences = [f.text for f in fatal or found] or ['accepted without remarks']
+    wired = everything(BAD) if doubts else \
+        hurts(diagnosis=BAD) if fatal else hurts(diagnosis=WARN) if found else {}
+    advice = '' if not found else 'check model file, channels, signs and units' if doubts else \
+        'see above'
     if model.controller is None and len(recording.channels) == 2 and not rigid and not any(
-            p.code in ('sign', 'swapped') for p in fatal):
-        smooth = SmoothedMotion(recording, noise_levels(recording.y)[0])
-        rigid = [effort.finding(smooth, model, effort_is)]
-    word = 'refuses it: ' if fatal else 'accepted; ' if problems else ''
+            f.code in ('sign', 'swapped') for f in doubts):
+        rigid = [wiring.effort(SmoothedMotion(recording, noise_levels(recording.y)[0]), model,
+                               effort_is)]
+    word = 'refuses it: ' if fatal else 'accepted; ' if found else ''
     return [*rigid,
             DataFinding('model', 'diagnose', word + '; '.join([
                 *sentences, *([repeats] if repeats else []), *notes]), advice, wired)]
 
 
-def _suits(lines: Iterable[DataFinding], purpose: str) -> tuple[Grade, tuple[str, ...]]:
-    grade = max(line.hurts.get(purpose, OK) for line in lines)
-    return grade, tuple(f'{line.name} ({line.group})' for line in lines
-                        if grade > OK and line.hurts.get(purpose, OK) == grade)
+def check(recording: UniformRecording, model: DriveModel) -> list[DataFinding]:
+    """
+    Return what a recording says about itself and about the model of its drive.
+
+    A fatal finding (see finding.FATAL) means that a verdict would be about the recording, not
+    about the drive: a dead or clipped encoder, no motion. The others name what the recording
+    cannot show, or how else it may have to be read.
+
+    Args:
+        recording: recording of the drive.
+        model: model of the drive.
+    """
+    return [replace(finding, figure=on_axis(finding.figure, model.axis),
+                    advice=on_axis(finding.advice, model.axis))
+            for finding in _checked(recording, model)]
+
+
+def _said(code: str, text: str, **values: float) -> DataFinding:
+    """Return a DataFinding of the diagnosis alone; values: how the data would have to be read."""
+    return DataFinding('model', 'diagnose', text, values=values, code=code)
+
+
+def _checked(recording: UniformRecording, model: DriveModel) -> list[DataFinding]:
+    found = _rate_and_length(recording, model)
+    if not np.isfinite(recording.y).all() or not np.isfinite(recording.u).all():
+        found.append(_said('not_finite', 'a value is not finite, expected numbers throughout'))
+    if any(f.fatal for f in found):
+        return found
+    sigma, quantum = noise_levels(recording.y)
+    found += checks.broken(recording, list(zip(sigma.tolist(), quantum.tolist())), model)
+    fatal = {f.code for f in found if f.fatal}
+    if (np.ptp(recording.y, axis=0) == 0.0).any():
+        return found
+    smooth = SmoothedMotion(recording, sigma)
+    still = [f for i in recording.channels if (f := checks.travel(smooth, i)).code][:1]
+    if not still and np.ptp(recording.u) == 0.0:
+        label = 'torque u' if recording.servo_torque is None else 'setpoint'
+        still = [_said('unexcited', f'the {label} is {recording.u[0]:.4g} throughout: expected '
+                       'one that changes')]
+    if still and not fatal:  # noise tells nothing of channels, signs and units
+        return found + still
+    doubts = (_setpoint(recording, model) if model.controller is not None else
+              [] if model.transmission.kind == 'rigid' or len(recording.channels) == 1 else
+              _read_otherwise(recording, sigma, smooth, model))
+    if fatal:
+        # In wrong units, a coarse encoder that stands still looks frozen or clipped.
+        return doubts if quantum.any() and any(f.code == 'units' for f in doubts) else found
+    found += doubts
+    if any(f.code in (*READ_OTHERWISE, 'implausible') for f in doubts):
+        return found
+    limits = checks.torque_limits(recording.u) if recording.servo_torque is None else []
+    return found + limits + _shown(recording, smooth, model)
+
+
+def _rate_and_length(r: UniformRecording, model: DriveModel) -> list[DataFinding]:
+    # The motor's motion is put in by its acceleration, which slow positions do not show.
+    slowest, fastest = (LIMITS.held_rate if model.driven_by == 'position' else
+                        LIMITS.diagnosis_slowest), LIMITS.diagnosis_fastest
+    rate, lowest = 1.0 / r.dt, held_rate(model)
+    rows = max(stamps.held_rows(r.y[:, i]) for i in r.channels)
+    if rows > 1 and rate / rows < lowest * 0.99:
+        return [_said('rate', f'{rate:.4g} samples/s, but positions are held for {rows} rows: '
+                      f'measured at {rate / rows:.4g} Hz, expected {lowest:g} or more, or one row '
+                      'for each measurement')]
+    if not slowest * 0.99 <= rate <= fastest * 1.01:
+        hint = ''
+        if model.driven_by == 'position' and rate >= LIMITS.diagnosis_slowest * 0.99:
+            hint = (' with driven_by: position, which needs the acceleration of the motor; log '
+                    'faster, or state driven_by: torque, which takes '
+                    f'{LIMITS.diagnosis_slowest:g} or more')
+        for unit, factor in (('ms', 1e3), ('us', 1e6), ('ns', 1e9)):
+            if slowest * 0.99 <= rate * factor <= fastest * 1.01:
+                hint = f'; is t in {unit}? It must be in s'
+        return [_said('rate', f'{rate:.4g} samples/s, expected {slowest:g} to {fastest:g}{hint}')]
+    if r.duration < LIMITS.min_duration * 0.999:
+        return [_said('too_short', f'{r.duration:.3g} s, expected at least '
+                      f'{LIMITS.min_duration:g} s: the verdict is tested on windows of 1 s that '
+                      'are not fitted')]
+    return [_said('short', f'{r.duration:.3g} s: few windows are left for the test, intervals '
+                  'will be wide; 10 s or more are better')] if r.duration < LIMITS.short else []
+
+
+def _read_otherwise(recording: UniformRecording, sigma: Array, smooth: SmoothedMotion,
+                    model: DriveModel) -> list[DataFinding]:
+    """Find the change of channels, signs or units that explains the data."""
+    kinds = tuple(LIMITS.margins)
+    for width in (w for w in FITTED if w >= smooth.half_width):
+        if width > smooth.half_width:  # noise that lasts is more than its high frequencies tell
+            smooth = SmoothedMotion(recording, sigma, [w for w in FITTED if w >= width])
+            kinds = kinds[:3]
+        recorded, reading, fit = wiring.better(smooth, model, kinds)
+        if reading is not None and fit is not None:
+            as_is, changed = (
+                f'{100 * np.sqrt(f.unexplained):.3g} % of the torque and '
+                f'{100 * np.sqrt(f.untransmitted):.3g} % of what is transmitted'
+                for f in (recorded, fit))
+            code, text = wiring.words(model, reading)
+            return [_said(code, f'{text}: with that changed, {changed} stay unexplained '
+                          f'instead of {as_is}', swap=float(reading.swap),
+                          motor=reading.scale[0], arm=reading.scale[1], torque=reading.torque)]
+        if recorded.unexplained < LIMITS.strange:
+            return []
+    share = recorded.unexplained
+    return [_said('implausible' if share > LIMITS.implausible else 'strange',
+                  'the torque that motion and model leave unexplained is '
+                  f'{np.sqrt(share):.3g} times the commanded one; check model file, channels, '
+                  'signs and units')]
+
+
+def _setpoint(r: UniformRecording, model: DriveModel) -> list[DataFinding]:
+    """Find a setpoint that the position follows with another sign or in another unit."""
+    position, correlation, against, ratio = r.y[:, r.channels[0]], -1.0, 1.0, 1.0
+    for lag in range(0, round(LIMITS.behind / r.dt) + 1, max(1, round(0.01 / r.dt))):
+        setpoint, follower = r.u[:len(r.u) - lag], position[lag:]
+        if np.ptp(setpoint) > 0.0:
+            at_lag = float(np.corrcoef(setpoint, follower)[0, 1])
+            against = min(against, at_lag)
+            if at_lag > correlation:
+                correlation, ratio = at_lag, float(np.std(follower) / np.std(setpoint))
+    # A motion faster than the servo is behind by half a period: that alone is no wrong sign. The
+    # servo of the model is behind as much.
+    if correlation < LIMITS.follows:
+        expected = simulate(model, r.u, r.dt).x[:, r.channels[0]]
+        if np.isfinite(expected).all() and np.ptp(expected) > 0.0:
+            as_model = float(np.corrcoef(expected, position)[0, 1])
+            if as_model > correlation:
+                correlation, ratio = as_model, float(np.std(position) / np.std(expected))
+            against = max(against, as_model)
+    if correlation < LIMITS.follows and against < -LIMITS.follows:
+        return [_said('sign', 'the sign of the setpoint is wrong: the position runs against it',
+                      torque=-1.0)]
+    if correlation < LIMITS.follows:
+        return [_said('strange', 'the position does not follow the setpoint (correlation '
+                      f'{correlation:.2g}); check that it is the setpoint of this drive')]
+    if not 1.0 / LIMITS.other_unit < ratio < LIMITS.other_unit:
+        return [_said('units', f'the setpoint is {1.0 / ratio:.3g} times the motion that follows '
+                      'it, expected both in rad on the arm side', torque=ratio)]
+    return []
+
+
+def _shown(r: UniformRecording, smooth: SmoothedMotion, model: DriveModel) -> list[DataFinding]:
+    """Return what the motion of a recording cannot show of the model."""
+    windows, n = (smooth.k * r.dt).astype(int), int(r.duration + 1e-9)
+    moving = sum(np.ptp(smooth.p[windows == w, 0]) > LIMITS.travel * smooth.noise[0]
+                 for w in range(n) if (windows == w).any())
+    if moving < LIMITS.min_moving:
+        return [_said('unexcited', f'the motor moves in {moving} of {n} s, expected at least '
+                      f'{LIMITS.min_moving}')]
+    turned, half_gap = checks.reverses(smooth), model.transmission.half_gap
+    crossed = len(checks.crossings(smooth, half_gap)) if half_gap > 0.0 else 0
+    if not turned.values['reversals'] and not crossed:
+        return [_said('unexcited', 'the motor speed never reverses and the teeth stay on one '
+                      'flank: friction, load and offsets are one number then; expected motion '
+                      'in both directions')]
+    found = [turned] if turned.code else []
+    if not crossed and half_gap > 0.0 and len(r.channels) == 2 and (
+            model.transmission.kind != 'rigid'):
+        found.append(_said('gap_not_crossed', 'the drive never crosses the gap: its width and an '
+                           'offset between the encoders cannot be seen'))
+    inertia = model.motor_inertia + model.arm_inertia * (model.transmission.kind == 'rigid')
+    if np.abs(smooth.a[:, 0]).max() * inertia < 0.01 * np.abs(smooth.u).max():
+        found.append(_said('no_acceleration', 'the motor hardly accelerates: inertia cannot be '
+                           'seen'))
+    return found
+
+
+# --- admission ----------------------------------------------------------------------------------
+def require_samples(name: str, stamp_ns: Integers, y: Array) -> None:
+    """
+    Refuse messages that are no samples of one drive, with what makes them some.
+
+    Args:
+        name: name of the recording in messages.
+        stamp_ns: header stamps, int64 [N].
+        y: readings of motor and arm [N, 2], rad; NaN: not measured.
+
+    Raises:
+        InputError: no message is stamped, or two publishers sent them.
+    """
+    if len(stamp_ns) > 1 and (stamp_ns <= 0).all():
+        raise InputError(f'{name}: {unstamped(len(stamp_ns))}')
+    for finding in of_one_publisher(Samples(stamp_ns, np.empty((len(y), 2)), y))[1]:
+        raise InputError(f'{name}: {finding.figure}, expected those of the drive alone: '
+                         f'{finding.advice}')
+
+
+def measured_samples(samples: Samples, name: str) -> tuple[Samples, list[str]]:
+    """
+    Return the samples of a recording without unphysical numbers, and notes about them.
+
+    Args:
+        samples: of one drive.
+        name: name of the recording in messages.
+
+    Raises:
+        InputError: they are no samples of one drive.
+    """
+    require_samples(name, samples.stamp_ns, samples.y)
+    if is_uninitialised(samples.u[:, 0]):
+        raise InputError(f'{name}: effort of the motor: uninitialised memory, the largest amount '
+                         f'is {np.nanmax(np.abs(samples.u[:, 0])):.2g}, expected a torque')
+    samples, findings = of_physical_numbers(samples)
+    return samples, [f'{finding.group}: {finding.figure}' for finding in findings]
+
+
+def takes_one_encoder(model: DriveModel) -> bool:
+    """
+    Return whether a diagnosis of the drive `model` can do without one of the encoders.
+
+    Behind an elastic gear it takes the filter of the innovations, which carries the hidden side.
+    """
+    return model.transmission.kind == 'rigid' or (
+        model.transmission.kind == 'dead_zone' and model.driven_by == 'torque'
+        and model.process_torque_time == 0.0)
+
+
+def kind_of(model: DriveModel) -> RecordingKind:
+    """Return what a recording of the drive `model` is."""
+    return RecordingKind(takes_one_encoder(model), model.axis, model.controller is not None)
+
+
+def admitted(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, name: str,
+             place: Callable[[int, str], str] | None, model: DriveModel,
+             model_name: str) -> tuple[UniformRecording, list[str]]:
+    """
+    Return (Recording, notes) of readings that suit a verdict on the drive.
+
+    Args:
+        t: stamps [N], s, or integer ns.
+        u: torque [N], N m, or setpoint, rad, of a model with a controller; NaN: not measured.
+        y: readings of motor and arm [N, 2], rad.
+        arm_torque: torque measured on the arm [N], N m, or None or NaN; used with arm_load:
+            measured in the model alone.
+        name: name of the recording in messages.
+        place: function (row, field) that says where a value stands.
+        model: model of the drive.
+        model_name: name of the model in messages.
+
+    Returns:
+        The recording, with how else it may have to be read as its doubt.
+
+    Raises:
+        InputError: encoders, stamps or motion allow no verdict.
+    """
+    notes = []
+    stamp = np.asarray(t)
+    burst = stamps.burst_size(stamp.astype(np.int64)) if stamp.dtype.kind == 'i' and len(t) else 1
+    if burst > 1:
+        raise InputError(f'{name}: stamped in bursts of {burst} on receipt, expected even stamps: '
+                         'gearbox_monitor import BAG --stamps even NEW lays an even grid through '
+                         'them')
+    measured = arm_torque is not None and np.isfinite(arm_torque).any()
+    if model.arm_load == 'measured' and not measured:
+        raise InputError(f'{name}: no {on_axis("torque", model.axis)} measured on the arm, '
+                         f'expected one (effort of the arm), as {model_name} states arm_load: '
+                         'measured')
+    if model.arm_load != 'measured':
+        if measured and arm_torque is not None and np.nanmax(np.abs(arm_torque)) > 0.0:
+            notes.append(on_axis('the torque measured on the arm is not used: ', model.axis)
+                         + f'arm_load in {model_name} is {model.arm_load}, not measured')
+        arm_torque = None
+    missing = [side for side, column in zip(checks.NAMES, np.asarray(y, float).T)
+               if np.isnan(column).all()]
+    if len(missing) == 1 and not takes_one_encoder(model):
+        raise InputError(f'{name}: {missing[0]}: never measured, expected both encoders, or in '
+                         f'{model_name} {ONE_ENCODER}')
+    recording, repaired = prepare(t, u, y, arm_torque, name, place, kind_of(model))
+    recording = recording.with_servo(model.controller)
+    found = check(recording, model)
+    fatal = [f.text for f in found if f.fatal]
+    if fatal:
+        raise InputError(f'{name}: ' + '; '.join(fatal))
+    doubts = [Doubt(f.text, bool(f.values.get('swap', 0.0)),
+                    (f.values.get('motor', 1.0), f.values.get('arm', 1.0)),
+                    f.values.get('torque', 1.0)) for f in found if f.code in READ_OTHERWISE]
+    return (replace(recording, doubt=doubts[0] if doubts else None),
+            [*notes, *repaired, *(f.text for f in found if f.code not in READ_OTHERWISE)])
+
+
+# --- parts of a long recording ------------------------------------------------------------------
+SAMPLES = 150_000  # that a part has at least, 300 MB of memory; less than twice that are one
+WINDOWS = 2        # of drift, likewise
+
+
+def joined(parts: Sequence[Examination], drift_window: float) -> Examination:
+    """
+    Return the Examination of a recording from those of its `parts`, in order.
+
+    Each line is that of the part in which it is worst, of equal ones the first; samples that are
+    refused or lost are counted in all parts. drift_window (s): the estimator's.
+    """
+    if len(parts) == 1:
+        return parts[0]
+    moving = [part for part in parts if not _rests(part)] or parts
+    by_name: dict[tuple[str, str], list[tuple[float, DataFinding]]] = {}
+    for part in parts:
+        for line in part.lines:
+            if part in moving or _of_rest(line):
+                by_name.setdefault((line.group, line.name), []).append((part.begin, line))
+    lines = {name: _worst(candidates, parts[0].begin,
+                          len(parts if _of_rest(candidates[0][1]) else moving))
+             for name, candidates in by_name.items()}
+    seconds = parts[-1].begin + parts[-1].seconds - parts[0].begin
+    length = stamps.length(seconds, drift_window)
+    lines[length.group, length.name] = length
+    return examined(lines.values(), parts[0].begin, seconds)
+
+
+def _worst(candidates: Sequence[tuple[float, DataFinding]], start: float, count: int
+           ) -> DataFinding:
+    """
+    Return the worst of [(begin of its part, finding)], the first of equal ones, with its part.
+
+    start: of the recording, s; count: of the parts that could have such a line.
+    """
+    begin, line = max(candidates, key=lambda pair: pair[1].verdict())
+    counted = line.group == 'stamps' and line.name in ('order', 'gaps')
+    if counted:
+        line = stamps.counted(line, [(part - start, finding) for part, finding in candidates])
+    if sum(candidate.verdict() == line.verdict() for _, candidate in candidates) == count:
+        return line
+    where = f'{"worst in the " if counted else ""}part from {begin - start:.0f} s on'
+    return replace(line, figure=f'{line.figure} ({where})',
+                   values={**line.values, 'part_from_s': begin - start})
+
+
+def _rests(part: Examination) -> bool:
+    """Return whether neither side moves in a part, by its Examination."""
+    travels = [line for line in part.lines if line.name.startswith('travel')]
+    return bool(travels) and all(line.hurts.get('estimation') == BAD for line in travels)
+
+
+def _of_rest(line: DataFinding) -> bool:
+    """Return whether a finding says something where the drive stands, too."""
+    return line.group == 'stamps' or line.group in ('motor', 'arm') and line.name == 'readings'

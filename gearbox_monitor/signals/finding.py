@@ -22,8 +22,7 @@ OK, WARN, BAD = Grade.OK, Grade.WARN, Grade.BAD
 
 
 # Faults with which the diagnosis refuses a recording.
-FATAL = frozenset({'not_finite', 'rate', 'too_short', 'clipped', 'frozen', 'units',
-                   'swapped', 'sign', 'implausible', 'unexcited'})
+FATAL = frozenset({'not_finite', 'rate', 'too_short', 'clipped', 'frozen', 'unexcited'})
 
 
 @dataclass(frozen=True)

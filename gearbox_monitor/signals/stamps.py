@@ -13,7 +13,7 @@ from gearbox_monitor.estimation.sample_loop import (
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.signals.finding import BAD, DataFinding, everything, Grade, hurts, OK, WARN
 from gearbox_monitor.signals.recording_limits import LIMITS
-from gearbox_monitor.signals.uniform import absent_samples
+from gearbox_monitor.signals.uniform import absent_samples, UniformRecording
 
 _GROUP = 'stamps'
 
@@ -78,6 +78,45 @@ def clock(stamps: Integers, max_gap: float = LIMITS.max_gap) -> StampClock | Non
     jitter = float(even.std()) / np.sqrt(2.0)  # a late stamp moves the step before and behind it
     return StampClock(usable, seconds, period, jitter, absent_samples(seconds),
                       tuple(restarts.tolist()), burst)
+
+
+def segment(clock: StampClock, u: Array, y: Array) -> UniformRecording:
+    """
+    Return the longest part without a dropout on an even grid, with torque NaN where few are known.
+
+    Args:
+        clock: usable stamps.
+        u: torque as recorded [N], N m; NaN: not measured.
+        y: readings as recorded [N, 2], rad; NaN: not measured.
+    """
+    t, u, y = clock.seconds, u[clock.usable], y[clock.usable]
+    edges = np.union1d(np.flatnonzero(np.diff(t) > LIMITS.cut * clock.period) + 1,
+                       np.array(clock.restarts, int))
+    starts, ends = np.append(0, edges), np.append(edges, len(t))
+    longest = int(np.argmax(t[ends - 1] - t[starts]))
+    keep = slice(starts[longest], ends[longest])
+    t, u, y = t[keep], u[keep], y[keep]
+    even = clock.jitter < LIMITS.quiet_jitter * clock.period and len(t) == round(
+        (t[-1] - t[0]) / clock.period) + 1
+    grid = t if even else np.arange(t[0], t[-1], clock.period)
+
+    def on_grid(value: Array, smallest_share: float, hold: bool = False) -> Array:
+        """Return a channel [N], NaN if less than a share is known; hold: not interpolated."""
+        good = np.isfinite(value)
+        if good.mean() < smallest_share:
+            return np.full(len(grid), np.nan)
+        if even and good.all():
+            return value
+        if hold:
+            last = np.searchsorted(t[good], grid + 0.5 * clock.period, 'right') - 1
+            return value[good][np.maximum(last, 0)]
+        return np.interp(grid, t[good], value[good])
+    readings = np.column_stack([on_grid(channel, LIMITS.known_readings) for channel in y.T])
+    channels = tuple(i for i in (0, 1) if np.isfinite(readings[:, i]).all())
+    if len(channels) == 1:
+        readings[:, 1 - channels[0]] = readings[:, channels[0]]
+    return UniformRecording(grid - t[0], on_grid(u, LIMITS.known_torques, hold=True), readings,
+                            clock.period, channels=channels, begin=float(t[0]))
 
 
 def burst_size(stamps: Integers) -> int:

@@ -16,13 +16,12 @@ import numpy as np
 import scipy
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.estimation.sample_loop import BACKWARD, stamp_codes, START
+from gearbox_monitor.estimation.sample_loop import BACKWARD, HUGE, stamp_codes, START
 from gearbox_monitor.kernels.elementary import DIFFERENCE_GAIN, quantisation_step
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import Controller, DriveModel
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.signals.recording_limits import LIMITS
-from gearbox_monitor.signals.unphysical import is_uninitialised, physical
 
 REPEATED = ('first', 'average', 'drop')  # what is used of samples with one stamp
 HELD = ('u', 'setpoint')  # over a sample
@@ -67,7 +66,7 @@ class UniformRecording:
     call it; channels: columns of y that were measured, the other one is a copy; floor: rad, below
     which the noise of the encoders is not, whatever interpolated readings look like; servo_torque
     [N] N m: what a servo commands, None without; shift: sample times by which a torque that is
-    sampled acts later, None: it is held from t_k to t_k+1.
+    sampled acts later, None: it is held from t_k to t_k+1. begin: s, where t is 0 in the source.
 
     If the motor's motion drives the model (torque_domain), motor [N, 5] holds it: position, speed,
     acceleration, whether it moves, and u without its noise. In y then stands u in place of the
@@ -86,6 +85,13 @@ class UniformRecording:
     servo_torque: Array | None = None
     shift: float | None = None
     doubt: Doubt | None = None
+    begin: float = 0.0
+
+    def first(self, seconds: float) -> 'UniformRecording':
+        """Return its first `seconds` s."""
+        n = int(seconds / self.dt)
+        return self if n >= len(self.y) else replace(self, t=self.t[:n], u=self.u[:n],
+                                                     y=self.y[:n])
 
     def read_otherwise(self, doubt: Doubt) -> 'UniformRecording':
         """Return the recording as `doubt` reads it."""
@@ -127,6 +133,40 @@ class UniformRecording:
     def duration(self) -> float:
         """Length of the recording, s."""
         return len(self.t) * self.dt
+
+
+def is_uninitialised(values: Array) -> bool:
+    """Return whether `values` [N] (NaN: not measured) are memory that nobody wrote."""
+    amounts = np.abs(values[np.isfinite(values)])
+    return bool(len(amounts)) and 0.0 < float(amounts.max()) < LIMITS.unphysical
+
+
+def physical(values: Array) -> tuple[Array, int]:
+    """
+    Return values as they count, and how many of them are unphysical.
+
+    Args:
+        values: of one channel [N]; NaN: not measured.
+
+    Returns:
+        The values, NaN in place of those that are infinite or beyond HUGE, 0 throughout where the
+        channel is uninitialised; the number of values replaced.
+    """
+    wild = np.abs(values) > HUGE
+    count = int(wild.sum())
+    if count:
+        values = np.where(wild, np.nan, values)
+    if is_uninitialised(values):
+        count += int((np.abs(values) > 0.0).sum())
+        values = np.where(np.isnan(values), np.nan, 0.0)
+    return values, count
+
+
+def physical_columns(values: Array) -> tuple[Array, int]:
+    """Return `values` [N, C] with each column as `physical` returns it, and the count of all."""
+    columns = [physical(column) for column in values.T]
+    count = sum(number for _, number in columns)
+    return (np.column_stack([column for column, _ in columns]) if count else values), count
 
 
 def held_rate(model: DriveModel | None) -> float:
@@ -286,6 +326,18 @@ def merged(t: Array | Integers, values: Array, policy: str) -> tuple[Integers, A
     return rows, chosen, f'{count} of {len(t)} stamps repeat the previous one: {how}'
 
 
+def _backward(stamps: Integers) -> tuple[Integers, Integers, Flags]:
+    """
+    Return (begins, ends [K], restarts [K]) of the runs of `stamps` (ns) that are late.
+
+    Where the filter's loop believes them, the clock has restarted there; others are late alone.
+    """
+    codes = stamp_codes(stamps, LIMITS.max_gap)
+    begins, lengths = _runs(codes == BACKWARD)
+    ends = begins + lengths
+    return begins, ends, (ends < len(codes)) & (codes[np.minimum(ends, len(codes) - 1)] == START)
+
+
 def _strays(t: Array | Integers) -> Flags:
     """Return which of the stamps t [N] in ns are none, or late without a restart of the clock."""
     strays = np.zeros(len(t), bool)
@@ -293,11 +345,8 @@ def _strays(t: Array | Integers) -> Flags:
         return strays
     strays = np.asarray(t <= 0)
     rows = np.flatnonzero(~strays)
-    codes = stamp_codes(t[rows].astype(np.int64), LIMITS.max_gap)
-    starts, lengths = _runs(codes == BACKWARD)
-    for begin, end in zip(starts, starts + lengths):
-        if end == len(codes) or codes[end] != START:
-            strays[rows[begin:end]] = True
+    for begin, end, restarts in zip(*_backward(t[rows].astype(np.int64))):
+        strays[rows[begin:end]] |= not restarts
     return strays
 
 
@@ -315,12 +364,8 @@ def _one_clock(t: Any, u: Array, y: Array, arm_torque: Array | None, place: Plac
         return same
     stamps = t.astype(np.int64) if t.dtype.kind in 'iu' else np.rint(
         (t - t.min()) * 1e9).astype(np.int64)
-    codes = stamp_codes(stamps - stamps.min() + 1_000_000_000, LIMITS.max_gap)
-    # The sample that is believed is the last one of those that confirm each other.
-    back = np.flatnonzero(np.diff(t) < 0) + 1
-    begins = [int(back[back <= k].max()) for k in np.flatnonzero(codes == START)[1:]
-              if (back <= k).any() and (np.diff(t[back[back <= k].max():k + 1]) > 0).all()]
-    edges = sorted({0, *begins, len(t)})
+    begins, _, restarts = _backward(stamps - stamps.min() + 1_000_000_000)
+    edges = sorted({0, *begins[restarts].tolist(), len(t)})
     if len(edges) < 3:
         return same
     lengths = [float(t[stop - 1] - t[start]) for start, stop in zip(edges, edges[1:])]

@@ -21,6 +21,7 @@ and stiffness are (below the resonance; above it the likelihood decides).
 """
 from collections.abc import Iterator
 from itertools import groupby, product
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -28,8 +29,9 @@ import scipy
 
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.signals.finding import DataFinding, hurts, WARN
 from gearbox_monitor.signals.recording_limits import LIMITS
-from gearbox_monitor.signals.smoothed_motion import SmoothedMotion
+from gearbox_monitor.signals.motion import SmoothedMotion
 
 GAPS = (0.33, 0.5, 0.7, 1.0, 1.4, 2.0, 3.0)  # parts of the half gap that are tried
 FEW_GAPS = (0.5, 1.0, 2.0)   # for choosing the readings that are tried with all
@@ -290,3 +292,176 @@ def better(smooth: SmoothedMotion, model: DriveModel,
         if sure and fit.unexplained < LIMITS.explained:
             return recorded, reading, fit
     return recorded, None, None
+
+
+def words(model: DriveModel, reading: Variant) -> tuple[str, str]:
+    """Return (code, sentence) of a reading: what is wrong with the recording, if it is right."""
+    code = {'signs': 'sign', 'swapped': 'swapped'}.get(reading.kind, 'units')
+    return code, _unit_text(model, reading) if code == 'units' else _wiring_text(reading)
+
+
+def _wiring_text(reading: Variant) -> str:
+    phrases, arm, torque = [], reading.scale[1], reading.torque
+    if reading.swap:
+        phrases.append('motor and arm positions are swapped')
+    if arm < 0 and torque < 0:
+        phrases.append('the sign of the motor position is wrong')
+    elif arm < 0:
+        phrases.append('the sign of the arm position is wrong')
+    elif torque < 0:
+        phrases.append('the sign of the torque u is wrong')
+    return ' and '.join(phrases)
+
+
+def _unit_text(model: DriveModel, reading: Variant) -> str:
+    """Describe what the recording's values are times the expected ones."""
+    quantity = reading.quantity
+    factor = 1.0 / (reading.torque if quantity == 'torque' else
+                    reading.scale[1] if quantity == 'arm' else reading.scale[0])
+    units = [(180 / np.pi, 'in degrees'), (1000.0, 'in thousandths'), (0.5 / np.pi, 'in turns'),
+             (1e-3, 'in thousands')]
+    if quantity == 'torque':
+        units = [(1000.0, 'in mN m'), (1e-3, 'in kN m'), (100.0, 'in N cm'),
+                 (1 / 9.80665, 'in kgf m'), (100 / 9.80665, 'in kgf cm')]
+    if model.axis == 'prismatic':
+        units = [(1000.0, 'in mN'), (1e-3, 'in kN'), (1 / 9.80665, 'in kgf')] \
+            if quantity == 'torque' else [(1000.0, 'in mm')]
+    ratio = abs(model.gear_ratio)
+    if abs(ratio - 1.0) > 0.1:
+        side = 'the gear ratio is applied twice or on the wrong side'
+        units += [(ratio, side), (1 / ratio, side)]
+    if quantity == 'side':
+        return (f'motor position and torque are those of the motor side of a gear of '
+                f'{factor:.3g}:1 (model file: gear_ratio {model.gear_ratio:g}; '
+                'expected both on the arm side)')
+    name = {'motor': 'the motor position is', 'arm': 'the arm position is',
+            'both': 'both positions are', 'torque': 'the torque u is'}[quantity]
+    unit, distance = min(((unit, abs(np.log(factor / value))) for value, unit in units),
+                         key=lambda pair: pair[1])
+    text = (f'{name} {factor:.3g} times what the model allows '
+            f'(expected {"N m" if quantity == "torque" else "rad"})')
+    current = ', or a current (see torque_constant)' if quantity == 'torque' else ''
+    if distance < LIMITS.same_factor:
+        return f'{text}, probably {unit}{current}'
+    if abs(ratio - 1.0) <= 0.1 and quantity != 'both':
+        return f'{text}, perhaps for a gear_ratio that is not in the model file{current}'
+    return text + current
+
+
+# --- what the effort is -------------------------------------------------------------------------
+# Motor and twist give the torque a second time, in which the load on the arm has no part:
+#
+#     tau = M1 x1'' + Cv x1' + Cc (2/pi) atan(alpha x1') + K dz(x1 - x2, b) + D (x1' - x2') + u0
+#
+# with the values of the model within their tolerances. A torque equals it, a current is a constant
+# multiple of it far from 1, and a torque without its share against the weight differs by a sine
+# and a cosine of the arm's angle. Least squares with priors; the likelihood takes an error of a
+# model for granted and counts only independent samples.
+EFFORT_GAPS = (0.5, 0.7, 1.0, 1.4, 2.0)  # parts of the model's half gap that are tried
+FACTORS = 10.0 ** np.arange(-3.0, 3.01, 0.05)
+(TORQUE, CURRENT, COMPENSATED) = EFFORTS = ('torque', 'current', 'gravity_compensated')
+
+
+def likelihoods(smooth: SmoothedMotion, model: DriveModel) -> tuple[dict[str, float], float]:
+    """
+    Return the log-likelihood of each of EFFORTS, and the factor of the current.
+
+    Args:
+        smooth: smoothed motion, torque as converted by the model.
+        model: model of the drive.
+
+    """
+    rows = slice(None, None, max(1, len(smooth.u) // ROWS))
+    p, v, a, u = smooth.p[rows], smooth.v[rows], smooth.a[rows], smooth.u[rows]
+    shape, rms = model.transmission, math.sqrt(float(np.mean(u ** 2)))
+    twist, weight = p[:, 0] - p[:, 1], [np.sin(p[:, 1]), np.cos(p[:, 1])]
+    side = model.friction_side(v[:, 0])
+    low, high = np.percentile(twist, (2, 98))
+    gaps = [part * shape.half_gap for part in (EFFORT_GAPS if shape.half_gap > 0.0 else (1.0,))]
+    curves = [twist - zero - np.clip(twist - zero, -gap, gap)
+              for zero, gap in product((0.0, 0.5 * (low + high)), gaps)]
+    sizes = np.array([model.motor_inertia, model.viscous_friction, model.coulomb_friction,
+                      shape.stiffness])
+    stds = np.array([max(LIMITS.effort_inertia, model.inertia_tolerance), LIMITS.effort_friction,
+                     LIMITS.effort_friction, LIMITS.effort_stiffness]) * sizes
+    torque = model.position_gain * p[:, 0] + model.damping * (v[:, 0] - v[:, 1])
+
+    def best(factors: Array, more: list[Array]) -> Array:
+        """Return the log-likelihood of effort = factor tau less what `more` columns give [F]."""
+        scale = rms / factors[:, None]
+        weights = np.hstack([stds / scale, np.full((len(scale), 1), LIMITS.effort_offset),
+                             np.ones((len(scale), len(more)))])
+        y = u / factors[:, None] - torque
+        tables = [np.column_stack([a[:, 0], v[:, 0], side, curve, np.ones(len(u)), *more])
+                  for curve in curves]
+        return np.max([_likelihood(columns, weights, (y - columns[:, :4] @ sizes) / scale)
+                       for columns in tables], axis=0)
+
+    distant = FACTORS[np.abs(np.log(FACTORS)) > math.log(LIMITS.effort_near)]
+    currents = best(distant, [])
+    k = int(np.argmax(currents))
+    return {TORQUE: float(best(np.ones(1), [])[0]),
+            CURRENT: float(currents[k]) - math.log(len(distant)),
+            COMPENSATED: float(best(np.ones(1), weight)[0])}, float(distant[k])
+
+
+def _likelihood(columns: Array, weights: Array, y: Array) -> Array:
+    """
+    Return the log-likelihoods [F] of `y` by its best fit, with what its parameters cost (Laplace).
+
+    Args:
+        columns: [M, P].
+        weights: standard deviation of each column's parameter, in the scale of `y` [F, P].
+        y: torque less that by the prior means, over its rms as it would be [F, M].
+
+    """
+    m = len(columns)
+    gram = weights[:, :, None] * (columns.T @ columns / m) * weights[:, None, :]
+    right = weights * (y @ columns / m)
+    count, floor = np.full((2, len(y)), [[LIMITS.model_samples], [LIMITS.torque_accuracy]])
+    for _ in range(3):
+        ratio = count / floor
+        information = np.eye(columns.shape[1]) + ratio[:, None, None] * gram
+        x = np.linalg.solve(information, (ratio[:, None] * right)[:, :, None])[:, :, 0]
+        residual = y - (x * weights) @ columns.T
+        count = np.clip(independent(residual), 1.0, LIMITS.model_samples)
+        floor = LIMITS.torque_accuracy + np.mean(residual ** 2, axis=1)
+    return -0.5 * (count * np.log(floor) + np.sum(x ** 2, axis=1)
+                   + np.linalg.slogdet(information)[1])
+
+
+def effort(smooth: SmoothedMotion, model: DriveModel, stated: str) -> DataFinding:
+    """
+    Return what the effort reads like, against what is stated.
+
+    Args:
+        smooth: smoothed motion, torque as converted by the model.
+        model: model of the drive.
+        stated: parameter effort_is.
+
+    """
+    if not (np.isfinite(smooth.u).all() and smooth.u.any()):
+        return DataFinding('torque', 'effort', 'no torque to compare')
+    scores, factor = likelihoods(smooth, model)
+    first, second = sorted(EFFORTS, key=lambda name: -scores[name])[:2]
+    ratio = scores[first] - scores[second]
+    values: dict[str, float | str] = {
+        f'log_likelihood_{name}': score for name, score in scores.items()}
+    if not ratio >= LIMITS.effort_ratio:  # NaN tells nothing, either
+        return DataFinding('torque', 'effort', f'{first} or {second}: undecided (log of the '
+                           f'likelihood ratio {ratio:.1f}, {LIMITS.effort_ratio:g} wanted)',
+                           values=values)
+    figure = f'reads like {first} (log of the likelihood ratio {ratio:.0f} over {second})'
+    values['effort_is'] = first
+    if first == CURRENT:
+        values['factor'] = factor
+        return DataFinding('torque', 'effort', f'{figure}: {factor:.2g} times the torque',
+                           f'set torque_constant: {model.torque_constant / factor:.2g} in the '
+                           'model file, and effort_is: current', hurts(WARN, WARN, WARN), values)
+    # Where the model converts a current, its torque is what is looked for.
+    same = {TORQUE: (TORQUE, 'unknown', CURRENT), COMPENSATED: (COMPENSATED,)}[first]
+    if stated in same:
+        return DataFinding('torque', 'effort', figure, values=values)
+    advice = ('set effort_is: gravity_compensated, with a robot_description'
+              if first == COMPENSATED else 'set effort_is: torque')
+    return DataFinding('torque', 'effort', figure, advice, hurts(WARN, WARN, WARN), values)

@@ -4,6 +4,7 @@
 """Recordings with the setpoint of a servo: read from CSV and bags, imported, checked, refused."""
 from argparse import ArgumentParser
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -66,8 +67,6 @@ def test_setpoint_is_the_input_and_the_servo_commands_the_torque(tmp_path, run):
 @pytest.mark.parametrize('changes, model, message', [
     ({'setpoint': None, 'u': 1.0}, None, 'no setpoint, expected one with the controller'),
     ({}, {}, 'a setpoint and no torque, expected the key controller'),
-    ({'setpoint': -1.0}, None, 'the sign of the setpoint is wrong'),
-    ({'setpoint': 57.3}, None, 'the setpoint is 5[0-9.]* times the motion that follows it'),
     ({'setpoint': 0.0}, None, 'the setpoint is 0 throughout'),
     ({'setpoint': None, 'u': None}, None, 'never measured')])
 def test_messages_name_the_channel(tmp_path, run, changes, model, message):
@@ -77,6 +76,14 @@ def test_messages_name_the_channel(tmp_path, run, changes, model, message):
     columns = {name: value for name, value in columns.items() if value is not None}
     with pytest.raises(InputError, match=message):
         loaded(write(tmp_path, columns, model))
+
+
+@pytest.mark.parametrize('factor, says', [
+    (-1.0, 'the sign of the setpoint is wrong'),
+    (57.3, 'the setpoint is 5[0-9.]* times the motion that follows it')])
+def test_a_setpoint_that_may_be_read_otherwise_gets_a_note(tmp_path, run, factor, says):
+    recording, notes = loaded(write(tmp_path, columns_of(run, setpoint=factor * run.u)))
+    assert re.search(says, notes[-1]) and recording.doubt.text == notes[-1]
 
 
 def test_lost_setpoints_are_held_and_named(tmp_path, run):

@@ -22,8 +22,8 @@ from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.report import diagnosis_evidence, figures
 from gearbox_monitor.report.words import suggestion, UNEXCITED
-from gearbox_monitor.signals import excitation_checks, input_checks
-from gearbox_monitor.signals.admission import admitted
+from gearbox_monitor.signals import checks, examine
+from gearbox_monitor.signals.examine import admitted
 
 MODEL = DriveModel()
 TRUE = {'id': 'arm_coulomb', 'Cac': 0.05}
@@ -134,7 +134,7 @@ def test_the_command_asks_what_the_verdict_left_open(folder):
     for twins in ({**data, 'params': {'torque_offset': {}}, 'confusable': ['coulomb_asymmetry']},
                   {'warnings': ['sound']}):
         assert suggestion(twins, [recording], 'd.yaml', 'out') == []
-    messages = inspect.getsource(input_checks) + inspect.getsource(excitation_checks)
+    messages = inspect.getsource(examine) + inspect.getsource(checks)
     assert all(words in messages for words, _ in UNEXCITED)
 
 

@@ -8,10 +8,10 @@ import pytest
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
-from gearbox_monitor.signals import effort
+from gearbox_monitor.signals import wiring
 from gearbox_monitor.signals.finding import OK, WARN
 from gearbox_monitor.signals.recording_limits import LIMITS
-from gearbox_monitor.signals.smoothed_motion import SmoothedMotion
+from gearbox_monitor.signals.motion import SmoothedMotion
 from gearbox_monitor.signals.uniform import UniformRecording
 
 MODEL = DriveModel()
@@ -29,25 +29,25 @@ def motion(read, scale=1.0, **values):
 
 
 @pytest.mark.parametrize('read, name', [
-    (lambda run: run.u, effort.TORQUE),
-    (lambda run: run.u / 0.06, effort.CURRENT),
-    (lambda run: run.u - WEIGHT * np.sin(run.y[:, 1]), effort.COMPENSATED)])
+    (lambda run: run.u, wiring.TORQUE),
+    (lambda run: run.u / 0.06, wiring.CURRENT),
+    (lambda run: run.u - WEIGHT * np.sin(run.y[:, 1]), wiring.COMPENSATED)])
 def test_each_is_told_from_the_others(read, name):
     for values in ({}, {'motor_inertia': 1.1 * MODEL.motor_inertia,
                         'coulomb_friction': 1.3 * MODEL.coulomb_friction}):
-        scores, factor = effort.likelihoods(motion(read, **values), MODEL)
+        scores, factor = wiring.likelihoods(motion(read, **values), MODEL)
         assert all(scores[name] > score + LIMITS.effort_ratio
                    for other, score in scores.items() if other != name)
-        if name == effort.CURRENT:
+        if name == wiring.CURRENT:
             assert factor == pytest.approx(1.0 / 0.06, rel=0.3)
 
 
 def test_the_statement_is_compared_and_little_motion_tells_nothing():
     smooth = motion(lambda run: run.u)
-    assert effort.finding(smooth, MODEL, 'unknown').verdict() == OK
-    wrong = effort.finding(smooth, MODEL, effort.COMPENSATED)
+    assert wiring.effort(smooth, MODEL, 'unknown').verdict() == OK
+    wrong = wiring.effort(smooth, MODEL, wiring.COMPENSATED)
     assert wrong.verdict() == WARN and 'effort_is: torque' in wrong.advice
-    quiet = effort.finding(motion(lambda run: run.u, 0.02), MODEL, effort.TORQUE)
+    quiet = wiring.effort(motion(lambda run: run.u, 0.02), MODEL, wiring.TORQUE)
     assert 'undecided' in quiet.figure and quiet.verdict() == OK
-    nothing = effort.finding(motion(lambda run: 0.0 * run.u), MODEL, effort.TORQUE)
+    nothing = wiring.effort(motion(lambda run: 0.0 * run.u), MODEL, wiring.TORQUE)
     assert nothing.verdict() == OK and 'no torque' in nothing.figure

@@ -18,8 +18,8 @@ from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.write import BagWriter
-from gearbox_monitor.signals import parts, stamps, torque
-from gearbox_monitor.signals.examine import examine
+from gearbox_monitor.signals import stamps, torque
+from gearbox_monitor.signals.examine import examine, joined
 from gearbox_monitor.signals.finding import BAD, OK, PURPOSES, WARN
 
 MODEL = DriveModel()
@@ -279,10 +279,10 @@ def test_a_fault_in_any_part_counts_and_a_part_at_rest_spoils_nothing(sound):
 
     good = [part(0, 6000), part(6000, 10000, at_rest)]
     assert good[1].suits['estimation'][0] == BAD
-    found = parts.joined(good, 2.5)
+    found = joined(good, 2.5)
     assert found.suits['estimation'][0] == good[0].suits['estimation'][0] == OK
     assert found.seconds == pytest.approx(9.999)
-    bad = parts.joined([*good, part(10000, 16000, stuck)], 2.5)
+    bad = joined([*good, part(10000, 16000, stuck)], 2.5)
     line = next(line for line in bad.lines if line.name == 'sticks')
     assert line.verdict() == BAD and '(part from 10 s on)' in line.figure
 
@@ -294,7 +294,7 @@ def test_lost_and_refused_samples_of_all_parts_are_counted(sound):
     stamp[[500, 9000, 15000]] = stamp[[499, 8999, 14999]]
     part = changed(part, stamp_ns=stamp)
     ends = (0, 5000, len(stamp))
-    lines = parts.joined([examine(Samples(*(getattr(part, name)[max(a - 1, 0):b]
+    lines = joined([examine(Samples(*(getattr(part, name)[max(a - 1, 0):b]
                                             for name in ('stamp_ns', 'u', 'y'))), PARAMETERS)
                           for a, b in zip(ends, ends[1:])], 2.5).lines
     order, gaps = (next(line for line in lines if line.name == name) for name in (

@@ -19,7 +19,7 @@ from gearbox_monitor.plant.drive import DriveModel, Transmission
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.recordings.reading import read_signals, ReadOptions
-from gearbox_monitor.signals.input_checks import check
+from gearbox_monitor.signals.examine import admitted, check, READ_OTHERWISE
 from gearbox_monitor.signals.uniform import (
     at_one_rate, merged, prepare, RecordingKind, UniformRecording)
 
@@ -50,9 +50,14 @@ def found(t, u, y, model=MODEL):
     return check(recording, model)
 
 
+def decides(problem):
+    """Return whether a problem refuses a recording, or reads it otherwise."""
+    return problem.fatal or problem.code in (*READ_OTHERWISE, 'implausible')
+
+
 def fatal(t, u, y, model=MODEL):
-    """Return (code, text) of the only fatal problem."""
-    problems = [p for p in found(t, u, y, model) if p.fatal]
+    """Return (code, text) of the only problem that decides."""
+    problems = [p for p in found(t, u, y, model) if decides(p)]
     assert len(problems) == 1, problems
     return problems[0].code, problems[0].text
 
@@ -69,7 +74,7 @@ def test_sound_recordings_raise_nothing(motion, effect):
     t, u, y = record(motion, EFFECTS[effect])
     recording, notices = prepare(t, u, y)
     assert not notices
-    assert not [p for p in check(recording, MODEL) if p.fatal]
+    assert not [p for p in check(recording, MODEL) if decides(p)]
 
 
 @pytest.mark.parametrize('rate', [200.0, 500.0, 4000.0])
@@ -115,7 +120,7 @@ def loaded(seed):
 def test_loads_of_any_size_are_no_wrong_wiring(seeds):
     for seed in seeds:
         model, t, u, y = loaded(seed)
-        assert not [p for p in found(t, u, y, model) if p.fatal], seed
+        assert not [p for p in found(t, u, y, model) if decides(p)], seed
 
 
 @pytest.mark.parametrize('seeds', [range(8), pytest.param(range(8, 200), marks=(
@@ -125,7 +130,7 @@ def test_swapped_encoders_of_a_loaded_drive_are_named(seeds):
     named = []
     for seed in seeds:
         model, t, u, y = loaded(seed)
-        codes = {p.code for p in found(t, u, y[:, ::-1], model) if p.fatal}
+        codes = {p.code for p in found(t, u, y[:, ::-1], model) if decides(p)}
         assert codes <= {'swapped'}, seed
         named.append(bool(codes))
     assert np.mean(named) > 0.8, named
@@ -141,7 +146,7 @@ def test_coarse_encoder_and_dwell_are_neither_frozen_nor_clipped():
     u = np.where(np.mod(t, 3.0) < 1.5, MOTIONS['slow'].torque(t), 0.0)
     y = simulate(MODEL, u, 1e-3).x[:, :2]
     y = 0.002 * np.rint(y / 0.002)
-    assert not [p for p in found(t, u, y) if p.fatal]
+    assert not [p for p in found(t, u, y) if decides(p)]
 
 
 @pytest.mark.skipif(not DATA.is_dir(), reason='needs ../shared/data/davinci_backend')
@@ -193,7 +198,7 @@ def test_swapped_channels_are_named_where_smoothing_hides_how_well_the_other_way
     y = simulate(harder, u, 1e-3).x[:, :2]
     y += 0.04 * np.random.default_rng(1).standard_normal(y.shape)
     assert fatal(t, u, y[:, ::-1], model)[0] == 'swapped'
-    assert not [p for p in found(t, u, y, model) if p.fatal]
+    assert not [p for p in found(t, u, y, model) if decides(p)]
 
 
 def test_gear_ratio_of_the_model_file_is_recognised(sound):
@@ -208,7 +213,7 @@ def test_noise_that_lasts_is_no_wrong_model(motion):
     t, u, y = record(motion)
     noise = np.random.default_rng(2).standard_normal(y.shape)
     noise = lfilter([1.0], [1.0, -0.9], noise, axis=0) * 0.02
-    assert not [p for p in found(t, u, y + noise) if p.fatal]
+    assert not [p for p in found(t, u, y + noise) if decides(p)]
     assert fatal(t, u, (y + noise) * [1.0, -1.0])[0] == 'sign'
 
 
@@ -217,6 +222,14 @@ def test_unrelated_signals_get_a_word_and_no_wrong_name(sound):
     problems = found(t, u, y[::-1] * 3.7)
     assert any('leave unexplained' in p.text for p in problems)
     assert not {p.code for p in problems} & {'sign', 'swapped', 'units'}
+
+
+def test_a_doubt_is_another_reading_and_refuses_nothing(sound):
+    """The diagnosis lets it compete: the recording as it is doubted is the sound one."""
+    t, u, y = sound
+    recording, notes = admitted(t, u, y * [1.0, -1.0], None, 'bench', None, MODEL, 'drive.yaml')
+    assert not notes and 'sign of the arm position is wrong' in recording.doubt.text
+    assert not check(recording.read_otherwise(recording.doubt), MODEL)
 
 
 # --- each signal --------------------------------------------------------------------------------
@@ -471,7 +484,7 @@ def test_a_setpoint_faster_than_the_servo_has_sign_and_unit(kp, kd, frequencies,
     y = simulate(model, setpoint, 0.01).x[:, :2]
     y = y + 0.003 * np.random.default_rng(1).standard_normal(y.shape)
     recording = UniformRecording(t, setpoint, y, 0.01).with_servo(model.controller)
-    assert not [p.code for p in check(recording, model) if p.fatal]
+    assert not [p.code for p in check(recording, model) if decides(p)]
 
 
 @pytest.mark.parametrize('seed', [1, 2, 3])

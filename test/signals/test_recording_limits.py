@@ -9,18 +9,16 @@ import numpy as np
 import pytest
 
 from gearbox_monitor import signals
-from gearbox_monitor.signals import encoders, stamps
+from gearbox_monitor.signals import checks, stamps
 from gearbox_monitor.signals.recording_limits import LIMITS, RecordingLimits
 from gearbox_monitor.signals.torque import TorqueResponse
-from gearbox_monitor.signals.unphysical import is_uninitialised
+from gearbox_monitor.signals.uniform import is_uninitialised
 
 # Grids of a search, settings of fits and units: they decide nothing.
 NUMERICAL = {
-    'effort': {'GAPS', 'FACTORS'}, 'excitation_checks': {'HALF_WIDTHS'},
     'uniform': {'SPEED_SPAN'}, 'convention': {'UNITS'}, 'jumps': {'PERIODS'},
-    'smoothed_motion': {'HALF_WIDTHS'},
-    'torque': {'SECONDS', 'BLOCKS', 'BLOCK_SECONDS', 'LIGHT'},
-    'wiring': {'GAPS', 'FEW_GAPS', 'SWINGS', 'SLACK'}}
+    'motion': {'HALF_WIDTHS', 'FITTED'}, 'torque': {'SECONDS', 'BLOCKS', 'BLOCK_SECONDS'},
+    'wiring': {'GAPS', 'FEW_GAPS', 'SWINGS', 'SLACK', 'EFFORT_GAPS', 'FACTORS'}}
 CLOCK = stamps.clock(1_700_000_000_000_000_000 + 2_000_000 * np.arange(2000))
 
 
@@ -54,7 +52,7 @@ def readings_of(share):
     """Return what is said of a motor that misses `share` of 1e4 readings, the arm of none."""
     y = np.tile([0.1, 0.3], (10_000, 1))
     y[:round(share * len(y)), 0] = np.nan
-    return encoders.measured(y, False)[0].hurts
+    return checks.measured(y, False)[0].hurts
 
 
 @pytest.mark.parametrize('limit, decision', [

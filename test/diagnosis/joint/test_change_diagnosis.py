@@ -11,7 +11,7 @@ import pytest
 from gearbox_monitor.diagnosis.joint.change_diagnosis import diagnose_change
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.plant.drive import Controller, DriveModel
-from gearbox_monitor.signals.admission import admitted
+from gearbox_monitor.signals.examine import admitted
 
 FILE = DriveModel()
 DT, SECONDS, SUBSTEPS = 4e-3, 5.0, 40

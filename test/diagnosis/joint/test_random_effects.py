@@ -14,7 +14,7 @@ from gearbox_monitor.diagnosis.joint.parameter_ranges import between_recordings,
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
-from gearbox_monitor.signals.admission import admitted
+from gearbox_monitor.signals.examine import admitted
 
 MODEL = DriveModel()
 

@@ -14,7 +14,7 @@ from gearbox_monitor.diagnosis.joint.nominal import fit_nominal
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.simulate import Plant
-from gearbox_monitor.signals.admission import admitted
+from gearbox_monitor.signals.examine import admitted
 from gearbox_monitor.signals.uniform import UniformRecording
 
 DT = 0.01

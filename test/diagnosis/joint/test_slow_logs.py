@@ -14,7 +14,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import Noise, Plant
 from gearbox_monitor.recordings.examples import ExampleMotion
-from gearbox_monitor.signals.admission import admitted, prepared
+from gearbox_monitor.signals.examine import admitted
 
 MODEL, FAST, RATE, SECONDS = DriveModel(), 1000.0, 50.0, 8.0
 
@@ -26,7 +26,7 @@ def logged(model, controller_rate):
     command = ExampleMotion(SECONDS, kind='varied').command(
         np.floor(t * controller_rate + 1e-9) / controller_rate, model)
     run, every = plant.run(command, 1.0 / FAST), round(FAST / RATE)
-    recording, _ = prepared(run.t[::every], run.u[::every], run.y[::every], None, 'log', None,
+    recording, _ = admitted(run.t[::every], run.u[::every], run.y[::every], None, 'log', None,
                             MODEL, 'model')
     return recording
 
