@@ -332,10 +332,7 @@ class Monitor:
         if self.estimator.accurate_since_ns == stamp_ns:
             self._withdraw(NOT_EVALUATED)
         due_ns = self._due_ns
-        if due_ns and due_ns - SECOND <= stamp_ns < due_ns:
-            return
-        elapsed = (stamp_ns - self._phase_ns) % SECOND if due_ns else 0
-        self._evaluate_at(stamp_ns + SECOND - elapsed)
+        self._evaluate_at(innovation.due_after(stamp_ns, due_ns, self._phase_ns))
         if due_ns and stamp_ns >= due_ns:
             self._evaluate(stamp_ns)
 

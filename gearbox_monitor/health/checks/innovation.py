@@ -193,6 +193,25 @@ def _sum(white: Matrix, nis: Vector, dof: Vector, errors: Matrix, stds: Matrix, 
              (stds[i, 0], stds[i, 1]), i >= n - recent, i >= n - newest, sums)
 
 
+@inline
+def due_after(stamp: int, due: int, phase: int) -> int:
+    """
+    Return when evaluations are due after a sample: with the first one of each second of stamps.
+
+    Args:
+        stamp: of the sample, ns.
+        due: stamp at which one was due, ns; 0: none yet.
+        phase: of the seconds, ns.
+
+    """
+    second = sample_loop.SECOND
+    if due == 0:
+        return stamp + second
+    if due - second <= stamp < due:
+        return due
+    return stamp + second - (stamp - phase) % second
+
+
 class Watch(NamedTuple):
     """
     What firmware carries to judge prediction errors once per second; it is changed in place.
@@ -235,11 +254,9 @@ def watch(row: Array, code: int, stamp: int, started: int, carried: Watch) -> in
             _add((row[sample_loop.E_WHITE_1], row[sample_loop.E_WHITE_2]),
                  (row[sample_loop.E_NIS], row[sample_loop.E_DOF]), (e1, e2), (s1, s2),
                  (due[0] - stamp) * 1e-9 < LIMITS.mean_window, True, sums[0])
-    second = sample_loop.SECOND
-    if due[0] == 0 or not due[0] - second <= stamp < due[0]:
-        if due[0] != 0 and stamp >= due[0]:
-            due[1] = _judge(sums, (stamp - started) * 1e-9)
-        due[0] = stamp + second - (stamp % second if due[0] != 0 else 0)
+    if due[0] != 0 and stamp >= due[0]:
+        due[1] = _judge(sums, (stamp - started) * 1e-9)
+    due[0] = due_after(stamp, due[0], 0)
     return due[1] | beyond
 
 
