@@ -10,7 +10,7 @@ stays open is asked for, with the option that settles it (exit code 3). With --g
 BAG the mapping is printed, to be edited and used with --map, here or by another command.
 
 A file with several joints becomes a bag with all of them: joint_states, and joint_setpoints where
-setpoints are recorded. --joint selects one, as the joints motor and arm (NaN = not measured). A
+setpoints are recorded. --joint selects one of a log, as joints motor and arm (NaN: no value). A
 reference torque goes to reference/transmission_state, never into the estimator's input.
 
 Of bags JointState, DynamicJointState and JointTrajectoryControllerState are read, of ROS 1 and 2.
@@ -76,7 +76,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     source.add_argument('--arm-topic', metavar='TOPIC',
                         help='FILE is a bag: topic of the arm, of two publishers')
     parser.add_argument('--joint', metavar='NAME', dest='joint_of_log',
-                        help='of several joints, the one to write')
+                        help='of several joints of a log, the one to write')
     parser.add_argument('--topic', default='', help='of a bag: topic of the joint states, with '
                         '--params or --arm-topic that of the motor (default: joint_states)')
     add_reading_arguments(parser)
@@ -98,11 +98,11 @@ def run(args: Namespace) -> int:
         raise InputError(f'{path}: no such file, expected a bag or a log')
     reading = reading_of(args)
     if is_bag(path):
-        _refuse_others(args, ('topic', 'joint_of_log', 'stamps', 'guess'), 'a bag as FILE',
-                       '--topic, --joint or --stamps')
+        _refuse_others(args, ('topic', 'stamps', 'guess'), 'a bag as FILE', '--topic or --stamps '
+                       '(commands read one joint with --recorded-motor NAME)')
         if args.bag is None:
             raise InputError(f'{path}: a bag, expected the name of a new bag behind it')
-        reader = converted_bag(path, args.topic, args.stamps, args.joint_of_log)
+        reader = converted_bag(path, args.topic, args.stamps)
         return _written(args, reader, path, [])
     if args.map:
         _refuse_others(args, ('map', 'set'), '--map', '--set KEY=VALUE, or no --map')

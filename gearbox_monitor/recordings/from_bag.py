@@ -10,7 +10,7 @@ import numpy as np
 
 from gearbox_monitor.diagnosis.robot.robot_log import CURRENT, raw_log, RawLog, SETPOINT, TORQUE
 from gearbox_monitor.errors import InputError, Undecided
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.recordings.joint_input import find_input, find_topic, topics_called
 from gearbox_monitor.recordings.log_units import EFFORT, units_of
 from gearbox_monitor.recordings.read import BagReader
@@ -36,7 +36,8 @@ def drive_recording(reader: BagReader, topic: str, motor: str, arm: str, setpoin
         topic: of its joint states, see find_input.
         motor: joint of the motor.
         arm: joint of the arm; '' for none.
-        setpoint: joint whose position is the setpoint; '' for none.
+        setpoint: joint whose position is the setpoint; '' for that of the motor on a topic
+            joint_setpoints, if there is one.
 
     Raises:
         InputError: there is no such topic or joint.
@@ -51,8 +52,8 @@ def drive_recording(reader: BagReader, topic: str, motor: str, arm: str, setpoin
         states.position, states.velocity, states.effort))
     joints = {motor: JointSignals(
         stamps, position=position[:, 0], velocity=velocity[:, 0], effort=effort[:, 0],
-        setpoint=position[:, 2] if setpoint else None, side=MOTOR,
-        effort_is=_kind(reader, motor))}
+        setpoint=position[:, 2] if setpoint else _setpoints(reader, topic, [motor], stamps).get(
+            motor), side=MOTOR, effort_is=_kind(reader, motor))}
     if arm:
         joints[arm] = JointSignals(stamps, position[:, 1], velocity[:, 1], effort=effort[:, 1],
                                    side=ARM, measured=True)
@@ -79,21 +80,29 @@ def robot_recording(reader: BagReader, topic: str, joints: Sequence[str]) -> Rec
     """
     topic = find_topic(reader, topic)
     states = reader.joint_states(topic, joints)
-    setpoints: dict[str, Array] = {}
-    others = [name for name in topics_called(reader, SETPOINTS) if name != topic]
-    if others:
-        named = [joint for joint in joints if joint in reader.joint_names(others[0])]
-        goal = reader.joint_states(others[0], named)
-        for joint, x in zip(named, goal.position.T):
-            good = np.isfinite(x)
-            order = np.argsort(goal.stamp_ns[good], kind='stable')
-            row = np.searchsorted(goal.stamp_ns[good][order], states.stamp_ns, 'right') - 1
-            setpoints[joint] = np.concatenate([[np.nan], x[good][order]])[row + 1]
+    setpoints = _setpoints(reader, topic, joints, states.stamp_ns)
     return Recording(reader.path.name, {joint: JointSignals(
         states.stamp_ns, position=states.position[:, k], velocity=states.velocity[:, k],
         setpoint=setpoints.get(joint), effort=states.effort[:, k],
         effort_is=_kind(reader, joint)) for k, joint in enumerate(joints)},
         (reader.notice,) if reader.notice else ())
+
+
+def _setpoints(reader: BagReader, topic: str, joints: Sequence[str], stamp_ns: Integers
+               ) -> dict[str, Array]:
+    """Return the setpoints of `joints` at `stamp_ns` [N] on a topic beside `topic`, if any."""
+    others = [name for name in topics_called(reader, SETPOINTS) if name != topic]
+    named = [joint for joint in joints if others and joint in reader.joint_names(others[0])]
+    if not named:
+        return {}
+    goal = reader.joint_states(others[0], named)
+    setpoints = {}
+    for joint, x in zip(named, goal.position.T):
+        good = np.isfinite(x)
+        order = np.argsort(goal.stamp_ns[good], kind='stable')
+        row = np.searchsorted(goal.stamp_ns[good][order], stamp_ns, 'right') - 1
+        setpoints[joint] = np.concatenate([[np.nan], x[good][order]])[row + 1]
+    return setpoints
 
 
 # --- names --------------------------------------------------------------------------------------

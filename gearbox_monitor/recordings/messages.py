@@ -24,7 +24,7 @@ from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.recordings.cdr import Decoder, Message, MessageBlock
 from gearbox_monitor.recordings.read import (
     BagReader, blocks_of, CONTROLLER, DYNAMIC, is_ros1, JOINT_STATE, open_bag, ROS1_TEXT)
-from gearbox_monitor.recordings.si_signals import even_stamps, interpolated
+from gearbox_monitor.recordings.si_signals import even_stamps
 from gearbox_monitor.recordings.topics import JOINT_STATES
 from gearbox_monitor.recordings.virtual_bag import Frames, JOINT_TOPIC, SETPOINT_TOPIC, VirtualBag
 
@@ -247,8 +247,7 @@ def needs_conversion(reader: BagReader) -> bool:
         kinds & {*STATES, MULTI} or any(kind.startswith('foxglove') for kind in kinds))
 
 
-def converted_bag(path: Path, topic: str = '', stamps: str = STAMPS[0],
-                  joint: str | None = None) -> VirtualBag:
+def converted_bag(path: Path, topic: str = '', stamps: str = STAMPS[0]) -> VirtualBag:
     """
     Return the joints of a bag as joint_states, and joint_setpoints where they are recorded.
 
@@ -256,7 +255,6 @@ def converted_bag(path: Path, topic: str = '', stamps: str = STAMPS[0],
         path: of the bag, of ROS 1 or 2.
         topic: of the joint states; '' for joint_states, or the only topic of them.
         stamps: one of STAMPS.
-        joint: the only joint that is read, as motor; None: all.
 
     Raises:
         InputError: the bag holds no joint states, or none that can be read.
@@ -265,23 +263,15 @@ def converted_bag(path: Path, topic: str = '', stamps: str = STAMPS[0],
     reader = Ros1Reader(path) if is_ros1(path) else open_bag(path)
     try:
         topics, notes = _surveyed(reader, topic, stamps)
-        joints = list(dict.fromkeys(name for own in topics for name in own.joints))
-        if joint is not None and joint not in joints:
-            raise InputError(f'{path}: --joint {joint}: expected one of {", ".join(joints)}')
         frames = partial(_frames, reader, topics, stamps == 'received')
         notes += ['time: the times of receipt stand in for the header stamps'] * (
             stamps == 'received')
-        if joint is not None or stamps == 'even':
-            whole = _joined(chain(*frames()))
-            if stamps == 'even':
-                whole, remarks = _evened(path, whole)
-                notes += remarks
-            if joint is not None:
-                whole = _as_drive(path, whole, joint)
+        if stamps == 'even':
+            whole, remarks = _evened(path, _joined(chain(*frames())))
+            notes += remarks
             frames = partial(lambda all_frames: iter([all_frames]), whole)
         counts = {JOINT_TOPIC: sum(own.count for own in topics if own.states),
-                  SETPOINT_TOPIC: 0 if joint is not None else sum(
-                      own.count for own in topics if own.setpoints)}
+                  SETPOINT_TOPIC: sum(own.count for own in topics if own.setpoints)}
         bag = VirtualBag(path, {name: n for name, n in counts.items() if n}, frames, (
             reader.start_ns or 0, reader.end_ns or 0), notes)
         bag.opened.callback(reader.close)
@@ -349,25 +339,6 @@ def _evened(path: Path, frames: Sequence[Frames]) -> tuple[list[Frames], list[st
     return [replace(f, stamp_ns=times, log_ns=np.maximum.accumulate(times))
             for f, (times, _) in zip(frames, pairs)], list(dict.fromkeys(
                 note for _, notes in pairs for note in notes))
-
-
-def _as_drive(path: Path, frames: Sequence[Frames], joint: str) -> list[Frames]:
-    """Return the messages of one joint as the motor of a drive, with its setpoint."""
-    state, setpoint = (next((f for f in frames if f.topic == topic and joint in f.joints), None)
-                       for topic in (JOINT_TOPIC, SETPOINT_TOPIC))
-    fields = [] if state is None else [x[:, [state.joints.index(joint)]] for x in (
-        state.position, state.velocity, state.effort) if x is not None]
-    if state is None or not np.isfinite(fields[0]).any():
-        raise InputError(f'{path}: --joint {joint}: no position in the bag, expected its position '
-                         '(without --joint all joints are written)')
-    none = np.full((len(state.stamp_ns), 1), np.nan)
-    names, rest = ['motor', 'arm'], [none]
-    if setpoint is not None and setpoint.position is not None:
-        names.append('setpoint')
-        rest.append(interpolated(state.stamp_ns, setpoint.stamp_ns, setpoint.position[
-            :, setpoint.joints.index(joint)])[:, None])
-    return [Frames(JOINT_TOPIC, tuple(names), state.stamp_ns, state.log_ns, *(
-        np.hstack([x, *(rest if k == 0 else [none] * len(rest))]) for k, x in enumerate(fields)))]
 
 
 # --- which topic tells what ---------------------------------------------------------------------
