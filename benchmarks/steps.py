@@ -12,8 +12,9 @@ from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
 from gearbox_monitor.estimation.filter import Filter
 from gearbox_monitor.estimation.filter_kind import Belief, filter_kind, Reading, Scratch
 from gearbox_monitor.estimation.filter_setup import loop_arrays
+from gearbox_monitor.estimation.filters.ekf import step as filter_step
 from gearbox_monitor.estimation.process_model import layout_of, pack, state_names
-from gearbox_monitor.estimation.sample_loop import filter_step, start
+from gearbox_monitor.estimation.sample_loop import start
 from gearbox_monitor.kernels.kernel import bound, folding
 from gearbox_monitor.kernels.types import Array, Layout, Matrix, Values, Vector
 from gearbox_monitor.parameters import EstimatorParameters

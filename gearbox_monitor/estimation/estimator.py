@@ -143,8 +143,7 @@ class Estimator:
         self.packed = pack(self.drive, p)
         self._acting = self.packed  # what the kernels change of it goes with a sample
         self._kind = filter_kind(p.filter)
-        self._loop = sample_loop.loop_of(self._kind)
-        self._loop_once = Repeated(self._loop)
+        self._run_once = Repeated(sample_loop.run)
         self.settings = settings_of(self.drive, p)
         if self._arm_load is not None:
             self._acting = self.packed.copy()
@@ -595,9 +594,9 @@ class Estimator:
         self._gate[[sample_loop.LAST, sample_loop.PENDING_COUNT]] = 0
 
     def _filter(self, stream: Stream, output: Output) -> tuple[int, int]:
-        loop = self._loop_once if len(stream.stamps) == 1 else self._loop
-        n_samples, n = loop(self.states, self.settings, self._acting, stream, self._state,
-                            self._belief, self._scratch, output)
+        run = self._run_once if len(stream.stamps) == 1 else sample_loop.run
+        n_samples, n = run(self.states, self.settings, self._acting, stream, self._state,
+                           self._belief, self._scratch, output)
         if n_samples and output.codes[n_samples - 1] == sample_loop.DIVERGED:
             self.divergences.append(self._divergence(int(stream.stamps[n_samples - 1])))
         return n_samples, n

@@ -7,7 +7,6 @@ One filter by itself, for a loop of one's own: a call per sample, and nothing bu
 No check of stamps and readings, no smoother: those are the Estimator's, whose numbers are the same
 as long as neither of them has anything to do.
 """
-from functools import cache
 import math
 from typing import Any
 
@@ -17,38 +16,30 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.consider import accompany, Companions, restart, variances_of
 from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
-from gearbox_monitor.estimation.filter_kind import (
-    Belief, filter_kind, FilterKind, Reading, Scratch)
+from gearbox_monitor.estimation.filter_kind import Belief, filter_kind, Reading, Scratch
 from gearbox_monitor.estimation.filter_setup import loop_arrays
-from gearbox_monitor.estimation.process_model import TAU_K_MODEL_STD, torque_of, USUAL
+from gearbox_monitor.estimation.process_model import TAU_K_MODEL_STD, torque_of
 from gearbox_monitor.estimation.step_record import correction, sensitivities
-from gearbox_monitor.kernels.kernel import bound, folding, prepared
+from gearbox_monitor.kernels.kernel import entry, prepared
 from gearbox_monitor.kernels.types import Layout, Pair, Values, Vector
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 
-# What stands here for a filter; see kernel_of.
-filter_step, in_use = sample_loop.filter_step, sample_loop.in_use
 
-
-def _call(layout: Layout, belief: Belief, p: Vector, scratch: Scratch, record: Vector,
-          companions: Companions, previous: Vector, dt: float, u: float, load: float, y1: float,
-          y2: float) -> bool:
-    """Step a filter; previous [>= n]: scratch."""
+@entry
+def _call(layout: Layout, number: int, belief: Belief, p: Vector, scratch: Scratch,
+          record: Vector, companions: Companions, previous: Vector, dt: float, u: float,
+          load: float, y1: float, y2: float) -> bool:
+    """Step the filter with a number in sample_loop.KINDS; previous [>= n]: scratch."""
     reading = Reading(dt, u, load, y1, y2)
     for i in range(layout.n):
         previous[i] = belief.z[i]
     if not math.isfinite(companions.s[-1]):  # the first step
         sample_loop.aim(layout, belief, reading, p)
-    if not filter_step(layout, belief, reading, p, scratch, record):
+    if not sample_loop.filter_step(number, layout, belief, reading, p, scratch, record):
         return False
-    return accompany(layout, companions, previous, reading, in_use(belief.memory, p), record)
-
-
-@cache
-def kernel_of(kind: FilterKind) -> Any:
-    """Return `_call` with the kernels of the filter `kind`."""
-    return folding(*USUAL)(bound(_call, kind.name, filter_step=kind.step, in_use=kind.in_use))
+    return accompany(layout, companions, previous, reading,
+                     sample_loop.in_use(number, belief.memory, p), record)
 
 
 def _expect_numbers(**values: Any) -> None:
@@ -83,8 +74,8 @@ class Filter:
         self.z, self.P = self._belief.z, self._belief.P.reshape(n, n)
         self.z[:] = math.nan  # until start
         self.innovation, self.S, self.K, self._scores = correction(self._record, n)
-        self._step = prepared(kernel_of(kind), self._states, self._belief, self._packed, scratch,
-                              self._record, self._companions, state.saved)
+        self._step = prepared(_call, self._states, sample_loop.NUMBERS[kind.name], self._belief,
+                              self._packed, scratch, self._record, self._companions, state.saved)
 
     def start(self, y1: float, y2: float) -> None:
         """Restart at the motor and arm position y1, y2 (rad on the arm side); NaN: unknown."""

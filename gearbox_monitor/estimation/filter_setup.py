@@ -23,9 +23,9 @@ DESCRIBED_FILTERS = ('ekf', 'ukf')  # that take a load by a robot's description
 def settings_of(drive: DriveModel, parameters: EstimatorParameters) -> LoopSettings:
     """Return the LoopSettings of a filter of `drive` with `parameters`."""
     return LoopSettings(
-        round(parameters.max_gap * SECOND), parameters.effort_delay,
-        round(parameters.smoother_lag * SECOND), drive.arm_load == 'measured',
-        parameters.narrow_std)
+        sample_loop.NUMBERS[parameters.filter], round(parameters.max_gap * SECOND),
+        parameters.effort_delay, round(parameters.smoother_lag * SECOND),
+        drive.arm_load == 'measured', parameters.narrow_std)
 
 
 def loop_arrays(kind: FilterKind, n: int, rows: int,

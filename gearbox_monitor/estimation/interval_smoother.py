@@ -20,7 +20,7 @@ from gearbox_monitor.estimation.filter_kind import Belief, filter_kind
 from gearbox_monitor.estimation.filter_setup import loop_arrays, settings_of
 from gearbox_monitor.estimation.process_model import layout_of, pack, state_names
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, smooth, Span
-from gearbox_monitor.estimation.sample_loop import loop_of, LoopState, Output, part_of, Stream
+from gearbox_monitor.estimation.sample_loop import LoopState, Output, part_of, run, Stream
 from gearbox_monitor.estimation.step_record import sensitivities, updated
 from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
 from gearbox_monitor.parameters import EstimatorParameters
@@ -95,7 +95,7 @@ class _Pass:
     def __init__(self, drive: DriveModel, parameters: EstimatorParameters) -> None:
         kind = filter_kind(parameters.filter)
         self.n = len(state_names(drive, parameters))
-        self.loop, self.packed = loop_of(kind), pack(drive, parameters)
+        self.packed = pack(drive, parameters)
         self.states, self.settings = layout_of(self.packed, self.n), settings_of(drive, parameters)
         self.start, self.scratch, self.state = loop_arrays(kind, self.n, BLOCK + 1, drive)
         self.output = Output(
@@ -115,10 +115,8 @@ class _Pass:
         """
         belief, state = carried
         while begin < end:
-            n_samples, _ = self.loop(self.states, self.settings, self.packed,
-                                     part_of(stream, begin, end), state, belief, self.scratch,
-                                     self.output)
-            begin += n_samples
+            begin += run(self.states, self.settings, self.packed, part_of(stream, begin, end),
+                         state, belief, self.scratch, self.output)[0]
 
     def smooth(self, stream: Stream) -> Array:
         """Return rows [M, N_SMOOTHED] of the M samples of `stream`; the first is a start."""

@@ -17,7 +17,7 @@ import numpy as np
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.filter_kind import filter_kind
 from gearbox_monitor.kernels.elementary import fma
-from gearbox_monitor.kernels.kernel import entry, inline, kernel
+from gearbox_monitor.kernels.kernel import apart, entry, inline, kernel
 from gearbox_monitor.kernels.types import (
     Array, Curve, Four, Layout, Matrix, Packed, Pair, Slopes, Triple, Vector)
 from gearbox_monitor.parameters import CURVES, EstimatorParameters, LEARNED, RANDOM_WALK
@@ -1098,7 +1098,7 @@ def _columns_of_curve(layout: Layout, z: Array, phi: Array, memory: float, law: 
 
 
 @entry
-@inline
+@apart
 def propagate(layout: Layout, z: Vector, phi: Vector, torques: Pair, dt: float, n_substeps: int,
               p: Vector) -> None:
     """
@@ -1118,9 +1118,8 @@ def propagate(layout: Layout, z: Vector, phi: Vector, torques: Pair, dt: float, 
 
     """
     h = dt / n_substeps if n_substeps > 1 else dt
-    rk4(layout, z, phi, True, torques, h, p, None)
-    for _ in range(1, n_substeps):
-        rk4(layout, z, phi, False, torques, h, p, None)
+    for k in range(max(n_substeps, 1)):
+        rk4(layout, z, phi, k == 0, torques, h, p, None)
 
 
 @kernel

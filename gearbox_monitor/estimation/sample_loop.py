@@ -6,26 +6,29 @@ The loop over samples: check the stamp, step the filter, smooth. One kernel, liv
 
 Time comes only from the stamps. What is refused is counted under its reason, never lost silently.
 """
-from collections.abc import Callable
-from functools import cache
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from gearbox_monitor.estimation.consider import (
     accompany, Companions, restart, variance_of, variances_of)
-from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, Reading, Scratch
+from gearbox_monitor.estimation.filter_kind import Belief, filter_kind, Reading, Scratch
+from gearbox_monitor.estimation import likelihood_ekf
 from gearbox_monitor.estimation.process_model import (
     begin_curve, curve_count, EIGENVALUE, FRICTION_AT, K_P, learned_length, LOAD_AT, motor_side,
     P0, Q0, R1, R2, TAU_ARM, TAU_K, TAU_K_MODEL_STD, torque_of, USUAL, USUAL_CURVES, X1, X2, X3,
     X4)
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K_NOISE_STD, S_TAU_K_STD, smooth, Span
 from gearbox_monitor.estimation.step_record import places, record_size, sensitivities
-from gearbox_monitor.kernels.kernel import bound, entry, folding, inline, kernel
+from gearbox_monitor.kernels.kernel import entry, folding, inline, kernel
 from gearbox_monitor.kernels.types import Array, Integers, Layout, Matrix, Vector
+from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.plant.drive import INVERSE_M2
 
+# The filters of the loop, and {name: number}.
+KINDS = (*map(filter_kind, FILTER_NAMES), likelihood_ekf.FILTER)
+NUMBERS = {kind.name: i for i, kind in enumerate(KINDS)}
 # What became of a sample.
 (ESTIMATE, START, ZERO_STAMP, DUPLICATE, BACKWARD, JUMP, NO_EFFORT, NO_MEASUREMENT, DIVERGED,
  POSITION_JUMP,
@@ -135,14 +138,15 @@ MEASURED = DescribedLoad(0.0, 0.0, 0.0, 0.0, 0.0)
 
 class LoopSettings(NamedTuple):
     """
-    What a run depends on besides the filter.
+    What a run depends on besides its numbers.
 
-    max_gap: longest time between stamps that is bridged, ns; delay: of the effort, samples; lag:
-    of the smoother, ns, 0 = none; load_measured: whether the load on the arm is an input; narrow:
-    whether less deviation of tau_K is stated where it wanders less than it may; described: of a
-    load by a robot's description, MEASURED where there is none.
+    filter: its place in KINDS; max_gap: longest time between stamps that is bridged, ns; delay: of
+    the effort, samples; lag: of the smoother, ns, 0 = none; load_measured: whether the load on the
+    arm is an input; narrow: whether less deviation of tau_K is stated where it wanders less than
+    it may; described: of a load by a robot's description, MEASURED where there is none.
     """
 
+    filter: int
     max_gap: int
     delay: int
     lag: int
@@ -186,25 +190,46 @@ class Output(NamedTuple):
     smoothed: Matrix
 
 
-def filter_step(layout: Layout, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
-                record: Array) -> bool:
+@inline
+def filter_step(number: int, layout: Layout, belief: Belief, reading: Reading, p: Array,
+                scratch: Scratch, record: Array) -> bool:
     """
-    Stand in for the step of a filter, which `loop_of` puts here.
+    Take the step of a filter.
 
-    It moves `belief` of the `states` on to `reading` by the parameters `p`, in room of `scratch`,
-    and writes the step to `record`; False: it diverged.
+    Args:
+        number: of the filter in KINDS.
+        layout: as of ekf.step.
+        belief: as of ekf.step.
+        reading: as of ekf.step.
+        p: as of ekf.step.
+        scratch: as of ekf.step.
+        record: as of ekf.step.
+
+    Returns:
+        False if it diverged.
+
     """
-    raise NotImplementedError
+    for i, kind in enumerate(KINDS):
+        if number == i and (layout.curve < 0 or len(kind.tau_k_models) > 1):
+            return kind.step(layout, belief, reading, p, scratch, record)
+    return False
 
 
-def resume(memory: Array) -> None:
-    """Stand in for the kernel of a filter that prepares its `memory` for a start."""
-    raise NotImplementedError
+@inline
+def _resume(number: int, memory: Array) -> None:
+    """Prepare the `memory` of the filter with this `number` for a start."""
+    for i, kind in enumerate(KINDS):
+        if number == i:
+            kind.resume(memory)
 
 
-def in_use(memory: Array, p: Array) -> tuple[Array, float]:
-    """Stand in for the kernel of a filter that tells what of `memory` and `p` it uses."""
-    raise NotImplementedError
+@inline
+def in_use(number: int, memory: Array, p: Array) -> tuple[Array, float]:
+    """Return FilterKind.in_use of the filter with this `number` for its `memory` and `p`."""
+    for i, kind in enumerate(KINDS):
+        if number == i:
+            return kind.in_use(memory, p)
+    return p, 0.0
 
 
 @kernel
@@ -561,10 +586,11 @@ def _write_estimate(layout: Layout, belief: Belief, record: Array, reading: Read
     row[E_READING_MOTOR] = reading.y1
 
 
+@folding(*USUAL, *USUAL_CURVES)
 def run(layout: Layout, settings: LoopSettings, p: Vector, stream: Stream, state: LoopState,
         belief: Belief, scratch: Scratch, output: Output) -> tuple[int, int]:
     """
-    Take up to N samples; a template, which `loop_of` completes with the kernels of a filter.
+    Take up to N samples.
 
     Stops after each start and each sample that a long gap was bridged to; after the sample in
     time, accepted or incomplete, at which a stop is due: the first one, the first at or after
@@ -586,7 +612,7 @@ def run(layout: Layout, settings: LoopSettings, p: Vector, stream: Stream, state
 
     """
     stamps, inputs, outputs = stream
-    max_gap, delay, lag, load_measured, narrow, described = settings
+    number, max_gap, delay, lag, load_measured, narrow, described = settings
     gate, counts, clock, efforts, ring, ring_stamps, saved, companions = state
     codes, estimates, smoothed_stamps, smoothed = output
     memory = belief.memory
@@ -639,7 +665,7 @@ def run(layout: Layout, settings: LoopSettings, p: Vector, stream: Stream, state
             gate[STARTED] = stamp
             start(layout, belief, y1, y2, p, ring[0])
             ring[0, -1] = u
-            resume(memory)
+            _resume(number, memory)
             restart(companions)
             ring_stamps[0] = stamp
             return k + 1, n_smoothed
@@ -660,7 +686,7 @@ def run(layout: Layout, settings: LoopSettings, p: Vector, stream: Stream, state
         record[at_S], record[at_S + 2] = 0.0, 0.0
         if step == 1:
             aim(layout, belief, reading, p)
-        good = filter_step(layout, belief, reading, p, scratch, record)
+        good = filter_step(number, layout, belief, reading, p, scratch, record)
         e1, e2 = record[at_innovation], record[at_innovation + 1]
         if (jumps(e1, record[at_S], clock[ERROR_MOTOR], p[R1], step)
                 or jumps(e2, record[at_S + 2], clock[ERROR_ARM], p[R2], step)):
@@ -687,7 +713,8 @@ def run(layout: Layout, settings: LoopSettings, p: Vector, stream: Stream, state
         if in_doubt:
             gate[STARTED] = stamp
         ring_stamps[step % rows] = stamp
-        good = good and accompany(layout, companions, saved, reading, in_use(memory, p), record)
+        good = good and accompany(layout, companions, saved, reading,
+                                  in_use(number, memory, p), record)
         if not good:
             codes[k] = DIVERGED
             counts[ESTIMATE] -= 1
@@ -728,12 +755,3 @@ def run(layout: Layout, settings: LoopSettings, p: Vector, stream: Stream, state
         if in_doubt or _stops(stamp, gate):
             return k + 1, n_smoothed
     return stamps.shape[0], n_smoothed
-
-
-@cache
-def loop_of(kind: FilterKind) -> Callable[..., tuple[int, int]]:
-    """Return `run` with the kernels of the filter `kind`."""
-    usual = (*USUAL, *(USUAL_CURVES if len(kind.tau_k_models) > 1 else ()))
-    loop: Any = folding(*usual)(bound(
-        run, kind.name, filter_step=kind.step, resume=kind.resume, in_use=kind.in_use))
-    return loop

@@ -5,7 +5,7 @@
 Log-likelihood of a recording with its slopes over the logarithms of noise parameters.
 
 `LikelihoodSlopes` are exact: the EKF runs as the adaptive filter computes it, with sensitivities
-of state and covariance (see filters.aekf), in the sample loop, so that refused samples, dropouts
+of state and covariance (likelihood_ekf), in the sample loop, so that refused samples, dropouts
 and restarts count as in score.run_score. `differenced` serves every other filter and criterion.
 """
 from collections.abc import Callable, Mapping, Sequence
@@ -15,84 +15,25 @@ from typing import NamedTuple
 import numpy as np
 
 from gearbox_monitor.estimation.estimates import checked, Estimates, Samples
-from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, Reading, Scratch
 from gearbox_monitor.estimation.filter_setup import drive_of, loop_arrays, settings_of
-from gearbox_monitor.estimation.filters import aekf
-from gearbox_monitor.estimation.filters.aekf import (
-    IN_USE, INFORMATION, MAX_THETA, SAMPLES, SENSITIVITY, STARTED, THETA)
+from gearbox_monitor.estimation.filters.aekf import INFORMATION, THETA
+from gearbox_monitor.estimation.likelihood_ekf import FILTER
 from gearbox_monitor.estimation.noise_search import Slopes
 from gearbox_monitor.estimation.process_model import (
-    ADAPT_AT, ADAPT_COUNT, CURVE_COUNT, layout_of, N_PACKED, NUMERIC, P0, pack, R1, R2, SLOTS,
-    state_names, X1, X2, X3, X4)
+    ADAPT_AT, ADAPT_COUNT, CURVE_COUNT, layout_of, NUMERIC, P0, pack, R1, R2, SLOTS, state_names,
+    X1, X2)
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED
 from gearbox_monitor.estimation.sample_loop import (
     DIVERGED, E_INNOVATION_COVARIANCE, E_INNOVATION_STD_ARM, E_INNOVATION_STD_MOTOR, E_LOGLIK,
-    E_WHITE_1, E_WHITE_2, ESTIMATE, loop_of, N_ESTIMATE, NEVER, Output, part_of, STOP_AT, Stream)
+    E_WHITE_1, E_WHITE_2, ESTIMATE, N_ESTIMATE, NEVER, NUMBERS, Output, part_of, run, STOP_AT,
+    Stream)
 from gearbox_monitor.estimation.score import DIVERGENCE_COST, run_unsmoothed, score, settled
-from gearbox_monitor.kernels.kernel import apart, inline
-from gearbox_monitor.kernels.types import Array, Layout
+from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel, LAW
 from gearbox_monitor.plant.transmission import ATAN
 
 DIFFERENCE = 0.03  # of the logarithms; a criterion may be rough on smaller scales
-
-
-@apart
-def step(layout: Layout, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
-         record: Array) -> bool:
-    """
-    Do as filters.ekf.step, and add up gradient and information in the memory.
-
-    The arguments layout, belief, reading, p, scratch and record are as of ekf.step.
-
-    Returns:
-        False if the belief is unusable.
-
-    """
-    memory, vectors = belief.memory, scratch.vectors
-    if memory[STARTED] == 0.0:
-        memory[STARTED] = 1.0
-        for i in range(N_PACKED):
-            memory[IN_USE + i] = p[i]
-    if memory[SAMPLES] == 0.0:
-        memory[SAMPLES] = 1.0
-        for i in range(int(p[ADAPT_COUNT])):
-            if p[ADAPT_AT + i] == R1:
-                _begin(belief, i, (X1, X3), p[R1], reading.dt)
-            elif p[ADAPT_AT + i] == R2:
-                _begin(belief, i, (X2, X4), p[R2], reading.dt)
-    if not aekf.differentiate(layout, belief, reading, p, scratch, record):
-        return False
-    for i in range(int(p[ADAPT_COUNT])):
-        memory[THETA + i] += aekf.gradient(vectors, i)
-        for j in range(i + 1):
-            memory[INFORMATION + i * (i + 1) // 2 + j] += aekf.information(vectors, i, j)
-    return True
-
-
-@inline
-def _begin(belief: Belief, i: int, places: tuple[int, int], r: float, dt: float) -> None:
-    """
-    Write how a start answers to the noise of an encoder, see sample_loop.start and first_speed.
-
-    Args:
-        belief: before the first step of `dt` s.
-        i: number of theta.
-        places: of position and speed.
-        r: variance of the encoder, rad^2.
-        dt: s.
-
-    """
-    (z, P, memory), (x, v) = belief, places
-    n = z.shape[0]
-    of_P = r if P[x * n + x] == r else 0.0  # else not measured at the start
-    memory[SENSITIVITY + MAX_THETA * n + (i * n + x) * n + x] = of_P
-    memory[SENSITIVITY + i * n + v] = -z[v] * (of_P + r) / (
-        P[v * n + v] * dt * dt + P[x * n + x] + r)
-
-
-KIND = FilterKind(step, aekf.N_VECTORS, aekf.N_MATRICES, aekf.memory_size, aekf.resume)
 
 
 class LikelihoodSlopes:
@@ -111,7 +52,8 @@ class LikelihoodSlopes:
         self._p[ADAPT_COUNT] = len(names)
         self._p[ADAPT_AT:ADAPT_AT + len(names)] = list(self._slots.values())
         self._states = layout_of(self._p, len(state_names(self._drive, parameters)))
-        self._settings = settings_of(self._drive, parameters)._replace(lag=0)
+        self._settings = settings_of(self._drive, parameters)._replace(
+            lag=0, filter=NUMBERS[FILTER.name])
         self._stream = Stream(*checked(samples))
         count = len(self._stream.stamps)
         self._output = Output(np.zeros(count, np.int64), np.empty((count, N_ESTIMATE)),
@@ -123,13 +65,13 @@ class LikelihoodSlopes:
         for name, slot in self._slots.items():
             p[slot] = values[name] ** 2
         p[P0 + X1], p[P0 + X2] = p[R1], p[R2]
-        belief, scratch, state = loop_arrays(KIND, self._states.n, 2, self._drive)
+        belief, scratch, state = loop_arrays(FILTER, self._states.n, 2, self._drive)
         state.gate[STOP_AT] = NEVER
 
-        def run(begin: int, end: int) -> tuple[Array, Array]:
+        def take(begin: int, end: int) -> tuple[Array, Array]:
             """Take the samples from `begin` to `end`; return the sums after them."""
             while begin < end:
-                begin += loop_of(KIND)(
+                begin += run(
                     self._states, self._settings, p, part_of(self._stream, begin, end), state,
                     belief, scratch, self._output._replace(
                         codes=codes[begin:end], estimates=rows[begin:end]))[0]
@@ -137,10 +79,10 @@ class LikelihoodSlopes:
 
         at, stamps = 0, self._stream.stamps
         while at < len(codes) and not (at and codes[at - 1] == ESTIMATE):
-            run(at, at + 1)
+            take(at, at + 1)
             at += 1
         later = at + int(np.argmax(np.append(settled(stamps[at - 1:])[1:], True)))
-        settled_sums, sums_at_end = run(at, later), run(later, len(codes))
+        settled_sums, sums_at_end = take(at, later), take(later, len(codes))
         diverged = int(state.counts[DIVERGED])
         logliks = rows[later:, E_LOGLIK][codes[later:] == ESTIMATE]
         value = float(logliks.sum()) if len(logliks) else -math.inf

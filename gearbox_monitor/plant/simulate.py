@@ -16,7 +16,7 @@ import numpy as np
 
 from gearbox_monitor.errors import expect_whole, InputError
 from gearbox_monitor.kernels.callback import address_of, called_back
-from gearbox_monitor.kernels.kernel import bound, compilable, entry, inline, kernel
+from gearbox_monitor.kernels.kernel import apart, bound, compilable, entry, inline, kernel
 from gearbox_monitor.kernels.types import Array, column, Cube, Matrix, Vector
 from gearbox_monitor.plant import effects
 from gearbox_monitor.plant.drive import (
@@ -238,7 +238,7 @@ def constrained(x: Four, u: float, extra: Three, acting: Three, p: Array) -> flo
     return acting[0] + extra[2]
 
 
-@inline
+@apart
 def derivative(t: float, x: Four, m: Any, inputs: Inputs) -> Four:
     """
     Return the slopes of positions and speeds.

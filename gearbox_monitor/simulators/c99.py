@@ -238,7 +238,7 @@ def _texts(estimator: Estimator) -> list[str]:
         Tuple([_view('&code', one), _view('row', np.zeros((1, sample_loop.N_ESTIMATE))),
                _view('0', one[:0]), _view('0', np.zeros((0, 0)))], Output),
         of_filter.place(Watch(np.zeros((2, N_SUMS)), np.zeros(2, np.int64)))]
-    code = _CODE.replace('@STEP@', _call(program, _step_of(estimator._loop), values))
+    code = _CODE.replace('@STEP@', _call(program, _step_of(sample_loop.run), values))
     code = code.replace('@INIT@', of_filter.content())
     window = ''
     if estimator.parameters.arm_joint:
