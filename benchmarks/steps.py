@@ -15,12 +15,13 @@ from gearbox_monitor.estimation.filter_setup import loop_arrays
 from gearbox_monitor.estimation.filters.ekf import step as filter_step
 from gearbox_monitor.estimation.process_model import layout_of, pack, state_names
 from gearbox_monitor.estimation.sample_loop import start
-from gearbox_monitor.kernels.kernel import bound, folding
+from gearbox_monitor.kernels.kernel import bound, entry
 from gearbox_monitor.kernels.types import Array, Layout, Matrix, Values, Vector
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 
 
+@entry
 def _loop(layout: Layout, belief: Belief, u: Vector, y: Matrix, dt: float, p: Vector,
           scratch: Scratch, record: Vector) -> int:
     """Run the filter bound to filter_step over N samples; return how many steps failed."""
@@ -53,7 +54,7 @@ def stepper(model: DriveModel, parameters: Values, u: Array, y: Array,
     model = model.with_(arm_load=complete.arm_load)
     n, p = len(state_names(model, complete)), pack(model, complete)
     kind, states = filter_kind(complete.filter), layout_of(p, n)
-    loop = folding(states)(bound(_loop, kind.name, filter_step=kind.step))
+    loop = bound(_loop, kind.name, filter_step=kind.step)
 
     def run() -> int:
         belief, scratch, state = loop_arrays(kind, n, 1, model)

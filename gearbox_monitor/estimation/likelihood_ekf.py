@@ -7,11 +7,12 @@ from gearbox_monitor.estimation.filters import aekf
 from gearbox_monitor.estimation.filters.aekf import (
     IN_USE, INFORMATION, MAX_THETA, SAMPLES, SENSITIVITY, STARTED, THETA)
 from gearbox_monitor.estimation.process_model import (
-    ADAPT_AT, ADAPT_COUNT, N_PACKED, R1, R2, X1, X2, X3, X4)
-from gearbox_monitor.kernels.kernel import apart, inline
+    ADAPT_AT, ADAPT_COUNT, N_PACKED, R1, R2, WALKS, X1, X2, X3, X4)
+from gearbox_monitor.kernels.kernel import apart, folded, inline
 from gearbox_monitor.kernels.types import Array, Layout
 
 
+@folded(*WALKS)
 @apart
 def step(layout: Layout, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
          record: Array) -> bool:

@@ -185,8 +185,8 @@ Column: TypeAlias = tuple[float, float, float, float, float]
 Columns: TypeAlias = tuple[Column, ...]
 Pairs: TypeAlias = tuple[Pair, ...]
 # Layouts that are folded into kernels: with an unknown load, without one, and those of the curves.
-USUAL = (Layout(6, False, -1, False), Layout(5, False, -1, False))
-USUAL_CURVES = (Layout(6, False, 0, False), Layout(10, False, 4, False))
+WALKS = (Layout(6, False, -1, False), Layout(5, False, -1, False))
+USUAL = (*WALKS, Layout(6, False, 0, False), Layout(10, False, 4, False))
 
 
 class _Stages(NamedTuple):

@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 from gearbox_monitor.estimation.consider import variances_of
 from gearbox_monitor.estimation.process_model import (
-    motor_side, TAU_K_MODEL_STD, torque_of, X1, X2, X3, X4)
+    motor_side, TAU_K_MODEL_STD, torque_of, USUAL, X1, X2, X3, X4)
 from gearbox_monitor.estimation.step_record import places, sensitivities
-from gearbox_monitor.kernels.kernel import entry, kernel
+from gearbox_monitor.kernels.kernel import apart, entry, folded, kernel
 from gearbox_monitor.kernels.linalg import (
     add_product, multiply, solve_positive, transposed_multiply_symmetric)
 from gearbox_monitor.kernels.types import Array, Layout, Matrix, Vector
@@ -58,6 +58,8 @@ def smoother_parameters(parameters: EstimatorParameters) -> EstimatorParameters:
 
 
 @entry
+@folded(*USUAL)
+@apart
 def smooth(layout: Layout, ring: Matrix, span: Span, p: Vector, z: Vector, matrices: Matrix,
            out: Matrix) -> None:
     """

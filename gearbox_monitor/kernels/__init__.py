@@ -13,11 +13,10 @@ are imported; pip brings it into an isolated build, an apt-installed Jazzy has i
 
 Public names, by module:
 
-    callback: address_of, called_back
+    callback: address_of, called_back, compilable
     elementary: arctan, cosine, DIFFERENCE_GAIN, exponential, fma, MAD_TO_SIGMA, noise_levels,
         quantisation_step, sine, white_noise_std
-    kernel: apart, bound, compilable, entry, folding, inline, kernel, KERNELS, prepared,
-        Repeated
+    kernel: apart, bound, entry, folded, inline, kernel, KERNELS, prepared, Repeated
     library: installed
     linalg: add_product, add_transposed_product, carry, multiply, multiply_symmetric,
         solve_positive, transposed_multiply_symmetric

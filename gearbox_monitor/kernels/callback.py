@@ -13,7 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.kernels.kernel import instruction
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.kernels.kernel import declared, instruction
+from gearbox_monitor.kernels.translate.values import Refused
 from gearbox_monitor.kernels.types import Array, Triple
 
 Torques = Callable[..., Triple]
@@ -42,3 +44,15 @@ def address_of(torques: Torques) -> int:
 def called_back(address: int, numbers: tuple[float, ...], theta: Array) -> Triple:
     """Return the torques of the user's function at `address` for its arguments, theta the last."""
     return _called[address][0](*numbers, theta)
+
+
+def compilable(function: Any, *annotations: Any) -> bool:
+    """Return whether a user's `function` of arguments with `annotations` can be compiled here."""
+    from gearbox_monitor.kernels import build
+    from gearbox_monitor.kernels.translate.program import Program
+    try:
+        build.compiler()
+        Program().instance(function, tuple(map(declared, annotations)))
+    except (InputError, Refused):
+        return False
+    return True

@@ -20,8 +20,9 @@ from typing import Any
 
 from gearbox_monitor.errors import InputError
 
-ENTRIES: list[Any] = []  # all that were made in this process
+ENTRIES: list[Any] = []  # of the package, as far as it is imported
 PACKAGE = Path(__file__).parents[1]
+ROOMS = ('kernels', 'estimation', 'health', 'plant', 'recordings', 'robot')  # with kernels
 STEMS = ('_kernels_v3', '_kernels')  # of libraries in the package, the best first
 V3 = ('avx2', 'bmi2', 'fma', 'movbe')
 
@@ -43,30 +44,23 @@ def stems() -> tuple[str, ...]:
     return STEMS if words.issuperset(V3) else STEMS[1:]
 
 
-def digest(sources: str) -> str:
-    """Return a digest of the files of the package that `sources` names, one a line."""
+@cache
+def digest() -> str:
+    """Return a digest of the sources that kernels and their constants may stand in."""
     seen = hashlib.sha256()
-    for name in sources.splitlines():
-        try:
-            seen.update((PACKAGE / name).read_bytes())
-        except OSError:
-            seen.update(b'missing')
-    return seen.hexdigest()
+    for room in ROOMS:
+        for path in sorted((PACKAGE / room).rglob('*.py')):
+            seen.update(path.read_bytes())
+    return seen.hexdigest()[:24]
 
 
-def note(path: Path, name: str) -> str:
-    """Return what the library at `path` notes under a name: sources, digest, text; or ''."""
+def notes(path: Path) -> list[str]:
+    """Return the digests of the sources and of the C of the library at `path`, [] without any."""
     try:
-        value = ctypes.c_char_p.in_dll(ctypes.CDLL(str(path)), f'gm_{name}').value
+        value = ctypes.c_char_p.in_dll(ctypes.CDLL(str(path)), 'gm_notes').value
     except (OSError, ValueError):
-        return ''
-    return (value or b'').decode()
-
-
-def _current(path: Path) -> Any:
-    """Return the library at `path`, None if it is not there or made of other sources."""
-    fresh = path.exists() and note(path, 'digest') == digest(note(path, 'sources'))
-    return ctypes.CDLL(str(path)) if fresh else None
+        return []
+    return (value or b'').decode().split()
 
 
 def cache_folder() -> Path:
@@ -90,12 +84,9 @@ def cache_folder() -> Path:
 def installed() -> Any:
     """Return the library of the package; it is built where the sources have changed."""
     for stem in stems():
-        library = _current(PACKAGE / f'{stem}.so')
-        if library is not None:
-            return library
-    key = hashlib.sha256(b''.join(
-        path.read_bytes() for path in sorted(PACKAGE.rglob('*.py')))).hexdigest()[:16]
-    folder = cache_folder() / key
+        if notes(PACKAGE / f'{stem}.so')[:1] == [digest()]:
+            return ctypes.CDLL(str(PACKAGE / f'{stem}.so'))
+    folder = cache_folder() / digest()
     path = folder / f'{stems()[0]}.so'
     if not path.exists():
         sys.stderr.write(
@@ -108,3 +99,14 @@ def installed() -> Any:
         if run.returncode:
             raise missing((run.stderr.strip().splitlines() or ['no library'])[-1])
     return ctypes.CDLL(str(path))
+
+
+def function(entry: Any) -> Any:
+    """Return the C function of an Entry. Raises InputError, Refused."""
+    found = getattr(installed(), entry.symbol, None)
+    if found is None:
+        from gearbox_monitor.kernels import build
+        found = getattr(ctypes.CDLL(str(build.compiled(build.text_of([entry]), cache_folder()))),
+                        entry.symbol)
+    found.argtypes, found.restype = [ctypes.c_void_p], None
+    return found

@@ -10,7 +10,7 @@ import math
 from typing import TypeAlias
 
 from gearbox_monitor.kernels.elementary import fma
-from gearbox_monitor.kernels.kernel import inline, kernel
+from gearbox_monitor.kernels.kernel import apart, inline, kernel
 from gearbox_monitor.kernels.types import Array, Layout
 
 # A row of a matrix in variables: the compiler cannot know that what is written to is none of the
@@ -20,7 +20,7 @@ LEAST, MOST = 5, 11
 ZEROS: Row = (0.0,) * MOST
 
 
-@inline
+@apart
 def multiply(layout: Layout, a: Array, b: Array, out: Array) -> None:
     """
     Write a b into `out`; all [n * n], row by row.
@@ -35,7 +35,7 @@ def multiply(layout: Layout, a: Array, b: Array, out: Array) -> None:
         _put(n, row, out, i * n)
 
 
-@inline
+@apart
 def multiply_symmetric(layout: Layout, a: Array, b: Array, out: Array) -> None:
     """Write a b' into `out`, known to be symmetric; all [n * n]; `layout` of n states."""
     n = layout.n

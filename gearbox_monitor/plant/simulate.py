@@ -15,8 +15,8 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from gearbox_monitor.errors import expect_whole, InputError
-from gearbox_monitor.kernels.callback import address_of, called_back
-from gearbox_monitor.kernels.kernel import apart, bound, compilable, entry, inline, kernel
+from gearbox_monitor.kernels.callback import address_of, called_back, compilable
+from gearbox_monitor.kernels.kernel import apart, bound, entry, inline, kernel
 from gearbox_monitor.kernels.types import Array, column, Cube, Matrix, Vector
 from gearbox_monitor.plant import effects
 from gearbox_monitor.plant.drive import (
@@ -369,7 +369,7 @@ def _run(state: Vector, schedule: Schedule, noise: ProcessNoise, drive: PackedDr
 
 def rebuilt(kernel: Any, **names: Any) -> Any:
     """Return a copy of `kernel` that calls the functions `names` under these global names."""
-    return bound(kernel, 'rebuilt', False, **names)
+    return bound(kernel, 'rebuilt', **names)
 
 
 @cache

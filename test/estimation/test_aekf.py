@@ -33,8 +33,8 @@ TUNED = {
     'q_std_motor_position': Q_A[0], 'q_std_arm_position': Q_A[1], 'q_std_motor_speed': Q_A[2],
     'q_std_arm_speed': Q_A[3], 'q_std_tau_k': 10.0}
 
-DIFFERENTIATE = Entry(aekf.differentiate, installed=False)
-STEP = Entry(ekf.step, installed=False)
+DIFFERENTIATE = Entry(aekf.differentiate)
+STEP = Entry(ekf.step)
 
 
 def simulated(seconds, seed=1, dt=1e-3):

@@ -38,7 +38,7 @@ VARIANTS = {
     'friction error': ('none', {'friction_error_std': 0.2, 'friction_error_time': 0.3}, {}),
     'all': ('unknown', {'tau_k_stiffness': 2.0, 'friction_error_std': 0.2}, LOADS),
 }
-STEP = Entry(ekf.step, installed=False)
+STEP = Entry(ekf.step)
 CASE_B = DriveModel().with_(stiffness=5.0, half_gap=0.6)
 TUNED = {'arm_load': 'none', 'r_std_motor': 0.0612, 'r_std_arm': 0.0828,
          'q_std_motor_position': 0.0612, 'q_std_arm_position': 0.0828,

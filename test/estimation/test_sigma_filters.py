@@ -24,8 +24,8 @@ from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 
 CASE_A = DriveModel().with_(kind='play', stiffness=5.0, half_gap=0.3, hysteresis_width=0.3)
-STEPS = {module: Entry(module.step, installed=False) for module in (ekf, ukf, srukf)}
-NUMERIC = Entry(propagate_numeric, installed=False)
+STEPS = {module: Entry(module.step) for module in (ekf, ukf, srukf)}
+NUMERIC = Entry(propagate_numeric)
 KINDS = {'statistical': (ekf, {'friction_linearisation': 'statistical'}),
          'ukf': (ukf, {}), 'srukf': (srukf, {})}
 

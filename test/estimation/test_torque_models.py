@@ -32,7 +32,7 @@ SHAPES = {'dead zone': {}, 'play': {'kind': 'play', 'hysteresis_width': 0.03},
           'passive play': {'kind': 'passive_play', 'hysteresis_width': 0.03,
                            'hysteresis_stiffness': 4.0}}
 
-NUMERIC = Entry(propagate_numeric, installed=False)
+NUMERIC = Entry(propagate_numeric)
 
 
 def recorded(model, seconds):

@@ -11,8 +11,8 @@ import pytest
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels import build, library
-from gearbox_monitor.kernels.callback import address_of
-from gearbox_monitor.kernels.kernel import compilable, Entry, prepared, Repeated
+from gearbox_monitor.kernels.callback import address_of, compilable
+from gearbox_monitor.kernels.kernel import Entry, prepared, Repeated
 from gearbox_monitor.kernels.types import Vector
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import N_STATE, packed_drive, Plant, with_plugin
@@ -36,10 +36,10 @@ def torques(t, x1, x2, x3, x4, u, tau_k, theta):
 @pytest.fixture(scope='module')
 def entry(tmp_path_factory):
     """Return `added` compiled."""
-    made = Entry(added, installed=False)
-    symbol, types = made.variants()[0]
-    path = build.one(made, symbol, types, tmp_path_factory.mktemp('kernels'))
-    made.use(getattr(library.ctypes.CDLL(str(path)), symbol), types)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv('XDG_CACHE_HOME', str(tmp_path_factory.mktemp('cache')))
+        made = Entry(added)
+        assert made.function
     return made
 
 
@@ -47,21 +47,29 @@ def test_the_library_has_every_entry_of_the_package():
     import_module(build.EVERYTHING)
     assert len(library.ENTRIES) > 40
     for one in library.ENTRIES:
-        if one.__wrapped__.__module__.startswith('gearbox_monitor'):
-            for symbol, _ in one.variants():
-                assert hasattr(library.installed(), symbol), symbol
+        if one.__module__.startswith('gearbox_monitor'):
+            assert hasattr(library.installed(), one.symbol), one.symbol
 
 
 def test_a_library_of_other_sources_is_not_used(tmp_path, monkeypatch):
-    monkeypatch.setattr(library, 'PACKAGE', tmp_path)
-    (tmp_path / 'a.py').write_text('1')
-    text = ('const char *gm_sources = "a.py"; '
-            f'const char *gm_digest = "{library.digest("a.py")}";')
-    build.compile_({'-O1': text}, tmp_path / '_kernels.so')
-    assert library._current(tmp_path / '_kernels.so') is not None
-    (tmp_path / 'a.py').write_text('2')
-    assert library._current(tmp_path / '_kernels.so') is None
-    assert library._current(tmp_path / 'missing.so') is None
+    folder = tmp_path / 'gearbox_monitor'
+    (folder / 'plant').mkdir(parents=True)
+    monkeypatch.setattr(library, 'PACKAGE', folder)
+    monkeypatch.setattr(build, 'text_of', lambda entries: 'int a;\n')
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'cache'))
+    path, seen = folder / f'{library.stems()[0]}.so', []
+    for text in ('1', '2'):
+        (folder / 'plant' / 'a.py').write_text(text)
+        library.digest.cache_clear()
+        seen.append(library.digest())
+        assert library.notes(path)[:1] != seen[-1:]
+        build.package(path)  # the second time a copy, as its C is the same
+        copy = path.rename(tmp_path / f'{text}.so')
+        assert library.notes(copy)[:1] == seen[-1:]
+        copy.rename(path)
+        monkeypatch.setattr(build, 'compile_', None)
+    assert seen[0] != seen[1] and not library.notes(tmp_path / 'missing.so')
+    library.digest.cache_clear()
 
 
 def test_without_a_compiler_one_line_says_what_to_install(monkeypatch):
@@ -100,7 +108,7 @@ def test_repeated_calls_follow_their_arguments(entry):
 def test_arguments_by_name(entry):
     assert entry(np.array([1.0]), b=2.0, a=3.0) == 8.0
     for arguments, named in (((1.0,), {}), ((1.0, 2.0), {'c': 1.0}), ((1.0, 2.0, 3.0), {})):
-        with pytest.raises(TypeError, match='added'):
+        with pytest.raises(TypeError, match='argument'):
             entry(np.zeros(1), *arguments, **named)
 
 

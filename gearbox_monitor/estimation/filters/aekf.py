@@ -36,10 +36,10 @@ from gearbox_monitor.estimation.process_model import (
     Q_TAU_K_SPEED, R1, R2, rates, rk4, SLOTS, softened_sharpness, STATISTICAL, TAU_K,
     TRACE_ARM_POSITION, TRACE_ARM_SPEED, TRACE_ON_POSITION, TRACE_ON_SPEED, TRACE_SHARE,
     TRACE_SLOPE, TRACE_SPEED, TRACE_TAU_K, TRACE_TORQUE, TRACE_TWIST_RATE, TRACE_X2, TRACE_X3,
-    TRACE_X4, X1, X2, X3, X4)
+    TRACE_X4, WALKS, X1, X2, X3, X4)
 from gearbox_monitor.estimation.step_record import places
 from gearbox_monitor.kernels.elementary import fma
-from gearbox_monitor.kernels.kernel import apart, inline, kernel
+from gearbox_monitor.kernels.kernel import apart, folded, inline, kernel
 from gearbox_monitor.kernels.linalg import multiply, multiply_symmetric
 from gearbox_monitor.kernels.types import Array, Layout, Pair, Values, Vector
 from gearbox_monitor.plant.drive import (
@@ -202,6 +202,7 @@ def recall(memory: Array, p: Array, state: Values) -> bool:
     return True
 
 
+@folded(*WALKS)
 @apart
 def step(layout: Layout, belief: Belief, reading: Reading, p: Vector, scratch: Scratch,
          record: Vector) -> bool:
@@ -362,7 +363,7 @@ def _write(row: Array, v: Column, n: int) -> None:
         row[j] = v[j] if j < 5 else 0.0
 
 
-@inline
+@apart
 def _answers(layout: Layout, unit: Column, g: int, h: float, current: Array,
              vectors: Array) -> None:
     """
@@ -530,7 +531,7 @@ def _predict(layout: Layout, belief: Belief, sensitivity: BeliefSensitivity, rea
         record[at_z + i] = z[i]
 
 
-@inline
+@apart
 def _times(layout: Layout, product: Array, source: int, flat: Array, out: int) -> None:
     """Write Phi P r of the four stages' rows r from row `source` on into rows from `out` on."""
     n = layout.n
@@ -568,7 +569,7 @@ def _advance_covariance(layout: Layout, P_i: Array, slot: int, h: float, current
         _add_products(layout, P_i, 1.0, X4, h, _G_ARM, _W, flat)
 
 
-@inline
+@apart
 def _add_products(layout: Layout, P_i: Array, factor: float, at: int, h: float, g: int, w: int,
                   flat: Array) -> None:
     """

@@ -15,10 +15,10 @@ import math
 from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, Reading, Scratch
 from gearbox_monitor.estimation.process_model import (
     bound_curve, EIGENVALUE, noise, NUMERIC, propagate, propagate_numeric, R1, R2,
-    softened_sharpness, STATISTICAL, X3, X4)
+    softened_sharpness, STATISTICAL, USUAL, X3, X4)
 from gearbox_monitor.estimation.step_record import places
 from gearbox_monitor.kernels.elementary import fma
-from gearbox_monitor.kernels.kernel import apart, inline
+from gearbox_monitor.kernels.kernel import apart, folded, inline
 from gearbox_monitor.kernels.linalg import carry
 from gearbox_monitor.kernels.types import Array, Four, Layout, Pair, Triple, Vector
 from gearbox_monitor.parameters import CURVES, RANDOM_WALK
@@ -27,6 +27,7 @@ from gearbox_monitor.plant.drive import ALPHA, ARM_ALPHA, substeps
 LOG_TWO_PI = math.log(2.0 * math.pi)
 
 
+@folded(*USUAL)
 @apart
 def step(layout: Layout, belief: Belief, reading: Reading, p: Vector, scratch: Scratch,
          record: Vector) -> bool:

@@ -13,10 +13,10 @@ import math
 from gearbox_monitor.estimation import sigma_points
 from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, Reading, Scratch
 from gearbox_monitor.estimation.filters.ekf import healthy, LOG_TWO_PI
-from gearbox_monitor.estimation.process_model import noise, R1, R2
+from gearbox_monitor.estimation.process_model import noise, R1, R2, WALKS
 from gearbox_monitor.estimation.sigma_points import cholesky, cross_covariance, N_LANES, transform
 from gearbox_monitor.estimation.step_record import places
-from gearbox_monitor.kernels.kernel import apart, inline
+from gearbox_monitor.kernels.kernel import apart, folded, inline
 from gearbox_monitor.kernels.types import Array, Layout, Vector
 
 N_MATRICES = 7 + N_LANES
@@ -27,6 +27,7 @@ def memory_size(n: int) -> int:
     return n * n
 
 
+@folded(*WALKS)
 @apart
 def step(layout: Layout, belief: Belief, reading: Reading, p: Vector, scratch: Scratch,
          record: Vector) -> bool:

@@ -10,14 +10,15 @@ update, which is the EKF's (in Joseph's form).
 from gearbox_monitor.estimation import sigma_points
 from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, Reading, Scratch
 from gearbox_monitor.estimation.filters.ekf import healthy, update
-from gearbox_monitor.estimation.process_model import noise
+from gearbox_monitor.estimation.process_model import noise, WALKS
 from gearbox_monitor.estimation.sigma_points import cholesky, cross_covariance, N_LANES, transform
 from gearbox_monitor.estimation.step_record import places
-from gearbox_monitor.kernels.kernel import apart, inline
+from gearbox_monitor.kernels.kernel import apart, folded, inline
 from gearbox_monitor.kernels.linalg import add_transposed_product
 from gearbox_monitor.kernels.types import Array, Layout, Vector
 
 
+@folded(*WALKS)
 @apart
 def step(layout: Layout, belief: Belief, reading: Reading, p: Vector, scratch: Scratch,
          record: Vector) -> bool:

@@ -7,8 +7,8 @@ from typing import Any
 
 from gearbox_monitor.kernels.translate.expressions import Expressions
 from gearbox_monitor.kernels.translate.values import (
-    constant, join, Known, Number, Object, OPEN, Scalar, stored, Tuple, Type, type_of, Value, View,
-    words)
+    constant, join, Known, Number, Object, OPEN, Record, Scalar, stored, Tuple, Type, type_of,
+    Value, View, words)
 
 MOST_PASSES = 30
 KEYWORDS = {'inline': 'GM_INLINE', 'apart': 'GM_APART'}
@@ -44,6 +44,7 @@ class Function(Expressions):
             kind = self.declare(name, kind, self.node)
             if stored(kind):
                 parameters.append(f'{self.program.c_type(kind)} {name}_')
+        self._leave_usual(names)
         ended = self._block(self.node.body) if isinstance(
             self.node.body, list) else self.s_Return(ast.Return(self.node.body))
         if not ended:
@@ -59,6 +60,23 @@ class Function(Expressions):
             f'/* {file}: {self.function.__qualname__} */',
             f'{keyword} {result} {self.name}({", ".join(parameters) or "void"})', '{',
             *variables, *self.lines, '}'])
+
+    def _leave_usual(self, names: list[str]) -> None:
+        """Leave what has a usual first argument to an instance with that folded in."""
+        usual = getattr(self.function, 'usual', ())
+        for first in usual if usual and isinstance(self.types[0], Record) else ():
+            made = self.program.instance(self.function, (Known(first), *self.types[1:]))
+            given = self.items(self.program.value(self.types[0], f'{names[0]}_'))
+            self.emit('if ({}) {{'.format(' && '.join(
+                f'{self.number(item).c} == {self.number(constant(value)).c}'
+                for item, value in zip(given, first))))
+            call = '{}({})'.format(made.name, ', '.join(
+                f'{name}_' for name, kind in zip(names[1:], self.types[1:]) if stored(kind)))
+            result = made.result or Known(None)
+            if not stored(result):
+                self.emit(f'{call};')
+            self._give(self.program.value(result, call), self.node)
+            self.emit('}')
 
     def _block(self, body: list[Any]) -> bool:
         """Translate statements; return whether what follows them is never reached."""
