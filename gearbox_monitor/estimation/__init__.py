@@ -9,11 +9,11 @@ with a fixed lag or over a whole recording. Live nodes and replay run the same l
 
 Public names, by module:
 
-    .: filter, innovation_filter, noise_search, rts_smoother, sample_loop, slopes
+    .: innovation_filter, noise_search, rts_smoother, sample_loop
     consider: ERROR_NAMES
     estimates: Batch, COLUMNS, Estimate, Estimates, Sample, Samples, SMOOTHED_COLUMNS
     estimator: Estimator, expect_format, snapshot_errors, SnapshotError, unsmoothed
-    filter_kind: Belief, filter_kind, Scratch
+    filter_kind: Belief, Scratch
     filter_setup: described
     innovation_filter: FilterInput, FilterStart, FilterTrace, LASTING, N_FILTER, SampleSchedule
     interval_smoother: smooth_interval
