@@ -19,6 +19,7 @@ from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
 from gearbox_monitor.estimation.filter_kind import Belief, filter_kind, Reading, Scratch
 from gearbox_monitor.estimation.filter_setup import loop_arrays
 from gearbox_monitor.estimation.process_model import TAU_K_MODEL_STD, torque_of
+from gearbox_monitor.estimation.sample_loop import Chosen
 from gearbox_monitor.estimation.step_record import correction, sensitivities
 from gearbox_monitor.kernels.kernel import entry, prepared
 from gearbox_monitor.kernels.types import Layout, Pair, Values, Vector
@@ -27,19 +28,19 @@ from gearbox_monitor.plant.drive import DriveModel
 
 
 @entry
-def _call(layout: Layout, number: int, belief: Belief, p: Vector, scratch: Scratch,
+def _call(layout: Layout, chosen: Chosen, belief: Belief, p: Vector, scratch: Scratch,
           record: Vector, companions: Companions, previous: Vector, dt: float, u: float,
           load: float, y1: float, y2: float) -> bool:
-    """Step the filter with a number in sample_loop.KINDS; previous [>= n]: scratch."""
+    """Step the `chosen` filter; previous [>= n]: scratch."""
     reading = Reading(dt, u, load, y1, y2)
     for i in range(layout.n):
         previous[i] = belief.z[i]
     if not math.isfinite(companions.s[-1]):  # the first step
         sample_loop.aim(layout, belief, reading, p)
-    if not sample_loop.filter_step(number, layout, belief, reading, p, scratch, record):
+    if not sample_loop.filter_step(chosen, layout, belief, reading, p, scratch, record):
         return False
     return accompany(layout, companions, previous, reading,
-                     sample_loop.in_use(number, belief.memory, p), record)
+                     sample_loop.in_use(chosen, belief.memory, p), record)
 
 
 def _expect_numbers(**values: Any) -> None:
@@ -74,7 +75,7 @@ class Filter:
         self.z, self.P = self._belief.z, self._belief.P.reshape(n, n)
         self.z[:] = math.nan  # until start
         self.innovation, self.S, self.K, self._scores = correction(self._record, n)
-        self._step = prepared(_call, self._states, sample_loop.NUMBERS[kind.name], self._belief,
+        self._step = prepared(_call, self._states, sample_loop.CHOICES[kind.name], self._belief,
                               self._packed, scratch, self._record, self._companions, state.saved)
 
     def start(self, y1: float, y2: float) -> None:

@@ -23,7 +23,7 @@ DESCRIBED_FILTERS = ('ekf', 'ukf')  # that take a load by a robot's description
 def settings_of(drive: DriveModel, parameters: EstimatorParameters) -> LoopSettings:
     """Return the LoopSettings of a filter of `drive` with `parameters`."""
     return LoopSettings(
-        sample_loop.NUMBERS[parameters.filter], round(parameters.max_gap * SECOND),
+        sample_loop.CHOICES[parameters.filter], round(parameters.max_gap * SECOND),
         parameters.effort_delay, round(parameters.smoother_lag * SECOND),
         drive.arm_load == 'measured', parameters.narrow_std)
 

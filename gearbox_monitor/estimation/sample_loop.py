@@ -25,9 +25,15 @@ from gearbox_monitor.kernels.types import Array, Integers, Layout, Matrix, Vecto
 from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.plant.drive import INVERSE_M2
 
-# The filters of the loop, and {name: number}.
+
+class Chosen(NamedTuple):
+    """A filter by its `number` in KINDS; a tuple, as these are folded where they are known."""
+
+    number: int
+
+
 KINDS = (*map(filter_kind, FILTER_NAMES), likelihood_ekf.FILTER)
-NUMBERS = {kind.name: i for i, kind in enumerate(KINDS)}
+CHOICES = {kind.name: Chosen(i) for i, kind in enumerate(KINDS)}
 # What became of a sample.
 (ESTIMATE, START, ZERO_STAMP, DUPLICATE, BACKWARD, JUMP, NO_EFFORT, NO_MEASUREMENT, DIVERGED,
  POSITION_JUMP,
@@ -139,13 +145,13 @@ class LoopSettings(NamedTuple):
     """
     What a run depends on besides its numbers.
 
-    filter: its place in KINDS; max_gap: longest time between stamps that is bridged, ns; delay: of
+    filter: see CHOICES; max_gap: longest time between stamps that is bridged, ns; delay: of
     the effort, samples; lag: of the smoother, ns, 0 = none; load_measured: whether the load on the
     arm is an input; narrow: whether less deviation of tau_K is stated where it wanders less than
     it may; described: of a load by a robot's description, MEASURED where there is none.
     """
 
-    filter: int
+    filter: Chosen
     max_gap: int
     delay: int
     lag: int
@@ -190,13 +196,13 @@ class Output(NamedTuple):
 
 
 @inline
-def filter_step(number: int, layout: Layout, belief: Belief, reading: Reading, p: Array,
+def filter_step(chosen: Chosen, layout: Layout, belief: Belief, reading: Reading, p: Array,
                 scratch: Scratch, record: Array) -> bool:
     """
     Take the step of a filter.
 
     Args:
-        number: of the filter in KINDS.
+        chosen: the filter.
         layout: as of ekf.step.
         belief: as of ekf.step.
         reading: as of ekf.step.
@@ -209,24 +215,24 @@ def filter_step(number: int, layout: Layout, belief: Belief, reading: Reading, p
 
     """
     for i, kind in enumerate(KINDS):
-        if number == i and (layout.curve < 0 or len(kind.tau_k_models) > 1):
+        if chosen.number == i and (layout.curve < 0 or len(kind.tau_k_models) > 1):
             return kind.step(layout, belief, reading, p, scratch, record)
     return False
 
 
 @inline
-def _resume(number: int, memory: Array) -> None:
-    """Prepare the `memory` of the filter with this `number` for a start."""
+def _resume(chosen: Chosen, memory: Array) -> None:
+    """Prepare the `memory` of the `chosen` filter for a start."""
     for i, kind in enumerate(KINDS):
-        if number == i:
+        if chosen.number == i:
             kind.resume(memory)
 
 
 @inline
-def in_use(number: int, memory: Array, p: Array) -> tuple[Array, float]:
-    """Return FilterKind.in_use of the filter with this `number` for its `memory` and `p`."""
+def in_use(chosen: Chosen, memory: Array, p: Array) -> tuple[Array, float]:
+    """Return FilterKind.in_use of the `chosen` filter for its `memory` and `p`."""
     for i, kind in enumerate(KINDS):
-        if number == i:
+        if chosen.number == i:
             return kind.in_use(memory, p)
     return p, 0.0
 
@@ -612,7 +618,7 @@ def run(layout: Layout, settings: LoopSettings, p: Vector, stream: Stream, state
 
     """
     stamps, inputs, outputs = stream
-    number, max_gap, delay, lag, load_measured, narrow, described = settings
+    chosen, max_gap, delay, lag, load_measured, narrow, described = settings
     gate, counts, clock, efforts, ring, ring_stamps, saved, companions = state
     codes, estimates, smoothed_stamps, smoothed = output
     memory = belief.memory
@@ -665,7 +671,7 @@ def run(layout: Layout, settings: LoopSettings, p: Vector, stream: Stream, state
             gate[STARTED] = stamp
             start(layout, belief, y1, y2, p, ring[0])
             ring[0, -1] = u
-            _resume(number, memory)
+            _resume(chosen, memory)
             restart(companions)
             ring_stamps[0] = stamp
             return k + 1, n_smoothed
@@ -686,7 +692,7 @@ def run(layout: Layout, settings: LoopSettings, p: Vector, stream: Stream, state
         record[at_S], record[at_S + 2] = 0.0, 0.0
         if step == 1:
             aim(layout, belief, reading, p)
-        good = filter_step(number, layout, belief, reading, p, scratch, record)
+        good = filter_step(chosen, layout, belief, reading, p, scratch, record)
         e1, e2 = record[at_innovation], record[at_innovation + 1]
         if (jumps(e1, record[at_S], clock[ERROR_MOTOR], p[R1], step)
                 or jumps(e2, record[at_S + 2], clock[ERROR_ARM], p[R2], step)):
@@ -714,7 +720,7 @@ def run(layout: Layout, settings: LoopSettings, p: Vector, stream: Stream, state
             gate[STARTED] = stamp
         ring_stamps[step % rows] = stamp
         good = good and accompany(layout, companions, saved, reading,
-                                  in_use(number, memory, p), record)
+                                  in_use(chosen, memory, p), record)
         if not good:
             codes[k] = DIVERGED
             counts[ESTIMATE] -= 1

@@ -24,8 +24,8 @@ from gearbox_monitor.estimation.process_model import (
     X1, X2)
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED
 from gearbox_monitor.estimation.sample_loop import (
-    DIVERGED, E_INNOVATION_COVARIANCE, E_INNOVATION_STD_ARM, E_INNOVATION_STD_MOTOR, E_LOGLIK,
-    E_WHITE_1, E_WHITE_2, ESTIMATE, N_ESTIMATE, NEVER, NUMBERS, Output, part_of, run, STOP_AT,
+    CHOICES, DIVERGED, E_INNOVATION_COVARIANCE, E_INNOVATION_STD_ARM, E_INNOVATION_STD_MOTOR,
+    E_LOGLIK, E_WHITE_1, E_WHITE_2, ESTIMATE, N_ESTIMATE, NEVER, Output, part_of, run, STOP_AT,
     Stream)
 from gearbox_monitor.estimation.score import DIVERGENCE_COST, run_unsmoothed, score, settled
 from gearbox_monitor.kernels.types import Array
@@ -53,7 +53,7 @@ class LikelihoodSlopes:
         self._p[ADAPT_AT:ADAPT_AT + len(names)] = list(self._slots.values())
         self._states = layout_of(self._p, len(state_names(self._drive, parameters)))
         self._settings = settings_of(self._drive, parameters)._replace(
-            lag=0, filter=NUMBERS[FILTER.name])
+            lag=0, filter=CHOICES[FILTER.name])
         self._stream = Stream(*checked(samples))
         count = len(self._stream.stamps)
         self._output = Output(np.zeros(count, np.int64), np.empty((count, N_ESTIMATE)),
