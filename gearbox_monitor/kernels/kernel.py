@@ -10,7 +10,7 @@ installed, and a call of one is one foreign call, with the GIL released. All oth
 functions: kernels call them in C, Python interprets them, and both give the same bits.
 GEARBOX_MONITOR_KERNELS=python interprets entries, too.
 """
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 import ctypes
 from functools import cache, cached_property, partial, update_wrapper
 import inspect
@@ -155,6 +155,12 @@ def _flatten(kinds: Sequence[Type], values: Sequence[Any], slots: list[Any],
             slots.append(value)
 
 
+def _nested(kind: Type, numbers: Iterator[Any]) -> Any:
+    """Return what is of this `kind`, of its `numbers` one after the other."""
+    return tuple(_nested(item, numbers) for item in kind.items) if isinstance(
+        kind, Record) else next(numbers)
+
+
 class Entry:
     """A kernel as Python calls it."""
 
@@ -194,7 +200,8 @@ class Entry:
         kind = self.types[1]
         read = struct.Struct('<' + form([kind])).unpack_from
         if isinstance(kind, Record):
-            return read
+            nested = any(isinstance(item, Record) for item in kind.items)
+            return (lambda room: _nested(kind, iter(read(room)))) if nested else read
         return (lambda room: None) if isinstance(kind, Known) else lambda room: read(room)[0]
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
