@@ -169,13 +169,9 @@ class AlertLimits:
     # Of the twist by the load: a hidden gap below is none.
     hidden_gap: float = 1e-3
 
-    # --- What windows have in common
-    # Windows that count.
-    memory: float = 5.0
-    # Deviations of a window, or of the short mean, that contradict the windows before.
+    # --- What contradicts the windows before
+    # Deviations of a window: 6e-5 by chance.
     contradicted: float = 4.0
-    # Weight of the newest window in the short mean.
-    newest_weight: float = 0.3
 
     # --- Spread of a point
     # Windows before which nothing is compared: two differences of neighbours.
@@ -248,6 +244,8 @@ class AlertLimits:
     over_std: float = 2.0
     over_share: float = 0.25
     over_windows: int = 3
+    # s after which a smaller backlash is a new baseline: warm-up and a shift of work are shorter.
+    lasting: float = 86400.0
 
     # --- Words and forecast
     # Windows without one that can be compared before an outcome says so.

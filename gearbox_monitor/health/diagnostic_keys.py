@@ -50,6 +50,7 @@ _POINT = (
     ('operating_point', '', 'its mean angle, rms speed, rms torque (and temperature)'),
     ('baseline_windows', '-', 'windows in its baseline'),
     ('baseline_since', '', 'first window that the baseline rests on'),
+    ('cause', '', 'what a comparison with the baseline recording named, while there is an alert'),
     ('trusted', '0/1', 'whether the newest window may enter the baseline'))
 _LASTS = ('lasts_s', 's', 'how long the level has lasted, unless it is OK')
 DIAGNOSTIC_KEYS = (

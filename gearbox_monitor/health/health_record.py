@@ -113,7 +113,7 @@ class Window:
         row: dict[str, Any] = dict(data['features'])
         features: Backlash | NotExcited
         if data['shows_gap']:
-            features = Backlash(**{**row, 'gap_slopes': tuple(row['gap_slopes'])})
+            features = Backlash(**row)
         else:
             friction = row['friction']
             features = NotExcited(**{**row, 'friction': friction and Friction(**friction)})

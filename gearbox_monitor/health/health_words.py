@@ -20,7 +20,7 @@ from gearbox_monitor.health.health_record import (
 NOT_SEPARABLE = 'not separable from the new motion'
 NOUNS = ('backlash', 'lost motion', 'stiffness', 'hysteresis over load', 'friction', 'torque gain',
          'share of viscous friction')
-UNKNOWN, NEVER_NS = 1e12, 2 ** 62  # values from here on are not known, times never come
+NEVER_NS = 2 ** 62  # as late as a stamp can be
 SHOWN = {'backlash': (STIFFNESS, HYSTERESIS), 'friction': (GAIN, VISCOUS_SHARE)}
 
 
@@ -62,6 +62,8 @@ def outcome(health: Health, component: str) -> Outcome:
     elif not texts:
         level, text = _healthy(health, column, window)
         texts.append(text)
+    if active and health.cause:
+        values['cause'] = health.cause
     if component in health.ended:
         texts.append(health.ended[component])
     if component == 'backlash' and health.marks:
@@ -86,7 +88,7 @@ def sentence(health: Health) -> tuple[Level, str]:
 def figures(health: Health) -> dict[str, Any]:
     """Return `health` as plain data, with None for what is not known."""
     def known(value: float) -> float | None:
-        return float(value) if abs(value) < UNKNOWN else None
+        return float(value) if math.isfinite(value) else None
     level, summary = sentence(health)
     return {
         'level': level.name, 'summary': summary,
@@ -96,8 +98,8 @@ def figures(health: Health) -> dict[str, Any]:
                 'level', 'level_std', 'baseline', 'baseline_std', 'change', 'change_std', 'rate',
                 'rate_std')},
             'compared_ns': feature.compared_ns,
-            'limit_ns': [min(health.stamp_ns + round(s * 1e9), NEVER_NS) if s < UNKNOWN else None
-                         for s in feature.reach or ()]}
+            'limit_ns': [min(health.stamp_ns + round(s * 1e9), NEVER_NS) if math.isfinite(s) else
+                         None for s in feature.reach or ()]}
             for name, feature in zip(FEATURES, health.features)},
         'alerts': {test: asdict(alert) for test, alert in health.alerts.items()},
         'limit': health.limits(tests_of(GAP)[0])[2], 'marks': [list(m) for m in health.marks],

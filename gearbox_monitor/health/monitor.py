@@ -24,7 +24,7 @@ from gearbox_monitor.estimation.rts_smoother import S_TWIST_NOISE_STD
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health import health_words
 from gearbox_monitor.health.backlash import features
-from gearbox_monitor.health.backlash.wear import PooledFeatures, when
+from gearbox_monitor.health.backlash.wear import when
 from gearbox_monitor.health.checks import (
     covariance, elastic_curve, innovation, learned_curve, model_mismatch, observability, passivity,
     twist_range, usability)
@@ -76,11 +76,6 @@ ESTIMATES_KEPT = round(LIMITS.error_window * SECOND)
 
 WINDOWS_KEPT = 1000
 Outcomes = dict[str, Outcome]  # by component
-
-
-def _common_of(snapshot: Values) -> PooledFeatures:
-    """Return what windows had in common in a `snapshot`."""
-    return PooledFeatures(json.loads(snapshot['known']))
 
 
 class Monitor:
@@ -175,7 +170,6 @@ class Monitor:
         # Smoothed, for a hidden arm what it fits: of the window, and what ROW_CHECKS read.
         self._rows = RowHistory()
         self._begin_window()
-        self._common = PooledFeatures()  # what the windows have in common
         self._hidden_arm = self._hidden_arm_of({})
         self._evaluate_at(0)
         self._reference = self._set_reference
@@ -242,7 +236,6 @@ class Monitor:
             'temperature': json.dumps(self.temperature),
             'window_start': json.dumps(self._window_start),
             'phase': json.dumps(self._phase_ns),
-            'known': json.dumps(self._common.to_list()),
             **({} if self._hidden_arm is None else {
                 'hidden_arm': json.dumps(self._hidden_arm.to_list())})}
 
@@ -256,7 +249,6 @@ class Monitor:
             monitor.temperature = json.loads(snapshot['temperature'])
             monitor._window_start = json.loads(snapshot['window_start'])
             monitor._window_whole = monitor._window_start is None
-            monitor._common = _common_of(snapshot)
             monitor._hidden_arm = monitor._hidden_arm_of(snapshot)
         return monitor
 
@@ -264,10 +256,8 @@ class Monitor:
         """
         Take over baselines, drift state and temperature of a `snapshot` of the same moment.
 
-        A baseline may have been saved meanwhile, and the temperature is no sample. What windows
-        have in common comes with them: one that was cut at the start is missing here.
+        A baseline may have been saved meanwhile, and the temperature is no sample.
         """
-        self._common = _common_of(snapshot)
         self._hidden_arm = self._hidden_arm_of(snapshot)
         self.temperature = json.loads(snapshot['temperature'])
         self.know(from_data(self.health.settings, json.loads(snapshot['health'])))
@@ -523,8 +513,6 @@ class Monitor:
 
     def _window_ended(self, stamps: Integers, rows: Array, end: int) -> Outcomes:
         window = self._fitted(stamps, rows, end)
-        if isinstance(window, features.Backlash) and self._hidden_arm is None:
-            window = self._common.refine(window)
         judged = Window(window, self._trust(), self.temperature, self._comparable())
         self.judged.append(judged)
         if isinstance(window, features.Backlash):

@@ -445,6 +445,9 @@ class MonitoredGearbox:
         """Return the Outcome on the newest change; publish a verdict that has just come."""
         outcome, verdict = changes.look()
         if verdict is not None:
+            health = self.monitor.health
+            if health.alerts:
+                self.monitor.know(replace(health, cause=verdict['text']))
             self._diagnoses.publish(String(data=json.dumps(
                 {**({GEARBOX: self.name} if self.name else {}), **verdict})))
         if not self.monitor.stamp_ns:

@@ -11,7 +11,7 @@ import pytest
 from gearbox_monitor import health
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST
 from gearbox_monitor.health.alert_limits import AlertLimits, LIMITS
-from gearbox_monitor.health.backlash.wear import PooledFeatures, Trend
+from gearbox_monitor.health.backlash.wear import Trend
 from gearbox_monitor.health.checks import (
     covariance, innovation, learned_curve, model_mismatch, observability, passivity, twist_range)
 from gearbox_monitor.health.checks.outcome import Alarm, DEBOUNCE, Level, outcome_of
@@ -91,11 +91,6 @@ def twist_of(share):
     return bool(twist_range.check(rows, DRIVE)[0])
 
 
-def contradicted_of(off):
-    pooled = PooledFeatures([[0.2] * 4, [0.0] * 4, [0.0] * 4])
-    return pooled._contradicted([(0.2 + off, 1.0), *[(0.2, 1.0)] * 3])
-
-
 DECISIONS = [
     ('covariance_low', covariance_of), ('covariance_high', covariance_of),
     ('nis_low', lambda x: errors_of(nis=x)), ('nis_high', lambda x: errors_of(nis=x)),
@@ -109,7 +104,6 @@ DECISIONS = [
     ('learned_std', lambda x: learned_of(deviations=5.0, std=x)),
     ('learned_probability', lambda x: learned_of(probability=x)),
     ('twist_room', twist_of),
-    ('contradicted', contradicted_of),
     ('trend_deviations', lambda x: Trend(0, 0.1, 0.01, 0.02 * x, 0.02).found)]
 
 

@@ -63,7 +63,8 @@ def test_every_refused_sample_has_a_condition():
 
 @pytest.mark.parametrize('new, level, word', [
     ({}, Level.OK, 'samples/s'), ({'zero stamps': 2}, Level.WARN, '2 zero stamps: stamp each'),
-    ({'missing arm positions': 3, 'missing efforts': 1}, Level.WARN, 'encoders')])
+    ({'missing arm positions': 3, 'missing efforts': 1}, Level.WARN,
+     '1 missing efforts, 3 missing arm positions: publish effort')])
 def test_input(new, level, word):
     outcome = usability.check(new, 5, {'rate_hz': 5.0})
     assert outcome.level == level and word in outcome.message

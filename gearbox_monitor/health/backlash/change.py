@@ -28,7 +28,7 @@ from gearbox_monitor.kernels.types import Array, Flags, Values
 
 RECENT = 12         # windows whose mean is shown while there is no change
 MAX_STEPS, MAX_PENDING = 6, 8
-HOUR, DAY = 3600e9, 86400e9  # ns
+HOUR = 3600e9       # ns
 LOSSES = {'gap_loss', 'lost_motion_loss'}  # tests of a backlash that became smaller
 
 
@@ -131,8 +131,8 @@ class Tracker:
             if since.sum() >= LIMITS.min_baseline:
                 self.service_ns = 0
                 self.accept()
-        elif self.alerts and self.alerts.keys() <= LOSSES and all(
-                self.stamp_ns - alert.since_ns > DAY for alert in self.alerts.values()):
+        elif self.alerts and self.alerts.keys() <= LOSSES and self.stamp_ns - max(
+                alert.since_ns for alert in self.alerts.values()) > 1e9 * LIMITS.lasting:
             key, alert = max(self.alerts.items(), key=lambda item: item[1].growth)
             noun = 'backlash' if key == 'gap_loss' else 'lost motion'
             self.accept()
@@ -214,8 +214,7 @@ class Tracker:
         w, nan = window, (math.nan, math.nan)
         gap, lost_motion, stiffness, hysteresis = (nan,) * 4
         if isinstance(w, Backlash):
-            # A gap refined by other windows is not independent of them.
-            gap = w.alone if w.separable else nan
+            gap = (w.gap, w.gap_std) if w.separable else nan
             lost_motion = nan if w.separable else (w.lost_motion, w.lost_motion_std)
             stiffness = w.stiffness, w.stiffness_std
             hysteresis = w.hysteresis, w.hysteresis_std

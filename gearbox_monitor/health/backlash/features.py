@@ -9,7 +9,6 @@ groups of samples before they are compared: the noise of a smoothed torque is hi
 group belongs to two pairs, so that nothing is lost between them. Fit on smoothed values only: the
 filter's lag draws a hysteresis loop that is not there.
 """
-from collections.abc import Sequence
 from dataclasses import dataclass
 import math
 
@@ -21,7 +20,7 @@ from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.elastic_regression import (
     BLOCKS, certainties, COLUMN_OF, COULOMB, D_TORQUE, D_TWIST, D_U, D_X3, data_of, ElasticLaw,
     GAIN, HALF_GAP, HEIGHT, N_SHAPE, Regression, STIFFNESS, VISCOUS, WIDTH, ZERO)
-from gearbox_monitor.kernels.linear_least_squares import covariance as covariance_of, Damping
+from gearbox_monitor.kernels.linear_least_squares import Damping
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import DriveModel
 
@@ -32,8 +31,6 @@ REWEIGHTS = 2
 RULE = Damping(1e-3, 10.0, 1e-3, hopeless=1e5, relative=1e-12, level=True)  # differ by 1e10
 TOLERANCE = 1e-7   # of the cost, for another step
 ERRORS = [VISCOUS, COULOMB, GAIN]
-# What windows have in common, see pooling.PooledFeatures.
-COMMON = (VISCOUS, COULOMB, GAIN, STIFFNESS)
 
 
 @dataclass(frozen=True)
@@ -52,9 +49,6 @@ class Backlash:
     (rad/s), load: rms of the tau_K that was fitted (N m). width: half width of the play behind the
     hysteresis (rad), 0 where none is seen; passive: whether the loop is open in the gap, too
     (passive_play).
-    gap_slopes: change of the fitted gap per viscous, coulomb, gain and stiffness, gap_std_known:
-    gap_std once these are known, see gap_given. gap_alone, gap_alone_std: where
-    pooling.PooledFeatures has refined the gap, what the window gave alone; else NaN.
     """
 
     stamp_ns: int
@@ -81,38 +75,6 @@ class Backlash:
     load: float = math.nan
     width: float = 0.0
     passive: bool = False
-    gap_slopes: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
-    gap_std_known: float = math.nan
-    gap_alone: float = math.nan
-    gap_alone_std: float = math.nan
-
-    @property
-    def alone(self) -> tuple[float, float]:
-        """Gap and its standard deviation (rad) by this window alone: independent of others."""
-        if math.isnan(self.gap_alone):
-            return self.gap, self.gap_std
-        return self.gap_alone, self.gap_alone_std
-
-    @property
-    def common(self) -> tuple[float, float, float, float]:
-        """What windows have in common: viscous, coulomb, gain, stiffness."""
-        return self.viscous, self.coulomb, self.gain, self.stiffness
-
-    @property
-    def common_std(self) -> tuple[float, float, float, float]:
-        """Return the standard deviations of `common`."""
-        return self.viscous_std, self.coulomb_std, self.gain_std, self.stiffness_std
-
-    def gap_given(self, common: Sequence[float]) -> float:
-        """
-        Return the gap (rad) that the window gives when what is `common` is known.
-
-        NaN: not known.
-        """
-        return self.alone[0] + sum(
-            slope * (value - own)
-            for value, own, slope in zip(common, self.common, self.gap_slopes)
-            if math.isfinite(value) and math.isfinite(own))
 
 
 @dataclass(frozen=True)
@@ -312,13 +274,12 @@ def _expected(data: Array, model: DriveModel) -> Array:
 
 @dataclass(frozen=True)
 class _Fit:
-    """Parameters and covariance; both with the width free; normal equations; what was fitted."""
+    """Parameters and covariance; both with the width free; what was fitted."""
 
     theta: np.ndarray
     covariance: np.ndarray
     theta_free: np.ndarray
     covariance_free: np.ndarray
-    normal: np.ndarray
     passive: bool
     gain: bool
     loop: bool
@@ -368,7 +329,7 @@ def _fit_all(regression: Regression, theta: Array, variance: float, expected: Ar
         free[GAIN], theta = False, theta.copy()
         theta[GAIN] = 0.0
         theta, covariance = refit(theta, free)
-    theta_free, covariance_free, normal = theta, covariance, regression.optimum.normal()
+    theta_free, covariance_free = theta, covariance
     width, doubt = theta[WIDTH], LIMITS.loaded * math.sqrt(max(covariance[WIDTH, WIDTH], 0.0))
     if width < -doubt:
         passive_theta = theta.copy()
@@ -384,7 +345,7 @@ def _fit_all(regression: Regression, theta: Array, variance: float, expected: Ar
         regression.law, regression.low[WIDTH] = law, low
         if np.median(np.abs(regression.residuals)) < off:
             return _Fit(passive_theta, passive_covariance, passive_theta, passive_covariance,
-                        regression.optimum.normal(), True, gain, loop)
+                        True, gain, loop)
         regression.weights[:] = weights
     # Shrunk towards none, without a jump: a loop that is not seen adds noise to the gap only.
     theta = theta.copy()
@@ -394,9 +355,7 @@ def _fit_all(regression: Regression, theta: Array, variance: float, expected: Ar
     theta, covariance = refit(theta, less)
     if theta[WIDTH] != 0.0:
         covariance = covariance_free
-    else:
-        normal = regression.optimum.normal()
-    return _Fit(theta, covariance, theta_free, covariance_free, normal, False, gain, loop)
+    return _Fit(theta, covariance, theta_free, covariance_free, False, gain, loop)
 
 
 def _friction_on_one_flank(rows: Array, regression: Regression, expected: Array, certain: Array
@@ -460,10 +419,6 @@ def _features(rows: Array, stamp_ns: int, fitted: _Fit, flank: float, traversals
     stiffness = float(theta[STIFFNESS])
     gap_std = math.sqrt(max(to_gap @ covariance @ to_gap, 0.0))
     stiffness_std = float(std[STIFFNESS])
-    slopes = _slopes(fitted.normal, to_gap)
-    remaining = to_gap.copy()
-    remaining[list(COMMON)] -= slopes
-    gap_std_known = math.sqrt(max(remaining @ covariance @ remaining, 0.0))
     if not separable:  # what the load twists on both flanks may be gap as well
         gap_std, stiffness_std = math.hypot(gap_std, 2.0 * load / stiffness), stiffness
     return Backlash(
@@ -475,21 +430,7 @@ def _features(rows: Array, stamp_ns: int, fitted: _Fit, flank: float, traversals
         gain=gain[0], gain_std=gain[1], lost_motion=lost_motion, lost_motion_std=lost_motion_std,
         separable=separable,
         angle=float(rows[:, S_X2].mean()), speed=_rms(rows[:, S_X3]), load=load,
-        width=float(abs(theta[WIDTH])), passive=fitted.passive,
-        gap_slopes=tuple(slopes.tolist()), gap_std_known=gap_std_known)
-
-
-def _slopes(normal: Array, to_gap: Array) -> Array:
-    """Return the change of the best gap when one of COMMON is held off its best value."""
-    at = np.flatnonzero(np.diag(normal) > 0.0)
-    inverse, part = np.zeros((N_SHAPE, N_SHAPE)), np.ix_(at, at)
-    inverse[part] = covariance_of(normal[part])
-    fitted = [i for i in COMMON if i in at]
-    result = dict.fromkeys(COMMON, 0.0)
-    if fitted:
-        result.update(zip(fitted, np.linalg.pinv(inverse[np.ix_(fitted, fitted)])
-                          @ inverse[fitted] @ to_gap))
-    return np.array([float(result[i]) for i in COMMON])
+        width=float(abs(theta[WIDTH])), passive=fitted.passive)
 
 
 def shows_motion(rows: Array) -> bool:

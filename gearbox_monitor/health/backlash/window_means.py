@@ -33,9 +33,7 @@ def combine(fits: Sequence[Backlash | NotExcited], name: str, relative: float = 
         The mean with its standard deviation; None without a finite value.
 
     """
-    # A gap refined by other windows is not independent of them.
-    pairs = np.array([w.alone if name == 'gap' and isinstance(w, Backlash) else
-                      (getattr(w, name), getattr(w, name + '_std')) for w in fits])
+    pairs = np.array([(getattr(w, name), getattr(w, name + '_std')) for w in fits])
     pairs = pairs[np.isfinite(pairs).all(axis=1)] if len(pairs) else pairs
     if not len(pairs):
         return None
