@@ -24,7 +24,7 @@ from gearbox_monitor.plant.effects.motor_side import (
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report.summary import (
     change, NEAR_FLOOR, PLACES, pretty, to_deviation, with_deviation)
-from gearbox_monitor.signals.motion import SmoothedMotion
+from gearbox_monitor.signals.smoothed_motion import SmoothedMotion
 from gearbox_monitor.signals.uniform import UniformRecording
 
 LACKING = ('incomplete', 'unknown')  # verdicts with a remainder

@@ -16,8 +16,8 @@ Public names, by module:
     finding: BAD, DataFinding, hurts, OK, PURPOSES, WARN
     jumps: counted_on, JumpFinding, OUTLIER, PERIODS, SLIP, strangers, TURNS, turns,
         without_jumps
-    motion: SmoothedMotion
     recording: ARM, CURRENT, drive_samples, JointSignals, MOTOR, Recording, UNKNOWN
+    smoothed_motion: SmoothedMotion
     stamps: evened
     uniform: at_one_rate, expect_one_rate, merged, prepare, RecordingKind, REPEATED, rms_of,
         UniformRecording

@@ -11,7 +11,7 @@ from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.signals import wiring
 from gearbox_monitor.signals.finding import OK, WARN
 from gearbox_monitor.signals.recording_limits import LIMITS
-from gearbox_monitor.signals.motion import SmoothedMotion
+from gearbox_monitor.signals.smoothed_motion import SmoothedMotion
 from gearbox_monitor.signals.uniform import UniformRecording
 
 MODEL = DriveModel()

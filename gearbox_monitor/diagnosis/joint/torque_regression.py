@@ -28,7 +28,7 @@ from gearbox_monitor.plant.effects import N_MEMORY
 from gearbox_monitor.plant.effects.composition import COMMAND_PLACES
 from gearbox_monitor.plant.equivalent_torque import imbalance
 from gearbox_monitor.plant.simulate import PackedDrive, plugin_of
-from gearbox_monitor.signals.motion import SmoothedMotion
+from gearbox_monitor.signals.smoothed_motion import SmoothedMotion
 from gearbox_monitor.signals.uniform import UniformRecording
 
 STEPS = 8        # of Gauss-Newton, at most
