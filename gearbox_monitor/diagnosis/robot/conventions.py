@@ -299,7 +299,9 @@ class ConventionBalance:
             recorded: score of the log as it is recorded.
             scored: readings of one joint with their scores, the best first.
         """
-        if not (recorded.unexplained > LIMITS.explained).any():
+        left = recorded.unexplained
+        gain = LIMITS.samples * np.log1p(left / self._recorded.floor[0])
+        if not ((left > LIMITS.explained) & (gain > LIMITS.margin)).any():
             return []  # as recorded it already leaves no more than a reading may
         first: dict[tuple[int, ...], RobotReading] = {}
         for reading, _ in scored:
