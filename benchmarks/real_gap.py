@@ -43,7 +43,7 @@ from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.files.yaml_files import load_model, load_yaml, Yaml
 from gearbox_monitor.plant.effects import EFFECTS
-from gearbox_monitor.simulators.robot_model import SUFFIXES
+from gearbox_monitor.robot.description import SUFFIXES
 
 ENDING, TRUTH = '.pair.yaml', 'truth.yaml'
 KEYS = ('log', 'reference', 'model', 'joint', 'import', 'recorded', 'values', 'free', 'diagnose')

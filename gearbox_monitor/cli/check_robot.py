@@ -15,8 +15,8 @@ from gearbox_monitor.cli.inputs import names_of, reading_of_robot, robot_of
 from gearbox_monitor.cli.options import refuse, show, wrapped
 from gearbox_monitor.files.yaml_files import expect_new_file
 from gearbox_monitor.library.robot import check_robot
+from gearbox_monitor.robot.description import SUFFIXES
 from gearbox_monitor.signals.finding import BAD, DataFinding
-from gearbox_monitor.simulators.robot_model import SUFFIXES
 
 OF_DRIVE = ('params', 'motor_joint', 'arm_joint', 'setpoint_joint', 'purposes')
 OF_ROBOT = ('values', 'root', 'recorded', 'prefix', 'convention')

@@ -61,10 +61,10 @@ from gearbox_monitor.report.summary import PLACES, summary, with_deviation
 from gearbox_monitor.report.words import (
     dense_regions, ids_of, meaning, NAMING, next_steps, NO_FILES, number, percent, place_text,
     SUGGESTED, suggestion, torque_map_of, undefined, unit_of, UserFiles, value_rows, value_text)
+from gearbox_monitor.robot.description import SUFFIXES
 from gearbox_monitor.ros.middleware import cores
 from gearbox_monitor.signals.uniform import UniformRecording
 from gearbox_monitor.simulators.mjcf import refused
-from gearbox_monitor.simulators.robot_model import SUFFIXES
 from gearbox_monitor.simulators.user_simulator import confirmation, user_simulator, UserSimulator
 
 if TYPE_CHECKING:

@@ -45,7 +45,7 @@ from gearbox_monitor.recordings.replay import (
     Comparer, Comparison, interval_error, ReplayCollector, ReplaySummary, smoothed)
 from gearbox_monitor.recordings.replay_output import BagOutput, CsvTable, ParquetTable
 from gearbox_monitor.report import words
-from gearbox_monitor.simulators.robot_model import SUFFIXES
+from gearbox_monitor.robot.description import SUFFIXES
 
 if TYPE_CHECKING:
     from gearbox_monitor.library.robot import PayloadTrack

@@ -34,10 +34,11 @@ from gearbox_monitor.recordings.topics import JOINT_STATES
 from gearbox_monitor.report.robot_words import (
     finding_words, reading_words, robot_headline)
 from gearbox_monitor.report.words import counted
+from gearbox_monitor.robot.description import SUFFIXES
 from gearbox_monitor.signals.convention import conventions_of
 from gearbox_monitor.signals.finding import BAD, DataFinding, hurts, WARN
 from gearbox_monitor.simulators.mujoco_run import rollouts
-from gearbox_monitor.simulators.robot_model import ChainFile, read_robot, SUFFIXES
+from gearbox_monitor.simulators.robot_model import ChainFile, read_robot
 from gearbox_monitor.simulators.robot_patch import closed_file, title_of
 
 Progress = Callable[[int, int], None]

@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.joint.isolability import twins
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.kernels.elementary import noise_levels
 from gearbox_monitor.kernels.types import Array
@@ -322,6 +321,7 @@ def suggestion(data: Mapping[str, Any], recordings: Sequence[UniformRecording],
         Parts of the command line, none if no motion would be more informative.
 
     """
+    from gearbox_monitor.diagnosis.joint.isolability import twins  # not for every page
     effects = library()
     alike = twins(alone=all(len(r.channels) == 1 for r in recordings))
     pairs = [(a, b) for a in data.get('params') or {} for b in data.get('confusable') or ()

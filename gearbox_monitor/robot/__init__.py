@@ -16,6 +16,6 @@ Public names, by module:
     compiled_model: actuator_law, actuator_losses, ActuatorLaw, actuators_on, at_rest,
         disabled, DRAG, enabled, ends_of, is_off, kind_of, moved_by, mujoco_module, name_of,
         open_loop, Refusal, scalar_joints, tendon_forces, undecided, undecided_of_robot, Unread
-    description: LONGEST, parse, PRINCIPAL, RobotDescription, rotations, turn
+    description: LONGEST, parse, PRINCIPAL, RobotDescription, rotations, SUFFIXES, turn
     dynamics: ArmLoad, arrays_of, MotionState, move, NO_PAYLOAD, Payload, torque_on
 """

@@ -18,6 +18,7 @@ import numpy as np
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.kernels.types import Array
 
+SUFFIXES = ('.xml', '.urdf', '.mjcf')  # of files that describe whole robots
 MOVABLE = ('revolute', 'continuous', 'prismatic')
 LONGEST = 4_000_000  # characters of a description
 PRINCIPAL = 1e-9     # of the largest: how far below 0 a principal inertia is by rounding

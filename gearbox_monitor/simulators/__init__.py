@@ -16,7 +16,7 @@ Public names, by module:
     mjcf_patch: Patch, patched
     mujoco_run: misfit, rig_of, rollouts
     randomisation: randomisation, WRITERS
-    robot_model: ChainFile, read_robot, SUFFIXES
+    robot_model: ChainFile, read_robot
     robot_patch: closed_file, title_of
     urdf_patch: in_urdf, patched_urdf
     user_simulator: confirmation, joint_readings, JointReading, NONE, SERVO, SPEED, TORQUE,

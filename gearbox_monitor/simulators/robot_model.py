@@ -28,8 +28,6 @@ from gearbox_monitor.simulators.compiling import compiled_model
 from gearbox_monitor.simulators.mjcf_file import read_file
 from gearbox_monitor.simulators.xml_edit import parse_xml
 
-SUFFIXES = ('.xml', '.urdf', '.mjcf')  # of files that describe whole robots
-
 
 @dataclass(frozen=True, eq=False)
 class ChainFile:
