@@ -76,7 +76,10 @@ def check(counts: Mapping[str, int], usable: int, values: Values) -> Outcome:
         ERROR if no sample was usable, WARN if a counter of REFUSED is not 0.
 
     """
-    broken = ([] if usable else [NO_SAMPLE]) + refused(counts)
+    causes = refused(counts)
+    # The remedy of what makes all samples unusable, where that is known.
+    none = replace(NO_SAMPLE, advice=causes[0].advice) if causes else NO_SAMPLE
+    broken = causes if usable else [none, *causes]
     return outcome_of(broken, f'{values["rate_hz"]:.0f} samples/s', values)
 
 
