@@ -263,8 +263,10 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
             notes.append(f'the reference has {knowledge.rate:.0f} samples/s, this log '
                          f'{read[0].rate:.0f}')
     elif values.tolerance is None:
-        notes.append(f'beside the model file, tolerances of {100 * model.tolerance.max():.0f} %: '
-                     'state others with tolerance in values (--values)')
+        gains = f' and {100 * model.gain_tolerance:.2g} % of gains' * (read[0].kind == SETPOINT)
+        notes.append(f'beside the model file, tolerances of {100 * model.tolerance.max():.0f} %'
+                     f'{gains}: state others with tolerance{", gain_tolerance" * bool(gains)} in '
+                     'values (--values)')
     verdict = balance.diagnose(model, read, knowledge, effects)
     names = [str(path) for path in ([logs] if isinstance(logs, (str, Path)) else logs)]
     data = plain(verdict_data(verdict)) | {

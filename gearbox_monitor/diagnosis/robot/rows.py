@@ -386,5 +386,11 @@ def nuisance_of(rows: Rows, shapes: Sequence[tuple[int, str]]) -> list[NuisanceC
             add(f'kd {name}', m.kd * m.v, gain)
             add(f'setpoint lag {name}', m.kp * m.setpoint_speed, max(0.25 * rows.motion.step,
                                                                      0.003))
+    if robot.kp is not None and not rows.setpoint:
+        # Torque that is sampled behind a setpoint that is held has kp T / 2 of damping too much or
+        # too little, at all servos alike: one coefficient.
+        held = {j: rows.tested(j, kp * m.v[:, None])[:, 0]
+                for j, (m, kp) in enumerate(zip(rows.joints, robot.kp)) if kp > 0.0}
+        columns.append(NuisanceColumn('held setpoint', held, rows.motion.step, own=True))
     columns.append(NuisanceColumn('lag', delays, max(s.lag, 0.25 * rows.motion.step), own=True))
     return columns

@@ -319,7 +319,10 @@ def examined(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge
     recordings = [rows_of(log, stated, knowledge.shapes) for log in logs]
     evidence = RobotEvidence(recordings, variance=np.where(
         np.isinf(knowledge.variance), np.inf, 0.0))
-    laws = library(recordings, [BASE_TILT.id, JOINT_ZERO.id, TORQUE_GAIN.id, PAYLOAD.id])
+    links = robot.chain.links
+    tips = {link.name for k, link in enumerate(links) if all(x.parent != k for x in links)}
+    laws = [c for c in library(recordings, [
+        BASE_TILT.id, JOINT_ZERO.id, TORQUE_GAIN.id, PAYLOAD.id]) if not c.link or c.link in tips]
     scales = replace(scales_of(laws, [], None, evidence.joints), dispersion=knowledge.dispersion)
     return _findings(evidence, _search(evidence, evidence.fit(), laws, [], scales))
 
