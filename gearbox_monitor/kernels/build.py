@@ -119,6 +119,7 @@ def package(path: Path) -> None:
     for other in path.parent.parent.glob(f'*/{path.name}'):
         old = library.notes(other)
         if old[1:] == notes[1:]:
+            path.parent.mkdir(0o700, parents=True, exist_ok=True)
             made = path.with_suffix(f'.{os.getpid()}')
             made.write_bytes(other.read_bytes().replace(old[0].encode(), notes[0].encode()))
             os.replace(made, path)
