@@ -27,6 +27,11 @@ def gain_of_command(c: Coefficients, x1: float) -> float:
     return 1.0 + c.g
 
 
+# What no working drive exceeds: beyond it, a fit imitates something else.
+GAIN_ERRORS = (-0.5, 1.0)  # of the torque: a factor of two either way
+LEAST_LIMIT = 0.3          # of the largest command: who commands thrice the limit sees no motion
+MOST_RIPPLE = 0.5          # of the torque
+
 TORQUE_GAIN = Effect(
     'torque_gain', 'actuator', 'u_act = (1 + g) u', (Parameter('g', '-', -1.0),),
     noun='torque scale error',
@@ -34,7 +39,7 @@ TORQUE_GAIN = Effect(
           'against friction and weight.',
     meaning='torque is commanded in another scale, as by a wrong torque constant',
     command=scaled_command, motor_gain=gain_of_command,
-    starts=lambda s: [[FreeParameter('g', 0.0, 0.1, -0.95)]],
+    starts=lambda s: [[FreeParameter('g', 0.0, 0.1, *GAIN_ERRORS)]],
     separated_by={'motor_coulomb': 'dynamic torque instead of slow motion'},
     column=BalanceColumn(
         lambda m, _: m.model[:, None], lambda b, _: {'g': float(1.0 / (1.0 + b[0]) - 1.0)},
@@ -46,7 +51,7 @@ TORQUE_OFFSET = Effect(
     shows='The drive creeps, or needs a torque to stand still, the same at all angles and speeds.',
     meaning='torque has a constant offset', adds_to='torque_offset', in_filters=True,
     additive=True, twin='coulomb_asymmetry',
-    starts=lambda s: [[FreeParameter('u0', 0.0, 0.1 * s.torque)]],
+    starts=lambda s: [[FreeParameter('u0', 0.0, 0.1 * s.torque, -s.peak, s.peak)]],
     separated_by={
         'coulomb_asymmetry': 'no motion separates them: they differ only near standstill'},
     column=BalanceColumn(
@@ -84,7 +89,7 @@ def clipped_command(c: Coefficients, u: float) -> float:
 
 def limits_below_peak(s: Scales) -> Starts:
     """Return the `starts` of a limit of the torque, in the Scales `s`."""
-    return [[FreeParameter('umax', level, 0.1 * s.peak, 0.02 * s.peak, s.peak)]
+    return [[FreeParameter('umax', level, 0.1 * s.peak, LEAST_LIMIT * s.peak, s.peak)]
             for level in s.limits]
 
 
@@ -176,7 +181,8 @@ TORQUE_RIPPLE = Effect(
     shows='The difference repeats N times per turn of the motor and grows with the commanded '
           'torque.',
     meaning='torque is modulated with the angle of the motor', motor_torque=with_ripple,
-    motor_gain=ripple_gain, order=-1, starts=wave(lambda s: 0.05), rotary_only=True,
+    motor_gain=ripple_gain, order=-1, rotary_only=True,
+    starts=wave(lambda s: 0.05, lambda s: MOST_RIPPLE),
     column=BalanceColumn(
         lambda m, n: m.model[:, None] * waves(n * m.q), wave_values('A', -1.0), setting='N',
         grid=lambda m: range(1, 9), whole=True, high=lambda m: MOST_RIPPLE, needs=TORQUE))

@@ -23,7 +23,7 @@ ARM_VISCOUS = Effect(
 
 
 def _coulomb_starts(s: Scales) -> Starts:
-    return [[FreeParameter('Cac', f * s.friction, 0.1 * s.torque, 0.0)]
+    return [[FreeParameter('Cac', f * s.friction, 0.1 * s.torque, 0.0, s.peak)]
             for f in ((0.0, 0.7) if s.swing else (0.0,))]
 
 
@@ -52,7 +52,7 @@ LOAD_TORQUE = Effect(
     shows='The twist has an offset at all angles and in both directions: one tooth flank carries '
           'nearly all the time.',
     meaning='constant torque on the arm', in_filters=True, additive=True, merges_if_rigid=True,
-    starts=lambda s: [[FreeParameter('TL', 0.0, 0.1 * s.torque)]],
+    starts=lambda s: [[FreeParameter('TL', 0.0, 0.1 * s.torque, -s.peak, s.peak)]],
     separated_by={'torque_offset': 'slow moves and dwells'})
 
 ARM_INERTIA = Effect(

@@ -292,10 +292,12 @@ def replaced(parameter: Parameter, start: float, scale: float, value: float) -> 
     return FreeParameter(parameter.name, start, scale, low, parameter.high)
 
 
-def wave(size: Callable[[Scales], float]) -> Callable[[Scales], Starts]:
-    """Return the `starts` of a wave: `size` gives the amplitude that matters."""
+def wave(size: Callable[[Scales], float],
+         most: Callable[[Scales], float] = lambda scales: math.inf) -> Callable[[Scales], Starts]:
+    """Return the `starts` of a wave: amplitude that matters, and the largest that is physical."""
     def starts(scales: Scales) -> Starts:
-        return [[FreeParameter('As', 0.0, size(scales)), FreeParameter('Ac', 0.0, size(scales))]]
+        return [[FreeParameter(name, 0.0, size(scales), -most(scales), most(scales))
+                 for name in ('As', 'Ac')]]
     return starts
 
 

@@ -34,6 +34,10 @@ def _eccentricity_size(s: Scales) -> float:
     return 0.01 * s.angle
 
 
+def _most_off(s: Scales) -> float:
+    return 0.5  # rad: a disc as far off its centre as half of its radius
+
+
 _AMPLITUDE, _PHASE = Parameter('A', 'rad'), Parameter('phi', 'rad')
 _DELAY = Parameter('T', 's', 0.0, MAX_DELAY)
 BOTH = 'no motion tells them apart with one encoder: record both'
@@ -45,7 +49,8 @@ MOTOR_ENCODER_ECCENTRICITY = Effect(
     shows='The reading of the motor is off by a sine of its own angle, once per turn, at any '
           'speed and load.',
     meaning='disc of the motor encoder is off centre',
-    encoder_error=eccentricity_error, starts=wave(_eccentricity_size), rotary_only=True,
+    encoder_error=eccentricity_error, starts=wave(_eccentricity_size, _most_off),
+    rotary_only=True,
     separated_by={'arm_encoder_eccentricity': 'more than one turn of travel'})
 
 # Read from the lattice of the readings, not fitted.
@@ -73,7 +78,8 @@ ARM_ENCODER_ECCENTRICITY = Effect(
     shows='The reading of the arm is off by a sine of its own angle, once per turn, at any speed '
           'and load.',
     meaning='disc of the arm encoder is off centre',
-    encoder_error=eccentricity_error, starts=wave(_eccentricity_size), rotary_only=True)
+    encoder_error=eccentricity_error, starts=wave(_eccentricity_size, _most_off),
+    rotary_only=True)
 
 ARM_ENCODER_QUANTISATION = Effect(
     'arm_encoder_quantisation', 'arm_sensor', 'y2 = q round((x2 + n2) / q)',

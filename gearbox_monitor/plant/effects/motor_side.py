@@ -99,7 +99,7 @@ def stribeck_torque(c: Coefficients, t: float, x3: float, z: float, base: MotorF
 
 
 def _stribeck_starts(s: Scales) -> Starts:
-    return [[FreeParameter('Cs', 0.3 * s.friction, s.friction, 0.0),
+    return [[FreeParameter('Cs', 0.3 * s.friction, s.friction, 0.0, s.peak),
              logarithmic('vs', f * s.speed, 1e-3, 1e3)] for f in (0.03, 0.15, 0.6)]
 
 
@@ -185,7 +185,7 @@ def bristle(c: Coefficients, z: float, x3: float, x4: float, h: float,
 def _lugre_starts(s: Scales) -> Starts:
     return [[logarithmic('sigma0', s0 * s.friction, 1e-3, 1e6),
              logarithmic('sigma1', s1, 1e-6, 1e3),
-             FreeParameter('Cs', 0.3 * s.friction, s.friction, 0.0),
+             FreeParameter('Cs', 0.3 * s.friction, s.friction, 0.0, s.peak),
              logarithmic('vs', f * s.speed, 1e-3, 1e3)]
             for s0, s1, f in ((100.0, 0.3, 0.1), (1000.0, 0.1, 0.1), (30.0, 0.3, 0.3))]
 
@@ -230,7 +230,7 @@ COULOMB_ASYMMETRY = Effect(
           'angles.',
     meaning='friction of the motor differs between the directions',
     friction=asymmetry_torque, twin='torque_offset',
-    starts=lambda s: [[FreeParameter('Ca', 0.0, s.friction)]],
+    starts=lambda s: [[FreeParameter('Ca', 0.0, s.friction, -s.peak, s.peak)]],
     at_rest=lambda effect, sharpness: AtRest(TWO_OVER_PI * sharpness * abs(effect['Ca'])))
 
 
@@ -355,7 +355,8 @@ COGGING = Effect(
     shows='The difference repeats N times per turn of the motor and has the same size with and '
           'without load.',
     meaning='torque of the motor varies with its angle, also without current',
-    motor_torque=with_cogging, starts=wave(lambda s: 0.1 * s.torque), rotary_only=True,
+    motor_torque=with_cogging, rotary_only=True,
+    starts=wave(lambda s: 0.1 * s.torque, lambda s: s.peak),
     column=BalanceColumn(
         lambda m, n: waves(n * m.q), wave_values('A', -1.0), setting='N',
         grid=lambda m: range(2, 41), whole=True))
