@@ -56,7 +56,7 @@ class Settings:
     margin: float = 6.0          # 2 log likelihood beyond BIC that a finding needs
     most_findings: int = 4
     finalists: int = 10          # of a score test that are fitted
-    starts: int = 3              # effects with which a search begins
+    starts: int = 2              # effects with which a search begins
     rounds: int = 20             # of the dictionary of shapes, one per joint and round
     part: float = 10.0           # s: healthy parts whose scatter is measured
     shrink: float = 60.0         # rows' worth of belief that the spectrum of a residual is smooth
