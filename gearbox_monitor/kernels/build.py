@@ -115,7 +115,7 @@ def package(path: Path) -> None:
     """
     import_module(EVERYTHING)
     text = text_of(sorted(library.ENTRIES, key=lambda entry: str(entry.symbol)))
-    notes = [library.digest(), digest_of(text)]
+    notes = [library.digest(), digest_of(text), *library.sources()]
     for other in path.parent.parent.glob(f'*/{path.name}'):
         old = library.notes(other)
         if old[1:] == notes[1:]:

@@ -44,18 +44,23 @@ def stems() -> tuple[str, ...]:
     return STEMS if words.issuperset(V3) else STEMS[1:]
 
 
+def sources() -> list[str]:
+    """Return the names of the files that kernels and their constants may stand in."""
+    return sorted(str(path.relative_to(PACKAGE)) for room in ROOMS
+                  for path in (PACKAGE / room).rglob('*.py'))
+
+
 @cache
-def digest() -> str:
-    """Return a digest of the sources that kernels and their constants may stand in."""
+def digest(*names: str) -> str:
+    """Return a digest of the files `names` of the package, of all `sources` without any."""
     seen = hashlib.sha256()
-    for room in ROOMS:
-        for path in sorted((PACKAGE / room).rglob('*.py')):
-            seen.update(path.read_bytes())
+    for path in (PACKAGE / name for name in names or sources()):
+        seen.update(path.read_bytes() if path.exists() else b'missing')
     return seen.hexdigest()[:24]
 
 
 def notes(path: Path) -> list[str]:
-    """Return the digests of the sources and of the C of the library at `path`, [] without any."""
+    """Return digests of sources and C of the library at `path`, then their names; [] if none."""
     try:
         value = ctypes.c_char_p.in_dll(ctypes.CDLL(str(path)), 'gm_notes').value
     except (OSError, ValueError):
@@ -84,7 +89,8 @@ def cache_folder() -> Path:
 def installed() -> Any:
     """Return the library of the package; it is built where the sources have changed."""
     for stem in stems():
-        if notes(PACKAGE / f'{stem}.so')[:1] == [digest()]:
+        found = notes(PACKAGE / f'{stem}.so')
+        if found and found[0] == digest(*found[2:]):  # an old build may have left others beside
             return ctypes.CDLL(str(PACKAGE / f'{stem}.so'))
     folder = cache_folder() / digest()
     path = folder / f'{stems()[0]}.so'
