@@ -19,7 +19,7 @@ from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
-from gearbox_monitor.signals import encoders
+from gearbox_monitor.signals import checks
 
 
 def test_tests_of_drift_share_the_false_alarms_that_are_asked_for():
@@ -32,11 +32,11 @@ def test_tests_of_drift_share_the_false_alarms_that_are_asked_for():
 def test_noise_at_rest_is_that_of_its_own_encoder():
     stds, rng = np.array([0.002, 0.011]), np.random.default_rng(5)
     y = stds * rng.standard_normal((4000, 2))
-    found = encoders.lines(1_000_000 * (1 + np.arange(4000)), y, [(s, 0.0) for s in stds], None,
-                           stds)
+    found = checks.noise(1_000_000 * (1 + np.arange(4000)), y, [(s, 0.0) for s in stds], None,
+                         stds)
     noises = {line.group: line.values['noise_at_rest_rad'] for line in found
               if line.name == 'noise'}
-    assert noises == pytest.approx(dict(zip(encoders.NAMES, stds)), rel=0.1)
+    assert noises == pytest.approx(dict(zip(checks.NAMES, stds)), rel=0.1)
 
 
 def test_each_speed_starts_with_the_noise_of_its_own_encoder():

@@ -79,7 +79,7 @@ def _content(path: Path, text: str, kind: str, gearbox_serial: str) -> dict[str,
     """
     body, _, end = text.rstrip('\n').rpartition('\n')
     if f'{crc32(body.encode()):08x}' != end:
-        if 'format' in body + end and '"kind"' not in body:
+        if 'format' in text and '"kind"' not in text:
             raise InputError(f'{path}: a {kind} of another version: save the baseline again')
         raise Damaged(f'{path}: the checksum does not fit, expected a {kind} as it was written')
     data: dict[str, Any] = json.loads(body)

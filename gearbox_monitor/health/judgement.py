@@ -113,6 +113,8 @@ def from_data(settings: HealthSettings, data: Values | None) -> Health:
     """
     if data is None:
         return Health(settings)
-    health = Tracker(settings, data['statistics']).health()
+    health = Health(settings)
+    if data['statistics']:  # none before the first window
+        health = Tracker(settings, data['statistics']).health()
     return replace(health, cause=str(data['cause']),
                    recordings=tuple(map(str, data['recordings'])))

@@ -47,7 +47,7 @@ def stepped(torque: Matrix, start: Vector, dt: float, m2: float, coulomb: float,
             x2 += h * x4
 
 
-STEPPED = Entry(stepped, installed=False)
+STEPPED = Entry(stepped)
 
 
 def other_simulator(torque, start, dt, arm_inertia, coulomb_friction):
