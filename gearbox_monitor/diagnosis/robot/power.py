@@ -26,6 +26,7 @@ from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB
 
 UNDECIDED = 'undecided'
 LARGEST = 1e6  # beyond it a motion does not show an effect at all
+UNSEEN = 10.0  # times the plausible size: what shows only beyond it does not show
 
 Sizes = Mapping[str, Mapping[str, float]]  # {effect: {place: size}}
 
@@ -124,7 +125,8 @@ def questions(evidence: RobotEvidence, visible: Sizes) -> tuple[Question, ...]:
         if smallest > plausible:
             speed = float(np.max([np.quantile(np.abs(rows.joints[joint].v), 0.9)
                                   for rows in recordings]))
-            seconds = time * min(smallest / plausible, 10.0) ** 2
+            seconds = time * min(smallest / plausible, UNSEEN) ** 2
+            smallest = smallest if smallest < UNSEEN * plausible else math.inf
             out.append(Question(effect, place, smallest, plausible, chain.joints[joint], speed,
                                 float(np.clip(10.0 * round(0.1 * seconds), 20.0, 600.0))))
     for j in moves or range(evidence.joints):

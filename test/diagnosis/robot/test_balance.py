@@ -545,6 +545,8 @@ def test_a_motion_that_would_not_show_a_change_is_undecided(taught):
     assert verdict.kind == 'undecided' and not verdict.findings
     question = verdict.questions[0]
     assert question.smallest > question.plausible and question.seconds >= 20.0
+    # A size that no joint has is none: it would show no such change at all.
+    assert all(q.smallest < 10.0 * q.plausible or q.smallest == np.inf for q in verdict.questions)
     data = plain(verdict_data(verdict)) | {'references': ['a'], 'logs': ['a'], 'model': 'a',
                                            'options': '', 'warnings': [], 'readings': []}
     assert question.place in robot_headline(data)
