@@ -143,7 +143,7 @@ def run(args: Namespace) -> int:
 
 def _with_backlash(args: Namespace) -> int:
     """Write the file of a simulator with backlash at a joint; return the exit code."""
-    refuse(args, ('ranges', 'check', 'params', 'prefix'), 'with --backlash')
+    refuse(args, ('ranges', 'check', 'params', 'prefix'), 'with --backlash, expected one of both')
     if args.models or args.to != 'mjcf' or args.into is None or args.joint is None:
         raise InputError('--backlash: expected --to mjcf, --into FILE, --joint NAME and no MODEL')
     file = with_backlash(args.into, args.backlash, joint=args.joint, stiffness=args.stiffness,

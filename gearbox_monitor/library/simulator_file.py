@@ -22,6 +22,7 @@ TARGETS = ('mjcf', 'urdf')
 # A gearbox of unknown stiffness: its oscillation takes so many time steps, which every integrator
 # of MuJoCo resolves, and is damped so far, as those of real gearboxes.
 STEPS_PER_OSCILLATION, DAMPING_RATIO = 20.0, 0.1
+STABLE = 2.0  # angular frequency times timestep, up to which a spring does not diverge in Euler
 
 
 @dataclass(frozen=True, repr=False)
@@ -131,15 +132,21 @@ def with_backlash(into: str | Path, backlash: float, *, joint: str,
         raise InputError(f'stiffness: {stiffness:g}, expected more than 0')
     path = expect_path(into, 'into', 'an MJCF file')
     drive, notes = read_mjcf(path, joint, arm_joint, keyframe, actuator, root), list[str]()
+    if drive.document.root.tag != 'mujoco':
+        raise InputError(f'{path}: a URDF file, which has no backlash, expected MJCF')
     if drive.half_of_inertia:
         raise InputError(f'{path}: joint {joint}: armature: 0, expected the inertia of the motor '
                          'times the square of its gear')
     values = replace(values_in(drive), half_gap=0.5 * backlash, rigid=False)
     unit = 'N/m' if drive.motor.slide else 'N m/rad'
+    inertia = 1.0 / (1.0 / values.motor_inertia + 1.0 / values.arm_inertia)
     if stiffness is not None:
+        limit = inertia * (STABLE / drive.timestep) ** 2
+        if stiffness > limit:
+            raise InputError(f'stiffness: {stiffness:g}, expected at most {limit:.3g} {unit}, '
+                             f'beyond which a timestep of {drive.timestep:g} s diverges')
         values = replace(values, stiffness=stiffness)
     elif not values.stiffness:
-        inertia = 1.0 / (1.0 / values.motor_inertia + 1.0 / values.arm_inertia)
         omega = 2.0 * math.pi / (STEPS_PER_OSCILLATION * drive.timestep)
         values = replace(values, stiffness=inertia * omega ** 2,
                          damping=2.0 * DAMPING_RATIO * inertia * omega)

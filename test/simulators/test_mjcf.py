@@ -387,3 +387,18 @@ def test_backlash_by_its_width(tmp_path, text, change):
                  'gain', 'offset', 'limit', 'servo'):
         new, old = getattr(after, name), getattr(before, name)
         assert new == old if old is None else new == pytest.approx(old, rel=1e-6), name
+
+
+@pytest.mark.parametrize('change, text, problem', [
+    ({'backlash': -0.1}, '', 'backlash: -0.1, expected a width of 0 or more'),
+    ({'backlash': float('nan')}, '', 'backlash: nan'),
+    ({'stiffness': 1e12}, '', 'expected at most'),
+    ({}, '<robot name="r"><link name="a"/><link name="b"><inertial><mass value="1"/><inertia '
+     'ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="elbow" '
+     'type="continuous"><parent link="a"/><child link="b"/></joint></robot>', 'a URDF file'),
+    ({}, ROBOT.read_text().replace('armature=', 'user='), 'armature: 0, expected')])
+def test_backlash_that_no_file_can_have(tmp_path, change, text, problem):
+    path = tmp_path / 'robot.xml'
+    path.write_text(text or ROBOT.read_text())
+    with pytest.raises(InputError, match=problem):
+        with_backlash(path, **{'backlash': 0.012, 'joint': 'elbow', **change})
