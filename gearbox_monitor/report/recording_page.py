@@ -22,7 +22,7 @@ from gearbox_monitor.report.figures import (
 from gearbox_monitor.report.live_history import GearboxHistory, is_wear, MOTION_ROWS
 from gearbox_monitor.report.timeline import (
     LEVELS, LevelSpans, Loop, RecordingFacts, Timeline, WindowBacklash)
-from gearbox_monitor.report.words import number, sentence, width_and_std
+from gearbox_monitor.report.words import against_model, number, sentence, width_and_std
 
 TRUST = ('observability', 'prediction error', 'covariance', 'model', 'input')
 WEAR = ('backlash', 'friction')
@@ -132,26 +132,13 @@ def headline(timeline: Timeline, facts: RecordingFacts) -> tuple[str, str]:
     spans = timeline.spans.get('backlash')
     if has_baseline(timeline, facts) and spans:
         return f'{sentence(spans.messages[-1].split("; ")[0])}', 'good'
-    return on_axis(f'{_against_model(timeline, facts)}. No earlier recording to compare with.',
-                   facts.model.axis), ''
+    newest = timeline.windows[-1]
+    return against_model(newest.gap, newest.lost_motion, newest.separable, facts.model), ''
 
 
 def has_baseline(timeline: Timeline, facts: RecordingFacts) -> bool:
     """Return whether the recording was compared with what was before it."""
     return 0 < facts.baseline_ns < (timeline.first_ns or 0)
-
-
-def _against_model(timeline: Timeline, facts: RecordingFacts) -> str:
-    """Return the newest backlash, and how far it is from that of the model file."""
-    newest, shape = timeline.windows[-1], facts.model.transmission
-    if not newest.separable:
-        return f'Lost motion {newest.lost_motion:.3g} rad'
-    stated = 2.0 * (shape.half_gap + (shape.hysteresis_width if shape.kind == 'play' else 0.0))
-    if not stated > 0.0:
-        return f'Backlash {newest.gap:.3g} rad'
-    off = 100.0 * (newest.gap / stated - 1.0)
-    size = 'as in' if abs(off) < 0.5 else f'{abs(off):.0f} % {"above" if off > 0.0 else "below"}'
-    return f'Backlash {newest.gap:.3g} rad, {size} the model file'
 
 
 def _longest_alarm(timeline: Timeline) -> tuple[int, str]:

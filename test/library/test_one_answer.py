@@ -56,7 +56,8 @@ def test_every_door_gives_the_same_answer(tmp_path, capsys, rate, seed):
         assert main([*map(str, command)]) == 0
         return json.loads(capsys.readouterr().out)
     for bag, more in (('live', []), ('inputs', options)):
-        figures = said('replay', tmp_path / bag, *more, '--json')['wear']
+        replayed = said('replay', tmp_path / bag, *more, '--json')
+        figures = replayed['wear']
         assert (figures['level'], figures['summary']) == (level.name, words)
         assert figures['features']['gap']['change'] == change
         page = said('report', tmp_path / bag, *more, '--out', tmp_path / f'{bag}.html', '--json',
@@ -65,6 +66,7 @@ def test_every_door_gives_the_same_answer(tmp_path, capsys, rate, seed):
             assert page['headline'] == f'{words[0].upper()}{words[1:]}.'
         else:
             assert page['headline'].endswith('No earlier recording to compare with.')
+        assert page['headline'] in replayed['summary']
         box, = said('fleet', tmp_path / bag, *more, '--out', tmp_path / f'{bag}.fleet',
                     '--json')['gearboxes']
         assert box['summary'].split('; ')[0] == words
