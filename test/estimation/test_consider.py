@@ -102,28 +102,31 @@ def test_cross_covariances_are_those_of_the_state_with_the_errors_added():
                                atol=1e-3 * np.abs(expected).max(axis=0).min())
 
 
-@pytest.mark.parametrize('name, load', [
-    ('ekf', 'unknown'), ('ukf', 'unknown'), ('srukf', 'unknown'), ('aekf', 'none')])
-def test_an_error_of_the_torque_shifts_the_estimates_by_what_is_stated(name, load):
-    # Without Coulomb friction the filters are linear, and their gain depends on no torque.
-    tolerance = 0.2
-    model = DriveModel().exact().with_(coulomb_friction=0.0, torque_gain_tolerance=tolerance)
-    run = recorded(model)
-    parameters = {'filter': name, 'arm_load': load, 'adapt': [''], 'narrow_std': False}
-    first, second = (Estimator(model, parameters).run(samples_of(gain * run.u, run.y))
-                     for gain in (1.0, 1.0 + UNIFORM * tolerance))
-    for estimate, std, noise in (('tau_k', 'tau_k_std', 'tau_k_noise_std'),):
-        added = getattr(first, std) ** 2 - getattr(first, noise) ** 2
-        shift = getattr(second, estimate) - getattr(first, estimate)
-        np.testing.assert_allclose(np.sqrt(np.maximum(added, 0.0)), np.abs(shift), atol=1e-7)
-    assert np.abs(shift).max() > 0.3
-    intervals = [smooth_interval(model, parameters, samples_of(gain * run.u, run.y)).rows
-                 for gain in (1.0, 1.0 + UNIFORM * tolerance)]
-    for before, after in ((first.smoothed, second.smoothed), intervals):
-        for estimate, std, noise in ((S_TAU_K, S_TAU_K_STD, S_TAU_K_NOISE_STD),
-                                     (S_TWIST, S_TWIST_STD, S_TWIST_NOISE_STD)):
-            added = np.sqrt(np.maximum(before[:, std] ** 2 - before[:, noise] ** 2, 0.0))
-            np.testing.assert_allclose(added, np.abs(after - before)[:, estimate], atol=1e-7)
+FILTERS = [
+    ('ekf', 'unknown'), ('ukf', 'unknown'), ('srukf', 'unknown'), ('aekf', 'none')]
+
+
+def test_an_error_of_the_torque_shifts_the_estimates_by_what_is_stated():
+    for name, load in FILTERS:
+        # Without Coulomb friction the filters are linear, and their gain depends on no torque.
+        tolerance = 0.2
+        model = DriveModel().exact().with_(coulomb_friction=0.0, torque_gain_tolerance=tolerance)
+        run = recorded(model)
+        parameters = {'filter': name, 'arm_load': load, 'adapt': [''], 'narrow_std': False}
+        first, second = (Estimator(model, parameters).run(samples_of(gain * run.u, run.y))
+                         for gain in (1.0, 1.0 + UNIFORM * tolerance))
+        for estimate, std, noise in (('tau_k', 'tau_k_std', 'tau_k_noise_std'),):
+            added = getattr(first, std) ** 2 - getattr(first, noise) ** 2
+            shift = getattr(second, estimate) - getattr(first, estimate)
+            np.testing.assert_allclose(np.sqrt(np.maximum(added, 0.0)), np.abs(shift), atol=1e-7)
+        assert np.abs(shift).max() > 0.3
+        intervals = [smooth_interval(model, parameters, samples_of(gain * run.u, run.y)).rows
+                     for gain in (1.0, 1.0 + UNIFORM * tolerance)]
+        for before, after in ((first.smoothed, second.smoothed), intervals):
+            for estimate, std, noise in ((S_TAU_K, S_TAU_K_STD, S_TAU_K_NOISE_STD),
+                                         (S_TWIST, S_TWIST_STD, S_TWIST_NOISE_STD)):
+                added = np.sqrt(np.maximum(before[:, std] ** 2 - before[:, noise] ** 2, 0.0))
+                np.testing.assert_allclose(added, np.abs(after - before)[:, estimate], atol=1e-7)
 
 
 def test_estimates_and_innovations_do_not_depend_on_the_tolerances():
@@ -151,38 +154,38 @@ def test_a_wrong_value_of_the_model_widens_the_deviation_where_it_matters():
         assert added[size > 0.8 * size.max()].mean() > 5.0 * added[size < 0.1 * size.max()].mean()
 
 
-@pytest.mark.parametrize('lag', [0.0, 0.1])
-def test_errors_that_no_check_sees_stay_as_large_through_a_change_of_parameters(lag):
+def test_errors_that_no_check_sees_stay_as_large_through_a_change_of_parameters():
     """They are taken from steps that are at hand, none from the empty records before them."""
-    run = recorded(DriveModel(), 3000)
-    samples = samples_of(run.u, run.y)
-    estimator = Estimator(DriveModel(), {'smoother_lag': lag})
-    estimator.run(Samples(*(a[:2900] for a in (samples.stamp_ns, samples.u, samples.y))))
-    before = estimator.undetected_errors()
-    estimator.set_parameters({'q_std_tau_k': 1.05 * estimator.parameters.q_std_tau_k})
-    estimator.run(Samples(*(a[2900:2903] for a in (samples.stamp_ns, samples.u, samples.y))))
-    after = estimator.undetected_errors()
-    assert set(after) == set(before) and before
-    assert sum(after.values()) > 0.3 * sum(before.values())
+    for lag in (0.0, 0.1):
+        run = recorded(DriveModel(), 3000)
+        samples = samples_of(run.u, run.y)
+        estimator = Estimator(DriveModel(), {'smoother_lag': lag})
+        estimator.run(Samples(*(a[:2900] for a in (samples.stamp_ns, samples.u, samples.y))))
+        before = estimator.undetected_errors()
+        estimator.set_parameters({'q_std_tau_k': 1.05 * estimator.parameters.q_std_tau_k})
+        estimator.run(Samples(*(a[2900:2903] for a in (samples.stamp_ns, samples.u, samples.y))))
+        after = estimator.undetected_errors()
+        assert set(after) == set(before) and before
+        assert sum(after.values()) > 0.3 * sum(before.values())
 
 
-@pytest.mark.parametrize('load', ['none', 'unknown'])
-def test_a_motion_of_little_torque_narrows_the_deviation_to_the_error(load):
+def test_a_motion_of_little_torque_narrows_the_deviation_to_the_error():
     """The random walk lets tau_K wander five times as far; innovations and noise stay."""
-    model, t = DriveModel().exact(), np.arange(12_000) * DT
-    runs = [simulate(model, u, DT, Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)), 3)
-            for u in (np.sin(2.0 * t), Excitation().torque(t))]
-    quiet, lively = (Estimator(model, {'arm_load': load}).run(samples_of(run.u, run.y))
-                     for run in runs)
-    settled = slice(1000, None)
-    for bound, std, noise, error in (
-            (1.4, quiet.tau_k_std, quiet.tau_k_noise_std, quiet.tau_k - runs[0].tau_k[1:]),
-            (1.7, quiet.smoothed[:, S_TAU_K_STD], quiet.smoothed[:, S_TAU_K_NOISE_STD],
-             quiet.smoothed[:, S_TAU_K] - runs[0].tau_k[1:len(quiet.smoothed) + 1])):
-        rms = np.sqrt(np.mean(error[settled] ** 2))
-        assert noise[settled].mean() > 1.8 * rms
-        assert 0.9 * rms < np.sqrt(np.mean(std[settled] ** 2)) < bound * rms
-    assert (lively.tau_k_std[settled] > 0.9 * lively.tau_k_noise_std[settled]).all()
+    for load in ('none', 'unknown'):
+        model, t = DriveModel().exact(), np.arange(12_000) * DT
+        runs = [simulate(model, u, DT, Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)), 3)
+                for u in (np.sin(2.0 * t), Excitation().torque(t))]
+        quiet, lively = (Estimator(model, {'arm_load': load}).run(samples_of(run.u, run.y))
+                         for run in runs)
+        settled = slice(1000, None)
+        for bound, std, noise, error in (
+                (1.4, quiet.tau_k_std, quiet.tau_k_noise_std, quiet.tau_k - runs[0].tau_k[1:]),
+                (1.7, quiet.smoothed[:, S_TAU_K_STD], quiet.smoothed[:, S_TAU_K_NOISE_STD],
+                 quiet.smoothed[:, S_TAU_K] - runs[0].tau_k[1:len(quiet.smoothed) + 1])):
+            rms = np.sqrt(np.mean(error[settled] ** 2))
+            assert noise[settled].mean() > 1.8 * rms
+            assert 0.9 * rms < np.sqrt(np.mean(std[settled] ** 2)) < bound * rms
+        assert (lively.tau_k_std[settled] > 0.9 * lively.tau_k_noise_std[settled]).all()
 
 
 def test_the_narrowing_ends_with_what_taught_it_and_goes_on_from_a_snapshot():

@@ -11,10 +11,9 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.process_model import (
-    EIGENVALUE, noise, pack, propagate, state_names, TAU_K)
-from gearbox_monitor.kernels.types import Layout
+    noise, pack, state_names, TAU_K)
 from gearbox_monitor.parameters import EstimatorParameters, FILTER_NAMES
-from gearbox_monitor.plant.drive import DriveModel, motor_friction, substeps
+from gearbox_monitor.plant.drive import DriveModel, motor_friction
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 
@@ -37,28 +36,6 @@ def recorded(model, seconds=4.0, seed=0):
     out = simulate(model, u, 1e-3, NOISE, seed)
     stamps = (1 + np.arange(len(u), dtype=np.int64)) * 1_000_000
     return Samples(stamps, np.column_stack([u, np.full_like(u, np.nan)]), out.y), out.tau_k
-
-
-@pytest.mark.parametrize('options', OPTIONS, ids=str)
-def test_tangent_is_that_of_the_map(options):
-    p, n = packed(**options)
-    rng = np.random.default_rng(1)
-    for torque in (2.0, -3.0):  # both signs: load friction has a kink at zero
-        z = rng.normal(size=n) * 0.3
-        z[TAU_K] = torque
-
-        def flow(z):
-            z, phi = z.copy(), np.empty(n * n)
-            propagate(Layout(n, False, -1, False), z, phi, (1.0, 0.0), 1e-3,
-                      substeps(1e-3, p[EIGENVALUE]), p)
-            return z, phi.reshape(n, n)
-        _, phi = flow(z)
-        numeric = np.empty((n, n))
-        for i in range(n):
-            step = np.zeros(n)
-            step[i] = 1e-6
-            numeric[:, i] = (flow(z + step)[0] - flow(z - step)[0]) / 2e-6
-        np.testing.assert_allclose(phi, numeric, rtol=1e-6, atol=1e-8)
 
 
 def test_friction_grows_with_the_load_either_way():

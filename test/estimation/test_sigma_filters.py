@@ -15,7 +15,7 @@ from gearbox_monitor.estimation.filter_kind import Belief, filter_kind, Reading,
 from gearbox_monitor.estimation.filters import ekf, srukf, ukf
 from gearbox_monitor.estimation.filters.srukf import triangularise
 from gearbox_monitor.estimation.process_model import (
-    EIGENVALUE, layout_of, propagate, propagate_numeric, Q0, softened_sharpness, X1, X2, X3)
+    EIGENVALUE, layout_of, Q0, softened_sharpness, X1, X2, X3)
 from gearbox_monitor.estimation.step_record import correction, predicted, record_size, updated
 from gearbox_monitor.kernels.kernel import Entry
 from gearbox_monitor.parameters import FILTER_NAMES
@@ -25,7 +25,6 @@ from gearbox_monitor.plant.simulate import Noise, simulate
 
 CASE_A = DriveModel().with_(kind='play', stiffness=5.0, half_gap=0.3, hysteresis_width=0.3)
 STEPS = {module: Entry(module.step) for module in (ekf, ukf, srukf)}
-NUMERIC = Entry(propagate_numeric)
 KINDS = {'statistical': (ekf, {'friction_linearisation': 'statistical'}),
          'ukf': (ukf, {}), 'srukf': (srukf, {})}
 
@@ -102,32 +101,32 @@ def test_linear_drive_equals_the_kalman_filter(kind, rows):
             assert loglik == pytest.approx(stock.log_likelihood, rel=near, abs=near)
 
 
-@pytest.mark.parametrize('alpha, beta, kappa', [(0.5, 2.0, 1.0), (1.3, 0.5, 0.5)])
-def test_equals_filterpy_ukf(alpha, beta, kappa):
+def test_equals_filterpy_ukf():
     """Textbook weights, the last with a centre that counts less in the covariance."""
-    p, constants, n = setup(
-        'unknown load', ukf_alpha=alpha, ukf_beta=beta, ukf_kappa=kappa,
-        **{k: v for k, v in TUNED.items() if k != 'arm_load'})
-    out = data(0.4)
-    counted = substeps(1e-3, p[EIGENVALUE])
-    points = MerweScaledSigmaPoints(n, alpha, beta, kappa)
-    stock = UnscentedKalmanFilter(
-        n, 2, 1e-3, lambda x: x[:2],
-        lambda x, dt, u: oracle.flow(x, u, 0.0, dt, counted, constants)[0], points)
-    stock.x, stock.P = prior(p, n)
-    stock.R = np.diag([TUNED['r_std_motor'] ** 2, TUNED['r_std_arm'] ** 2])
-    stock.Q = 0.5e-3 * np.diag(p[Q0:Q0 + n])
-    ours = [filtered(module, p, n, *prior(p, n), np.full(len(out.y), 1e-3), out.u,
-                     np.zeros(len(out.y)), out.y) for module in (ukf, srukf)]
-    for k, y in enumerate(out.y):
-        stock.P = stock.P + stock.Q
-        stock.predict(u=out.u[k])
-        stock.sigmas_f = points.sigma_points(stock.x, stock.P)
-        stock.update(y)
-        for records in ours:
-            z, P = updated(records[k], n)
-            np.testing.assert_allclose(z, stock.x, rtol=1e-8, atol=1e-8)
-            np.testing.assert_allclose(P, stock.P, rtol=1e-8, atol=1e-8)
+    for alpha, beta, kappa in ((0.5, 2.0, 1.0), (1.3, 0.5, 0.5)):
+        p, constants, n = setup(
+            'unknown load', ukf_alpha=alpha, ukf_beta=beta, ukf_kappa=kappa,
+            **{k: v for k, v in TUNED.items() if k != 'arm_load'})
+        out = data(0.4)
+        counted = substeps(1e-3, p[EIGENVALUE])
+        points = MerweScaledSigmaPoints(n, alpha, beta, kappa)
+        stock = UnscentedKalmanFilter(
+            n, 2, 1e-3, lambda x: x[:2],
+            lambda x, dt, u: oracle.flow(x, u, 0.0, dt, counted, constants)[0], points)
+        stock.x, stock.P = prior(p, n)
+        stock.R = np.diag([TUNED['r_std_motor'] ** 2, TUNED['r_std_arm'] ** 2])
+        stock.Q = 0.5e-3 * np.diag(p[Q0:Q0 + n])
+        ours = [filtered(module, p, n, *prior(p, n), np.full(len(out.y), 1e-3), out.u,
+                         np.zeros(len(out.y)), out.y) for module in (ukf, srukf)]
+        for k, y in enumerate(out.y):
+            stock.P = stock.P + stock.Q
+            stock.predict(u=out.u[k])
+            stock.sigmas_f = points.sigma_points(stock.x, stock.P)
+            stock.update(y)
+            for records in ours:
+                z, P = updated(records[k], n)
+                np.testing.assert_allclose(z, stock.x, rtol=1e-8, atol=1e-8)
+                np.testing.assert_allclose(P, stock.P, rtol=1e-8, atol=1e-8)
 
 
 @pytest.mark.parametrize('variant', [
@@ -184,19 +183,19 @@ def test_square_root_form_survives_tiny_noise_without_process_noise():
     assert rms((estimates.tau_k - out.tau_k[1:])[500:]) == pytest.approx(0.116, rel=0.1)
 
 
-@pytest.mark.parametrize('module', [ukf, srukf])
-def test_covariance_stays_positive_under_extremes(module):
-    p, _, n = setup('unknown load', q_std_tau_k=1e5, r_std_motor=1e-6, r_std_arm=1e-6,
-                    ukf_alpha=1e-3)
-    out = data(2.0)
-    y = out.x[:, :2] + 1e-6 * np.random.default_rng(0).standard_normal(out.y.shape)
-    y[::7, 0], y[::5, 1] = np.nan, np.nan
-    records = filtered(module, p, n, *prior(p, n), np.full(len(y), 1e-3), out.u,
-                       np.zeros(len(y)), y)
-    for record in records:
-        _, P = updated(record, n)
-        scale = np.sqrt(np.diag(P))
-        assert np.linalg.eigvalsh(P / np.outer(scale, scale)).min() > -1e-9
+def test_covariance_stays_positive_under_extremes():
+    for module in (ukf, srukf):
+        p, _, n = setup('unknown load', q_std_tau_k=1e5, r_std_motor=1e-6, r_std_arm=1e-6,
+                        ukf_alpha=1e-3)
+        out = data(2.0)
+        y = out.x[:, :2] + 1e-6 * np.random.default_rng(0).standard_normal(out.y.shape)
+        y[::7, 0], y[::5, 1] = np.nan, np.nan
+        records = filtered(module, p, n, *prior(p, n), np.full(len(y), 1e-3), out.u,
+                           np.zeros(len(y)), y)
+        for record in records:
+            _, P = updated(record, n)
+            scale = np.sqrt(np.diag(P))
+            assert np.linalg.eigvalsh(P / np.outer(scale, scale)).min() > -1e-9
 
 
 def test_triangularise_with_a_diagonal_tail():
@@ -208,18 +207,6 @@ def test_triangularise_with_a_diagonal_tail():
         gram = a.T @ a
         triangularise(a, n, dense, dense or n)
         np.testing.assert_allclose(np.triu(a[:n]).T @ np.triu(a[:n]), gram, atol=1e-13)
-
-
-@pytest.mark.parametrize('variant', ['paper', 'all'])
-def test_numeric_tangent_is_close_to_the_exact_one(variant):
-    p, _, n = setup(variant)
-    for x3 in (0.005, 1.0):
-        start = np.array([0.3, -0.2, x3, 0.5 * x3, 0.02, -0.1, 0.03])[:n]
-        a, b, phi, numeric = start.copy(), start.copy(), np.zeros(n * n), np.zeros(n * n)
-        propagate(layout_of(p, n), a, phi, (0.05, 0.2), 2e-3, 3, p)
-        NUMERIC(layout_of(p, n), b, numeric, (0.05, 0.2), 2e-3, 3, p, np.zeros(n))
-        np.testing.assert_allclose(b, a, rtol=1e-13)
-        np.testing.assert_allclose(numeric, phi, atol=1e-4)
 
 
 def test_statistical_linearisation_has_the_slope_of_the_mean_friction():
@@ -256,34 +243,6 @@ def recording(seconds=2.0):
 
 def cut(samples, a, b):
     return Samples(samples.stamp_ns[a:b], samples.u[a:b], samples.y[a:b])
-
-
-# The AEKF's snapshot also holds what it has adapted: test_aekf.
-SETTINGS = [{'filter': name} for name in FILTER_NAMES if name != 'aekf'] + [
-    {'friction_linearisation': 'statistical'}]
-
-
-@pytest.mark.parametrize('settings', SETTINGS, ids=lambda s: '-'.join(s.values()))
-def test_goes_on_bit_for_bit_from_a_snapshot(settings):
-    samples = recording()
-    live = Estimator(DriveModel(), settings)
-    live.run(cut(samples, 0, 700))
-    restored = Estimator.restore(live.snapshot())
-    a, b = (m.run(cut(samples, 700, 1200)) for m in (live, restored))
-    np.testing.assert_array_equal(a.rows, b.rows)
-    assert len(a.rows) == 500
-    # ... also from one at a change of parameters, where a filter makes its memory anew.
-    live.set_parameters({'r_std_motor': 0.006})
-    restored = Estimator.restore(live.snapshot())
-    a, b = (m.run(cut(samples, 1200, 2000)) for m in (live, restored))
-    np.testing.assert_array_equal(a.rows, b.rows)
-    np.testing.assert_array_equal(a.smoothed, b.smoothed)
-    assert len(a.smoothed) > 600
-    assert live.snapshot()['memory'] == restored.snapshot()['memory']
-    whole, chunks = Estimator(DriveModel(), settings), Estimator(DriveModel(), settings)
-    expected = whole.run(samples)
-    parts = [chunks.run(cut(samples, k, k + 250)) for k in range(0, 2000, 250)]
-    np.testing.assert_array_equal(np.concatenate([part.rows for part in parts]), expected.rows)
 
 
 def test_every_filter_is_chosen_by_its_name():

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Laws of tau_K: the curve with its slopes, what is learnt of it, and what is refused."""
-import itertools
 
 import numpy as np
 import pytest
@@ -13,12 +12,8 @@ from gearbox_monitor.estimation.estimates import Sample, Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.filter import Filter
 from gearbox_monitor.estimation.interval_smoother import smooth_interval
-from gearbox_monitor.estimation.process_model import (
-    curve_count, layout_of, pack, propagate, propagate_numeric, state_names)
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K
 from gearbox_monitor.estimation.sample_loop import START
-from gearbox_monitor.kernels.kernel import Entry
-from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
@@ -32,8 +27,6 @@ SHAPES = {'dead zone': {}, 'play': {'kind': 'play', 'hysteresis_width': 0.03},
           'passive play': {'kind': 'passive_play', 'hysteresis_width': 0.03,
                            'hysteresis_stiffness': 4.0}}
 
-NUMERIC = Entry(propagate_numeric)
-
 
 def recorded(model, seconds):
     """Return (Samples at 1 kHz, true tau_K [N])."""
@@ -43,51 +36,28 @@ def recorded(model, seconds):
     return Samples(stamps, np.column_stack([u, np.full_like(u, np.nan)]), out.y), out.tau_k
 
 
-@pytest.mark.parametrize('kind, width, added', [
-    (DEAD_ZONE, 0.0, 0.0), (PLAY, 0.2, 0.0), (PASSIVE_PLAY, 0.15, 3.0)])
-def test_curve_is_that_of_the_simulator(kind, width, added):
-    t = np.linspace(0.0, 10.0, 2000)
-    twist = 0.8 * np.sin(3.0 * t) + 0.3 * np.sin(17.0 * t)
-    state, memory, extremes = 0.0, 0.0, []
-    for value in twist.tolist():
-        expected, state = transmission_torque(value, state, kind, 5.0, 0.3, width, added)
-        torque, _ = elastic_torque(value, memory, (5.0, 1.5, 5.0 * width, added))
-        memory, _ = play(value, memory, width)
-        assert torque == pytest.approx(expected, abs=1e-12)
-        extremes.append(torque)
-    assert min(extremes) < -2.0 and max(extremes) > 2.0
+CURVES = [
+    (DEAD_ZONE, 0.0, 0.0), (PLAY, 0.2, 0.0), (PASSIVE_PLAY, 0.15, 3.0)]
+
+
+def test_curve_is_that_of_the_simulator():
+    for kind, width, added in CURVES:
+        t = np.linspace(0.0, 10.0, 2000)
+        twist = 0.8 * np.sin(3.0 * t) + 0.3 * np.sin(17.0 * t)
+        state, memory, extremes = 0.0, 0.0, []
+        for value in twist.tolist():
+            expected, state = transmission_torque(value, state, kind, 5.0, 0.3, width, added)
+            torque, _ = elastic_torque(value, memory, (5.0, 1.5, 5.0 * width, added))
+            memory, _ = play(value, memory, width)
+            assert torque == pytest.approx(expected, abs=1e-12)
+            extremes.append(torque)
+        assert min(extremes) < -2.0 and max(extremes) > 2.0
 
 
 def test_negative_hysteresis_is_the_upper_branch_while_the_twist_grows():
     for growing in (1.0, -1.0):
         torque, _ = elastic_torque(growing * 1.0, 0.0, (5.0, 1.5, -1.0, 0.0))
         assert torque == pytest.approx(growing * 5.0 * (1.0 + 0.2 - 0.3))
-
-
-@pytest.mark.parametrize('name, shape, load', [
-    ('elastic', 'dead zone', 'none'), ('learned', 'play', 'unknown'),
-    ('learned', 'passive play', 'unknown')])
-def test_tangent_is_that_of_the_map(name, shape, load):
-    effects = [{'id': 'gravity', 'G': 1.0}] if load == 'unknown' else []
-    model = DriveModel().with_(arm_load=load, effects=effects, **SHAPES[shape])
-    parameters = EstimatorParameters(
-        tau_k_model=name, arm_load=load, friction_error_std=0.1 if effects else 0.0)
-    p, n = pack(model, parameters), len(state_names(model, parameters))
-    states, rng = layout_of(p, n), np.random.default_rng(4)
-    at = n - curve_count(states.curve)
-    for case, substeps in itertools.product(range(15), (1, 2)):
-        z = 0.3 * rng.normal(size=n)
-        z[1] = z[0] - 0.25 * rng.normal()
-        if at < n:
-            z[at] = z[0] - z[1] + 0.03 * rng.normal()
-        if at + 1 < n:
-            z[at + 1:] = 30.0, 2.4, 0.6 if shape == 'passive play' or case % 2 else -0.6
-        other, phi, numeric = z.copy(), rng.normal(size=n * n), np.empty(n * n)
-        propagate(states, z, phi, (1.0, 0.2), 1e-3 * substeps, substeps, p)
-        NUMERIC(states, other, numeric, (1.0, 0.2), 1e-3 * substeps, substeps, p,
-                          np.empty(n))
-        np.testing.assert_allclose(z, other, rtol=0.0, atol=1e-12)
-        np.testing.assert_allclose(phi, numeric, rtol=1e-3, atol=1e-3)
 
 
 @pytest.mark.system
@@ -207,10 +177,13 @@ def test_without_an_arm_encoder_nothing_is_mixed():
         Filter(DriveModel(), {'tau_k_model': 'mixed'})
 
 
-@pytest.mark.parametrize('changes, message', [
+NOT_OFFERED = [
     ({'filter': 'aekf'}, 'tau_k_model: learned, expected random_walk with filter aekf'),
     ({'tau_k_stiffness': 2.0}, 'tau_k_stiffness: 2, expected 0 with tau_k_model learned'),
-    ({'arm_joint': ''}, 'tau_k_model: learned, expected random_walk where no arm is measured')])
-def test_combinations_that_are_not_offered(changes, message):
-    with pytest.raises(InputError, match=message):
-        Estimator(DriveModel(), {'tau_k_model': 'learned', **changes})
+    ({'arm_joint': ''}, 'tau_k_model: learned, expected random_walk where no arm is measured')]
+
+
+def test_combinations_that_are_not_offered():
+    for changes, message in NOT_OFFERED:
+        with pytest.raises(InputError, match=message):
+            Estimator(DriveModel(), {'tau_k_model': 'learned', **changes})

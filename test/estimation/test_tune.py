@@ -224,18 +224,18 @@ def test_search_survives_a_filter_that_cannot_run():
     assert found.failed > 0
 
 
-@pytest.mark.parametrize('best, expected', [(0.37, 0.37), (20.0, 20.0), (1e-6, 0.002)])
-def test_one_more_parameter_is_searched_within_its_grid(best, expected):
+def test_one_more_parameter_is_searched_within_its_grid():
     """Bounds are 1/1000 and 30 times the guess; what is above 30 cannot run."""
-    def evaluate(trial):
-        assert trial['r_std_motor'] == 0.005
-        v = trial['q_std_tau_k_deviation']
-        return math.nan if v > 30.0 else -10.0 * math.log(v / best) ** 2, v > 30.0
-    others = noise_search.Tuned({'r_std_motor': 0.005}, 1.0, {'r_std_motor': 0.1}, 40, 2)
-    result = noise_search.with_another(others, evaluate, 'q_std_tau_k_deviation', 2.0)
-    assert result.parameters['r_std_motor'] == 0.005 and result.error == others.error
-    assert result.parameters['q_std_tau_k_deviation'] == pytest.approx(expected, rel=0.12)
-    assert result.evaluations > 40 and result.failed >= 2
+    for best, expected in ((0.37, 0.37), (20.0, 20.0), (1e-6, 0.002)):
+        def evaluate(trial):
+            assert trial['r_std_motor'] == 0.005
+            v = trial['q_std_tau_k_deviation']
+            return math.nan if v > 30.0 else -10.0 * math.log(v / best) ** 2, v > 30.0
+        others = noise_search.Tuned({'r_std_motor': 0.005}, 1.0, {'r_std_motor': 0.1}, 40, 2)
+        result = noise_search.with_another(others, evaluate, 'q_std_tau_k_deviation', 2.0)
+        assert result.parameters['r_std_motor'] == 0.005 and result.error == others.error
+        assert result.parameters['q_std_tau_k_deviation'] == pytest.approx(expected, rel=0.12)
+        assert result.evaluations > 40 and result.failed >= 2
 
 
 def test_a_rough_criterion_is_climbed_near_the_optimum():
@@ -257,30 +257,36 @@ def test_a_filter_that_cannot_run_scores_worst():
     assert run_score(DRIVE, {'arm_load': 'none'}, broken).criterion == noise_search.DIVERGED
 
 
-@pytest.mark.parametrize('options, words', [
+WRONG = [
     (['--filter', 'kalman'], "filter: 'kalman', expected one of aekf, ekf"),
     (['--reference', '/nowhere'], 'no topic /nowhere'),
     (['--params', 'zero_r'], 'r_std_motor: 0.0, expected a number >= 1e-09'),
     (['--params', 'zero_q'], 'q_std_tau_k: 0, expected > 0'),
     (['--params', 'zero_q', '--out', 'there.yaml'], 'exists, expected a new file'),
     (['--out', 'missing/out.yaml'], 'no such folder'),
-])
-def test_bad_input_is_one_line(options, words, bag, tmp_path, capsys, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / 'there.yaml').touch()
-    params(tmp_path / 'zero_r', r_std_motor=0.0)
-    params(tmp_path / 'zero_q', q_std_tau_k=0.0)
-    assert main(['tune', str(bag), '--out', 'out.yaml', *options]) == 2
-    said = capsys.readouterr().err
-    assert words in said and said.count('\n') == 1
-    assert not (tmp_path / 'out.yaml').exists()
+]
 
 
-@pytest.mark.parametrize('n, torque, words', [
-    (2000, 1.0, 'too short to tune; expected at least 5 s'), (6000, 0.0, 'no excitation')])
-def test_useless_recordings_are_refused(n, torque, words, tmp_path, capsys):
-    u = torque * Excitation().torque(DT * np.arange(n))
-    bag = write(tmp_path / 'bag', simulate(DRIVE, u, DT, Noise(measurement=R), seed=1))
-    assert main(['tune', str(bag), '--out', str(tmp_path / 'out.yaml')]) == 2
-    said = capsys.readouterr().err
-    assert words in said and str(bag) in said and said.count('\n') == 1
+def test_bad_input_is_one_line(bag, tmp_path, capsys, monkeypatch):
+    for options, words in WRONG:
+        monkeypatch.chdir(tmp_path)
+        (tmp_path / 'there.yaml').touch()
+        params(tmp_path / 'zero_r', r_std_motor=0.0)
+        params(tmp_path / 'zero_q', q_std_tau_k=0.0)
+        assert main(['tune', str(bag), '--out', 'out.yaml', *options]) == 2
+        said = capsys.readouterr().err
+        assert words in said and said.count('\n') == 1
+        assert not (tmp_path / 'out.yaml').exists()
+
+
+USELESS = [
+    (2000, 1.0, 'too short to tune; expected at least 5 s'), (6000, 0.0, 'no excitation')]
+
+
+def test_useless_recordings_are_refused(tmp_path, capsys):
+    for n, torque, words in USELESS:
+        u = torque * Excitation().torque(DT * np.arange(n))
+        bag = write(tmp_path / words, simulate(DRIVE, u, DT, Noise(measurement=R), seed=1))
+        assert main(['tune', str(bag), '--out', str(tmp_path / 'out.yaml')]) == 2
+        said = capsys.readouterr().err
+        assert words in said and str(bag) in said and said.count('\n') == 1

@@ -58,9 +58,7 @@ def test_rk4_is_of_fourth_order_on_a_smooth_case():
     assert 3.7 < order < 4.4
 
 
-@pytest.mark.parametrize('name', CASES)
-def test_trajectory_equals_a_stock_solver(name):
-    """Equations retyped for scipy; the play is left out, as it has no state equation."""
+def equals_a_stock_solver(name):
     model = CASE_B if name == 'B' else CASE_B.with_(
         arm_load='unknown', torque_offset=0.2, effects=[
             {'id': 'gravity', 'G': 1.0}, {'id': 'arm_coulomb', 'Cac': 0.2},
@@ -82,6 +80,12 @@ def test_trajectory_equals_a_stock_solver(name):
     plant.run(np.full(2500, 1.5), 2e-4)
     stock = solve_ivp(f, (0.0, 0.5), [0, 0, 0, 0], 'LSODA', rtol=1e-10, atol=1e-12, max_step=2e-4)
     np.testing.assert_allclose(plant.state[:4], stock.y[:, -1], rtol=2e-5, atol=1e-5)
+
+
+def test_trajectory_equals_a_stock_solver():
+    """Equations retyped for scipy; the play is left out, as it has no state equation."""
+    for name in CASES:
+        equals_a_stock_solver(name)
 
 
 def test_equilibrium_without_torque():
@@ -107,23 +111,23 @@ def test_dead_zone():
         torques(twist, DEAD_ZONE, 5.0, 0.6, 0.0, 0.0), [-0.5, 0.0, 0.0, 0.0, 0.0, 1.0], atol=1e-12)
 
 
-@pytest.mark.parametrize('kind, sign', [(DEAD_ZONE, 0), (PLAY, -1), (PASSIVE_PLAY, 1)])
-def test_orientation_of_the_loop(kind, sign):
+def test_orientation_of_the_loop():
     """Work absorbed per cycle: none, negative (the paper's orientation), positive (physical)."""
-    phase = np.linspace(0.0, 4 * np.pi, 40001)
-    twist = 1.5 * np.sin(phase)
-    tau = torques(twist, kind, 5.0, 0.3, 0.3, 5.0)
-    last = phase >= 2 * np.pi
-    work = np.trapezoid(tau[last], twist[last]) if hasattr(np, 'trapezoid') else np.trapz(
-        tau[last], twist[last])
-    if sign == 0:
-        assert abs(work) < 1e-9
-    elif kind == PLAY:
-        # Height 2 K c on both flanks, as high as tau reaches: +-K (1.5 - c - b).
-        assert work == pytest.approx(-2 * 0.3 * 2 * 5.0 * (1.5 - 0.3 - 0.3), rel=1e-3)
-    else:
-        # A friction element of force k_s r, slipping over 2 (2 A - 2 r).
-        assert work == pytest.approx(5.0 * 0.3 * 2 * (2 * 1.5 - 2 * 0.3), rel=1e-3)
+    for kind, sign in ((DEAD_ZONE, 0), (PLAY, -1), (PASSIVE_PLAY, 1)):
+        phase = np.linspace(0.0, 4 * np.pi, 40001)
+        twist = 1.5 * np.sin(phase)
+        tau = torques(twist, kind, 5.0, 0.3, 0.3, 5.0)
+        last = phase >= 2 * np.pi
+        work = np.trapezoid(tau[last], twist[last]) if hasattr(np, 'trapezoid') else np.trapz(
+            tau[last], twist[last])
+        if sign == 0:
+            assert abs(work) < 1e-9
+        elif kind == PLAY:
+            # Height 2 K c on both flanks, as high as tau reaches: +-K (1.5 - c - b).
+            assert work == pytest.approx(-2 * 0.3 * 2 * 5.0 * (1.5 - 0.3 - 0.3), rel=1e-3)
+        else:
+            # A friction element of force k_s r, slipping over 2 (2 A - 2 r).
+            assert work == pytest.approx(5.0 * 0.3 * 2 * (2 * 1.5 - 2 * 0.3), rel=1e-3)
 
 
 def test_a_rigid_drive_is_the_limit_of_a_stiff_one():
@@ -165,13 +169,16 @@ def test_noise_moves_a_rigid_drive_as_one():
     assert np.std(np.diff(x[:, 2])) == pytest.approx(size * 1e-3 ** 0.5, rel=0.03)
 
 
-@pytest.mark.parametrize('changes, tolerance', [
-    ({}, TOLERANCE), ({'timestep': 1e-3}, 0.0), ({'integrator': 'euler', 'timestep': 1e-3}, 0.0)])
-def test_steps_are_those_of_the_simulator_or_accurate(changes, tolerance):
-    plant = Plant(replace(DriveModel(), **changes))
-    assert plant.tolerance == tolerance
-    plant.noise = Noise(measurement=(0.0, 1e-5))
-    assert plant.tolerance == min(tolerance, 1e-8)
+STEPS = [
+    ({}, TOLERANCE), ({'timestep': 1e-3}, 0.0), ({'integrator': 'euler', 'timestep': 1e-3}, 0.0)]
+
+
+def test_steps_are_those_of_the_simulator_or_accurate():
+    for changes, tolerance in STEPS:
+        plant = Plant(replace(DriveModel(), **changes))
+        assert plant.tolerance == tolerance
+        plant.noise = Noise(measurement=(0.0, 1e-5))
+        assert plant.tolerance == min(tolerance, 1e-8)
 
 
 def test_eigenvalue_and_substeps():
@@ -185,10 +192,10 @@ def test_eigenvalue_and_substeps():
         3.0 * 2 / np.pi * 100 / 0.023454, rel=0.01)
 
 
-@pytest.mark.parametrize('name', CASES)
-def test_state_spread_of_the_reference_cases(name):
-    out = run(CASES[name], 20.0)
-    np.testing.assert_allclose(out.x[500:].std(axis=0), STATE_STD[name], rtol=0.01)
+def test_state_spread_of_the_reference_cases():
+    for name in CASES:
+        out = run(CASES[name], 20.0)
+        np.testing.assert_allclose(out.x[500:].std(axis=0), STATE_STD[name], rtol=0.01)
 
 
 def test_noise_is_seeded_and_of_the_stated_size():

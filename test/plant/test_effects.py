@@ -90,14 +90,7 @@ def test_values_are_given_for_all():
         assert parameters == tuple(p.name for p in effect.parameters) or name == 'disturbance'
 
 
-@pytest.mark.parametrize('name', ON_TORQUE)
-def test_agrees_with_a_plant_that_shares_no_code(name):
-    """
-    Same equations: with steps of 0.1 ms the two differ by rounding where no memory is in play.
-
-    Samples of 1 ms of the plant come as close as the steps of the other allow; what those of the
-    diagnosis cost is bounded, too. The sudden contacts of the gap make it what it is.
-    """
+def agrees(name):
     bursts = half_sine(BURST) if name == 'disturbance' else given(name)
     effect = {'id': name, **({'bursts': [BURST]} if name == 'disturbance' else VALUES[name])}
     _, nominal = own.simulate(own.NOMINAL, [], U, DT)
@@ -132,15 +125,26 @@ def test_agrees_with_a_plant_that_shares_no_code(name):
     assert np.abs(runs[0] - y).max() < 1e-3
 
 
-@pytest.mark.parametrize('seed', range(2))
-def test_agrees_with_several_effects_at_once(seed):
-    random = np.random.default_rng(seed)
-    names = [n for n in ON_TORQUE if n not in ('disturbance', 'stribeck')
-             and 'quantisation' not in n]
-    chosen = [str(n) for n in random.choice(names, 4, replace=False)]
-    _, y = own.simulate(own.NOMINAL, given(*chosen), U, DT)
-    run = Plant(drive(*chosen)).run(np.repeat(U, 10), DT / 10)
-    assert np.abs(run.y[::10] - y).max() < 5e-4, chosen
+def test_agrees_with_a_plant_that_shares_no_code():
+    """
+    Same equations: with steps of 0.1 ms the two differ by rounding where no memory is in play.
+
+    Samples of 1 ms of the plant come as close as the steps of the other allow; what those of the
+    diagnosis cost is bounded, too. The sudden contacts of the gap make it what it is.
+    """
+    for name in ON_TORQUE:
+        agrees(name)
+
+
+def test_agrees_with_several_effects_at_once():
+    for seed in range(2):
+        random = np.random.default_rng(seed)
+        names = [n for n in ON_TORQUE if n not in ('disturbance', 'stribeck')
+                 and 'quantisation' not in n]
+        chosen = [str(n) for n in random.choice(names, 4, replace=False)]
+        _, y = own.simulate(own.NOMINAL, given(*chosen), U, DT)
+        run = Plant(drive(*chosen)).run(np.repeat(U, 10), DT / 10)
+        assert np.abs(run.y[::10] - y).max() < 5e-4, chosen
 
 
 # ---------------------------------------------------------------------- exact values
@@ -203,16 +207,16 @@ def test_burst_counts_by_the_part_of_a_sample_that_it_covers():
     np.testing.assert_allclose(load[11:110], 0.5, rtol=1e-12)
 
 
-@pytest.mark.parametrize('plant', [Plant, FaultyPlant])
-def test_same_numbers_however_a_run_is_cut(plant):
-    noise = Noise((0.0, 0.0, 0.1, 0.1), (1e-3, 1e-3))
-    whole = plant(drive(*ALL_AT_ONCE), noise, 4).run(U, DT)
-    pieces, other = [], plant(drive(*ALL_AT_ONCE), noise, 4)
-    for begin, end in ((0, 1), (1, 8), (8, 790), (790, 803), (803, 1500), (1500, 3000)):
-        pieces.append(other.run(U[begin:end], DT, begin * DT))
-    for name in ('t', 'y', 'x', 'tau_k', 'tau_arm'):
-        np.testing.assert_array_equal(
-            np.concatenate([getattr(p, name) for p in pieces]), getattr(whole, name), name)
+def test_same_numbers_however_a_run_is_cut():
+    for plant in (Plant, FaultyPlant):
+        noise = Noise((0.0, 0.0, 0.1, 0.1), (1e-3, 1e-3))
+        whole = plant(drive(*ALL_AT_ONCE), noise, 4).run(U, DT)
+        pieces, other = [], plant(drive(*ALL_AT_ONCE), noise, 4)
+        for begin, end in ((0, 1), (1, 8), (8, 790), (790, 803), (803, 1500), (1500, 3000)):
+            pieces.append(other.run(U[begin:end], DT, begin * DT))
+        for name in ('t', 'y', 'x', 'tau_k', 'tau_arm'):
+            np.testing.assert_array_equal(
+                np.concatenate([getattr(p, name) for p in pieces]), getattr(whole, name), name)
 
 
 def test_faults_act_on_replaced_values():
@@ -221,14 +225,17 @@ def test_faults_act_on_replaced_values():
     np.testing.assert_array_equal(twice.x, direct.x)
 
 
-@pytest.mark.parametrize('effect', [
+STEEP = [
     {'id': 'lugre', 'sigma0': 500.0, 'sigma1': 30.0, 'Cs': 0.1, 'vs': 0.3},
     {'id': 'lugre', 'sigma0': 5000.0, 'sigma1': 0.3, 'Cs': 0.1, 'vs': 0.3},
-    {'id': 'stribeck', 'Cs': 1.0, 'vs': 0.1}])
-def test_steep_friction_stays_stable(effect):
-    _, y = own.simulate(own.NOMINAL, [effect], U, DT)
-    run = Plant(model_from_dict({'effects': [effect]}, 'test')).run(U, DT)
-    assert np.abs(run.y - y).max() < 5e-3
+    {'id': 'stribeck', 'Cs': 1.0, 'vs': 0.1}]
+
+
+def test_steep_friction_stays_stable():
+    for effect in STEEP:
+        _, y = own.simulate(own.NOMINAL, [effect], U, DT)
+        run = Plant(model_from_dict({'effects': [effect]}, 'test')).run(U, DT)
+        assert np.abs(run.y - y).max() < 5e-3
 
 
 # ---------------------------------------------------------------------- model file

@@ -44,35 +44,35 @@ def changed(file, h, integrator, *pairs):
     return text
 
 
-@pytest.mark.parametrize('integrator', ['Euler', 'implicitfast', 'RK4'])
-@pytest.mark.parametrize('h, arm', [(1e-3, 0.0), (2e-3, 0.1)])
-def test_mujoco_itself(h, integrator, arm):
-    u = Excitation().torque(np.arange(500) * DT)
-    text = changed('pair.xml', h, integrator, (
-        '<joint name="arm"', f'<joint frictionloss="{arm}" name="arm"'))
-    theirs = in_mujoco(text, u)
-    model = model_from_dict({**MUJOCO, 'timestep': h, 'integrator': integrator.lower(),
-                             'effects': [{'id': 'arm_coulomb', 'Cac': arm}]}, 'test')
-    ours = simulate(model, u, DT).x[:, :2]
-    assert np.ptp(theirs) > 0.5
-    assert np.sqrt(np.mean((ours - theirs) ** 2)) < 1e-4  # rad over 1 s
+def test_mujoco_itself():
+    for integrator in ('Euler', 'implicitfast', 'RK4'):
+        for h, arm in ((1e-3, 0.0), (2e-3, 0.1)):
+            u = Excitation().torque(np.arange(500) * DT)
+            text = changed('pair.xml', h, integrator, (
+                '<joint name="arm"', f'<joint frictionloss="{arm}" name="arm"'))
+            theirs = in_mujoco(text, u)
+            model = model_from_dict({**MUJOCO, 'timestep': h, 'integrator': integrator.lower(),
+                                     'effects': [{'id': 'arm_coulomb', 'Cac': arm}]}, 'test')
+            ours = simulate(model, u, DT).x[:, :2]
+            assert np.ptp(theirs) > 0.5
+            assert np.sqrt(np.mean((ours - theirs) ** 2)) < 1e-4  # rad over 1 s
 
 
-@pytest.mark.parametrize('integrator', ['Euler', 'implicitfast', 'RK4'])
-def test_one_joint_in_mujoco(integrator):
-    u = Excitation().torque(np.arange(500) * DT)
-    text = f"""<mujoco><option timestep="0.001" integrator="{integrator}" gravity="0 0 0"/>
+def test_one_joint_in_mujoco():
+    for integrator in ('Euler', 'implicitfast', 'RK4'):
+        u = Excitation().torque(np.arange(500) * DT)
+        text = f"""<mujoco><option timestep="0.001" integrator="{integrator}" gravity="0 0 0"/>
     <worldbody><body><joint name="j" axis="0 0 1" armature="0.006442" damping="0.3"
       frictionloss="0.4" solreffriction="0.05 1" solimpfriction="0.7 0.8"/>
       <inertial pos="0 0 0" mass="1" diaginertia="0.02 0.02 0.023454"/></body></worldbody>
     <actuator><motor joint="j"/></actuator></mujoco>"""
-    theirs = in_mujoco(text, u)[:, 0]
-    model = model_from_dict({
-        'friction_law': {'kind': 'mujoco', 'solref': [0.05, 1], 'solimp': [0.7, 0.8]},
-        'timestep': 1e-3, 'integrator': integrator.lower(), 'viscous_friction': 0.3,
-        'coulomb_friction': 0.25, 'effects': [{'id': 'arm_coulomb', 'Cac': 0.15}],
-        'position_gain': 0.0, 'transmission': {'kind': 'rigid'}}, 'test')
-    assert np.abs(simulate(model, u, DT).x[:, 0] - theirs).max() < 1e-5
+        theirs = in_mujoco(text, u)[:, 0]
+        model = model_from_dict({
+            'friction_law': {'kind': 'mujoco', 'solref': [0.05, 1], 'solimp': [0.7, 0.8]},
+            'timestep': 1e-3, 'integrator': integrator.lower(), 'viscous_friction': 0.3,
+            'coulomb_friction': 0.25, 'effects': [{'id': 'arm_coulomb', 'Cac': 0.15}],
+            'position_gain': 0.0, 'transmission': {'kind': 'rigid'}}, 'test')
+        assert np.abs(simulate(model, u, DT).x[:, 0] - theirs).max() < 1e-5
 
 
 def test_what_the_law_of_the_arctangent_does_to_the_same_file():
@@ -97,9 +97,7 @@ def test_stops_within_a_step_and_breaks_away():
     assert slides[1] == pytest.approx(0.6e-3 / inertia)  # once away, dynamic friction acts
 
 
-@pytest.mark.parametrize('law', [{'kind': 'tanh'}, MUJOCO['friction_law'], {'kind': 'ode'}])
-def test_the_process_model_of_filters_has_the_law(law):
-    """With tau_K from the curve it repeats the simulator, and its tangent is that of its steps."""
+def has_the_law(law):
     model = model_from_dict({'friction_law': law, 'timestep': 1e-3, 'effects': [
         {'id': 'arm_coulomb', 'Cac': 0.1}], 'arm_friction_sharpness': 60.0}, 'test')
     run = simulate(model, Excitation().torque(np.arange(200) * 1e-3), 1e-3)
@@ -122,6 +120,12 @@ def test_the_process_model_of_filters_has_the_law(law):
     propagate(states, z.copy(), exact, (1.0, 0.0), 1e-3, n, p)
     propagate_numeric(states, z.copy(), differences, (1.0, 0.0), 1e-3, n, p, np.zeros(5))
     np.testing.assert_allclose(exact, differences, atol=1e-5)
+
+
+def test_the_process_model_of_filters_has_the_law():
+    """With tau_K from the curve it repeats the simulator, and its tangent is that of its steps."""
+    for law in ({'kind': 'tanh'}, MUJOCO['friction_law'], {'kind': 'ode'}):
+        has_the_law(law)
 
 
 def test_sharpness_of_the_arm():

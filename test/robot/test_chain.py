@@ -33,27 +33,28 @@ def effort(chain, q, v, a, h=1e-5):
     return (after[0] - before[0]) / (2.0 * h) - k + g
 
 
-@pytest.mark.parametrize('seed', range(3))
-def test_balance_is_that_of_mujoco(seed):
+def test_balance_is_that_of_mujoco():
     """Arms, legs, SCARA and torso: the effort without friction equals inverse dynamics."""
-    m = mujoco.MjModel.from_xml_string(make(seed).xml)
-    m.dof_damping[:], m.dof_frictionloss[:], m.dof_armature[:] = 0, 0, 0
-    chain, d = chain_of_compiled(m, Path('robot.xml')), mujoco.MjData(m)
-    d.qpos[:], d.qvel[:], d.qacc[:] = np.random.default_rng(seed).normal(size=(3, m.nv))
-    mujoco.mj_inverse(m, d)
-    np.testing.assert_allclose(effort(chain, d.qpos, d.qvel, d.qacc), d.qfrc_inverse,
-                               rtol=1e-6, atol=1e-7)
+    for seed in range(3):
+        m = mujoco.MjModel.from_xml_string(make(seed).xml)
+        m.dof_damping[:], m.dof_frictionloss[:], m.dof_armature[:] = 0, 0, 0
+        chain, d = chain_of_compiled(m, Path('robot.xml')), mujoco.MjData(m)
+        d.qpos[:], d.qvel[:], d.qacc[:] = np.random.default_rng(seed).normal(size=(3, m.nv))
+        mujoco.mj_inverse(m, d)
+        np.testing.assert_allclose(effort(chain, d.qpos, d.qvel, d.qacc), d.qfrc_inverse,
+                                   rtol=1e-6, atol=1e-7)
 
 
-@pytest.mark.parametrize('seed', range(3))
-def test_slopes_of_weights_are_those_of_a_difference(seed):
-    chain = chain_of_compiled(mujoco.MjModel.from_xml_string(make(seed).xml), Path('robot.xml'))
-    q, h, rest = np.random.default_rng(seed).normal(size=len(chain.links)), 1e-5, np.zeros(
-        len(chain.links))
-    for j, step in enumerate(h * np.eye(len(q))):
-        slope = (effort(chain, q + step, rest, rest) - effort(chain, q - step, rest, rest)) / (
-            2.0 * h)
-        np.testing.assert_allclose(chain.weight_slopes(q[None])[0, :, j], slope, atol=1e-7)
+def test_slopes_of_weights_are_those_of_a_difference():
+    for seed in range(3):
+        compiled = mujoco.MjModel.from_xml_string(make(seed).xml)
+        chain = chain_of_compiled(compiled, Path('robot.xml'))
+        q, h, rest = np.random.default_rng(seed).normal(size=len(chain.links)), 1e-5, np.zeros(
+            len(chain.links))
+        for j, step in enumerate(h * np.eye(len(q))):
+            slope = (effort(chain, q + step, rest, rest) - effort(chain, q - step, rest, rest)) / (
+                2.0 * h)
+            np.testing.assert_allclose(chain.weight_slopes(q[None])[0, :, j], slope, atol=1e-7)
 
 
 def test_urdf_balance_is_that_of_the_newton_euler_kernels():
@@ -163,32 +164,36 @@ HAND = """<mujoco><worldbody><body name="a" euler="20 30 0"><freejoint/><geom si
   <sensor><tendonpos tendon="cable"/></sensor>{more}</mujoco>"""
 
 
-@pytest.mark.parametrize('more', [
-    '', '<asset><texture name="t" type="2d" builtin="flat" width="2" height="2"/></asset>'])
-def test_locked_joints_weigh_as_in_mujoco_and_move_no_more(tmp_path, more):
+MORE = [
+    '', '<asset><texture name="t" type="2d" builtin="flat" width="2" height="2"/></asset>']
+
+
+def test_locked_joints_weigh_as_in_mujoco_and_move_no_more(tmp_path):
     """Also where a process of its own compiles the file, as one with a texture."""
-    path = tmp_path / 'hand.xml'
-    path.write_text(HAND.format(more=more))
-    m = mujoco.MjModel.from_xml_path(str(path))
-    m.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
-    d, locked, rng = mujoco.MjData(m), {'hinge': 0.4, 'a': 0.0, 'slide': -0.05}, (
-        np.random.default_rng(1))
-    for name in ('hinge', 'slide'):
-        d.joint(name).qpos[0] = locked[name]
-    moving = np.array([m.joint(name).dofadr[0] for name in 'jk'])
-    d.qpos[moving + 1], d.qvel[moving], d.qacc[moving] = rng.normal(size=(3, 2))
-    mujoco.mj_inverse(m, d)
-    file = read_robot(path, locked=locked)
-    assert file.chain.joints == ('j', 'k') and file.kp.tolist() == [5.0, 9.0]
-    np.testing.assert_allclose(effort(file.chain, *(x[moving] for x in (
-        d.qpos[1:], d.qvel, d.qacc))), d.qfrc_inverse[moving], rtol=1e-6, atol=1e-6)
-    assert file.digest != read_robot(path, locked=locked | {'slide': 0.0}).digest
-    for fewer, words in (({}, 'joint a: free or ball.*locked in --values'),
-                         ({'a': 0.0}, 'equality 1: .*couples hinge, slide, .*locked in --values'),
-                         ({'a': 0.0, 'hinge': 0.0}, 'tendon cable: .*couples slide, .*locked in'),
-                         ({'knee': 0.0}, 'locked: knee: no joint, expected one of a, j, hinge')):
-        with pytest.raises(InputError, match=words):
-            read_robot(path, locked=fewer)
+    for more in MORE:
+        path = tmp_path / 'hand.xml'
+        path.write_text(HAND.format(more=more))
+        m = mujoco.MjModel.from_xml_path(str(path))
+        m.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
+        d, locked, rng = mujoco.MjData(m), {'hinge': 0.4, 'a': 0.0, 'slide': -0.05}, (
+            np.random.default_rng(1))
+        for name in ('hinge', 'slide'):
+            d.joint(name).qpos[0] = locked[name]
+        moving = np.array([m.joint(name).dofadr[0] for name in 'jk'])
+        d.qpos[moving + 1], d.qvel[moving], d.qacc[moving] = rng.normal(size=(3, 2))
+        mujoco.mj_inverse(m, d)
+        file = read_robot(path, locked=locked)
+        assert file.chain.joints == ('j', 'k') and file.kp.tolist() == [5.0, 9.0]
+        np.testing.assert_allclose(effort(file.chain, *(x[moving] for x in (
+            d.qpos[1:], d.qvel, d.qacc))), d.qfrc_inverse[moving], rtol=1e-6, atol=1e-6)
+        assert file.digest != read_robot(path, locked=locked | {'slide': 0.0}).digest
+        for fewer, words in (
+                ({}, 'joint a: free or ball.*locked in --values'),
+                ({'a': 0.0}, 'equality 1: .*couples hinge, slide, .*locked in --values'),
+                ({'a': 0.0, 'hinge': 0.0}, 'tendon cable: .*couples slide, .*locked in'),
+                ({'knee': 0.0}, 'locked: knee: no joint, expected one of a, j, hinge')):
+            with pytest.raises(InputError, match=words):
+                read_robot(path, locked=fewer)
 
 
 def test_locked_joints_in_a_urdf_weigh_as_before_and_move_no_more():

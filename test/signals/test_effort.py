@@ -28,18 +28,21 @@ def motion(read, scale=1.0, **values):
     return SmoothedMotion(UniformRecording(T, read(run), run.y, DT), SIGMA)
 
 
-@pytest.mark.parametrize('read, name', [
+READ = [
     (lambda run: run.u, wiring.TORQUE),
     (lambda run: run.u / 0.06, wiring.CURRENT),
-    (lambda run: run.u - WEIGHT * np.sin(run.y[:, 1]), wiring.COMPENSATED)])
-def test_each_is_told_from_the_others(read, name):
-    for values in ({}, {'motor_inertia': 1.1 * MODEL.motor_inertia,
-                        'coulomb_friction': 1.3 * MODEL.coulomb_friction}):
-        scores, factor = wiring.likelihoods(motion(read, **values), MODEL)
-        assert all(scores[name] > score + LIMITS.effort_ratio
-                   for other, score in scores.items() if other != name)
-        if name == wiring.CURRENT:
-            assert factor == pytest.approx(1.0 / 0.06, rel=0.3)
+    (lambda run: run.u - WEIGHT * np.sin(run.y[:, 1]), wiring.COMPENSATED)]
+
+
+def test_each_is_told_from_the_others():
+    for read, name in READ:
+        for values in ({}, {'motor_inertia': 1.1 * MODEL.motor_inertia,
+                            'coulomb_friction': 1.3 * MODEL.coulomb_friction}):
+            scores, factor = wiring.likelihoods(motion(read, **values), MODEL)
+            assert all(scores[name] > score + LIMITS.effort_ratio
+                       for other, score in scores.items() if other != name)
+            if name == wiring.CURRENT:
+                assert factor == pytest.approx(1.0 / 0.06, rel=0.3)
 
 
 def test_the_statement_is_compared_and_little_motion_tells_nothing():

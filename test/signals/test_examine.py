@@ -150,7 +150,7 @@ def one_way(s):
     return recorded(2.0 + 0.5 * np.cos(4.0 * DT * np.arange(N)), model=loaded, rest=0)
 
 
-@pytest.mark.parametrize('spoil, where, words, verdict, spoilt', [
+SPOILT = [
     (lambda s: scaled(s, u=-1.0), ('signs', 'torque and motor'), 'the wrong way', BAD, PURPOSES),
     (lambda s: scaled(s, arm=-1.0), ('signs', 'motor and arm'), '-1.0', BAD, PURPOSES),
     (lambda s: scaled(s, motor=35.0), ('signs', 'motor and arm'), 'arm moves 0.03', BAD, PURPOSES),
@@ -182,14 +182,17 @@ def one_way(s):
      ('diagnosis',)),
     (lambda s: changed(s, stamp_ns=T0 + 20 * (s.stamp_ns - T0)), ('stamps', 'rate'), '50 Hz', WARN,
      ()),
-])
-def test_what_is_wrong_is_said(sound, spoil, where, words, verdict, spoilt):
-    lines, suits = judged(spoil(sound))
-    line = lines[where]
-    assert line.verdict() == verdict and line.advice
-    assert words in line.figure
-    assert {purpose for purpose in PURPOSES if suits[purpose] == BAD} >= set(spoilt)
-    assert 'estimation' in spoilt or suits['estimation'] < BAD
+]
+
+
+def test_what_is_wrong_is_said(sound):
+    for spoil, where, words, verdict, spoilt in SPOILT:
+        lines, suits = judged(spoil(sound))
+        line = lines[where]
+        assert line.verdict() == verdict and line.advice
+        assert words in line.figure
+        assert {purpose for purpose in PURPOSES if suits[purpose] == BAD} >= set(spoilt)
+        assert 'estimation' in spoilt or suits['estimation'] < BAD
 
 
 def test_one_encoder_suits_the_diagnosis(sound):
@@ -218,20 +221,20 @@ def test_values_that_are_held_tell_their_true_rate(sound):
         assert stamps.held_rows(step * np.rint(sound.y[:, 0] / step)) == 1
 
 
-@pytest.mark.parametrize('controller, verdict', [(None, BAD), ({'kind': 'pd', 'kp': 20.0}, OK)])
-def test_held_positions_suit_a_servo_alone(sound, controller, verdict):
+def test_held_positions_suit_a_servo_alone(sound):
     """At 100 Hz they are too late for a torque, and in time for a setpoint."""
-    held = changed(sound, y=sound.y[np.arange(N) // 10 * 10])
-    lines, _ = judged(held, MODEL.with_(controller=controller))
-    assert lines['motor', 'held'].verdict(('diagnosis',)) == verdict
-    assert ('measured at 100 Hz' in lines['model', 'diagnose'].figure) == (verdict == BAD)
+    for controller, verdict in ((None, BAD), ({'kind': 'pd', 'kp': 20.0}, OK)):
+        held = changed(sound, y=sound.y[np.arange(N) // 10 * 10])
+        lines, _ = judged(held, MODEL.with_(controller=controller))
+        assert lines['motor', 'held'].verdict(('diagnosis',)) == verdict
+        assert ('measured at 100 Hz' in lines['model', 'diagnose'].figure) == (verdict == BAD)
 
 
-@pytest.mark.parametrize('late', [0, 150])
-def test_a_setpoint_is_no_torque(sound, late):
-    u = np.column_stack([np.roll(sound.y[:, 0], -late), sound.u[:, 1]])
-    line = judged(changed(sound, u=u), None)[0]['torque', 'setpoint']
-    assert line.verdict() == BAD and 'a setpoint' in line.figure
+def test_a_setpoint_is_no_torque(sound):
+    for late in (0, 150):
+        u = np.column_stack([np.roll(sound.y[:, 0], -late), sound.u[:, 1]])
+        line = judged(changed(sound, u=u), None)[0]['torque', 'setpoint']
+        assert line.verdict() == BAD and 'a setpoint' in line.figure
 
 
 def test_a_sign_is_wrong_above_five_standard_errors_only():
@@ -379,9 +382,12 @@ def test_command_with_one_joint(bags, capsys):
     assert 'bad' not in capsys.readouterr().out
 
 
-@pytest.mark.parametrize('options, says', [
+WRONG = [
     ([], "no joint 'motor'"), (['--topic', '/joint_states'], 'no topic /joint_states'),
-    (['--model', 'nothing.yaml'], 'nothing.yaml: ')])
-def test_command_with_bad_input(bags, options, says, capsys):
-    assert main(['check', str(bags / 'geared'), *options]) == 2
-    assert says in capsys.readouterr().err
+    (['--model', 'nothing.yaml'], 'nothing.yaml: ')]
+
+
+def test_command_with_bad_input(bags, capsys):
+    for options, says in WRONG:
+        assert main(['check', str(bags / 'geared'), *options]) == 2
+        assert says in capsys.readouterr().err

@@ -68,33 +68,36 @@ def sound():
 
 
 # --- sound recordings ---------------------------------------------------------------------------
-@pytest.mark.parametrize('motion', MOTIONS)
-@pytest.mark.parametrize('effect', EFFECTS)
-def test_sound_recordings_raise_nothing(motion, effect):
-    t, u, y = record(motion, EFFECTS[effect])
-    recording, notices = prepare(t, u, y)
-    assert not notices
-    assert not [p for p in check(recording, MODEL) if decides(p)]
+def test_sound_recordings_raise_nothing():
+    for motion in MOTIONS:
+        for effect in EFFECTS:
+            t, u, y = record(motion, EFFECTS[effect])
+            recording, notices = prepare(t, u, y)
+            assert not notices
+            assert not [p for p in check(recording, MODEL) if decides(p)]
 
 
-@pytest.mark.parametrize('rate', [200.0, 500.0, 4000.0])
-def test_other_rates(rate):
-    t, u, y = record(rate=rate)
-    recording, _ = prepare(t, u, y)
-    assert recording.dt == pytest.approx(1 / rate)
-    assert not check(recording, MODEL)
+def test_other_rates():
+    for rate in (200.0, 500.0, 4000.0):
+        t, u, y = record(rate=rate)
+        recording, _ = prepare(t, u, y)
+        assert recording.dt == pytest.approx(1 / rate)
+        assert not check(recording, MODEL)
 
 
-@pytest.mark.parametrize('change', [
+OTHER_DRIVES = [
     {'arm_inertia': 0.035}, {'motor_inertia': 0.0097}, {'coulomb_friction': 0.5},
     {'torque_offset': 0.4},
     {'transmission': replace(MODEL.transmission, stiffness=40.0)},
-    {'transmission': replace(MODEL.transmission, half_gap=0.2)}])
-def test_a_drive_that_differs_from_the_model_is_no_bad_input(change):
-    t, u, y = record(model=replace(MODEL, **change))
-    assert not found(t, u, y)
-    for gain in (0.8, 1.2):
-        assert not found(t, u / gain, y)
+    {'transmission': replace(MODEL.transmission, half_gap=0.2)}]
+
+
+def test_a_drive_that_differs_from_the_model_is_no_bad_input():
+    for change in OTHER_DRIVES:
+        t, u, y = record(model=replace(MODEL, **change))
+        assert not found(t, u, y)
+        for gain in (0.8, 1.2):
+            assert not found(t, u / gain, y)
 
 
 def loaded(seed):
@@ -150,19 +153,18 @@ def test_coarse_encoder_and_dwell_are_neither_frozen_nor_clipped():
 
 
 @pytest.mark.skipif(not DATA.is_dir(), reason='needs ../shared/data/davinci_backend')
-@pytest.mark.parametrize('run', ['00', '12', '43'])
-def test_a_real_drive_with_coarse_encoder_stiction_and_unknown_load(run):
-    raw = read_signals(DATA / f'{run}.TXT.gz', ReadOptions('davinci_backend'))
-    model = load_model(config_path('davinci_backend.yaml'))
-    y = np.column_stack([raw['motor_position'], raw['arm_position']])
-    assert not found(raw.stamp_ns, raw['motor_effort'], y, model)
-    assert fatal(raw.stamp_ns, -raw['motor_effort'], y, model)[0] == 'sign'
-    assert fatal(raw.stamp_ns, raw['motor_effort'], y * [1, 180 / np.pi], model)[0] == 'units'
+def test_a_real_drive_with_coarse_encoder_stiction_and_unknown_load():
+    for run in ('00', '12', '43'):
+        raw = read_signals(DATA / f'{run}.TXT.gz', ReadOptions('davinci_backend'))
+        model = load_model(config_path('davinci_backend.yaml'))
+        y = np.column_stack([raw['motor_position'], raw['arm_position']])
+        assert not found(raw.stamp_ns, raw['motor_effort'], y, model)
+        assert fatal(raw.stamp_ns, -raw['motor_effort'], y, model)[0] == 'sign'
+        assert fatal(raw.stamp_ns, raw['motor_effort'], y * [1, 180 / np.pi], model)[0] == 'units'
 
 
 # --- channels, signs, units ---------------------------------------------------------------------
-@pytest.mark.parametrize('motion', ['multisine', 'chirp', 'square'])
-@pytest.mark.parametrize('torque, scale, code, text', [
+WIRED = [
     (1, (1, -1), 'sign', 'sign of the arm position is wrong'),
     (1, (-1, 1), 'sign', 'sign of the motor position is wrong'),
     (-1, (1, 1), 'sign', 'sign of the torque u is wrong'),
@@ -170,20 +172,24 @@ def test_a_real_drive_with_coarse_encoder_stiction_and_unknown_load(run):
     (1, (1, 180 / np.pi), 'units', 'the arm position is.*in degrees'),
     (1, (180 / np.pi, 1), 'units', 'the motor position is.*in degrees'),
     (1000, (1, 1), 'units', 'the torque u is.*in mN m'),
-    (1 / 50, (50, 1), 'units', 'motor side of a gear of [45]')])
-def test_signs_and_units_are_named(motion, torque, scale, code, text):
-    t, u, y = record(motion)
-    problem = fatal(t, u * torque, y * scale)
-    assert problem[0] == code
-
-    assert re.search(text, problem[1]), problem[1]
+    (1 / 50, (50, 1), 'units', 'motor side of a gear of [45]')]
 
 
-@pytest.mark.parametrize('motion', ['multisine', 'chirp', 'square'])
-def test_swapped_channels_are_named(motion):
-    t, u, y = record(motion)
-    code, text = fatal(t, u, y[:, ::-1])
-    assert code == 'swapped' and 'motor and arm positions are swapped' in text
+def test_signs_and_units_are_named():
+    for motion in ('multisine', 'chirp', 'square'):
+        for torque, scale, code, text in WIRED:
+            t, u, y = record(motion)
+            problem = fatal(t, u * torque, y * scale)
+            assert problem[0] == code
+
+            assert re.search(text, problem[1]), problem[1]
+
+
+def test_swapped_channels_are_named():
+    for motion in ('multisine', 'chirp', 'square'):
+        t, u, y = record(motion)
+        code, text = fatal(t, u, y[:, ::-1])
+        assert code == 'swapped' and 'motor and arm positions are swapped' in text
 
 
 def test_swapped_channels_are_named_where_smoothing_hides_how_well_the_other_way_fits():
@@ -285,12 +291,12 @@ def test_length_and_rate(sound):
 
 
 # --- noise --------------------------------------------------------------------------------------
-@pytest.mark.parametrize('motion', MOTIONS)
-def test_noise_level_is_that_of_the_noise(motion):
-    _, _, y = record(motion, duration=12.0)
-    sigma, quantum = noise_levels(y)
-    assert sigma == pytest.approx(SIGMA, rel=0.06)
-    assert not quantum.any()
+def test_noise_level_is_that_of_the_noise():
+    for motion in MOTIONS:
+        _, _, y = record(motion, duration=12.0)
+        sigma, quantum = noise_levels(y)
+        assert sigma == pytest.approx(SIGMA, rel=0.06)
+        assert not quantum.any()
 
 
 def test_lattice_is_found(sound):
@@ -302,14 +308,14 @@ def test_lattice_is_found(sound):
     assert noise_levels(np.round(y, 6))[1] == pytest.approx([1e-6, 1e-6])
 
 
-@pytest.mark.parametrize('steps', [1.0, 2.0, 3.3, 4.0, 6.0])
-def test_noise_level_on_a_coarse_lattice(sound, steps):
+def test_noise_level_on_a_coarse_lattice(sound):
     """The error of a reading, though most fourth differences are of one size."""
-    _, _, y = sound
-    q = steps * SIGMA[0]
-    coarse = q * np.rint(y / q)
-    error = np.hypot(SIGMA[0], q / np.sqrt(12.0))
-    assert noise_levels(coarse)[0][0] == pytest.approx(error, rel=0.15)
+    for steps in (1.0, 2.0, 3.3, 4.0, 6.0):
+        _, _, y = sound
+        q = steps * SIGMA[0]
+        coarse = q * np.rint(y / q)
+        error = np.hypot(SIGMA[0], q / np.sqrt(12.0))
+        assert noise_levels(coarse)[0][0] == pytest.approx(error, rel=0.15)
 
 
 # --- stamps and missing values ------------------------------------------------------------------
@@ -471,31 +477,35 @@ def test_single_wild_readings_are_mended(sound):
     assert np.abs(recording.y - y).max() < 8 * SIGMA.max()
 
 
-@pytest.mark.parametrize('kp, kd, frequencies, amplitudes', [
+SERVOS = [
     (3.0, 0.1, (2.1, 3.2, 5.3), (0.4, 0.5, 0.2)),
-    (0.6, 0.02, (4.3, 6.7, 2.3), (0.6, 0.3, 0.3))])  # a tenth of the setpoint
-def test_a_setpoint_faster_than_the_servo_has_sign_and_unit(kp, kd, frequencies, amplitudes):
+    (0.6, 0.02, (4.3, 6.7, 2.3), (0.6, 0.3, 0.3))]
+
+
+def test_a_setpoint_faster_than_the_servo_has_sign_and_unit():
     """No lag brings motion and setpoint together: each frequency has its own."""
-    model = load_model(config_path('drive.yaml')).with_(
-        stiffness=6.0, half_gap=0.03, controller={'kp': kp, 'kd': kd, 'torque_limit': 8.0})
-    t = np.arange(2000) * 0.01
-    setpoint = sum(a * np.sin(2.0 * np.pi * f * t)
-                   for a, f in zip(amplitudes, frequencies))
-    y = simulate(model, setpoint, 0.01).x[:, :2]
-    y = y + 0.003 * np.random.default_rng(1).standard_normal(y.shape)
-    recording = UniformRecording(t, setpoint, y, 0.01).with_servo(model.controller)
-    assert not [p.code for p in check(recording, model) if decides(p)]
+    for kp, kd, frequencies, amplitudes in SERVOS:
+        model = load_model(config_path('drive.yaml')).with_(
+            stiffness=6.0, half_gap=0.03, controller={'kp': kp, 'kd': kd, 'torque_limit': 8.0})
+        t = np.arange(2000) * 0.01
+        setpoint = sum(a * np.sin(2.0 * np.pi * f * t)
+                       for a, f in zip(amplitudes, frequencies))
+        y = simulate(model, setpoint, 0.01).x[:, :2]
+        y = y + 0.003 * np.random.default_rng(1).standard_normal(y.shape)
+        recording = UniformRecording(t, setpoint, y, 0.01).with_servo(model.controller)
+        assert not [p.code for p in check(recording, model) if decides(p)]
 
 
-@pytest.mark.parametrize('seed', [1, 2, 3])
-def test_late_stamps_are_no_lost_samples(seed):
+def test_late_stamps_are_no_lost_samples():
     """Steps of 1.5 sample times come about by jitter of a tenth; a lost sample is one still."""
-    t, u, y = record(duration=12.0, seed=seed)
-    stamps = t + 1e-4 * np.random.default_rng(seed).standard_normal(len(t))
-    assert (np.diff(stamps) > 1.5e-3).any()
-    recording, notices = prepare(stamps, u, y)
-    assert len(recording.u) == len(t) and not any('lost' in n or 'wander' in n for n in notices)
-    np.testing.assert_array_equal(recording.y, y)
-    kept = np.delete(np.arange(len(t)), 7000)
-    recording, notices = prepare(stamps[kept], u[kept], y[kept])
-    assert len(recording.u) == len(t) and any('1 of 12000 samples lost' in n for n in notices)
+    for seed in (1, 2, 3):
+        t, u, y = record(duration=12.0, seed=seed)
+        stamps = t + 1e-4 * np.random.default_rng(seed).standard_normal(len(t))
+        assert (np.diff(stamps) > 1.5e-3).any()
+        recording, notices = prepare(stamps, u, y)
+        assert len(recording.u) == len(t)
+        assert not any('lost' in n or 'wander' in n for n in notices)
+        np.testing.assert_array_equal(recording.y, y)
+        kept = np.delete(np.arange(len(t)), 7000)
+        recording, notices = prepare(stamps[kept], u[kept], y[kept])
+        assert len(recording.u) == len(t) and any('1 of 12000 samples lost' in n for n in notices)

@@ -55,7 +55,7 @@ def readings_of(share):
     return checks.measured(y, False)[0].hurts
 
 
-@pytest.mark.parametrize('limit, decision', [
+DECISIONS = [
     ('jitter_notice', lambda x: stamps._jitter(replace(CLOCK, jitter=x * CLOCK.period)).hurts),
     ('jitter_bad', lambda x: stamps._jitter(replace(CLOCK, jitter=x * CLOCK.period)).hurts),
     ('lost_notice', gaps_of), ('lost_many', gaps_of), ('max_repaired', gaps_of),
@@ -71,12 +71,15 @@ def readings_of(share):
     ('drift_windows_none', lambda x: stamps.length(x, 1.0).hurts),
     ('torque_seen', lambda x: response(correlation=-x).seen),
     ('delay_vague', lambda x: response(delay_std=x).timed),
-    ('unphysical', lambda x: is_uninitialised(np.array([0.0, x, -0.5 * x])))])
-def test_a_value_just_below_and_just_above_decides_otherwise(limit, decision):
-    assert_decides(decision, getattr(LIMITS, limit))
+    ('unphysical', lambda x: is_uninitialised(np.array([0.0, x, -0.5 * x])))]
 
 
-@pytest.mark.parametrize('limit', ['missing_notice', 'missing_many'])
-def test_one_reading_more_than_the_share_decides_otherwise(limit):
-    share = getattr(LIMITS, limit)
-    assert readings_of(share) != readings_of(share + 1e-4)
+def test_a_value_just_below_and_just_above_decides_otherwise():
+    for limit, decision in DECISIONS:
+        assert_decides(decision, getattr(LIMITS, limit))
+
+
+def test_one_reading_more_than_the_share_decides_otherwise():
+    for limit in ('missing_notice', 'missing_many'):
+        share = getattr(LIMITS, limit)
+        assert readings_of(share) != readings_of(share + 1e-4)

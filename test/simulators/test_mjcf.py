@@ -79,8 +79,7 @@ def test_every_expressed_effect_has_a_case():
         *CASES, *SERVO_CASES}
 
 
-@pytest.mark.parametrize('name', CASES)
-def test_free_run_with_an_effect(name):
+def expect_free_run(name):
     model = nominal(**{'half_gap': 0.0} if name == 'hysteresis_branch' else {})
     effects = [e for e in model.effects if e['id'] != name]
     model = model.with_(effects=[*effects, {'id': name, **CASES[name]}])
@@ -90,17 +89,22 @@ def test_free_run_with_an_effect(name):
     assert_read_back(model, patch, U)
 
 
-@pytest.mark.parametrize('name', SERVO_CASES)
-def test_free_run_of_a_servo_with_an_effect(name):
-    model = nominal().with_(controller={'kp': 40.0, 'kd': 1.0, 'torque_limit': 8.0}, effects=[
-        *nominal().effects, {'id': name, **SERVO_CASES[name]}])
-    patch = patched(read_mjcf(PAIR, 'motor', 'arm'), *values_of(model))
-    assert not [row for row in patch.exported if row.kind == REFUSED]
-    setpoints = 0.15 * U
-    rms = free_run(patch, setpoints) - simulate(model, setpoints, DT).y
-    # a filter of MuJoCo begins at 0, ours at the first setpoint
-    assert np.abs(rms[200:]).max() < 5.0 * BOUND or name == 'setpoint_lag'
-    assert_read_back(model, patch, setpoints)
+def test_free_run_with_an_effect():
+    for name in CASES:
+        expect_free_run(name)
+
+
+def test_free_run_of_a_servo_with_an_effect():
+    for name in SERVO_CASES:
+        model = nominal().with_(controller={'kp': 40.0, 'kd': 1.0, 'torque_limit': 8.0}, effects=[
+            *nominal().effects, {'id': name, **SERVO_CASES[name]}])
+        patch = patched(read_mjcf(PAIR, 'motor', 'arm'), *values_of(model))
+        assert not [row for row in patch.exported if row.kind == REFUSED]
+        setpoints = 0.15 * U
+        rms = free_run(patch, setpoints) - simulate(model, setpoints, DT).y
+        # a filter of MuJoCo begins at 0, ours at the first setpoint
+        assert np.abs(rms[200:]).max() < 5.0 * BOUND or name == 'setpoint_lag'
+        assert_read_back(model, patch, setpoints)
 
 
 def assert_read_back(model, patch, u):
@@ -115,24 +119,27 @@ def assert_read_back(model, patch, u):
     assert not patched(drive, *values_of(again)).changes
 
 
-@pytest.mark.parametrize('attributes', [
-    'inheritrange="0.9" kp="80" dampratio="1"', 'class="servo" kp="80"'])
-def test_a_servo_keeps_its_range_and_damping(attributes):
+SERVOS = [
+    'inheritrange="0.9" kp="80" dampratio="1"', 'class="servo" kp="80"']
+
+
+def test_a_servo_keeps_its_range_and_damping():
     """A gearbox takes the actuator to a joint without range, and changes what dampratio means."""
-    data = ROBOT.read_bytes().replace(b'<motor name="elbow" joint="elbow" gear="50"/>',
-                                      f'<position name="elbow" joint="elbow" {attributes}/>'
-                                      .encode())
-    data = data.replace(b'axis="0 0 1"', b'axis="0 0 1" range="-90 60"')
-    data = data.replace(b'</default>', b'<default class="servo"><position dampratio="1" '
-                        b'inheritrange="0.9"/></default></default>')
-    drive = drive_of(data, ROBOT, ('elbow', None))
-    model = model_of(drive).with_(kind='dead_zone', stiffness=900.0, half_gap=0.005, damping=0.5,
-                                  arm_inertia=0.05)
-    patch = patched(drive, *values_of(model))
-    again = drive_of(patch.data, ROBOT, patch.joints)
-    assert again.actuator.law.control == pytest.approx(drive.actuator.law.control)
-    servos = [m.controller for m in (model_of(again), model)]
-    assert (servos[0].kp, servos[0].kd) == pytest.approx((servos[1].kp, servos[1].kd), rel=1e-6)
+    for attributes in SERVOS:
+        data = ROBOT.read_bytes().replace(b'<motor name="elbow" joint="elbow" gear="50"/>',
+                                          f'<position name="elbow" joint="elbow" {attributes}/>'
+                                          .encode())
+        data = data.replace(b'axis="0 0 1"', b'axis="0 0 1" range="-90 60"')
+        data = data.replace(b'</default>', b'<default class="servo"><position dampratio="1" '
+                            b'inheritrange="0.9"/></default></default>')
+        drive = drive_of(data, ROBOT, ('elbow', None))
+        model = model_of(drive).with_(kind='dead_zone', stiffness=900.0, half_gap=0.005,
+                                      damping=0.5, arm_inertia=0.05)
+        patch = patched(drive, *values_of(model))
+        again = drive_of(patch.data, ROBOT, patch.joints)
+        assert again.actuator.law.control == pytest.approx(drive.actuator.law.control)
+        servo, stated = (m.controller for m in (model_of(again), model))
+        assert (servo.kp, servo.kd) == pytest.approx((stated.kp, stated.kd), rel=1e-6)
 
 
 def test_without_an_effect_the_file_stays():
@@ -140,12 +147,12 @@ def test_without_an_effect_the_file_stays():
     assert not patch.changes and patch.data == PAIR.read_bytes()
 
 
-@pytest.mark.parametrize('law', ['atan', 'tanh'])
-def test_another_law_of_friction_is_written(law):
-    rms, patch = compared(nominal(friction_law={'kind': law}))
-    assert rms.max() < BOUND
-    assert {(c.element, c.attribute) for c in patch.changes} == {
-        ('joint "motor"', 'solreffriction'), ('joint "motor"', 'solimpfriction')}
+def test_another_law_of_friction_is_written():
+    for law in ('atan', 'tanh'):
+        rms, patch = compared(nominal(friction_law={'kind': law}))
+        assert rms.max() < BOUND
+        assert {(c.element, c.attribute) for c in patch.changes} == {
+            ('joint "motor"', 'solreffriction'), ('joint "motor"', 'solimpfriction')}
 
 
 def test_passive_play_yields():
@@ -343,62 +350,68 @@ def test_what_overrules_an_edit_is_one_line():
     assert b'damping="0.1 0.02 0"' in patch.data
 
 
-@pytest.mark.parametrize('joint', ['hip', 'knee'])
-def test_classes_frames_and_a_floating_base(joint):
+def test_classes_frames_and_a_floating_base():
     """The inertia about the hip depends on the knee: that of the keyframe counts."""
-    drive = read_mjcf(LEG, joint, keyframe='stand')
-    torque = {'controller': None}
-    nominal_model, upright = model_of(drive, torque), model_of(read_mjcf(LEG, joint), torque)
-    assert (nominal_model.arm_inertia < 0.99 * upright.arm_inertia) == (joint == 'hip')
-    assert nominal_model.motor_inertia == {'hip': 0.09, 'knee': 0.02}[joint]
-    model = nominal_model.with_(arm_inertia=0.9 * nominal_model.arm_inertia, effects=[
-        *(e for e in nominal_model.effects if e['id'] not in ('gravity', 'saturation')),
-        {'id': 'torque_gain', 'g': -0.2}, {'id': 'saturation', 'umax': 30.0}])
-    if joint == 'knee':
-        model = model.with_(kind='dead_zone', stiffness=900.0, half_gap=0.005, damping=0.5)
-    patch = patched(drive, *values_of(model))
-    m = compiled_model(patch.data, LEG)
-    again = drive_of(patch.data, LEG, patch.joints, 'stand')
-    assert again.arm_joint.inertia == pytest.approx(model.arm_inertia, rel=1e-6)
-    assert m.nu == 2 and m.nq == (10 if joint == 'knee' else 9)
-    i = again.actuator.index
-    if joint == 'hip':
-        assert list(m.actuator_biasprm[i, :3]) == pytest.approx([0.0, -64.0, -2.4])
-    else:
-        assert list(m.key_qpos[0][-2:]) == [-1.0, -1.0]
-        assert m.actuator_gainprm[i, 0] == 0.8
+    for joint in ('hip', 'knee'):
+        drive = read_mjcf(LEG, joint, keyframe='stand')
+        torque = {'controller': None}
+        nominal_model, upright = model_of(drive, torque), model_of(read_mjcf(LEG, joint), torque)
+        assert (nominal_model.arm_inertia < 0.99 * upright.arm_inertia) == (joint == 'hip')
+        assert nominal_model.motor_inertia == {'hip': 0.09, 'knee': 0.02}[joint]
+        model = nominal_model.with_(arm_inertia=0.9 * nominal_model.arm_inertia, effects=[
+            *(e for e in nominal_model.effects if e['id'] not in ('gravity', 'saturation')),
+            {'id': 'torque_gain', 'g': -0.2}, {'id': 'saturation', 'umax': 30.0}])
+        if joint == 'knee':
+            model = model.with_(kind='dead_zone', stiffness=900.0, half_gap=0.005, damping=0.5)
+        patch = patched(drive, *values_of(model))
+        m = compiled_model(patch.data, LEG)
+        again = drive_of(patch.data, LEG, patch.joints, 'stand')
+        assert again.arm_joint.inertia == pytest.approx(model.arm_inertia, rel=1e-6)
+        assert m.nu == 2 and m.nq == (10 if joint == 'knee' else 9)
+        i = again.actuator.index
+        if joint == 'hip':
+            assert list(m.actuator_biasprm[i, :3]) == pytest.approx([0.0, -64.0, -2.4])
+        else:
+            assert list(m.key_qpos[0][-2:]) == [-1.0, -1.0]
+            assert m.actuator_gainprm[i, 0] == 0.8
 
 
-@pytest.mark.parametrize('text, change', [
-    (ROBOT.read_text(), {}), (ROBOT.read_text(), {'stiffness': 40.0}), (PAIR.read_text(), {})])
-def test_backlash_by_its_width(tmp_path, text, change):
+WIDTHS = [
+    (ROBOT.read_text(), {}), (ROBOT.read_text(), {'stiffness': 40.0}), (PAIR.read_text(), {})]
+
+
+def test_backlash_by_its_width(tmp_path):
     """All that a joint had it has with the backlash, and MuJoCo compiles it to its width."""
-    path = tmp_path / 'robot.xml'
-    path.write_text(text)
-    names = ('elbow', None) if 'elbow' in text else ('motor', 'arm')
-    file = with_backlash(path, 0.012, joint=names[0], arm_joint=names[1], **change)
-    before, after = values_in(file.drive), values_in(drive_of(file.patch.data, path,
-                                                              file.patch.joints))
-    assert 2.0 * after.half_gap == pytest.approx(0.012) and not after.rigid
-    assert after.stiffness == pytest.approx(change.get('stiffness') or before.stiffness
-                                            or after.stiffness) and after.stiffness > 0.0
-    assert bool(file.notes) is not bool(change or before.stiffness)
-    for name in ('motor_inertia', 'arm_inertia', 'motor_damping', 'motor_friction', 'weight',
-                 'gain', 'offset', 'limit', 'servo'):
-        new, old = getattr(after, name), getattr(before, name)
-        assert new == old if old is None else new == pytest.approx(old, rel=1e-6), name
+    for text, change in WIDTHS:
+        path = tmp_path / 'robot.xml'
+        path.write_text(text)
+        names = ('elbow', None) if 'elbow' in text else ('motor', 'arm')
+        file = with_backlash(path, 0.012, joint=names[0], arm_joint=names[1], **change)
+        before, after = values_in(file.drive), values_in(drive_of(file.patch.data, path,
+                                                                  file.patch.joints))
+        assert 2.0 * after.half_gap == pytest.approx(0.012) and not after.rigid
+        assert after.stiffness == pytest.approx(change.get('stiffness') or before.stiffness
+                                                or after.stiffness) and after.stiffness > 0.0
+        assert bool(file.notes) is not bool(change or before.stiffness)
+        for name in ('motor_inertia', 'arm_inertia', 'motor_damping', 'motor_friction', 'weight',
+                     'gain', 'offset', 'limit', 'servo'):
+            new, old = getattr(after, name), getattr(before, name)
+            assert new == old if old is None else new == pytest.approx(old, rel=1e-6), name
 
 
-@pytest.mark.parametrize('change, text, problem', [
+NO_BACKLASH = [
     ({'backlash': -0.1}, '', 'backlash: -0.1, expected a width of 0 or more'),
     ({'backlash': float('nan')}, '', 'backlash: nan'),
     ({'stiffness': 1e12}, '', 'expected at most'),
     ({}, '<robot name="r"><link name="a"/><link name="b"><inertial><mass value="1"/><inertia '
      'ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="elbow" '
      'type="continuous"><parent link="a"/><child link="b"/></joint></robot>', 'a URDF file'),
-    ({}, ROBOT.read_text().replace('armature=', 'user='), 'armature: 0, expected')])
-def test_backlash_that_no_file_can_have(tmp_path, change, text, problem):
-    path = tmp_path / 'robot.xml'
-    path.write_text(text or ROBOT.read_text())
-    with pytest.raises(InputError, match=problem):
-        with_backlash(path, **{'backlash': 0.012, 'joint': 'elbow', **change})
+    ({}, ROBOT.read_text().replace('armature=', 'user='), 'armature: 0, expected')]
+
+
+def test_backlash_that_no_file_can_have(tmp_path):
+    for change, text, problem in NO_BACKLASH:
+        path = tmp_path / 'robot.xml'
+        path.write_text(text or ROBOT.read_text())
+        with pytest.raises(InputError, match=problem):
+            with_backlash(path, **{'backlash': 0.012, 'joint': 'elbow', **change})

@@ -155,18 +155,21 @@ def rich():
                                1e-4 * np.eye(len(names))) for _ in range(8)])
 
 
-@pytest.mark.parametrize('to, functions', [
+FUNCTIONS = [
     ('isaac', {'randomize_joint_parameters', 'randomize_actuator_gains',
                   'randomize_rigid_body_mass', 'write_joint_friction_coefficient_to_sim'}),
     ('mjlab', {'joint_friction', 'joint_damping', 'joint_armature', 'pd_gains', 'body_mass',
-               'sync_actuator_delays', 'requires_model_fields'})])
-def test_events_are_python_with_the_functions_of_the_framework(to, functions):
-    text = randomisation(rich(), to)
-    tree = ast.parse(text)
-    used = {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
-    used |= {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
-    assert functions <= used
-    assert '# No event: kt' in text
+               'sync_actuator_delays', 'requires_model_fields'})]
+
+
+def test_events_are_python_with_the_functions_of_the_framework():
+    for to, functions in FUNCTIONS:
+        text = randomisation(rich(), to)
+        tree = ast.parse(text)
+        used = {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
+        used |= {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
+        assert functions <= used
+        assert '# No event: kt' in text
 
 
 def test_each_range_of_an_event_is_that_of_the_parameter():
@@ -180,15 +183,16 @@ def test_each_range_of_an_event_is_that_of_the_parameter():
     assert ast.literal_eval(values['ranges']) == pytest.approx((found.low[i], found.high[i]), 1e-4)
 
 
-@pytest.mark.parametrize('to', ['isaac', 'mjlab'])
-def test_factor_on_a_mass_rises_and_keeps_its_sign(to):
-    down = [UnitEstimate('unit', {'gravity.G': v}, {'gravity.G': 'N m'}, np.array([[1e-4]]))
-            for v in (-1.0, -1.1, -0.9, -1.05)]
-    text = randomisation(ranges_of(down), to)
-    low, high = re.search(r"(?:mass_distribution_params|ranges)': \((\S+), (\S+)\)", text).groups()
-    assert 0.0 < float(low) < 1.0 < float(high)
-    up = UnitEstimate('unit', {'gravity.G': 1.0}, {'gravity.G': 'N m'}, np.array([[1e-4]]))
-    assert '# No event: gravity.G' in randomisation(ranges_of([*down, up]), to)
+def test_factor_on_a_mass_rises_and_keeps_its_sign():
+    for to in ('isaac', 'mjlab'):
+        down = [UnitEstimate('unit', {'gravity.G': v}, {'gravity.G': 'N m'}, np.array([[1e-4]]))
+                for v in (-1.0, -1.1, -0.9, -1.05)]
+        text = randomisation(ranges_of(down), to)
+        low, high = re.search(
+            r"(?:mass_distribution_params|ranges)': \((\S+), (\S+)\)", text).groups()
+        assert 0.0 < float(low) < 1.0 < float(high)
+        up = UnitEstimate('unit', {'gravity.G': 1.0}, {'gravity.G': 'N m'}, np.array([[1e-4]]))
+        assert '# No event: gravity.G' in randomisation(ranges_of([*down, up]), to)
 
 
 def written(path, value, error, name='Cc', unit='N m'):

@@ -66,24 +66,25 @@ def closed(tmp_path, text, *findings):
 LOAD = {'m': 2.0, 'cx': 0.1, 'cy': 0.0, 'cz': 0.3}
 
 
-@pytest.mark.parametrize('text', [MJCF, URDF])
-def test_each_effect_goes_to_its_own_place_or_is_said(tmp_path, text):
-    before, after, made, left = closed(
-        tmp_path, text, finding('motor_coulomb', 'shoulder', Cc=2.0, Cc_change=0.5),
-        finding('viscous_drift', 'shoulder', Cv_change=3.0, T=10.0),
-        finding('payload', 'upper', **LOAD), finding('torque_offset', 'shoulder', u0=1.0),
-        finding('motor_viscous', 'shoulder', Cv_change=-9.0))
-    assert after.coulomb[0] - before.coulomb[0] == pytest.approx(0.5)
-    np.testing.assert_allclose(after.viscous, before.viscous)
-    added = inertial(2.0, np.array([0.1, 0.0, 0.3]), np.zeros((3, 3)))
-    np.testing.assert_allclose(after.theta[0] - before.theta[0], added, atol=1e-7)
-    np.testing.assert_allclose(after.theta[1:], before.theta[1:])
-    words = '; '.join(left)
-    assert len(left) == 3 and 'viscous_drift of shoulder: no attribute changes with time' in words
-    assert 'torque_offset of shoulder' in words and 'expected a sum of 0 or more' in words
-    unchanged = [line for line in text.splitlines() if not any(
-        word in line for word in ('inertia', 'shoulder', 'axis'))]
-    assert len(unchanged) > 2 and all(line in made.splitlines() for line in unchanged)
+def test_each_effect_goes_to_its_own_place_or_is_said(tmp_path):
+    for text in (MJCF, URDF):
+        before, after, made, left = closed(
+            tmp_path, text, finding('motor_coulomb', 'shoulder', Cc=2.0, Cc_change=0.5),
+            finding('viscous_drift', 'shoulder', Cv_change=3.0, T=10.0),
+            finding('payload', 'upper', **LOAD), finding('torque_offset', 'shoulder', u0=1.0),
+            finding('motor_viscous', 'shoulder', Cv_change=-9.0))
+        assert after.coulomb[0] - before.coulomb[0] == pytest.approx(0.5)
+        np.testing.assert_allclose(after.viscous, before.viscous)
+        added = inertial(2.0, np.array([0.1, 0.0, 0.3]), np.zeros((3, 3)))
+        np.testing.assert_allclose(after.theta[0] - before.theta[0], added, atol=1e-7)
+        np.testing.assert_allclose(after.theta[1:], before.theta[1:])
+        words = '; '.join(left)
+        assert len(left) == 3
+        assert 'viscous_drift of shoulder: no attribute changes with time' in words
+        assert 'torque_offset of shoulder' in words and 'expected a sum of 0 or more' in words
+        unchanged = [line for line in text.splitlines() if not any(
+            word in line for word in ('inertia', 'shoulder', 'axis'))]
+        assert len(unchanged) > 2 and all(line in made.splitlines() for line in unchanged)
 
 
 def test_bodies_and_joints_without_a_name_are_found_by_their_place(tmp_path):
@@ -98,14 +99,18 @@ def test_bodies_and_joints_without_a_name_are_found_by_their_place(tmp_path):
     np.testing.assert_allclose((after.theta - before.theta)[0, 4:7], [.01, .02, .005], atol=1e-8)
 
 
-@pytest.mark.parametrize('old, new, words', [
+OVERRIDDEN = [
     ('<default>', '<option><flag frictionloss="disable"/></option><default>', 'switches it off'),
-    ('<default>', '<compiler inertiafromgeom="true"/><default>', 'inertiafromgeom')])
-def test_what_the_file_overrides_is_said_and_the_rest_stays(tmp_path, old, new, words):
-    _, after, _, left = closed(
-        tmp_path, MJCF.replace(old, new), finding('motor_coulomb', 'shoulder', Cc_change=0.5),
-        finding('payload', 'upper', **LOAD), finding('motor_inertia', 'shoulder', m1_change=0.2))
-    assert len(left) == 1 and words in left[0] and after.armature[0] == pytest.approx(0.3)
+    ('<default>', '<compiler inertiafromgeom="true"/><default>', 'inertiafromgeom')]
+
+
+def test_what_the_file_overrides_is_said_and_the_rest_stays(tmp_path):
+    for old, new, words in OVERRIDDEN:
+        _, after, _, left = closed(
+            tmp_path, MJCF.replace(old, new), finding('motor_coulomb', 'shoulder', Cc_change=0.5),
+            finding('payload', 'upper', **LOAD),
+            finding('motor_inertia', 'shoulder', m1_change=0.2))
+        assert len(left) == 1 and words in left[0] and after.armature[0] == pytest.approx(0.3)
 
 
 def test_nothing_to_write_is_no_file(tmp_path):
