@@ -21,29 +21,30 @@ usage examples:
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
 import os
+from pathlib import Path
 import shlex
 import sys
 import textwrap
 from typing import Any
 
-from gearbox_monitor.cli import check_robot
-from gearbox_monitor.cli.filter_inputs import settings_of
-from gearbox_monitor.cli.inputs import add_robot_arguments, add_setpoint_argument
+from gearbox_monitor.cli.inputs import (
+    add_robot_arguments, add_setpoint_argument, names_of, reading_of_robot, robot_of, settings_of)
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, estimator_options, opened, show, wrapped)
+    add_estimator_arguments, estimator_options, opened, refuse, show, wrapped)
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.noise_search import MIN_SAMPLES, MIN_SECONDS
 from gearbox_monitor.files.yaml_files import expect_new_file
+from gearbox_monitor.library.robot import check_robot
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.recordings.joint_input import bag_arguments, find_input
 from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.recorded_samples import sample_parts
-from gearbox_monitor.signals.examine import Examination, examine
-from gearbox_monitor.signals.finding import BAD, OK, PURPOSES, WARN
-from gearbox_monitor.signals.examine import joined, SAMPLES, WINDOWS
+from gearbox_monitor.robot.description import SUFFIXES
+from gearbox_monitor.signals.examine import Examination, examine, joined, SAMPLES, WINDOWS
+from gearbox_monitor.signals.finding import BAD, DataFinding, OK, PURPOSES, WARN
 
 WIDTH = 80
 INDENT = 24  # of the figures
@@ -76,8 +77,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
-    if check_robot.is_robot(args):
-        return check_robot.run(args)
+    if is_robot(args):
+        return run_robot(args)
     expect_new_file(args.json)
     with opened(args) as reader:
         source = find_input(reader, args.topic)
@@ -256,3 +257,49 @@ def _entry(name: str, verdict: str, figure: str, advice: str, colours: bool) -> 
 
 
 _BY_WORD = {verdict.name.lower(): verdict for verdict in (OK, WARN, BAD)}
+
+
+OF_DRIVE = ('params', 'motor_joint', 'arm_joint', 'setpoint_joint', 'purposes')
+OF_ROBOT = ('values', 'root', 'recorded', 'prefix', 'convention')
+
+
+def is_robot(args: Namespace) -> bool:
+    """Return whether the options `args` of check are about a whole robot. Raises InputError."""
+    robot = args.model is not None and Path(args.model).suffix.lower() in SUFFIXES
+    refuse(args, OF_DRIVE if robot else OF_ROBOT,
+           f'of a single drive, but --model {args.model} is a whole robot' if robot else
+           'of a whole robot, expected its MJCF or URDF file as --model')
+    return robot
+
+
+def run_robot(args: Namespace) -> int:
+    """Run the command with the options `args`; returns the exit code."""
+    expect_new_file(args.json)
+    findings = check_robot(args.bag, robot_of(args), recorded=names_of(args), topic=args.topic,
+                           reading=reading_of_robot(args))
+    lines = [{'group': f.group, 'name': f.name, 'verdict': f.verdict().name.lower(),
+              'figure': f.figure, 'advice': f.advice, 'values': f.values} for f in findings]
+    head = robot_summary(str(args.bag), findings)
+    show(args, {'summary': head, 'bag': str(args.bag), 'model': str(args.model), 'lines': lines},
+         lambda: robot_text(head, lines))
+    return int(any(f.verdict() == BAD for f in findings))
+
+
+def robot_summary(log: str, findings: Sequence[DataFinding]) -> str:
+    """Return in one sentence whether a `log` with these findings suits a diagnosis."""
+    bad = [f'{f.name} ({f.group})' for f in findings if f.verdict() == BAD]
+    return (f'{log} suits the diagnosis of the robot.' if not bad else
+            f'{log} does not suit the diagnosis as it is read: {", ".join(bad)}.')
+
+
+def robot_text(head: str, lines: Sequence[Mapping[str, Any]]) -> str:
+    """Return the findings `lines` below a `head`, at most 80 columns wide."""
+    rows = wrapped(head)
+    group = None
+    for line in lines:
+        if line['group'] != group:
+            group = line['group']
+            rows += ['', group]
+        rows += wrapped(line['figure'], f'  {line["name"]:16s} {line["verdict"]:4s} ', ' ' * 24)
+        rows += wrapped(f'-> {line["advice"]}', ' ' * 24, ' ' * 27) if line['advice'] else []
+    return '\n'.join(rows)

@@ -26,7 +26,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.cli.filter_inputs import load_filter_inputs
+from gearbox_monitor.cli.inputs import load_filter_inputs
 from gearbox_monitor.cli.options import (
     add_estimator_arguments, check_filter, opened, show, warn, write_files)
 from gearbox_monitor.cli.progress import count_bar

@@ -20,12 +20,448 @@ usage examples:
   gearbox_monitor demo --json > summary.json
 """
 from argparse import ArgumentParser, Namespace
+from collections.abc import Mapping
 import contextlib
 import json
+import os
+from pathlib import Path
+import shutil
 import sys
+import time
+from typing import Any
 
-from gearbox_monitor.cli.demo_run import Demo, Interrupted, MIN_DURATION, ROBOT_MIN_DURATION
-from gearbox_monitor.ros.middleware import ChildFailed, Interrupt, own_domain
+import yaml
+
+from gearbox_monitor.errors import expect_matplotlib, InputError, installed_by
+from gearbox_monitor.files.opening import config_path, load_robot
+from gearbox_monitor.files.yaml_files import save_model
+from gearbox_monitor.health.backlash.change_tests import COMPONENTS
+from gearbox_monitor.health.checks.outcome import Level, Outcome
+from gearbox_monitor.parameters import RecorderParameters
+from gearbox_monitor.recordings.topics import SNAPSHOT
+from gearbox_monitor.robot import arm_plant
+from gearbox_monitor.robot.arm_plant import program
+from gearbox_monitor.ros.middleware import Child, ChildFailed, Interrupt, own_domain
+
+# Heavy modules are imported where they are used, after the handler of Ctrl-C is installed.
+
+# Hz: the first rate at which this machine loses less than MAX_LOSS, else the last.
+RATES = (1000.0, 500.0, 250.0)
+MAX_LOSS = 0.01
+WINDOWS = 8            # windows for the fit of the gap, in whole seconds: it runs at 1 Hz
+GROWTH_AFTER = 3.3     # windows; the first three are the baseline
+GROWTH = 0.6           # of the gap, at the end
+SUBSCRIBERS = 3        # estimator and recorder of the samples, recorder of the truth
+# A few short windows must suffice for baseline and alarm, and they contain no whole period of the
+# motion: one operating point, and a false alarm a day. No minute is healthy, to name causes by.
+DRIFT = {'false_alarm_interval': 86400.0, 'angle_bin': 0.0, 'speed_bin': 1.0, 'load_bin': 1.0,
+         'name_changes': False}
+MIN_DURATION = 16.0    # s, for windows of two seconds
+ROBOT_MIN_DURATION = 45.0  # s, for as many windows of a program of the arm
+READY_SECONDS = 240.0  # a checkout whose kernels changed compiles them first
+STOP_SECONDS = {'estimator': 15.0, 'recorder': 30.0}  # 10 of others
+STALL_SECONDS = 30.0
+# Shows the plant that the estimator listens.
+RELIABLE = {'qos_overrides./joint_states.subscription.reliability': 'reliable'}
+
+
+class Interrupted(Exception):
+    """The user wants to end."""
+
+
+class Demo:
+    """One run of the demo: `live`, then `evaluate`."""
+
+    durations = MIN_DURATION, 30.0  # the shortest and the default, s
+    plant = 'plant'                 # name of its node
+    gearboxes: tuple[str, ...] = ('',)
+    task = 'the gap grows'
+
+    def __init__(self, args: Namespace, interrupt: Interrupt) -> None:
+        """Check `args` and create the directory; `interrupt` ends early. Raises InputError."""
+        shortest, usual = self.durations
+        self.duration = usual if args.duration is None else args.duration
+        self.check_filter(args.filter)
+        if not shortest <= self.duration <= 86400.0:
+            raise InputError(f'--duration: {self.duration:g}, expected {shortest:g} to 86400 s '
+                             f'(the gap is measured in windows of {shortest / WINDOWS:.2g} s or '
+                             'more)')
+        self.filter, self.fault = args.filter, not args.no_fault
+        self.interrupt = interrupt
+        self.rate, self.starved = RATES[0], False
+        self.out = Path(args.out or time.strftime('gearbox_demo_%Y_%m_%d-%H_%M_%S'))
+        self.bag = self.out / 'bag'
+        self.children: list[Child] = []
+        self.notes: list[str] = []
+        self.check_interrupt()
+        try:
+            self.out.mkdir(parents=True)
+        except FileExistsError:
+            raise InputError(f'{self.out}: exists, expected a new directory') from None
+        except OSError as error:
+            raise InputError(f'{self.out}: {error.strerror}, expected a directory that can be '
+                             'created') from None
+
+    def check_filter(self, name: str) -> None:
+        """Raise InputError if the demo cannot run with the filter `name`."""
+        from gearbox_monitor.parameters import FILTER_NAMES
+        expect_matplotlib('demo')
+        if name not in FILTER_NAMES:
+            raise InputError(f'--filter: {name!r} is unknown, expected one of '
+                             f'{", ".join(FILTER_NAMES)}')
+
+    @property
+    def window(self) -> float:
+        """Length of the windows of the gap, s."""
+        return float(self.duration // WINDOWS)
+
+    @property
+    def growth_start(self) -> float:
+        """Time at which the gap begins to grow, s."""
+        return GROWTH_AFTER * self.window
+
+    @property
+    def growth_rate(self) -> float:
+        """Rate at which the gap grows, 1/s."""
+        return GROWTH / (self.duration - self.growth_start) if self.fault else 0.0
+
+    def check_interrupt(self) -> None:
+        """Raise Interrupted if the user wants to end."""
+        if self.interrupt.requested:
+            raise Interrupted
+
+    # ------------------------------------------------------------------ live
+
+    def live_at_best_rate(self, domain: int) -> None:
+        """Run `live` in ROS domain `domain`; repeat it at lower rates while samples are lost."""
+        for rate, lower in zip(RATES, (*RATES[1:], None)):
+            self.rate = rate
+            self.live(domain)
+            loss = self.loss()
+            self.starved = loss >= MAX_LOSS
+            if not self.starved:
+                return
+            note = f'at {rate:g} Hz {100.0 * loss:.0f} % of the samples or estimates were lost'
+            if lower is None:
+                self.notes.append(note)
+                return
+            print(f'note: {note}; repeating at {lower:g} Hz', file=sys.stderr, flush=True)
+            shutil.rmtree(self.bag)
+            for child in self.children:
+                child.log.unlink()
+            self.children = []
+
+    def loss(self) -> float:
+        """Return the share of samples or estimates, whichever is larger, that the bag misses."""
+        from gearbox_monitor.recordings.read import open_bag
+        with open_bag(self.bag) as reader:
+            counts = [reader.topics.get(topic, ('', 0))[1]
+                      for topic in ('/joint_states', '/transmission_state')]
+        return 1.0 - (min(counts) + 1) / (self.duration * self.rate)
+
+    def live(self, domain: int) -> None:
+        """Run the nodes in ROS domain `domain` until the plant ends."""
+        for name in ('ROS_LOCALHOST_ONLY', 'ROS_STATIC_PEERS'):
+            os.environ.pop(name, None)  # they would override the range
+        os.environ.update(ROS_DOMAIN_ID=str(domain), ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST')
+        print(f'{self.out}: {self.duration:g} s at {self.rate:g} Hz, filter {self.filter}, '
+              + (self.task if self.fault else 'no fault')
+              + '. To look in with ros2 tools:\n  export '
+              f'ROS_DOMAIN_ID={domain} ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST\n'
+              'starting recorder, estimator and plant ...', flush=True)
+        began = False
+        try:
+            with contextlib.ExitStack() as stack:
+                stack.callback(self.stop)
+                self.start_monitoring()
+                watcher = self.watcher(domain)
+                stack.callback(watcher.close)
+                self.wait_ready(watcher)
+                began = True
+                self.start(self.plant, rate=self.rate, duration=self.duration,
+                           wait_for_subscribers=SUBSCRIBERS,
+                           gap_growth_rate=self.growth_rate, gap_growth_start=self.growth_start)
+                self.follow(watcher)
+        except (Interrupted, ChildFailed):
+            if began:
+                print(f'bag {self.bag}')
+            elif not (self.bag / 'metadata.yaml').exists():
+                shutil.rmtree(self.bag, ignore_errors=True)  # the recorder never began
+            raise
+        finally:
+            for note in self.notes:
+                print(f'note: {note}', file=sys.stderr)
+
+    def start_monitoring(self) -> None:
+        """Start recorder and estimator."""
+        self.start_recorder()
+        self.start('estimator', filter=self.filter, tau_k_model='mixed', arm_load='model',
+                   drift_window=self.window, **DRIFT, **RELIABLE)
+
+    def start_recorder(self, **parameters: Any) -> None:
+        """Start the recorder with further `parameters`."""
+        # The output is a pattern of strftime.
+        self.start('recorder', output=str(self.bag).replace('%', '%%'), **parameters)
+
+    def start(self, name: str, *files: Path, **parameters: Any) -> None:
+        """
+        Start a node.
+
+        Args:
+            name: of the node and its log.
+            files: with parameters.
+            parameters: of the node.
+
+        """
+        self.check_interrupt()
+        arguments = [word for file in files
+                     for word in ('--ros-args', '--params-file', str(file), '--')]
+        self.children.append(Child(name, f'gearbox_monitor.ros.{name}_node', parameters,
+                                   self.out / f'{name}.log', os.environ, arguments))
+
+    def stop(self) -> None:
+        """Stop all nodes: senders first, the recorder last."""
+        names = [self.plant, 'estimator', 'recorder']
+        for child in sorted(self.children, key=lambda c: names.index(c.name)):
+            self.notes += filter(None, [child.stop(STOP_SECONDS.get(child.name, 10.0))])
+
+    def watcher(self, domain: int) -> Any:
+        """Return a node that watches the others in `domain`. Raises InputError."""
+        try:
+            from gearbox_monitor.ros.watcher import Watcher
+        except ImportError as error:
+            raise InputError(f'rclpy: {error}; expected a sourced ROS 2 or an installation with '
+                             f'{installed_by("ros")}') from None
+        self.check_interrupt()
+        return Watcher('demo', domain, self.gearboxes)
+
+    def spin(self, watcher: Any, seconds: float = 0.1) -> None:
+        """Let `watcher` receive for so many `seconds`; check the nodes and Ctrl-C."""
+        watcher.spin(seconds)
+        for child in self.children:
+            child.check()
+            if child.name != self.plant and not child.running:
+                raise ChildFailed(f'{child.name} ended too early:\n{child.tail()}')
+        self.check_interrupt()
+
+    def wait_ready(self, watcher: Any) -> None:
+        """Wait until `watcher` sees estimator and recorder. Raises ChildFailed."""
+        end = time.monotonic() + READY_SECONDS
+        while not watcher.ready():
+            self.spin(watcher)
+            if time.monotonic() > end:
+                raise ChildFailed(
+                    f'estimator and recorder were not ready within {READY_SECONDS:g} s:\n'
+                    + '\n'.join(child.tail() for child in self.children))
+
+    def status(self) -> 'DemoStatus':
+        """Return what shows the progress."""
+        return DemoStatus(self.duration, self.rate)
+
+    def follow(self, watcher: Any) -> None:
+        """Show what `watcher` sees until the estimator has all samples of the plant."""
+        plant, status = self.children[-1], self.status()
+        previous, changed = None, time.monotonic()
+        try:
+            while plant.running:
+                self.spin(watcher)
+                status.show(watcher)
+                samples = status.samples(watcher)
+                if samples != previous:
+                    previous, changed = samples, time.monotonic()
+                patience = STALL_SECONDS if samples else READY_SECONDS
+                if time.monotonic() - changed > patience:
+                    raise ChildFailed(f'no samples arrived for {patience:g} s:\n' + plant.tail())
+            plant.check()
+            updates, end = watcher.updates, time.monotonic() + 3.0
+            while watcher.updates == updates and time.monotonic() < end:
+                self.spin(watcher)
+            status.show(watcher)
+        finally:
+            status.end()
+
+    # ------------------------------------------------------------------ afterwards
+
+    def evaluate(self) -> tuple[dict[str, Any], str]:
+        """Replay the bag, write JSON and PNG; return ({name: value}, the summary in words)."""
+        print('replaying ...', flush=True)
+        from gearbox_monitor.recordings.read import open_bag
+        report = self.report()
+        with open_bag(self.bag) as reader:
+            data = report.evaluate(reader, self)
+        data['notes'] = [*data['notes'], *self.notes]
+        data['problems'] = report.problems(data, self.fault, self.starved)
+        (self.out / 'summary.json').write_text(json.dumps(data, indent=2) + '\n',
+                                               encoding='utf-8')
+        return data, report.text(data)
+
+    def report(self) -> Any:
+        """Return the module that evaluates the bag."""
+        from gearbox_monitor.cli import demo_report
+        return demo_report
+
+
+class DemoStatus:
+    """Live status on standard output: one line in place on a terminal, else one per second."""
+
+    def __init__(self, duration: float, rate: float) -> None:
+        """Show the progress through `duration` s at `rate` Hz."""
+        self.duration, self.rate = duration, rate
+        self._terminal = sys.stdout.isatty()
+        self._updates, self._alerts = 0, 0
+
+    @staticmethod
+    def samples(watcher: Any) -> int:
+        """Return the number of samples that the estimator reports to `watcher`."""
+        outcome = watcher.outcomes.get('input')
+        return int(outcome.values.get('samples', 0)) if outcome else 0
+
+    def show(self, watcher: Any) -> None:
+        """Print the news of `watcher`."""
+        for text in watcher.alerts[self._alerts:]:
+            self._print(f'ALERT {text}')
+        self._alerts = len(watcher.alerts)
+        if watcher.updates == self._updates:
+            return
+        self._updates = watcher.updates
+        if not self.samples(watcher):
+            return
+        line = self.line(watcher)
+        if self._terminal:
+            width = shutil.get_terminal_size().columns - 1
+            print('\r\x1b[K' + line[:width], end='', flush=True)
+        else:
+            print(line, flush=True)
+
+    def end(self) -> None:
+        """End the line."""
+        if self._terminal and self._updates:
+            print(flush=True)
+
+    def _print(self, text: str) -> None:
+        print(('\r\x1b[K' if self._terminal else '') + text, flush=True)
+
+    def line(self, watcher: Any) -> str:
+        """Return the state that `watcher` sees in one line."""
+        values = watcher.outcomes['input'].values
+        line = (f'{self.samples(watcher) / self.rate:5.1f}/{self.duration:g} s  '
+                f'{float(values.get("rate_hz", "nan")):4.0f} Hz  {self.gap(watcher)}')
+        levels = ', '.join(self.raised(watcher)) or 'all OK'
+        if watcher.recorder is not None and watcher.recorder.level:
+            levels += f', recorder {watcher.recorder.message}'
+        return line + levels
+
+    def raised(self, watcher: Any) -> list[str]:
+        """Return the components beyond OK that `watcher` sees, with their levels."""
+        return [f'{name} {outcome.level.name}' for name, outcome in watcher.outcomes.items()
+                if outcome.level]
+
+    def gap(self, watcher: Any) -> str:
+        """Return the gap that `watcher` sees, '' where none was measured yet."""
+        backlash = watcher.outcomes['backlash'].values
+        if 'gap_rad' not in backlash:
+            return ''
+        growth = f' {100 * float(backlash["growth"]):+.0f} %' if 'growth' in backlash else ''
+        return f'backlash {float(backlash["gap_rad"]):.3f} rad{growth}  '
+
+
+FAULTY = 0     # number of the joint whose gap grows
+FILTER = 'ekf'  # takes the load by a description, and tau_K by its curve
+
+
+class RobotDemo(Demo):
+    """One run of the demo of an arm."""
+
+    durations = ROBOT_MIN_DURATION, 60.0
+    plant = 'arm_plant'
+
+    def __init__(self, *arguments: Any) -> None:
+        """Take the `arguments` of Demo; write a model file of each joint."""
+        description = config_path('arm6.urdf')
+        self._description, self._robot = str(description), load_robot(str(description))
+        self.gearboxes = tuple(self._robot.joints)
+        self.faulty = self.gearboxes[FAULTY]
+        self.task = f'the gap of {self.faulty} grows'
+        super().__init__(*arguments)
+        self.drives = dict(zip(self.gearboxes, arm_plant.nominal_drives(self._robot)))
+        for name, drive in self.drives.items():
+            save_model(self.model_file(name), drive, [f'Drive of {name} in {description.name}.'])
+
+    @property
+    def parameter_file(self) -> Path:
+        """Parameters of estimator and arm, for robot.launch.py, too."""
+        return self.out / 'robot.yaml'
+
+    def model_file(self, joint: str) -> Path:
+        """Return the model file of a `joint`."""
+        return self.out / f'{joint}.yaml'
+
+    def check_filter(self, name: str) -> None:
+        """Raise InputError unless the filter `name` takes the parameters of the arm."""
+        if name != FILTER:
+            raise InputError(f'--filter: {name!r}, expected {FILTER!r} with --robot')
+
+    @property
+    def window(self) -> float:
+        """Length of the windows of the gap, s: of the arm's program, which all of them repeat."""
+        return len(program(1.0 / self.rate)) / self.rate
+
+    def start_monitoring(self) -> None:
+        """Start recorder and estimator."""
+        self.start_recorder(topics=[*RecorderParameters().topics, *(
+            f'estimator/{name}/{SNAPSHOT}' for name in self.gearboxes)])
+        self.parameter_file.write_text(
+            '# The gearboxes of the arm, as the demo monitors them.\n'
+            + yaml.safe_dump({
+                'estimator': {'ros__parameters': self._parameters()},
+                'arm_plant': {'ros__parameters': {
+                    'rate': self.rate, 'faulty_joint': FAULTY + 1,
+                    'gap_growth_rate': self.growth_rate, 'gap_growth_start': self.growth_start}}},
+                sort_keys=False), encoding='utf-8')
+        self.start('estimator', self.parameter_file, **RELIABLE)
+
+    def _parameters(self) -> dict[str, Any]:
+        return {'gearboxes': list(self.gearboxes), 'filter': self.filter,
+                'robot_description': self._description, 'drift_window': self.window,
+                **DRIFT,
+                **{name: {'model': str(self.model_file(name)),
+                          **arm_plant.parameters_of(joint)}
+                   for joint, name in enumerate(self.gearboxes)}}
+
+    def status(self) -> DemoStatus:
+        """Return what shows the progress."""
+        return RobotDemoStatus(self.duration, self.rate)
+
+    def report(self) -> Any:
+        """Return the module that evaluates the bag."""
+        from gearbox_monitor.cli import robot_demo_report
+        return robot_demo_report
+
+
+class RobotDemoStatus(DemoStatus):
+    """Live status of an arm."""
+
+    def gap(self, watcher: Any) -> str:
+        """Return the gaps that `watcher` sees, in the order of the joints."""
+        gaps = map(_gap, watcher.joints.values())
+        return 'gaps ' + ' '.join('-' if gap is None else f'{1e3 * float(gap):.2f}'
+                                  for gap in gaps) + ' mrad  '
+
+    def raised(self, watcher: Any) -> list[str]:
+        """Return the worst component of each joint that `watcher` sees, with its level."""
+        highest = []
+        for joint, outcomes in watcher.joints.items():
+            unmeasured = COMPONENTS if _gap(outcomes) is None else ()  # a dash shows it
+            level, name = max(((outcome.level, name) for name, outcome in outcomes.items()
+                               if name not in unmeasured), default=(Level.OK, ''))
+            if level:
+                highest.append(f'{joint} {name} {level.name}')
+        return highest
+
+
+def _gap(outcomes: Mapping[str, Outcome]) -> str | None:
+    """Return the gap among the `outcomes` of a joint, None if it was not measured yet."""
+    return outcomes['backlash'].values.get('gap_rad') if 'backlash' in outcomes else None
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -51,7 +487,7 @@ def run(args: Namespace) -> int:
     with contextlib.redirect_stdout(sys.stderr if args.json else output), \
             Interrupt() as interrupt:
         try:
-            demo = _demo(args, interrupt)
+            demo = (RobotDemo if args.robot else Demo)(args, interrupt)
             with own_domain() as domain:
                 demo.live_at_best_rate(domain)
             interrupt.at_once()
@@ -67,11 +503,3 @@ def run(args: Namespace) -> int:
         except ChildFailed as error:
             print(f'gearbox_monitor demo: {error}', file=sys.stderr)
             return int(error.code)
-
-
-def _demo(args: Namespace, interrupt: Interrupt) -> Demo:
-    """Return the demo that the options `args` choose; `interrupt` ends it early."""
-    if not args.robot:
-        return Demo(args, interrupt)
-    from gearbox_monitor.cli.demo_run import RobotDemo
-    return RobotDemo(args, interrupt)

@@ -72,7 +72,7 @@ Seconds: TypeAlias = Callable[[Any], Array]  # stamps (ns) to s from the first s
 
 
 def evaluate(reader: BagReader, demo: Any) -> dict[str, Any]:
-    """Replay the bag `reader` of `demo` (cli.demo_run.Demo), draw it; return {name: value}."""
+    """Replay the bag `reader` of `demo` (cli.demo.Demo), draw it; return {name: value}."""
     result = replay(reader)
     data = dict(result.summary or {})
     stamps = result.recording.samples.stamp_ns

@@ -14,7 +14,7 @@ from gearbox_monitor.recordings.replay import replay
 
 
 def evaluate(reader: BagReader, demo: Any) -> dict[str, Any]:
-    """Replay the bag `reader` of `demo` (cli.demo_run.RobotDemo); return {name: value}."""
+    """Replay the bag `reader` of `demo` (cli.demo.RobotDemo); return {name: value}."""
     expected, joints, losses = round(demo.duration * demo.rate), {}, 0
     stamps: set[int] = set()
     for name in demo.gearboxes:

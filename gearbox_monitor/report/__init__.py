@@ -10,7 +10,6 @@ one file that loads nothing.
 Public names, by module:
 
     .: plots, words
-    change_words: sentence
     diagnosis_evidence: gather, measures_twist, notable_windows, shows_place
     diagnosis_page: diagnosis_page, PageContext
     explanation: ALL_CONDITIONS, Explanation, explanations
@@ -24,7 +23,7 @@ Public names, by module:
         robot_text
     summary: change, in_unit, PLACES, sized, summary, with_deviation
     timeline: EstimatorChoice, RecordingFacts, Timeline, TimelineSource
-    words: counted, dense_regions, ids_of, meaning, NAMING, next_steps, NO_FILES, number,
-        percent, place_text, SUGGESTED, suggestion, torque_map_of, undefined, unit_of,
-        UserFiles, value_rows, value_text, width_and_std
+    words: change_sentence, counted, dense_regions, ids_of, meaning, NAMING, next_steps,
+        NO_FILES, number, percent, place_text, SUGGESTED, suggestion, torque_map_of, undefined,
+        unit_of, UserFiles, value_rows, value_text, width_and_std
 """

@@ -57,7 +57,7 @@ def verdict_of(order: dict[str, Any], data: bytes) -> dict[str, Any]:
     from gearbox_monitor.files.baselines import split
     from gearbox_monitor.diagnosis.joint.change_diagnosis import diagnose_change
     from gearbox_monitor.plant.drive import model_from_dict
-    from gearbox_monitor.report.change_words import sentence
+    from gearbox_monitor.report.words import change_sentence
     from gearbox_monitor.ros.recording_export import MIN_STRETCH, SECOND, stretch, unpacked_rows
     from gearbox_monitor.ros.recording_export import load_of, recording_of
     blocks = split(data, (*order['reference'], *order['later']))
@@ -78,7 +78,7 @@ def verdict_of(order: dict[str, Any], data: bytes) -> dict[str, Any]:
     span = parts[1][1]['stamp_ns'][[0, -1]]
     verdict = diagnose_change(reference, later, model).to_dict()
     usage = resource.getrusage(resource.RUSAGE_SELF)
-    return {**verdict, 'text': sentence(verdict), 'cpu_s': usage.ru_utime + usage.ru_stime,
+    return {**verdict, 'text': change_sentence(verdict), 'cpu_s': usage.ru_utime + usage.ru_stime,
             'recording': [stamp_ns / SECOND for stamp_ns in span.tolist()]}
 
 

@@ -16,7 +16,7 @@ import pytest
 pytest.importorskip('rclpy')
 psutil = pytest.importorskip('psutil')
 
-from gearbox_monitor.cli.demo_run import READY_SECONDS  # noqa: E402
+from gearbox_monitor.cli.demo import READY_SECONDS  # noqa: E402
 from gearbox_monitor.cli.main import main  # noqa: E402
 from gearbox_monitor.recordings.read import open_bag  # noqa: E402
 from gearbox_monitor.recordings.replay import replay  # noqa: E402
