@@ -104,6 +104,12 @@ def pytest_report_header():
 
 
 @pytest.fixture
+def new_folder(tmp_path):
+    """Return a function that makes a folder for each case of a table."""
+    return lambda: Path(tempfile.mkdtemp(dir=tmp_path))
+
+
+@pytest.fixture
 def graph(tmp_path, monkeypatch):
     """Return a harness.Graph, whose processes end with the test."""
     pytest.importorskip('rclpy')

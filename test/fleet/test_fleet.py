@@ -335,7 +335,7 @@ def test_only_pyarrow_is_needed_at_home(archive, tmp_path, capsys, monkeypatch):
 # ---------------------------------------------------------------------- bad input
 
 
-@pytest.mark.parametrize('words, message', [
+WRONG = [
     (['nowhere'], 'nowhere: no such file or directory, expected a bag'),
     (['ODD/nothing'], 'nothing: holds no bag, expected'),
     (['s3://bucket/bags'], 's3://bucket/bags: gone since 0.3; name a path: mount the archive'),
@@ -348,8 +348,10 @@ def test_only_pyarrow_is_needed_at_home(archive, tmp_path, capsys, monkeypatch):
     (['ODD', '--model', 'none.yaml'], 'none.yaml: No such file or directory'),
     (['ODD', '--out', 'ODD'], 'odd: holds other files, expected a new folder'),
     (['ODD', '--out', 'OLD'], 'old/features: gone since 0.3; choose a new --out'),
-])
-def test_bad_input_is_one_line(archive, tmp_path, capsys, words, message):
+]
+
+
+def expect_one_line(archive, tmp_path, capsys, words, message):
     (tmp_path / 'old/features').mkdir(parents=True)
     (tmp_path / 'old/bags.parquet').touch()
     words = [word.replace('ODD', str(archive / 'odd')).replace('OLD', str(tmp_path / 'old'))
@@ -359,6 +361,11 @@ def test_bad_input_is_one_line(archive, tmp_path, capsys, words, message):
     assert main(['fleet', *words]) == 2
     errors = capsys.readouterr().err.splitlines()
     assert len(errors) == 1 and message in errors[0], errors
+
+
+def test_bad_input_is_one_line(archive, new_folder, capsys):
+    for words, message in WRONG:
+        expect_one_line(archive, new_folder(), capsys, words, message)
 
 
 def test_a_damaged_part_is_named(archive, tmp_path, capsys):
@@ -468,11 +475,14 @@ def test_a_smaller_backlash_that_lasts_is_a_second_baseline():
     assert len(box['marks']) == 1 and 'smaller than before' in box['marks'][0][1]
 
 
-@pytest.mark.parametrize('line, expected', [
-    ('elbow', 'expected GEARBOX DATE NOTE'), ('elbow yesterday it broke', "line 1: 'elbow yes")])
-def test_services_are_read_by_line(archive, tmp_path, capsys, line, expected):
-    file = tmp_path / 'services.txt'
-    file.write_text(line)
-    assert main(['fleet', f'{archive}/sn1', '--out', str(tmp_path / 'out'), '--serviced',
-                 str(file)]) == 2
-    assert expected in capsys.readouterr().err
+SERVICES = [
+    ('elbow', 'expected GEARBOX DATE NOTE'), ('elbow yesterday it broke', "line 1: 'elbow yes")]
+
+
+def test_services_are_read_by_line(archive, tmp_path, capsys):
+    for line, expected in SERVICES:
+        file = tmp_path / 'services.txt'
+        file.write_text(line)
+        assert main(['fleet', f'{archive}/sn1', '--out', str(tmp_path / 'out'), '--serviced',
+                     str(file)]) == 2
+        assert expected in capsys.readouterr().err

@@ -61,16 +61,19 @@ def test_every_refused_sample_has_a_condition():
     assert sorted(counters) == sorted(set(sample_loop.REASONS.values()) - others)
 
 
-@pytest.mark.parametrize('new, level, word', [
+INPUTS = [
     ({}, Level.OK, 'samples/s'), ({'zero stamps': 2}, Level.WARN, '2 zero stamps: stamp each'),
     ({'missing arm positions': 3, 'missing efforts': 1}, Level.WARN,
-     '1 missing efforts, 3 missing arm positions: publish effort')])
-def test_input(new, level, word):
-    outcome = usability.check(new, 5, {'rate_hz': 5.0})
-    assert outcome.level == level and word in outcome.message
-    unusable = usability.check(new, 0, {'rate_hz': 0.0})
-    assert unusable.level == Level.ERROR
-    assert unusable.message.endswith(outcome.message.partition(': ')[2]) or not new
+     '1 missing efforts, 3 missing arm positions: publish effort')]
+
+
+def test_input():
+    for new, level, word in INPUTS:
+        outcome = usability.check(new, 5, {'rate_hz': 5.0})
+        assert outcome.level == level and word in outcome.message
+        unusable = usability.check(new, 0, {'rate_hz': 0.0})
+        assert unusable.level == Level.ERROR
+        assert unusable.message.endswith(outcome.message.partition(': ')[2]) or not new
 
 
 def test_thresholds_in_words_are_those_in_force():

@@ -53,40 +53,43 @@ def curve(kind, stiffness, half_gap, width=0.0, hysteresis_stiffness=0.0, zero=0
     return rows
 
 
-@pytest.mark.parametrize('friction, gain', [((0.0, 0.0), 0.0), ((-0.01, 0.2), 0.03)])
-@pytest.mark.parametrize('kind, width, k_s, gap, height', [
+CURVES = [
     ('dead_zone', 0.0, 0.0, 0.8, 0.0),
     ('play', 0.15, 0.0, 1.1, 2.1),
-    ('passive_play', 0.1, 5.0, 0.8, -1.0)])
-def test_exact_curves(kind, width, k_s, gap, height, friction, gain):
-    rows = curve(kind, 7.0, 0.4, width, k_s, 0.3, friction, gain)
-    found = features.fit(rows, DriveModel(), 5)
-    assert found.stamp_ns == 5 and found.separable
-    assert found.gap == pytest.approx(gap, rel=2e-3)
-    assert found.stiffness == pytest.approx(7.0, rel=2e-3)
-    assert found.hysteresis == pytest.approx(height, abs=0.02)
-    assert found.zero == pytest.approx(0.3, abs=2e-3)
-    assert found.passive == (kind == 'passive_play')
-    assert found.width == pytest.approx(width, abs=2e-3)
-    assert found.viscous == pytest.approx(friction[0], abs=2e-4)
-    assert found.coulomb == pytest.approx(friction[1], abs=5e-3)
-    assert found.gain == pytest.approx(gain, abs=2e-3)
+    ('passive_play', 0.1, 5.0, 0.8, -1.0)]
 
 
-@pytest.mark.parametrize('angle, torque', [(1e-4, 20.0), (1e3, 1.0)])
-def test_units_do_not_matter(angle, torque):
+def test_exact_curves():
+    for friction, gain in (((0.0, 0.0), 0.0), ((-0.01, 0.2), 0.03)):
+        for kind, width, k_s, gap, height in CURVES:
+            rows = curve(kind, 7.0, 0.4, width, k_s, 0.3, friction, gain)
+            found = features.fit(rows, DriveModel(), 5)
+            assert found.stamp_ns == 5 and found.separable
+            assert found.gap == pytest.approx(gap, rel=2e-3)
+            assert found.stiffness == pytest.approx(7.0, rel=2e-3)
+            assert found.hysteresis == pytest.approx(height, abs=0.02)
+            assert found.zero == pytest.approx(0.3, abs=2e-3)
+            assert found.passive == (kind == 'passive_play')
+            assert found.width == pytest.approx(width, abs=2e-3)
+            assert found.viscous == pytest.approx(friction[0], abs=2e-4)
+            assert found.coulomb == pytest.approx(friction[1], abs=5e-3)
+            assert found.gain == pytest.approx(gain, abs=2e-3)
+
+
+def test_units_do_not_matter():
     """A stiff joint whose twist is tenths of a mrad is fitted as well as a soft drive."""
-    rows = curve('dead_zone', 7.0, 0.4, zero=0.05, friction=(0.02, -0.1), gain=0.03)
-    rows[:, S_TWIST] *= angle
-    rows[:, [S_TAU_K, S_MOTOR_SIDE, S_U]] *= torque
-    model = DriveModel()
-    found = features.fit(rows, model.with_(
-        viscous_friction=torque * model.viscous_friction,
-        coulomb_friction=torque * model.coulomb_friction), 0)
-    assert found.gap == pytest.approx(0.8 * angle, rel=2e-3)
-    assert found.stiffness == pytest.approx(7.0 * torque / angle, rel=2e-3)
-    assert found.viscous == pytest.approx(0.02 * torque, rel=1e-2)
-    assert found.coulomb == pytest.approx(-0.1 * torque, rel=5e-2)
+    for angle, torque in ((1e-4, 20.0), (1e3, 1.0)):
+        rows = curve('dead_zone', 7.0, 0.4, zero=0.05, friction=(0.02, -0.1), gain=0.03)
+        rows[:, S_TWIST] *= angle
+        rows[:, [S_TAU_K, S_MOTOR_SIDE, S_U]] *= torque
+        model = DriveModel()
+        found = features.fit(rows, model.with_(
+            viscous_friction=torque * model.viscous_friction,
+            coulomb_friction=torque * model.coulomb_friction), 0)
+        assert found.gap == pytest.approx(0.8 * angle, rel=2e-3)
+        assert found.stiffness == pytest.approx(7.0 * torque / angle, rel=2e-3)
+        assert found.viscous == pytest.approx(0.02 * torque, rel=1e-2)
+        assert found.coulomb == pytest.approx(-0.1 * torque, rel=5e-2)
 
 
 def test_a_short_visit_to_the_other_flank_is_enough():
@@ -155,21 +158,21 @@ def on_one_flank(speed, gain=0.0):
     return rows
 
 
-@pytest.mark.parametrize('gain', [0.0, 0.05])
-def test_friction_of_a_motion_on_one_flank(gain):
-    model = DriveModel().with_(coulomb_friction=6.0, viscous_friction=5.0)
-    rows = on_one_flank(lambda t: np.cos(1.7 * t), gain)
-    window = features.fit(rows, model, 3)
-    assert isinstance(window, features.NotExcited) and 'one flank' in window.reason
-    friction = window.friction
-    assert friction.coulomb == pytest.approx(1.5, abs=0.02) and friction.coulomb_std < 0.1
-    assert friction.viscous == pytest.approx(0.3, abs=0.05)
-    assert friction.speed == pytest.approx(0.7, abs=0.05)
-    assert friction.load == pytest.approx(
-        math.sqrt(np.mean(rows[:, S_TAU_K] ** 2)), rel=gain + 0.01)
-    # In one direction Coulomb friction is an offset, as the zero of the twist is.
-    model = model.with_(viscous_friction=0.0)
-    assert features.fit(on_one_flank(lambda t: 1.0 + 0.0 * t), model, 3).friction is None
+def test_friction_of_a_motion_on_one_flank():
+    for gain in (0.0, 0.05):
+        model = DriveModel().with_(coulomb_friction=6.0, viscous_friction=5.0)
+        rows = on_one_flank(lambda t: np.cos(1.7 * t), gain)
+        window = features.fit(rows, model, 3)
+        assert isinstance(window, features.NotExcited) and 'one flank' in window.reason
+        friction = window.friction
+        assert friction.coulomb == pytest.approx(1.5, abs=0.02) and friction.coulomb_std < 0.1
+        assert friction.viscous == pytest.approx(0.3, abs=0.05)
+        assert friction.speed == pytest.approx(0.7, abs=0.05)
+        assert friction.load == pytest.approx(
+            math.sqrt(np.mean(rows[:, S_TAU_K] ** 2)), rel=gain + 0.01)
+        # In one direction Coulomb friction is an offset, as the zero of the twist is.
+        model = model.with_(viscous_friction=0.0)
+        assert features.fit(on_one_flank(lambda t: 1.0 + 0.0 * t), model, 3).friction is None
 
 
 def test_constant_torque_on_the_flanks_is_not_separable():
@@ -248,36 +251,39 @@ def test_snapshots_carry_what_is_known():
     assert n >= 2 and list(live.windows)[-n:] == list(later.windows)
 
 
-@pytest.mark.parametrize('arm_load', ['none', 'unknown'])
-def test_friction_and_gap_do_not_alias(arm_load):
+def test_friction_and_gap_do_not_alias():
     """Same noise, another friction: the gap moves by no more than 0.5 %, and friction tells."""
-    known = windows_of('B', 4, {'arm_load': arm_load})
-    for factor in (0.9, 1.1):
-        other = windows_of('B', 4, {'arm_load': arm_load}, viscous_friction=0.1 * factor)
-        # The runs differ in motion, so the noise acts otherwise: 3 sd of that over 4 windows.
-        assert column(other, 'gap').mean() / column(known, 'gap').mean() == pytest.approx(
-            1.0, abs=0.005 + 3.0 * 0.007 / 1.2 / 2.0)
-        assert column(other, 'viscous').mean() == pytest.approx(
-            0.1 * (factor - 1.0), abs=0.003)
-    wider = windows_of('B', 4, {'arm_load': arm_load}, half_gap=0.63)
-    assert column(wider, 'gap').mean() == pytest.approx(1.26, rel=0.02)
-    assert column(wider, 'viscous').mean() == pytest.approx(0.0, abs=0.003)
+    for arm_load in ('none', 'unknown'):
+        known = windows_of('B', 4, {'arm_load': arm_load})
+        for factor in (0.9, 1.1):
+            other = windows_of('B', 4, {'arm_load': arm_load}, viscous_friction=0.1 * factor)
+            # The runs differ in motion, so the noise acts otherwise: 3 sd of that over 4 windows.
+            assert column(other, 'gap').mean() / column(known, 'gap').mean() == pytest.approx(
+                1.0, abs=0.005 + 3.0 * 0.007 / 1.2 / 2.0)
+            assert column(other, 'viscous').mean() == pytest.approx(
+                0.1 * (factor - 1.0), abs=0.003)
+        wider = windows_of('B', 4, {'arm_load': arm_load}, half_gap=0.63)
+        assert column(wider, 'gap').mean() == pytest.approx(1.26, rel=0.02)
+        assert column(wider, 'viscous').mean() == pytest.approx(0.0, abs=0.003)
 
 
-@pytest.mark.parametrize('load', [{'id': 'gravity', 'G': 1.0}, {'id': 'arm_coulomb', 'Cac': 0.5}])
-def test_default_drive_with_a_load(load):
-    model = DriveModel()
-    t = 1e-3 * np.arange(32000)
-    noise = Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3))
-    out = Plant(model.with_(effects=[load]), noise, 3).run(
-        Excitation().torque(t), 1e-3)
-    stamps = 10 ** 18 + np.round(t * 1e9).astype(np.int64)
-    monitor = Monitor(model, {'drift_window': 600.0})
-    rows = monitor.run(Samples(
-        stamps, np.column_stack([out.u, np.full(len(t), np.nan)]), out.y)).smoothed
-    found = [features.fit(rows[k:k + 10000], model, 0) for k in (1500, 11500, 21500)]
-    np.testing.assert_allclose(column(found, 'gap'), 0.2, rtol=0.025)
-    np.testing.assert_allclose(column(found, 'stiffness'), 25.0, rtol=0.1)
+LOADS = [{'id': 'gravity', 'G': 1.0}, {'id': 'arm_coulomb', 'Cac': 0.5}]
+
+
+def test_default_drive_with_a_load():
+    for load in LOADS:
+        model = DriveModel()
+        t = 1e-3 * np.arange(32000)
+        noise = Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3))
+        out = Plant(model.with_(effects=[load]), noise, 3).run(
+            Excitation().torque(t), 1e-3)
+        stamps = 10 ** 18 + np.round(t * 1e9).astype(np.int64)
+        monitor = Monitor(model, {'drift_window': 600.0})
+        rows = monitor.run(Samples(
+            stamps, np.column_stack([out.u, np.full(len(t), np.nan)]), out.y)).smoothed
+        found = [features.fit(rows[k:k + 10000], model, 0) for k in (1500, 11500, 21500)]
+        np.testing.assert_allclose(column(found, 'gap'), 0.2, rtol=0.025)
+        np.testing.assert_allclose(column(found, 'stiffness'), 25.0, rtol=0.1)
 
 
 @pytest.fixture(scope='module')

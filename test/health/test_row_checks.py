@@ -42,16 +42,19 @@ def rows_of(half_gap=0.1, stiffness=25.0, zero=0.3, gain=0.0, viscous=0.0, scale
     return rows
 
 
-@pytest.mark.parametrize('error, key, condition', [
+ERRORS = [
     ({'gain': 0.5}, 'elastic_gain', elastic_curve.OTHER_TORQUE),
     ({'gain': -0.4}, 'elastic_gain', elastic_curve.OTHER_TORQUE),
     ({'viscous': 0.15}, 'elastic_viscous', elastic_curve.OTHER_TORQUE),
     ({'scale': 0.02}, 'elastic_scale', elastic_curve.OTHER_TWIST),
-    ({'delay': 0.005}, 'elastic_delay_s', elastic_curve.OTHER_TWIST)])
-def test_each_error_is_found_with_its_size(error, key, condition):
-    broken, values = elastic_curve.check(rows_of(**error), MODEL)
-    assert broken == [condition]
-    assert values[key] == pytest.approx(next(iter(error.values())), rel=0.1)
+    ({'delay': 0.005}, 'elastic_delay_s', elastic_curve.OTHER_TWIST)]
+
+
+def test_each_error_is_found_with_its_size():
+    for error, key, condition in ERRORS:
+        broken, values = elastic_curve.check(rows_of(**error), MODEL)
+        assert broken == [condition]
+        assert values[key] == pytest.approx(next(iter(error.values())), rel=0.1)
 
 
 def test_an_estimated_friction_is_no_error_but_a_gain_and_an_encoder_are():
@@ -79,17 +82,17 @@ def hysteretic(kind, worn=1.0, **errors):
     return drive, rows
 
 
-@pytest.mark.parametrize('kind', ['play', 'passive_play'])
-def test_hysteresis_of_the_model_is_no_delay_and_a_delay_is_found_beside_it(kind):
-    drive, rows = hysteretic(kind)
-    assert elastic_curve.check(rows, drive)[0] == []
-    assert elastic_curve.check(rows, MODEL.with_(half_gap=0.05))[0]
-    worn, rows = hysteretic(kind, worn=1.2)
-    assert elastic_curve.check(rows, worn)[0] == []
-    drive, rows = hysteretic(kind, delay=0.005)
-    broken, values = elastic_curve.check(rows, drive)
-    assert broken == [elastic_curve.OTHER_TWIST]
-    assert values['elastic_delay_s'] == pytest.approx(0.005, rel=0.1)
+def test_hysteresis_of_the_model_is_no_delay_and_a_delay_is_found_beside_it():
+    for kind in ('play', 'passive_play'):
+        drive, rows = hysteretic(kind)
+        assert elastic_curve.check(rows, drive)[0] == []
+        assert elastic_curve.check(rows, MODEL.with_(half_gap=0.05))[0]
+        worn, rows = hysteretic(kind, worn=1.2)
+        assert elastic_curve.check(rows, worn)[0] == []
+        drive, rows = hysteretic(kind, delay=0.005)
+        broken, values = elastic_curve.check(rows, drive)
+        assert broken == [elastic_curve.OTHER_TWIST]
+        assert values['elastic_delay_s'] == pytest.approx(0.005, rel=0.1)
 
 
 def slow(arm=1.5, **errors):
@@ -140,14 +143,14 @@ def test_without_contact_or_rows_the_curve_abstains():
     assert elastic_curve.check(rows_of(), MODEL.with_(effects=[hardening])) is None
 
 
-@pytest.mark.parametrize('sign, broken', [(1.0, []), (-1.0, [passivity.AGAINST])])
-def test_a_spring_that_unwinds_makes_no_power_but_one_that_pulls_along_does(sign, broken):
-    rows = rows_of()
-    rows[:, S_TWIST] = MODEL.transmission.half_gap + 0.5 - 0.04 * T
-    rows[:, S_X3], rows[:, S_X4] = -0.04, 0.0
-    rows[:, S_TAU_K] = sign * MODEL.transmission.stiffness * (0.5 - 0.04 * T)
-    rows[:, S_TWIST_RATE_NOISE_STD] = 1e-3
-    assert list(passivity.check(rows, MODEL)[0]) == broken
+def test_a_spring_that_unwinds_makes_no_power_but_one_that_pulls_along_does():
+    for sign, broken in ((1.0, []), (-1.0, [passivity.AGAINST])):
+        rows = rows_of()
+        rows[:, S_TWIST] = MODEL.transmission.half_gap + 0.5 - 0.04 * T
+        rows[:, S_X3], rows[:, S_X4] = -0.04, 0.0
+        rows[:, S_TAU_K] = sign * MODEL.transmission.stiffness * (0.5 - 0.04 * T)
+        rows[:, S_TWIST_RATE_NOISE_STD] = 1e-3
+        assert list(passivity.check(rows, MODEL)[0]) == broken
 
 
 def test_correlation_and_power_are_those_of_the_phase_between_torque_and_twist():

@@ -65,15 +65,15 @@ def share(rows, packed, seen, n=5):
 SHARES = {50: (0.161, 0.177, 0.643), 100: (0.030, 0.072, 0.152)}
 
 
-@pytest.mark.parametrize('window', SHARES)
-def test_information_share_ranks_what_was_lost(moving, window):
-    rows, packed = moving
-    starts = range(1000, 5800, 400)
-    medians = [np.median([share(rows[a:a + window], packed, seen)[4] for a in starts])
-               for seen in (BOTH, ARM_LOST, MOTOR_LOST)]
-    assert medians[0] < medians[1] < medians[2]
-    np.testing.assert_allclose(medians, SHARES[window], rtol=0.15)
-    assert share(rows[1000:1000 + window], packed, (False, False))[4] > 0.99
+def test_information_share_ranks_what_was_lost(moving):
+    for window in SHARES:
+        rows, packed = moving
+        starts = range(1000, 5800, 400)
+        medians = [np.median([share(rows[a:a + window], packed, seen)[4] for a in starts])
+                   for seen in (BOTH, ARM_LOST, MOTOR_LOST)]
+        assert medians[0] < medians[1] < medians[2]
+        np.testing.assert_allclose(medians, SHARES[window], rtol=0.15)
+        assert share(rows[1000:1000 + window], packed, (False, False))[4] > 0.99
 
 
 def test_information_share_with_an_unknown_load(moving):
@@ -90,25 +90,25 @@ def test_information_share_with_an_unknown_load(moving):
 LOADS = [{'id': 'gravity', 'G': 2.3}, {'id': 'arm_coulomb', 'Cac': 1.65}]
 
 
-@pytest.mark.parametrize('effects', [[], LOADS], ids=['plain', 'loads on the arm'])
-def test_gramian_against_the_exact_tangent(moving, effects):
+def test_gramian_against_the_exact_tangent(moving):
     """The cheap linearised steps agree with the filter's own map, at rest and moving."""
-    rows, _ = moving
-    packed = Monitor(CASE_B.with_(effects=effects), REFERENCE).estimator.packed
-    for states in (rows[2000:2100, :5].copy(), np.zeros((100, 5))):
-        phi, z, product, gramian = np.empty((5, 5)), np.empty(5), np.eye(5), np.zeros((5, 5))
-        for state in states:
-            information = np.diag(1.0 / packed[[process_model.R1, process_model.R2]])
-            gramian += product[:2].T @ information @ product[:2]
-            z[:] = state
-            process_model.propagate(process_model.layout_of(packed, 5), z, phi.reshape(-1),
-                                    (0.0, 0.0), 1e-3, 8, packed)
-            product = phi @ product
-        scale = np.array([1.0, 1.0, 20.0, 20.0, 3.6])
-        exact = np.sqrt(np.diag(np.linalg.inv(scale[:, None] * gramian * scale + np.eye(5))))
-        seen = np.ones((100, 2), bool)
-        ours = observability.information_share(states, np.full(100, 1e-3), seen, packed)
-        np.testing.assert_allclose(ours, exact, rtol=0.03)
+    for effects in ([], LOADS):
+        rows, _ = moving
+        packed = Monitor(CASE_B.with_(effects=effects), REFERENCE).estimator.packed
+        for states in (rows[2000:2100, :5].copy(), np.zeros((100, 5))):
+            phi, z, product, gramian = np.empty((5, 5)), np.empty(5), np.eye(5), np.zeros((5, 5))
+            for state in states:
+                information = np.diag(1.0 / packed[[process_model.R1, process_model.R2]])
+                gramian += product[:2].T @ information @ product[:2]
+                z[:] = state
+                process_model.propagate(process_model.layout_of(packed, 5), z, phi.reshape(-1),
+                                        (0.0, 0.0), 1e-3, 8, packed)
+                product = phi @ product
+            scale = np.array([1.0, 1.0, 20.0, 20.0, 3.6])
+            exact = np.sqrt(np.diag(np.linalg.inv(scale[:, None] * gramian * scale + np.eye(5))))
+            seen = np.ones((100, 2), bool)
+            ours = observability.information_share(states, np.full(100, 1e-3), seen, packed)
+            np.testing.assert_allclose(ours, exact, rtol=0.03)
 
 
 def judge(shares, tau_arm=None):
@@ -138,21 +138,21 @@ def test_standstill_hides_the_speed_not_the_torque(moving):
     assert 'load' not in outcome.message and 'load' in judge(both, 0.9).message
 
 
-@pytest.mark.parametrize('lost', [0, 1], ids=['motor', 'arm'])
-def test_lost_encoder_under_an_unknown_load_with_precise_encoders(lost):
+def test_lost_encoder_under_an_unknown_load_with_precise_encoders():
     """100 ms of an exact model would see tau_K there; what the filter states does not."""
-    noise = Noise((0.0, 0.0, 0.4, 0.4), (5e-5, 5e-5))
-    data = samples(16.0, DriveModel(), noise)
-    data.y[6000:, lost] = np.nan
-    monitor = Monitor(DriveModel(), {'r_std_motor': 5e-5, 'r_std_arm': 5e-5})
-    for begin, level in ((0, Level.OK), (6000, Level.ERROR)):
-        end = begin + 6000 if begin == 0 else 16000
-        monitor.run(Samples(data.stamp_ns[begin:end], data.u[begin:end], data.y[begin:end]))
-        found = monitor.outcomes['observability']
-        assert found.level == level
-    assert found.values['information_share_tau_k'] < 0.5  # of what both encoders tell
-    assert found.values['stated_share_tau_k'] > found.values['stated_share_threshold']
-    assert 'above its initial value' in found.message
+    for lost in (0, 1):
+        noise = Noise((0.0, 0.0, 0.4, 0.4), (5e-5, 5e-5))
+        data = samples(16.0, DriveModel(), noise)
+        data.y[6000:, lost] = np.nan
+        monitor = Monitor(DriveModel(), {'r_std_motor': 5e-5, 'r_std_arm': 5e-5})
+        for begin, level in ((0, Level.OK), (6000, Level.ERROR)):
+            end = begin + 6000 if begin == 0 else 16000
+            monitor.run(Samples(data.stamp_ns[begin:end], data.u[begin:end], data.y[begin:end]))
+            found = monitor.outcomes['observability']
+            assert found.level == level
+        assert found.values['information_share_tau_k'] < 0.5  # of what both encoders tell
+        assert found.values['stated_share_tau_k'] > found.values['stated_share_threshold']
+        assert 'above its initial value' in found.message
 
 
 def test_condition_of_the_papers_jacobian(moving):
@@ -215,17 +215,17 @@ def check(white, recent=500):
         np.where(measured, 1.0, np.nan), recent, 2 * recent)
 
 
-@pytest.mark.parametrize('count', [150, 1000])
-def test_correlations_of_white_errors_are_allowed_for(count):
+def test_correlations_of_white_errors_are_allowed_for():
     """LAGS squared ones sum to LAGS / N."""
-    shares = []
-    for seed in range(40):
-        white = np.random.default_rng(seed).standard_normal((count, 2))
-        values = check(white).values
-        shares.append(values['predictable_share'])
-    limit = values['predictable_share_threshold']
-    assert limit == pytest.approx(LIMITS.predictable + LAGS / count)
-    assert np.mean(shares) == pytest.approx(LAGS / count, rel=0.5)
+    for count in (150, 1000):
+        shares = []
+        for seed in range(40):
+            white = np.random.default_rng(seed).standard_normal((count, 2))
+            values = check(white).values
+            shares.append(values['predictable_share'])
+        limit = values['predictable_share_threshold']
+        assert limit == pytest.approx(LIMITS.predictable + LAGS / count)
+        assert np.mean(shares) == pytest.approx(LAGS / count, rel=0.5)
 
 
 def test_thresholds_have_the_stated_odds():
@@ -273,18 +273,25 @@ def case_rows(case, fault, seconds=20.0):
     return Monitor(model, parameters).run(paper.run_samples(run)).rows[1500:]
 
 
-@pytest.mark.parametrize('fault, low, high', [
+NOISES = [
     ('none', 0.0, 0.06), ('noise', 0.9, 1.0), ('friction', 0.95, 1.0), ('motor frozen', 0.95, 1.0),
-    ('arm frozen', 0.95, 1.0)])
-@pytest.mark.parametrize('case', ['A', 'B'])
-def test_share_of_windows_that_any_test_flags(case, fault, low, high):
-    """37 windows of 0.5 s each; the bounds leave room for one or two by chance."""
+    ('arm frozen', 0.95, 1.0)]
+
+
+def expect_share(case, fault, low, high):
     rows = case_rows(case, fault)
     windows = rows[:len(rows) // 500 * 500].reshape(-1, 500, sample_loop.N_ESTIMATE)
     flagged = np.mean([any(innovation.flags(
         w[:, [sample_loop.E_WHITE_1, sample_loop.E_WHITE_2]], w[:, sample_loop.E_NIS],
         w[:, sample_loop.E_DOF]).values()) for w in windows])
     assert low <= flagged <= high
+
+
+def test_share_of_windows_that_any_test_flags():
+    """37 windows of 0.5 s each; the bounds leave room for one or two by chance."""
+    for fault, low, high in NOISES:
+        for case in ('A', 'B'):
+            expect_share(case, fault, low, high)
 
 
 def test_prediction_error_names_the_fault():
@@ -327,24 +334,24 @@ def found(monitor, component, data):
     return raw
 
 
-@pytest.mark.parametrize('fault', ['none', 'noise', 'frozen', 'friction', 'torque scale'])
-def test_faults_of_the_drive_are_found(fault):
-    data = default_samples(12.0, scale=1.25 if fault == 'noise' else 1.0)
-    model = DriveModel()
-    if fault == 'frozen':
-        data.y[5000:, 1] = data.y[5000, 1]
-    elif fault == 'friction':
-        model = model.with_(viscous_friction=0.2, coulomb_friction=0.54)
-    elif fault == 'torque scale':
-        data.u[:, 0] *= 1.3
-    monitor = Monitor(model, {'arm_load': 'none'})
-    raw = found(monitor, 'prediction error', data)
-    late = [outcome.level > Level.OK for outcome in raw[-4:]]
-    assert len(raw) >= 8
-    # A healthy drive may raise a single evaluation, which the alarm must not follow.
-    assert sum(f.level > Level.OK for f in raw) <= 1 if fault == 'none' else all(late)
-    level = monitor.outcomes['prediction error'].level
-    assert level == Level.OK if fault == 'none' else level > Level.OK
+def test_faults_of_the_drive_are_found():
+    for fault in ('none', 'noise', 'frozen', 'friction', 'torque scale'):
+        data = default_samples(12.0, scale=1.25 if fault == 'noise' else 1.0)
+        model = DriveModel()
+        if fault == 'frozen':
+            data.y[5000:, 1] = data.y[5000, 1]
+        elif fault == 'friction':
+            model = model.with_(viscous_friction=0.2, coulomb_friction=0.54)
+        elif fault == 'torque scale':
+            data.u[:, 0] *= 1.3
+        monitor = Monitor(model, {'arm_load': 'none'})
+        raw = found(monitor, 'prediction error', data)
+        late = [outcome.level > Level.OK for outcome in raw[-4:]]
+        assert len(raw) >= 8
+        # A healthy drive may raise a single evaluation, which the alarm must not follow.
+        assert sum(f.level > Level.OK for f in raw) <= 1 if fault == 'none' else all(late)
+        level = monitor.outcomes['prediction error'].level
+        assert level == Level.OK if fault == 'none' else level > Level.OK
 
 
 def test_covariance_bounds():
@@ -381,17 +388,17 @@ def test_reference_of_the_uncertainty_can_be_given():
         assert monitor.tau_k_std_reference is None
 
 
-@pytest.mark.parametrize('dt, disturbed', [(5e-4, False), (1e-2, True), (1e-3, True)])
-def test_one_evaluation_per_second_of_stamps(dt, disturbed):
-    data = default_samples(6.0, dt=dt)
-    if disturbed:
-        data.stamp_ns[1::5] -= 7 * SECOND
-        data.stamp_ns[3::5] += 7 * SECOND
-        data.stamp_ns[4::50] = 0
-    monitor, at = Monitor(DriveModel()), []
-    judge = monitor._check_input
-    monitor._check_input = lambda stamps, stamp: at.append(stamp) or judge(stamps, stamp)
-    monitor.run(data)
-    assert len(at) == 5
-    assert all(SECOND <= b - a < 1.05 * SECOND for a, b in itertools.pairwise(at))
-    assert isinstance(monitor.outcomes['input'], Outcome)
+def test_one_evaluation_per_second_of_stamps():
+    for dt, disturbed in ((5e-4, False), (1e-2, True), (1e-3, True)):
+        data = default_samples(6.0, dt=dt)
+        if disturbed:
+            data.stamp_ns[1::5] -= 7 * SECOND
+            data.stamp_ns[3::5] += 7 * SECOND
+            data.stamp_ns[4::50] = 0
+        monitor, at = Monitor(DriveModel()), []
+        judge = monitor._check_input
+        monitor._check_input = lambda stamps, stamp: at.append(stamp) or judge(stamps, stamp)
+        monitor.run(data)
+        assert len(at) == 5
+        assert all(SECOND <= b - a < 1.05 * SECOND for a, b in itertools.pairwise(at))
+        assert isinstance(monitor.outcomes['input'], Outcome)

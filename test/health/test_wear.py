@@ -56,9 +56,7 @@ def joint(o, spread, pull, columns, variances):
             multivariate_normal(np.zeros(len(b)), S).logpdf(b))
 
 
-@pytest.mark.parametrize('within', [True, False])
-@pytest.mark.parametrize('has_slope, walk', [(False, 0.0), (True, 0.0), (True, 0.004)])
-def test_a_fit_is_the_posterior_of_the_joint_gaussian(within, has_slope, walk):
+def expect_posterior(within, has_slope, walk):
     o, spread, pull = observations(within)
     if not within:
         spread, pull = spread[:0], pull[:0]
@@ -74,6 +72,12 @@ def test_a_fit_is_the_posterior_of_the_joint_gaussian(within, has_slope, walk):
     assert fit.likelihood - other.likelihood == pytest.approx(density - without, rel=1e-6)
     assert fit.wear(o.age) == pytest.approx(columns @ mean[len(PRIOR):], abs=1e-9)
     assert (other.wear(o.age) == 0.0).all() and other.slope == -1
+
+
+def test_a_fit_is_the_posterior_of_the_joint_gaussian():
+    for within in (True, False):
+        for has_slope, walk in ((False, 0.0), (True, 0.0), (True, 0.004)):
+            expect_posterior(within, has_slope, walk)
 
 
 def test_wear_has_steps_slopes_between_them_and_a_walk_behind_the_first():
@@ -97,8 +101,7 @@ def test_wear_has_steps_slopes_between_them_and_a_walk_behind_the_first():
     assert wear.wear_columns(age, Course(), True, 0.003)[0].shape == (8, 0)
 
 
-@pytest.mark.parametrize('course', [COURSE, Course((9.5,)), Course((), (20.5,))])
-def test_wear_now_is_that_of_all_courses_by_their_probability(course):
+def expect_mixture(course):
     o, spread, pull = observations(jump=0.08)
     noise, rows = 0.02, []
     variants = LIMITS.courses if course.steps else ((False, 0.0),)
@@ -123,6 +126,11 @@ def test_wear_now_is_that_of_all_courses_by_their_probability(course):
     k = int(np.argmax(np.where(np.isfinite(slope), share, -1.0)))
     expected = (slope[k], slope_variance[k] ** 0.5) if course.steps else (0.0, 0.0)
     assert (estimate.slope, estimate.slope_std) == pytest.approx(expected, rel=1e-5)
+
+
+def test_wear_now_is_that_of_all_courses_by_their_probability():
+    for course in (COURSE, Course((9.5,)), Course((), (20.5,))):
+        expect_mixture(course)
 
 
 def test_a_scan_finds_the_step_that_one_more_free_column_would_have():

@@ -89,8 +89,7 @@ def read_all(bag):
     return [(topic, log_ns, raw) for topic, log_ns, _, raw in bag.messages()]
 
 
-@pytest.mark.parametrize('compression', ['none', 'lz4', 'zstd'])
-def test_round_trip(tmp_path, compression):
+def expect_round_trip(tmp_path, compression):
     written = write_bag(tmp_path / 'bag', compression=compression)
     for path in (tmp_path / 'bag', tmp_path / 'bag' / 'bag_0.mcap'):
         with open_bag(path) as bag:
@@ -102,6 +101,11 @@ def test_round_trip(tmp_path, compression):
             assert next(bag.messages(['/joint_states']))[2] == 7
             assert [bag.decode(STRING, raw).data for *_, raw in bag.messages({'/text'})] == [
                 f'text {k}' for k in range(60)]
+
+
+def test_round_trip(new_folder):
+    for compression in ('none', 'lz4', 'zstd'):
+        expect_round_trip(new_folder(), compression)
 
 
 def test_other_readers_and_metadata(tmp_path):
@@ -320,10 +324,7 @@ def test_cut_chunk_gives_what_it_has(tmp_path):
         assert len(read_all(bag)) == 119
 
 
-@pytest.mark.parametrize('share', [0.0, 0.5])
-@pytest.mark.parametrize('compression', ['none', 'lz4', 'zstd'])
-def test_zeros_over_the_end_of_a_chunk(tmp_path, compression, share):
-    """A block that never reached the medium: what is whole before it is kept, and exact."""
+def expect_the_rest(tmp_path, compression, share):
     written = write_bag(tmp_path / 'bag', 600, 200, compression)
     path = tmp_path / 'bag' / 'bag_0.mcap'
     with open_bag(path) as bag:
@@ -340,6 +341,13 @@ def test_zeros_over_the_end_of_a_chunk(tmp_path, compression, share):
     if compression == 'none':  # the others unpack block by block
         assert count > 400 * share - 10
     assert recover(path, tmp_path / 'new').topics['/text'].recovered == (len(kept)) // 2
+
+
+def test_zeros_over_the_end_of_a_chunk(new_folder):
+    """A block that never reached the medium: what is whole before it is kept, and exact."""
+    for share in (0.0, 0.5):
+        for compression in ('none', 'lz4', 'zstd'):
+            expect_the_rest(new_folder(), compression, share)
 
 
 @pytest.mark.parametrize('mode', ['FILE', 'MESSAGE'])
@@ -604,10 +612,11 @@ def split_bag(path, **limits):
     return written
 
 
-@pytest.mark.parametrize('limits, files', [
-    ({'max_seconds': 0.1}, 3), ({'max_seconds': 0.0895}, 4), ({'max_size': 6_000}, 0)])
-def test_split(tmp_path, limits, files):
-    """All files together are one bag, for others, too; each is whole by itself."""
+SPLITS = [
+    ({'max_seconds': 0.1}, 3), ({'max_seconds': 0.0895}, 4), ({'max_size': 6_000}, 0)]
+
+
+def expect_parts(tmp_path, limits, files):
     written = split_bag(tmp_path / 'bag', **limits)
     paths = sorted((tmp_path / 'bag').glob('*.mcap'), key=lambda p: int(p.stem.split('_')[-1]))
     if files:
@@ -641,6 +650,12 @@ def test_split(tmp_path, limits, files):
         assert not bag.truncated and read_all(bag) == written
     with AnyReader([tmp_path / 'whole']) as reader:
         assert [(c.topic, t, bytes(raw)) for c, t, raw in reader.messages()] == written
+
+
+def test_split(new_folder):
+    """All files together are one bag, for others, too; each is whole by itself."""
+    for limits, files in SPLITS:
+        expect_parts(new_folder(), limits, files)
 
 
 def test_a_removed_file_is_not_given_up_for_the_next(tmp_path):

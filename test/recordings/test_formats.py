@@ -108,13 +108,17 @@ def test_mat_with_a_row_per_signal_is_recognised_by_its_shape(tmp_path, capsys):
     assert 'M: one row per signal (3 rows of 200 samples)' in capsys.readouterr().out
 
 
-@pytest.mark.parametrize('by_row', [False, True])
-@pytest.mark.parametrize('wrapped', [False, True])
-def test_json_rows_of_lists(tmp_path, by_row, wrapped):
+def expect_rows(tmp_path, by_row, wrapped):
     rows = np.array([T, Q, U]) if by_row else np.array([T, Q, U]).T
     mapping = {'time': {'column': 1}, 'signals': SIGNALS}
     tree = {'data': rows.tolist()} if wrapped else rows.tolist()
     assert_same(imported(tmp_path, mapping, written(tmp_path, json.dumps(tree), 'r.json')))
+
+
+def test_json_rows_of_lists(new_folder):
+    for by_row in (False, True):
+        for wrapped in (False, True):
+            expect_rows(new_folder(), by_row, wrapped)
 
 
 def test_json_entries_with_a_list_of_joints(tmp_path):
@@ -226,9 +230,7 @@ def test_pairs_of_columns_with_their_own_times(tmp_path, capsys):
 
 
 # --- times --------------------------------------------------------------------------------------
-@pytest.mark.parametrize('unit', ['s', 'ms', 'us', 'ns'])
-@pytest.mark.parametrize('decimal', ['.', ','])
-def test_epochs_keep_their_nanoseconds(tmp_path, unit, decimal):
+def expect_stamps(tmp_path, unit, decimal):
     digits = {'s': 9, 'ms': 6, 'us': 3, 'ns': 0}[unit]
     stamps = [EPOCH + int(k) * 5_000_000 for k in K]
     texts = [f'{s // 10 ** digits}{decimal}{s % 10 ** digits:0{digits}d}' if digits else str(s)
@@ -239,14 +241,24 @@ def test_epochs_keep_their_nanoseconds(tmp_path, unit, decimal):
     assert_same(imported(tmp_path, mapping, path), stamps)
 
 
-@pytest.mark.parametrize('form', ['2026-01-01T{}Z', '2026-01-01 {}', '2026-01-01T{}+00:00'])
-def test_iso_8601(tmp_path, form):
+def test_epochs_keep_their_nanoseconds(new_folder):
+    for unit in ('s', 'ms', 'us', 'ns'):
+        for decimal in ('.', ','):
+            expect_stamps(new_folder(), unit, decimal)
+
+
+def expect_iso(tmp_path, form):
     texts = [form.format(f'00:00:{s // 10 ** 9:02d}.{s % 10 ** 9:09d}')
              for s in (int(k) * 5_000_000 for k in K)]
     mapping = text_mapping({'column': 1, 'unit': 'iso8601'})
     epoch = int(datetime(2026, 1, 1, tzinfo=timezone.utc).timestamp()) * 10 ** 9
     assert_same(imported(tmp_path, mapping, written(tmp_path, table(texts, Q, U))),
                 (epoch + K * 5_000_000).tolist())
+
+
+def test_iso_8601(new_folder):
+    for form in ('2026-01-01T{}Z', '2026-01-01 {}', '2026-01-01T{}+00:00'):
+        expect_iso(new_folder(), form)
 
 
 def test_iso_8601_with_a_zone_in_json(tmp_path):
@@ -272,7 +284,7 @@ def test_stamps_are_kept_as_recorded(tmp_path):
 
 
 # --- units, codings, velocities -----------------------------------------------------------------
-@pytest.mark.parametrize('name, keys, raw, value', [
+CODINGS = [
     ('motor_position', {'unit': 'deg'}, 180.0, math.pi),
     ('motor_position', {'unit': 'turns'}, 0.5, math.pi),
     ('arm_position', {'unit': 'mrad', 'sign': -1}, 500.0, -0.5),
@@ -287,8 +299,10 @@ def test_stamps_are_kept_as_recorded(tmp_path):
     ('motor_effort', {'bits': 11, 'coding': 'sign_magnitude', 'scale': 0.5}, 1024 + 7, -3.5),
     ('motor_effort', {'bits': 11, 'coding': 'sign_magnitude', 'scale': 0.5}, 7, 3.5),
     ('motor_effort', {'bits': 8, 'scale': 0.5, 'offset': 1.0, 'sign': -1}, 254, 0.0),
-])
-def test_units_and_codings(tmp_path, name, keys, raw, value):
+]
+
+
+def expect_value(tmp_path, name, keys, raw, value):
     signals = {'arm_position' if name == 'motor_position' else 'motor_position': {'column': 1},
                name: {'column': 2, **keys}}
     mapping = mapping_from_dict(text_mapping(signals=signals), 'map')
@@ -296,7 +310,12 @@ def test_units_and_codings(tmp_path, name, keys, raw, value):
     np.testing.assert_allclose(recording.values[name], value, rtol=1e-15, atol=1e-15)
 
 
-@pytest.mark.parametrize('name, keys, expected', [
+def test_units_and_codings(new_folder):
+    for name, keys, raw, value in CODINGS:
+        expect_value(new_folder(), name, keys, raw, value)
+
+
+NO_UNITS = [
     ('motor_position', {'unit': 'mm'}, "signals.motor_position.unit: 'mm', expected a unit of "
      'position on a rotary axis: rad, mrad, deg'),
     ('motor_effort', {'unit': 'rad'}, 'expected a unit of effort on a rotary axis'),
@@ -305,12 +324,15 @@ def test_units_and_codings(tmp_path, name, keys, raw, value):
      "signals.motor_position.counts_per_rev: with unit 'deg'"),
     ('motor_effort', {'coding': 'sign_magnitude'}, 'signals.motor_effort.bits: missing'),
     ('motor_effort', {'time': {'column': 1, 'start_stamp_ns': 1}}, 'time.start_stamp_ns: unknown'),
-])
-def test_units_are_checked(name, keys, expected):
-    signals = {'arm_position': {'column': 2}, name: {'column': 2, **keys}}
-    with pytest.raises(InputError, match='map: ') as error:
-        mapping_of(text_mapping(signals=signals), 'map', {})
-    assert expected in str(error.value)
+]
+
+
+def test_units_are_checked():
+    for name, keys, expected in NO_UNITS:
+        signals = {'arm_position': {'column': 2}, name: {'column': 2, **keys}}
+        with pytest.raises(InputError, match='map: ') as error:
+            mapping_of(text_mapping(signals=signals), 'map', {})
+        assert expected in str(error.value)
 
 
 def test_spellings_of_units():
@@ -397,16 +419,23 @@ def test_values_by_command_line_and_from_the_header(tmp_path, capsys):
 
 
 # --- what makes no sense ------------------------------------------------------------------------
-@pytest.mark.parametrize('time, unit, expected', [
+UNLIKELY = [
     (K * 1.0, 's', '200 samples, one per 1 s, expected one per 5e-06 to 0.1 s (time read '
      'in s: is time.unit right?)'),
     (T, 'us', 'one per 5e-09 s'), (K[:60] * 0.01, 's', '3 columns of 60 numbers'),
-    (1.7e12 + K, 's', 'expected one > 0 and < 2^31 s')])
-def test_stamps_in_a_wrong_unit_and_short_recordings(tmp_path, capsys, time, unit, expected):
+    (1.7e12 + K, 's', 'expected one > 0 and < 2^31 s')]
+
+
+def expect_a_word(tmp_path, capsys, time, unit, expected):
     mapping = text_mapping({'column': 1, 'unit': unit})
     path = written(tmp_path, table([f'{t:.6f}' for t in time], Q, U))
     message = refused(tmp_path, capsys, mapping, path)
     assert str(path) in message and expected in message
+
+
+def test_stamps_in_a_wrong_unit_and_short_recordings(new_folder, capsys):
+    for time, unit, expected in UNLIKELY:
+        expect_a_word(new_folder(), capsys, time, unit, expected)
 
 
 def test_packaged_mappings_load():

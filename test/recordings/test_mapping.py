@@ -137,8 +137,7 @@ def test_mat(tmp_path):
     np.testing.assert_array_equal(joints.effort[:, 0], 3 * (t + 1))
 
 
-@pytest.mark.parametrize('shape', ['wrapped', 'list', 'lines'])
-def test_json_entries(tmp_path, shape):
+def expect_json(tmp_path, shape):
     entries = [{'t': 1.0 + 0.01 * k, 'servo': {'q': 0.5 * k}, 'pwm': 65526 if k == 0 else 10}
                for k in range(100)]
     mapping = {'time': {'column': 't'},
@@ -151,6 +150,11 @@ def test_json_entries(tmp_path, shape):
     joints = states(tmp_path / 'bag')
     np.testing.assert_array_equal(joints.position[:, 1], 0.5 * np.arange(100))
     np.testing.assert_allclose(joints.effort[:2, 0], [-1.0, 1.0])
+
+
+def test_json_entries(new_folder):
+    for shape in ('wrapped', 'list', 'lines'):
+        expect_json(new_folder(), shape)
 
 
 def test_json_arrays(tmp_path):
@@ -197,14 +201,18 @@ def refused(arguments, capsys):
     return message
 
 
-@pytest.mark.parametrize('case', BAD_DATA)
-def test_bad_data(tmp_path, capsys, case):
+def expect_refusal(tmp_path, capsys, case):
     mapping, content, expected = BAD_DATA[case]
     if isinstance(content, str) and content.startswith('%'):
         content += REST
     arguments = write(tmp_path / 'data', mapping, content)
     message = refused(arguments, capsys)
     assert str(tmp_path / 'data') in message and expected in message
+
+
+def test_bad_data(new_folder, capsys):
+    for case in BAD_DATA:
+        expect_refusal(new_folder(), capsys, case)
 
 
 BAD_MAPS = {
@@ -241,14 +249,17 @@ def test_bad_mapping(tmp_path, capsys):
         assert 'map.yaml' in message and expected in message
 
 
-@pytest.mark.parametrize('option', [
+UNUSED = [
     ('--use', 'arm=x'), ('--unit', 'arm=deg'), ('--torque-constant', '2'), ('--rate', '50'),
-    ('--joint', 'a'), ('--topic', 'x')])
-def test_options_that_a_mapping_does_not_use_are_refused(tmp_path, capsys, option):
-    arguments = write(tmp_path / 'r.csv', TEXT_MAP, TEXT + REST)
-    assert main([*arguments, *option]) == 2
-    assert f'{option[0]}: no effect with --map, expected --set' in capsys.readouterr().err
-    assert not (tmp_path / 'bag').exists()
+    ('--joint', 'a'), ('--topic', 'x')]
+
+
+def test_options_that_a_mapping_does_not_use_are_refused(tmp_path, capsys):
+    for option in UNUSED:
+        arguments = write(tmp_path / 'r.csv', TEXT_MAP, TEXT + REST)
+        assert main([*arguments, *option]) == 2
+        assert f'{option[0]}: no effect with --map, expected --set' in capsys.readouterr().err
+        assert not (tmp_path / 'bag').exists()
 
 
 def test_bad_paths(tmp_path, capsys):

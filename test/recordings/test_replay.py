@@ -195,7 +195,7 @@ def test_a_snapshot_of_another_version_is_told_and_replayed(bag, options, tmp_pa
     assert 'not a snapshot of this version' in told['notes'][0]
 
 
-@pytest.mark.parametrize('extra, told', [
+WRONG = [
     (['--filter', 'kalman9'], "filter: 'kalman9', expected one of"),
     (['--topic', 'motor_states'], 'no topic /motor_states, the bag has /left/joint_states'),
     (['--params', 'DIR/wrong.yaml'], 'q_tau: unknown parameter, did you mean'),
@@ -205,15 +205,18 @@ def test_a_snapshot_of_another_version_is_told_and_replayed(bag, options, tmp_pa
      "line 1: arm_inertai: unknown key, did you mean 'arm_inertia'?"),
     (['--out', 'DIR'], 'exists, expected a new file'),
     (['--csv', 'DIR/no/where.csv'], 'where.csv: no such folder'),
-])
-def test_bad_input_is_one_line(bag, options, tmp_path, capsys, extra, told):
-    for name, content in {
-            'wrong.yaml': {'estimator': {'ros__parameters': {'q_tau': 1.0}}},
-            'joint.yaml': {'estimator': {'ros__parameters': {'motor_joint': 'elbow'}}},
-            'drive_wrong.yaml': {'arm_inertia': 'heavy'},
-            'drive_typo.yaml': {'arm_inertai': 1.0}}.items():
-        (tmp_path / name).write_text(yaml.safe_dump(content))
-    extra = [word.replace('DIR', str(tmp_path)) for word in extra]
-    assert main(['replay', str(bag), *options, *extra]) == 2
-    errors = capsys.readouterr().err.splitlines()
-    assert len(errors) == 1 and told in errors[0], errors
+]
+
+
+def test_bad_input_is_one_line(bag, options, tmp_path, capsys):
+    for extra, told in WRONG:
+        for name, content in {
+                'wrong.yaml': {'estimator': {'ros__parameters': {'q_tau': 1.0}}},
+                'joint.yaml': {'estimator': {'ros__parameters': {'motor_joint': 'elbow'}}},
+                'drive_wrong.yaml': {'arm_inertia': 'heavy'},
+                'drive_typo.yaml': {'arm_inertai': 1.0}}.items():
+            (tmp_path / name).write_text(yaml.safe_dump(content))
+        extra = [word.replace('DIR', str(tmp_path)) for word in extra]
+        assert main(['replay', str(bag), *options, *extra]) == 2
+        errors = capsys.readouterr().err.splitlines()
+        assert len(errors) == 1 and told in errors[0], errors

@@ -314,11 +314,14 @@ def test_page_runs_as_it_stands(tmp_path, capsys):
     assert done.stdout.count('tau_K') == 5
 
 
-@pytest.mark.parametrize('parameters, name', [
-    ({'filter': 'aekf'}, 'filter: aekf'), ({'tau_k_model': 'mixed'}, 'tau_k_model: mixed')])
-def test_unknown_to_c_is_refused_by_name(parameters, name):
-    with pytest.raises(InputError, match=f'^{name}, with --to c expected'):
-        firmware(DriveModel(), parameters)
+UNKNOWN = [
+    ({'filter': 'aekf'}, 'filter: aekf'), ({'tau_k_model': 'mixed'}, 'tau_k_model: mixed')]
+
+
+def test_unknown_to_c_is_refused_by_name():
+    for parameters, name in UNKNOWN:
+        with pytest.raises(InputError, match=f'^{name}, with --to c expected'):
+            firmware(DriveModel(), parameters)
 
 
 def test_file_of_a_simulator_is_no_model(tmp_path, capsys):

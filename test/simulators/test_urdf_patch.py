@@ -83,18 +83,21 @@ def test_less_inertia_keeps_a_tensor_that_a_body_can_have():
     assert after.motor.inertia == pytest.approx(joint.inertia - 0.0049, rel=1e-6)
 
 
-@pytest.mark.parametrize('size, phase, inertia', [
-    (1.5, 0.0, 0.06), (2.5, -2.0, 0.03), (0.2, 1.0, 0.06)])
-def test_the_weight_of_the_model_is_that_of_the_link(size, phase, inertia):
-    model = MODEL.with_(arm_inertia=inertia, effects=[
-        {'id': 'gravity', 'G': size, 'phi': phase}])
-    patch = patch_of(model)
-    drive = drive_in(patch.data)
-    assert weight(drive) == pytest.approx(cmath.rect(size, phase), rel=1e-5)
-    assert drive.motor.inertia == pytest.approx(inertia + MODEL.motor_inertia, rel=1e-5)
-    assert {row.id: row.kind for row in patch.exported}['gravity'] == 'native'
-    again = patch_of(model, patch.data.decode())
-    assert not [change for change in again.changes if 'link' in change.element]
+WEIGHTS = [
+    (1.5, 0.0, 0.06), (2.5, -2.0, 0.03), (0.2, 1.0, 0.06)]
+
+
+def test_the_weight_of_the_model_is_that_of_the_link():
+    for size, phase, inertia in WEIGHTS:
+        model = MODEL.with_(arm_inertia=inertia, effects=[
+            {'id': 'gravity', 'G': size, 'phi': phase}])
+        patch = patch_of(model)
+        drive = drive_in(patch.data)
+        assert weight(drive) == pytest.approx(cmath.rect(size, phase), rel=1e-5)
+        assert drive.motor.inertia == pytest.approx(inertia + MODEL.motor_inertia, rel=1e-5)
+        assert {row.id: row.kind for row in patch.exported}['gravity'] == 'native'
+        again = patch_of(model, patch.data.decode())
+        assert not [change for change in again.changes if 'link' in change.element]
 
 
 def test_a_slide_takes_mass():

@@ -37,13 +37,13 @@ def test_made_white():
         np.testing.assert_allclose(found, expected, atol=5.0 / np.sqrt(200 * 500))
 
 
-@pytest.mark.parametrize('rows', [1000, 2000, 2001, 3500])
-def test_an_encoder_that_stands_still_has_its_noise_where_it_moves(rows):
-    t = np.arange(4000) * DT
-    y = np.sin(6.0 * t)[:, None] + 0.002 * np.random.default_rng(0).standard_normal((4000, 2))
-    y[4000 - rows:, 1] = y[4000 - rows, 1]
-    sigma, quantum = noise_floor(UniformRecording(t, t, y, DT), DriveModel())
-    assert sigma == pytest.approx([0.002, 0.002], rel=0.1) and not quantum.any()
+def test_an_encoder_that_stands_still_has_its_noise_where_it_moves():
+    for rows in (1000, 2000, 2001, 3500):
+        t = np.arange(4000) * DT
+        y = np.sin(6.0 * t)[:, None] + 0.002 * np.random.default_rng(0).standard_normal((4000, 2))
+        y[4000 - rows:, 1] = y[4000 - rows, 1]
+        sigma, quantum = noise_floor(UniformRecording(t, t, y, DT), DriveModel())
+        assert sigma == pytest.approx([0.002, 0.002], rel=0.1) and not quantum.any()
 
 
 def test_an_encoder_that_is_read_less_often_does_not_stand_still():
@@ -55,15 +55,16 @@ def test_an_encoder_that_is_read_less_often_does_not_stand_still():
         assert sigma.tolist() == noise_levels(y)[0].tolist()
 
 
-@pytest.mark.parametrize('lowest, within', [(60.0, 0.1), (20.0, 0.06)])
-def test_measured_where_motion_has_nothing(lowest, within):
-    r = np.concatenate([2.0 * noise(PHI, 12, 1000, 1), noise(0.0, 12, 1000, 1, seed=1)], axis=2)
-    slow = np.sin(np.arange(1000) * DT * 2.0 * np.pi * 2.0)
-    (phi, white), (size, one) = measured(r + 30.0 * slow[:, None], DT, lowest)
-    assert phi == pytest.approx(PHI, abs=within) and (white, one) == (0.0, 1.0)
-    # Only what goes with phi is known well: what is measured is the power above `lowest`.
-    assert 2.0 * size ** 2 * (1.0 - phi) / (1.0 + phi) == pytest.approx(
-        8.0 * (1.0 - PHI) / (1.0 + PHI), rel=0.1)
+def test_measured_where_motion_has_nothing():
+    for lowest, within in ((60.0, 0.1), (20.0, 0.06)):
+        r = np.concatenate([2.0 * noise(PHI, 12, 1000, 1), noise(0.0, 12, 1000, 1, seed=1)],
+                           axis=2)
+        slow = np.sin(np.arange(1000) * DT * 2.0 * np.pi * 2.0)
+        (phi, white), (size, one) = measured(r + 30.0 * slow[:, None], DT, lowest)
+        assert phi == pytest.approx(PHI, abs=within) and (white, one) == (0.0, 1.0)
+        # Only what goes with phi is known well: what is measured is the power above `lowest`.
+        assert 2.0 * size ** 2 * (1.0 - phi) / (1.0 + phi) == pytest.approx(
+            8.0 * (1.0 - PHI) / (1.0 + PHI), rel=0.1)
 
 
 def test_what_motion_leaves_is_no_such_noise():
@@ -116,15 +117,15 @@ def decision_on(sigma, wrong=1.0, effects=(), count=1):
         noise[part.span] for noise, part in zip(drawn, evidence.segments)]).std(axis=0)
 
 
-@pytest.mark.parametrize('count', [1, 2])
-def test_the_level_of_white_noise_is_that_of_the_innovations(count):
+def test_the_level_of_white_noise_is_that_of_the_innovations():
     """Of several recordings, fourth differences take the largest level."""
-    decision, drawn = decision_on(np.array([2e-3, 3e-3]), count=count)
-    refined = with_level_of_innovations(decision)
-    np.testing.assert_allclose(refined.evidence.sigma, drawn, rtol=4e-3)
-    assert np.abs(decision.evidence.sigma / drawn - 1.0).max() > 8e-3
-    # In it a right model leaves as much, but for the states in which its runs begin.
-    assert refined.adequacy.misfit == pytest.approx(1.0, abs=8e-3)
+    for count in (1, 2):
+        decision, drawn = decision_on(np.array([2e-3, 3e-3]), count=count)
+        refined = with_level_of_innovations(decision)
+        np.testing.assert_allclose(refined.evidence.sigma, drawn, rtol=4e-3)
+        assert np.abs(decision.evidence.sigma / drawn - 1.0).max() > 8e-3
+        # In it a right model leaves as much, but for the states in which its runs begin.
+        assert refined.adequacy.misfit == pytest.approx(1.0, abs=8e-3)
 
 
 @pytest.mark.parametrize('wrong, effects', [

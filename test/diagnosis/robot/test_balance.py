@@ -167,29 +167,29 @@ def test_words_of_a_payload_and_of_what_is_not_determined():
     assert 'this motion does not say' in finding_words(data)
 
 
-@pytest.mark.parametrize('seed', [7, 9])
-def test_springs_at_both_ends_of_a_joint_are_two_findings(seed):
+def test_springs_at_both_ends_of_a_joint_are_two_findings():
     """Laws that a single spring does not beat were said to explain as much as the two."""
-    case = random_robots.make(seed, False, [], 100)
-    chain = chain_of_compiled(random_robots.mujoco.MjModel.from_xml_string(case.xml),
-                              Path('robot.xml'))
-    log = random_robots.log(case, 1, 25.0)[0]
-    sections = []
-    for section in log.sections:
-        q, effort = section.position[:, 0], section.input.copy()
-        low, high = np.quantile(q, (0.25, 0.75))
-        k = case.sizes[0] / (q.max() - q.min())
-        effort[:, 0] += 4.0 * k * np.maximum(q - high, 0.0) + 2.0 * k * np.minimum(q - low, 0.0)
-        sections.append(replace(section, input=effort))
-    count = len(case.joints)
-    verdict = diagnose(RobotModel(chain, np.full(count, 0.05), 0.05),
-                       [replace(log, sections=tuple(sections))])
-    ends = {f.channel: f.values['k'] / k for f in verdict.findings
-            if f.effect == 'end_spring' and f.joint == case.joints[0]}
-    assert ends['upper end'] == pytest.approx(4.0, rel=0.05), ends
-    assert ends['lower end'] == pytest.approx(2.0, rel=0.05), ends
-    assert '(upper end)' in ' '.join(finding_words(f.to_dict()) for f in verdict.findings)
-    assert not any(f.confusable for f in verdict.findings if f.effect == 'end_spring')
+    for seed in (7, 9):
+        case = random_robots.make(seed, False, [], 100)
+        chain = chain_of_compiled(random_robots.mujoco.MjModel.from_xml_string(case.xml),
+                                  Path('robot.xml'))
+        log = random_robots.log(case, 1, 25.0)[0]
+        sections = []
+        for section in log.sections:
+            q, effort = section.position[:, 0], section.input.copy()
+            low, high = np.quantile(q, (0.25, 0.75))
+            k = case.sizes[0] / (q.max() - q.min())
+            effort[:, 0] += k * (4.0 * np.maximum(q - high, 0.0) + 2.0 * np.minimum(q - low, 0.0))
+            sections.append(replace(section, input=effort))
+        count = len(case.joints)
+        verdict = diagnose(RobotModel(chain, np.full(count, 0.05), 0.05),
+                           [replace(log, sections=tuple(sections))])
+        ends = {f.channel: f.values['k'] / k for f in verdict.findings
+                if f.effect == 'end_spring' and f.joint == case.joints[0]}
+        assert ends['upper end'] == pytest.approx(4.0, rel=0.05), ends
+        assert ends['lower end'] == pytest.approx(2.0, rel=0.05), ends
+        assert '(upper end)' in ' '.join(finding_words(f.to_dict()) for f in verdict.findings)
+        assert not any(f.confusable for f in verdict.findings if f.effect == 'end_spring')
 
 
 def test_bounds_hold_for_all_candidates_of_a_fit():
@@ -203,29 +203,30 @@ def test_bounds_hold_for_all_candidates_of_a_fit():
             assert _allowed(fit) == allowed
 
 
-@pytest.mark.parametrize('degrees', [3.0, 90.0, 180.0])
-def test_a_base_that_is_mounted_otherwise_has_its_angle(degrees):
+def test_a_base_that_is_mounted_otherwise_has_its_angle():
     """Gravity was linear in the angle: 58.57 +- 0.13 degrees for 90."""
-    case = random_robots.make(9, False, [], 100)
-    chain = model_of(case).chain
-    rows = rows_of(random_robots.log(case, 1, 15.0, False)[0],
-                   RobotModel(chain, np.full(len(chain.links), 0.05)))
-    ax, ay = np.radians(degrees) * np.array([0.6, -0.8])
-    change = tilted(chain.gravity, ax, ay) - chain.gravity
-    assert np.linalg.norm(change + chain.gravity) == pytest.approx(np.linalg.norm(chain.gravity))
-    torque = chain.weights(rows.motion.q) @ change
-    target = rows.target + np.stack([rows.tested(j, torque[:, j, None])[:, 0]
-                                     for j in range(len(rows.joints))])
-    evidence = RobotEvidence([replace(rows, target=target)])
-    laws = library([rows], ['base_tilt', 'payload', 'joint_zero', 'torque_gain'])
-    scales = scales_of(laws, [], None, evidence.joints)
-    first = contest(evidence, evidence.fit(), laws, scales, 10)[0]
-    values = first.candidate.values(first.fit.values)
-    assert first.candidate.effect == 'base_tilt'
-    angle = np.degrees(np.hypot(values['ax'], values['ay']))
-    assert angle == pytest.approx(degrees, abs=0.5)
-    if degrees < 180.0:
-        assert values['ax'] == pytest.approx(ax, abs=0.02)
+    for degrees in (3.0, 90.0, 180.0):
+        case = random_robots.make(9, False, [], 100)
+        chain = model_of(case).chain
+        rows = rows_of(random_robots.log(case, 1, 15.0, False)[0],
+                       RobotModel(chain, np.full(len(chain.links), 0.05)))
+        ax, ay = np.radians(degrees) * np.array([0.6, -0.8])
+        change = tilted(chain.gravity, ax, ay) - chain.gravity
+        assert np.linalg.norm(change + chain.gravity) == pytest.approx(
+            np.linalg.norm(chain.gravity))
+        torque = chain.weights(rows.motion.q) @ change
+        target = rows.target + np.stack([rows.tested(j, torque[:, j, None])[:, 0]
+                                         for j in range(len(rows.joints))])
+        evidence = RobotEvidence([replace(rows, target=target)])
+        laws = library([rows], ['base_tilt', 'payload', 'joint_zero', 'torque_gain'])
+        scales = scales_of(laws, [], None, evidence.joints)
+        first = contest(evidence, evidence.fit(), laws, scales, 10)[0]
+        values = first.candidate.values(first.fit.values)
+        assert first.candidate.effect == 'base_tilt'
+        angle = np.degrees(np.hypot(values['ax'], values['ay']))
+        assert angle == pytest.approx(degrees, abs=0.5)
+        if degrees < 180.0:
+            assert values['ax'] == pytest.approx(ax, abs=0.02)
 
 
 def test_what_physics_forbids_is_no_finding():
@@ -395,20 +396,20 @@ def servo_offset():
     return case, random_robots.log(case, 1, 20.0, True, True)
 
 
-@pytest.mark.parametrize('factor, tolerance', [(1.0, 0.2), (0.5, 0.2), (2.0, 10.0)])
-def test_gains_of_a_servo_may_be_wrong(factor, tolerance, servo_offset):
+def test_gains_of_a_servo_may_be_wrong(servo_offset):
     """Free gains allowed the solution 0 = 0, and sizes came in the scale of a wrong gain."""
-    case, (log, _, (kp, kd)) = servo_offset
-    chain = chain_of_compiled(random_robots.mujoco.MjModel.from_xml_string(case.xml),
-                              Path('robot.xml'))
-    count = len(case.joints)
-    robot = RobotModel(chain, np.full(count, 0.05), 0.05, kp=factor * kp, kd=factor * kd,
-                       compensated=True, gain_tolerance=tolerance)
-    verdict = diagnose(robot, [log])
-    finding, = verdict.findings
-    assert (finding.effect, finding.joint) == ('torque_offset', case.joints[-1])
-    assert finding.values['u0'] == pytest.approx(case.truth[0]['size'], rel=0.06)
-    assert len(verdict.cautions) == (count if factor == 0.5 else 0)
+    for factor, tolerance in ((1.0, 0.2), (0.5, 0.2), (2.0, 10.0)):
+        case, (log, _, (kp, kd)) = servo_offset
+        chain = chain_of_compiled(random_robots.mujoco.MjModel.from_xml_string(case.xml),
+                                  Path('robot.xml'))
+        count = len(case.joints)
+        robot = RobotModel(chain, np.full(count, 0.05), 0.05, kp=factor * kp, kd=factor * kd,
+                           compensated=True, gain_tolerance=tolerance)
+        verdict = diagnose(robot, [log])
+        finding, = verdict.findings
+        assert (finding.effect, finding.joint) == ('torque_offset', case.joints[-1])
+        assert finding.values['u0'] == pytest.approx(case.truth[0]['size'], rel=0.06)
+        assert len(verdict.cautions) == (count if factor == 0.5 else 0)
 
 
 @pytest.mark.system
@@ -644,18 +645,21 @@ def test_scales_of_joints_are_in_the_deviation_of_a_load_and_no_findings_beside_
     assert sizes[1] < 2.0 < sizes[0] and others[1] < others[0], (sizes, others)
 
 
-@pytest.mark.parametrize('mass, says', [
-    (0.001, 'moved by'), (0.5, 'mass times distance'), (5.0, 'does not weigh')])
-def test_a_load_is_stated_by_what_a_motion_says_of_it(mass, says):
+LOADS = [
+    (0.001, 'moved by'), (0.5, 'mass times distance'), (5.0, 'does not weigh')]
+
+
+def test_a_load_is_stated_by_what_a_motion_says_of_it():
     """A load that hung the other way round was 0.073 kg less, 'this motion does not say where'."""
-    evidence, _ = healthy_evidence()
-    link = evidence.recordings[0].robot.chain.links[-1]
-    c = Candidate('payload', {}, link=link.name)
-    moment = 0.31 * link.mass if mass < 5.0 else 0.001
-    b = np.array([0.001, moment, 0.0, 0.0])
-    spread = np.diag([(mass * link.mass) ** 2, *[(0.02 * link.mass) ** 2] * 3])
-    values, deviations = _with_moment(evidence, c, (b, spread), {'m': 0.001, 'cx': 0.0}, {
-        'm': mass * link.mass, 'cx': None})
-    words = finding_words({'effect': 'payload', 'link': link.name, 'values': values,
-                           'deviations': {'cy': None, 'cz': None, **deviations}})
-    assert says in words and (says != 'moved by' or '31.0 ± 2.0 cm' in words), words
+    for mass, says in LOADS:
+        evidence, _ = healthy_evidence()
+        link = evidence.recordings[0].robot.chain.links[-1]
+        c = Candidate('payload', {}, link=link.name)
+        moment = 0.31 * link.mass if mass < 5.0 else 0.001
+        b = np.array([0.001, moment, 0.0, 0.0])
+        spread = np.diag([(mass * link.mass) ** 2, *[(0.02 * link.mass) ** 2] * 3])
+        values, deviations = _with_moment(evidence, c, (b, spread), {'m': 0.001, 'cx': 0.0}, {
+            'm': mass * link.mass, 'cx': None})
+        words = finding_words({'effect': 'payload', 'link': link.name, 'values': values,
+                               'deviations': {'cy': None, 'cz': None, **deviations}})
+        assert says in words and (says != 'moved by' or '31.0 ± 2.0 cm' in words), words

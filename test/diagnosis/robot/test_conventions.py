@@ -57,17 +57,17 @@ def named(columns, settled=(), limits=None):
     return named_readings(checked_log(continuous(columns), JOINTS), robot, limits, settled)
 
 
-@pytest.mark.parametrize('payload', [0.0, 0.5, 3.0])
-def test_no_convention_stands_for_a_payload(payload):
-    assert named(raw(payload)) == []
+def test_no_convention_stands_for_a_payload():
+    for payload in (0.0, 0.5, 3.0):
+        assert named(raw(payload)) == []
 
 
-@pytest.mark.parametrize('payload', [0.0, 1.0])
-@pytest.mark.parametrize('joint, rules', [
+NAMED = [
     (2, 'reversed'), (1, 'effort:-1'), (1, 'effort:0.1'), (1, 'zero:1.571'), (2, 'deg'),
-    (1, 'reversed,effort:-1')])
-def test_a_convention_is_named_with_the_option_that_undoes_it(payload, joint, rules):
-    """A driver that counts otherwise: the reading is the inverse of what it did."""
+    (1, 'reversed,effort:-1')]
+
+
+def expect_named(payload, joint, rules):
     convention = conventions_of([f'{JOINTS[joint]}={rules}'], JOINTS)[JOINTS[joint]]
     columns = raw(payload)
     name = JOINTS[joint]
@@ -83,6 +83,13 @@ def test_a_convention_is_named_with_the_option_that_undoes_it(payload, joint, ru
     assert named(columns, settled=[0, 1, 2]) == []
     stated = conventions_of([f'{name}={reading.rules}'], JOINTS)
     assert named(read_by(columns, stated)) == []
+
+
+def test_a_convention_is_named_with_the_option_that_undoes_it():
+    """A driver that counts otherwise: the reading is the inverse of what it did."""
+    for payload in (0.0, 1.0):
+        for joint, rules in NAMED:
+            expect_named(payload, joint, rules)
 
 
 def test_exchanged_joints_are_named():

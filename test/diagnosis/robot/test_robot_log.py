@@ -53,9 +53,7 @@ def test_stamps_on_top_of_each_other_are_left_out():
     assert any('1000 samples' in note for note in log.notes)
 
 
-@pytest.mark.parametrize('kind', ['torque', 'setpoint'])
-def test_joints_in_messages_of_their_own_come_to_one_clock(kind):
-    """At another rate, with a gap in one of them; a table with blanks is the same."""
+def expect_one_clock(kind):
     first = np.arange(0, 20, 0.01)
     second = np.delete(np.arange(0.003, 20, 0.004), slice(1500, 1600))
     t = np.sort(np.concatenate([first, second]))
@@ -74,6 +72,12 @@ def test_joints_in_messages_of_their_own_come_to_one_clock(kind):
                                    atol=1e-6)
         behind = 0.0 if kind == 'torque' else (s.t - 0.003 + 1e-12) % 0.004 - 1e-12
         np.testing.assert_allclose(s.input, np.column_stack([s.t, 5 * (s.t - behind)]), atol=1e-6)
+
+
+def test_joints_in_messages_of_their_own_come_to_one_clock():
+    """At another rate, with a gap in one of them; a table with blanks is the same."""
+    for kind in ('torque', 'setpoint'):
+        expect_one_clock(kind)
 
 
 def test_slow_logs_are_refused_below_30_hz():
@@ -153,21 +157,24 @@ def test_an_effort_without_a_direction_is_no_torque(tmp_path):
         read_robot_log(tmp_path / 'sizes', JOINTS, {})
 
 
-@pytest.mark.parametrize('header, row, words', [
+BAD_TABLES = [
     ('t,q_a,q_b,tau_a', '{t},{t},0,{t}', 'no effort of b, expected the torque of all joints'),
     ('t,q_a,tau_a', '{t},{t},{t}', 'no b in the log.*stands still, its position: locked in --val'),
     ('t,q_a,q_b,setpoint_a,setpoint_b', '{t},{t},{t},{t},{t}', 'need position actuators'),
-    ('t,q_a,q_b,tau_a,tau_b', '{t},{t},{t}', 'line 102: 3 columns, expected at least 5')])
-def test_bad_tables_are_refused_with_their_place(tmp_path, header, row, words):
-    path = tmp_path / 'log.csv'
-    good = ','.join(['{t}'] * len(header.split(',')))
-    path.write_text(header + '\n' + ''.join(good.format(t=0.01 * k) + '\n' for k in range(100))
-                    if 'line' in words else header + '\n' + ''.join(
-                        row.format(t=0.01 * k) + '\n' for k in range(200)))
-    if 'line' in words:
-        path.write_text(path.read_text() + row.format(t=9.0) + '\n')
-    with pytest.raises(InputError, match=words):
-        read_robot_log(path, JOINTS, {})
+    ('t,q_a,q_b,tau_a,tau_b', '{t},{t},{t}', 'line 102: 3 columns, expected at least 5')]
+
+
+def test_bad_tables_are_refused_with_their_place(tmp_path):
+    for header, row, words in BAD_TABLES:
+        path = tmp_path / 'log.csv'
+        good = ','.join(['{t}'] * len(header.split(',')))
+        path.write_text(header + '\n' + ''.join(good.format(t=0.01 * k) + '\n' for k in range(100))
+                        if 'line' in words else header + '\n' + ''.join(
+                            row.format(t=0.01 * k) + '\n' for k in range(200)))
+        if 'line' in words:
+            path.write_text(path.read_text() + row.format(t=9.0) + '\n')
+        with pytest.raises(InputError, match=words):
+            read_robot_log(path, JOINTS, {})
 
 
 def test_a_joint_without_a_single_number_is_named(tmp_path):
@@ -189,7 +196,7 @@ def test_a_joint_without_a_single_number_is_named(tmp_path):
         checked_log(log, JOINTS)
 
 
-@pytest.mark.parametrize('present, joints, recorded, expected', [
+NAMES = [
     (('joint_2', 'joint_1'), JOINTS, {}, {'a': 'joint_1', 'b': 'joint_2'}),
     (('1', '2'), JOINTS, {}, {'a': '1', 'b': '2'}),
     (('left_a', 'left_b', 'x'), JOINTS, {}, {'a': 'left_a', 'b': 'left_b'}),
@@ -197,15 +204,25 @@ def test_a_joint_without_a_single_number_is_named(tmp_path):
      {'a': 'right_a', 'b': 'right_b'}),
     (('m', 'b'), JOINTS, {'a': 'm'}, {'a': 'm', 'b': 'b'}),
     (('motor', 'arm'), ['elbow'], {}, {'elbow': 'motor'}),
-    (('motor', 'arm'), ['arm'], {}, {'arm': 'arm'})])
-def test_names_map_by_number_prefix_and_statement(present, joints, recorded, expected):
+    (('motor', 'arm'), ['arm'], {}, {'arm': 'arm'})]
+
+
+def expect_names(present, joints, recorded, expected):
     assert names_in_log('log', present, joints, recorded)[0] == expected
 
 
-@pytest.mark.parametrize('present, kind, words', [
+def test_names_map_by_number_prefix_and_statement():
+    for present, joints, recorded, expected in NAMES:
+        expect_names(present, joints, recorded, expected)
+
+
+UNFIT = [
     (('left_a', 'left_b', 'right_a', 'right_b'), Undecided, '2 robots.*--prefix left_'),
     (('joint_1', 'joint_2', 'joint_3'), InputError, 'no a, b in the log'),
-    (('joint_1', 'b'), InputError, '--recorded NAME=LOGNAME')])
-def test_names_that_fit_no_joints_are_asked_for(present, kind, words):
-    with pytest.raises(kind, match=words):
-        names_in_log('log', present, JOINTS, {})
+    (('joint_1', 'b'), InputError, '--recorded NAME=LOGNAME')]
+
+
+def test_names_that_fit_no_joints_are_asked_for():
+    for present, kind, words in UNFIT:
+        with pytest.raises(kind, match=words):
+            names_in_log('log', present, JOINTS, {})
