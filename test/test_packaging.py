@@ -129,6 +129,10 @@ def test_every_command_explains_itself_with_examples():
     assert result.returncode == 0, result.stderr
     shown = json.loads(result.stdout)
     assert list(shown) == list(COMMANDS)
+    listed = subprocess.run([sys.executable, '-m', 'gearbox_monitor'], cwd=ROOT, check=True,
+                            capture_output=True, text=True).stdout
+    assert re.findall(r'^  (\S+) ', listed, re.MULTILINE) == list(COMMANDS)
+    assert max(map(len, listed.splitlines())) <= 80
     for command, text in shown.items():
         assert f'  gearbox_monitor {command}' in text, f'{command}: no example'
         assert '\nexit code: 0 ' in text, command

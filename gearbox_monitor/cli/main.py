@@ -19,31 +19,36 @@ from gearbox_monitor.cli.exit_codes import (
 from gearbox_monitor.errors import InputError, Undecided, unknown
 from gearbox_monitor.removed import refusal
 
-# name -> (module, one line of help). Only the module of the requested command is imported.
-COMMANDS = {
-    'demo': ('demo', 'simulate, estimate, record and check one worn gearbox, on this machine'),
-    'example': ('example', 'write a bag of a simulated drive, to try other commands on'),
-    'live': ('live', 'show a running estimator in the browser'),
-    'replay': ('replay', 'run a bag through the estimator, offline'),
-    'play': ('play', 'publish a bag to live nodes, with /clock'),
-    'recover': ('recover', 'repair a truncated bag'),
-    'import': ('import_', 'convert a recording of another format into a bag'),
-    'tune': ('tune', 'estimate R and Q of a filter from a recording'),
-    'compare': ('compare', 'compare several filters on one recording'),
-    'check': ('check', 'show the contents of a recording and what it suits'),
-    'report': ('report', 'write one page about a recording'),
-    'accept': ('accept', 'check the backlash and stiffness of a delivered gearbox from a bag'),
-    'simulate': ('simulate', 'overlay a recording, its model and the closed model'),
-    'describe': ('describe', "list the joints of a robot's file: what is read, what is refused"),
-    'diagnose': ('diagnose', 'identify the unmodelled effect behind the sim-to-real gap'),
-    'explain': ('explain', 'explain an effect, a condition or a level'),
-    'learn': ('learn', 'learn a healthy robot from its logs, as a reference for diagnose'),
-    'suggest': ('suggest', 'find the motion that distinguishes confused effects'),
-    'fit-nominal': ('fit_nominal', 'identify the values of a model file from recordings'),
-    'adapt': ('adapt', 'adapt a model file to one unit, without a torque sensor'),
-    'export': ('export', 'write a model into the file of your simulator'),
-    'fleet': ('fleet', 'replay many bags and report which gearboxes wear'),
-}
+# group -> {name: (module, one line of help)}; only the module of a requested command is imported
+GROUPS = {
+    'look': {
+        'check': ('check', 'show the contents of a recording and what it suits'),
+        'describe': ('describe', "list the joints of a robot's file: what is read or refused"),
+        'report': ('report', 'write one page about a recording'),
+        'explain': ('explain', 'explain an effect, a condition or a level')},
+    'watch': {
+        'live': ('live', 'show a running estimator in the browser'),
+        'replay': ('replay', 'run a bag through the estimator, offline'),
+        'play': ('play', 'publish a bag to live nodes, with /clock'),
+        'compare': ('compare', 'compare several filters on one recording'),
+        'fleet': ('fleet', 'replay many bags and report which gearboxes wear'),
+        'accept': ('accept', 'check the backlash and stiffness of a delivered gearbox')},
+    'diagnose': {
+        'diagnose': ('diagnose', 'identify the unmodelled effect behind the sim-to-real gap'),
+        'learn': ('learn', 'learn a healthy robot from its logs, as a reference'),
+        'suggest': ('suggest', 'find the motion that distinguishes confused effects')},
+    'simulate': {
+        'demo': ('demo', 'simulate, estimate, record and check one worn gearbox'),
+        'example': ('example', 'write a bag of a simulated drive, to try other commands on'),
+        'simulate': ('simulate', 'overlay a recording, its model and the closed model'),
+        'export': ('export', 'write a model into the file of your simulator')},
+    'maintain': {
+        'fit-nominal': ('fit_nominal', 'identify the values of a model file from recordings'),
+        'adapt': ('adapt', 'adapt a model file to one unit, without a torque sensor'),
+        'tune': ('tune', 'estimate R and Q of a filter from a recording'),
+        'import': ('import_', 'convert a recording of another format into a bag'),
+        'recover': ('recover', 'repair a truncated bag')}}
+COMMANDS = {name: entry for group in GROUPS.values() for name, entry in group.items()}
 
 
 LIVE = ('demo', 'live', 'play')  # print on their own what they do
@@ -139,6 +144,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         if not sys.warnoptions:  # of numpy and others: for developers, who ask with python -W
             warnings.simplefilter('ignore')
             os.environ.setdefault('PYTHONWARNINGS', 'ignore')  # of the processes of the command
+    if not argv:
+        print(f'{commands_text()}\n\ngearbox_monitor COMMAND --help shows options and examples.')
+        return 0
     words = [word for word in argv if not word.startswith('-')]
     command = words[0] if words else None
     if gone := refusal(command):
@@ -182,17 +190,25 @@ def run_parsed(name: str, parse: Callable[[], argparse.Namespace], timed: str = 
         return 0
 
 
+def commands_text() -> str:
+    """Return the commands in their groups, one line each."""
+    return '\n'.join(line for group, commands in GROUPS.items() for line in (
+        group, *(f'  {name:12s} {summary}' for name, (_, summary) in commands.items())))
+
+
 def _parse(argv: Sequence[str], command: str | None) -> argparse.Namespace:
     """Return the parsed `argv`; only the module of `command` is imported."""
     parser = OneLineParser(
         prog='gearbox_monitor', description='Condition monitor for robot joint gearboxes.',
-        epilog='exit code: 0 done, 1 a finding that asks for action, 2 bad usage or input, '
-               '3 undecided, 130 ended by Ctrl-C')
+        formatter_class=argparse.RawDescriptionHelpFormatter, epilog=f'{commands_text()}\n\n' + (
+            'exit code: 0 done, 1 a finding that asks for action, 2 bad usage or input,\n'
+            '3 undecided, 130 ended by Ctrl-C'))
     parser.add_argument('--version', action='version', version=__version__)
-    subparsers = parser.add_subparsers(dest='command', metavar='COMMAND', required=True)
-    for name, (module, summary) in COMMANDS.items():
+    subparsers = parser.add_subparsers(dest='command', metavar='COMMAND', required=True,
+                                       help='one of those below; COMMAND --help shows its options')
+    for name, (module, _) in COMMANDS.items():
         sub = subparsers.add_parser(
-            name, help=summary, epilog=exit_code_text(EXIT_CODES[name]),
+            name, epilog=exit_code_text(EXIT_CODES[name]),
             formatter_class=argparse.RawDescriptionHelpFormatter)
         if name == command:
             # Small matrices, and fits in own threads: threads of BLAS would only slow them down.

@@ -13,7 +13,7 @@ USAGE = [
      "diagnose: --modle: no option of this command, did you mean '--model'?;"),
     (['diagnose', 'BAG'],
      '--model: missing; see gearbox_monitor diagnose --help'),
-    ([], 'COMMAND: missing; see gearbox_monitor --help'),
+    (['--'], 'COMMAND: missing; see gearbox_monitor --help'),
     (['diagnos', 'BAG'], "COMMAND: 'diagnos', did you mean 'diagnose'?"),
     (['diagnose', 'BAG', '--model', 'M', '--seed', 'x'], "--seed: 'x', expected a whole number;"),
     (['suggest', '--model', 'M', '--max-torque', 'x'], "--max-torque: 'x', expected a number;"),

@@ -3,7 +3,9 @@
 
 """What commands show at a terminal: a bar with the remaining time, or the time without one."""
 import io
+import math
 import os
+import re
 import subprocess
 import sys
 import time
@@ -66,7 +68,7 @@ def test_bar_takes_the_place_of_the_time(monkeypatch):
         time.sleep(0.3)
         progress.Bar.shown[0].refresh()
     shown = stream.getvalue()
-    assert 'running for' not in shown and 'tune  50 %' in shown and 'left' in shown
+    assert 'running for' not in shown and 'tune  50 %' in shown
 
 
 def test_time_of_a_bar_goes_on_without_steps(monkeypatch):
@@ -96,10 +98,33 @@ def test_a_pipe_gets_lines_with_share_and_rest(monkeypatch, capsys):
             time.sleep(0.12)
     first, *_, last = capsys.readouterr().err.splitlines()
     assert first == 'fit: running for 0 s'
-    assert last == 'fit: 25 %, about 0 s left, running for 0 s'
+    assert last == 'fit: 25 %, running for 0 s'
     with progress.shown_time('fit'):  # ended at once, with nothing to say
         assert not progress.Bar.shown
     assert capsys.readouterr().err == ''
+
+
+def test_remaining_times_shrink_and_are_right_within_a_factor_of_2(monkeypatch):
+    """Of work at a steady pace; of another pace no answer lasts that turned out wrong."""
+    clock = [0.0]
+    monkeypatch.setattr(progress.time, 'monotonic', lambda: clock[0])
+    shapes = {'even': lambda x: x, 'waves': lambda x: x + 0.02 * math.sin(30.0 * x),
+              'slower': lambda x: 1.0 - (1.0 - x) ** 3, 'faster': lambda x: x ** 3}
+    shown = {}
+    for name, share in shapes.items():
+        with progress.count_bar('fit', 1000) as bar:
+            shown[name] = []
+            for k in range(1, 200):
+                clock[0] += 1.0
+                bar.update(1000.0 * (share(k / 200.0) - share((k - 1) / 200.0)))
+                if words := re.search(r'about (\d+) s', bar.rest()):
+                    shown[name].append((float(words[1]), 200.0 - k))
+        told = [left for left, _ in shown[name]]
+        assert told == sorted(told, reverse=True), name
+    for name in ('even', 'waves'):
+        assert len(shown[name]) > 100  # of the 180 s after the first tenth
+        assert all(0.5 * right - 1.0 <= left <= 2.0 * right + 1.0 for left, right in shown[name])
+    assert not shown['faster'] and not [right for _, right in shown['slower'] if right < 100.0]
 
 
 def test_lines_are_about_the_bar_that_is_open():
