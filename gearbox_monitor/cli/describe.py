@@ -9,7 +9,8 @@ in the table, or it is refused by name, with what to do. Joints that are read ca
 diagnose, simulate, fit-nominal, suggest and export as --model ROBOT --joint NAME.
 
 Files that ROBOT includes, and meshes that make an inertia, are read below its own folder, or below
---root. Exit code 1: some joint is refused.
+--root. Values that no robot has, such as a wrist of 7 g between two links of 2 kg, are doubted.
+Exit code 1: some joint is refused, or a value doubted.
 
 usage examples:
   gearbox_monitor describe robot.xml
@@ -25,6 +26,7 @@ from typing import Any
 from gearbox_monitor.cli.inputs import add_root_argument
 from gearbox_monitor.cli.options import JSON_FILE_HELP, show
 from gearbox_monitor.files.yaml_files import expect_new_file
+from gearbox_monitor.robot.plausibility import implausible
 from gearbox_monitor.simulators.mjcf_file import compiled_file, read_file, RobotFile
 from gearbox_monitor.simulators.user_simulator import (
     joint_readings, JointReading, NONE, SERVO, SPEED, TORQUE)
@@ -51,8 +53,35 @@ def run(args: Namespace) -> int:
     path = Path(args.robot)
     file = compiled_file(read_file(path), path, root=Path(args.root) if args.root else None)
     readings = joint_readings(file, args.keyframe)
-    show(args, as_data(file, readings), lambda: text(file, readings))
-    return 0 if all(reading.read for reading in readings) else 1
+    doubts = doubts_of(file)
+    show(args, {**as_data(file, readings), 'doubts': doubts}, lambda: '\n'.join([
+        text(file, readings), *(line for d in doubts for line in _wrapped(f'doubt: {d}'))]))
+    return 0 if all(reading.read for reading in readings) and not doubts else 1
+
+
+def doubts_of(file: RobotFile) -> list[str]:
+    """Return a line for each value of a robot's `file` that cannot be true."""
+    doubts = implausible(file.compiled)
+    for joint in file.document.root.children if file.document.root.tag == 'robot' else ():
+        # MuJoCo reads none of these: it takes a range or an effort of 0 for no limit.
+        if joint.attributes.get('type') not in ('revolute', 'prismatic', 'continuous'):
+            continue
+        where = f'joint {joint.attributes.get("name", "")}'
+        for values in (e.attributes for e in joint.children if e.tag == 'limit'):
+            doubts += [f'{where}: {key} limit 0: state what the drive gives'
+                       for key in ('effort', 'velocity') if _is_zero(values.get(key, ''))]
+            if joint.attributes['type'] != 'continuous' and all(
+                    _is_zero(values.get(key, '0')) for key in ('lower', 'upper')):
+                doubts.append(f'{where}: range 0 to 0: state the travel, or type="continuous"')
+    return doubts
+
+
+def _is_zero(value: str) -> bool:
+    """Return whether a `value` of an attribute is the number 0."""
+    try:
+        return float(value) == 0.0
+    except ValueError:
+        return False
 
 
 def as_data(file: RobotFile, readings: Sequence[JointReading]) -> dict[str, Any]:
@@ -87,9 +116,12 @@ def text(file: RobotFile, readings: Sequence[JointReading]) -> str:
     notes = dict.fromkeys([*file.notes, *(note for r in readings for note in r.notes)])
     for note in notes:
         count = sum(note in r.notes for r in readings)
-        lines += textwrap.wrap(f'note: {note}' + (f' ({count} joints)' if count > 1 else ''),
-                               WIDTH, break_on_hyphens=False)
+        lines += _wrapped(f'note: {note}' + (f' ({count} joints)' if count > 1 else ''))
     return '\n'.join([*head, *lines])
+
+
+def _wrapped(line: str) -> list[str]:
+    return textwrap.wrap(line, WIDTH, break_on_hyphens=False)
 
 
 def _cell(value: float | None) -> str:

@@ -18,4 +18,5 @@ Public names, by module:
         open_loop, Refusal, scalar_joints, tendon_forces, undecided, undecided_of_robot, Unread
     description: LONGEST, parse, PRINCIPAL, RobotDescription, rotations, SUFFIXES, turn
     dynamics: ArmLoad, arrays_of, MotionState, move, NO_PAYLOAD, Payload, torque_on
+    plausibility: implausible
 """

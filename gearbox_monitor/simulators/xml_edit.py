@@ -347,13 +347,17 @@ def _tensor(inertial: ElementTree.Element, title: str) -> list[str]:
     allowed = PRINCIPAL * float(np.abs(tensor).max()) + PRINCIPAL * size * 1e-3
     deficit = max(0.0, -float(values[0]))
     beyond = max(0.0, float(values[2] - values[1] - values[0]))
-    if deficit > allowed or beyond > TRIANGLE * float(values[2]) + allowed:
+    if deficit > allowed:
         return []  # MuJoCo says what is wrong
     if not deficit and not beyond:
         return []
-    rounded: Array = tensor + (deficit + beyond) * np.eye(3)
+    rounded: Array = tensor + (1.0 + PRINCIPAL) * (deficit + beyond) * np.eye(3)
     for key, value in zip(TENSOR, (*np.diag(rounded), ixy, ixz, iyz)):
         element.set(key, repr(float(value)))
+    if beyond > TRIANGLE * float(values[2]) + allowed:
+        return [f'{title}: inertial: principal inertias '
+                f'{", ".join(f"{value:.3g}" for value in values)} kg m^2: of no body exceeds one '
+                f'the sum of the others: taken {beyond:.3g} larger; check unit and signs']
     return [f'{title}: inertial: a principal inertia is {deficit + beyond:.3g} kg m^2 off what a '
             'body can have: taken for rounding']
 

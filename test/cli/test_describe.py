@@ -6,11 +6,14 @@ from pathlib import Path
 
 import pytest
 
+from gearbox_monitor.cli.describe import doubts_of
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.simulators.mjcf_file import model_of, read_mjcf
+from gearbox_monitor.files.opening import config_path
+from gearbox_monitor.simulators.mjcf_file import compiled_file, model_of, read_mjcf
 
 pytest.importorskip('mujoco')
-SHARED = Path(__file__).resolve().parents[3] / 'shared' / 'data'
+ROOT = Path(__file__).resolve().parents[2]
+SHARED = ROOT.parent / 'shared' / 'data'
 ROBOT = """<mujoco>
   <worldbody><body name="trunk"><freejoint name="base"/><geom size="0.1"/>
     <body name="thigh"><joint name="hip" armature="0.02" damping="0.4" range="-60 60"/>
@@ -82,6 +85,34 @@ def test_a_urdf_is_read_as_ros_does(tmp_path, capsys):
     path.write_text(URDF.format(mimic='<mimic joint="elbow" multiplier="2"/>'))
     assert main(['describe', str(path)]) == 1
     assert '0 of 2 joints are read' in capsys.readouterr().out
+
+
+ARM = config_path('arm6.urdf').read_text()
+
+
+@pytest.mark.parametrize('old, new, said', [
+    ('<mass value="11.5"/>', '<mass value="0.0115"/>', 'link upper_arm: mass 0.0115 kg: it hangs'),
+    ('<mass value="0.9"/>', '<mass value="900"/>', 'link flange: mass 900 kg, its neighbours'),
+    ('<origin xyz="0.01 0.03 0.26"/>', '<origin xyz="1 3 260"/>',
+     'link upper_arm: centre of mass 260'),
+    ('ixx="0.52" iyy="0.50"', 'ixx="520" iyy="500"', 'link upper_arm: inertia of a body 6.'),
+    ('ixx="0.52" iyy="0.50"', 'ixx="0.52" iyy="0.05"', 'link upper_arm: inertial: principal'),
+    ('lower="-1.8" upper="1.8" effort="250"', 'lower="0" upper="0" effort="250"',
+     'joint joint2: range 0 to 0'),
+    ('effort="250" velocity="3"', 'effort="0" velocity="3"', 'joint joint1: effort limit 0')])
+def test_what_no_robot_has_is_doubted_without_a_log(tmp_path, capsys, old, new, said):
+    assert old in ARM
+    path = tmp_path / 'arm.urdf'
+    path.write_text(ARM.replace(old, new, 1))
+    assert main(['describe', str(path)]) == ('principal' not in said)  # that is a note
+    out = ' '.join(capsys.readouterr().out.split())
+    assert said in out and '6 of 6 joints are read' in out
+
+
+def test_healthy_robots_are_not_doubted():
+    for path in [config_path('arm6.urdf'), *ROOT.glob('benchmarks/real_logs/*/*.urdf'),
+                 *SHARED.glob('*/*.urdf')]:
+        assert doubts_of(compiled_file(path.read_bytes(), path)) == [], path
 
 
 @pytest.mark.skipif(not (SHARED / 'lwr4').is_dir(), reason='recordings of others are not here')
