@@ -25,7 +25,7 @@ EXIT_CODES = {
     'report': {0: 'done'},
     'accept': {0: 'pass', 1: 'fail', 3: 'undecided: not excited, or too close to a limit'},
     'simulate': {0: 'done'},
-    'describe': {0: 'all joints are read', 1: 'some are refused'},
+    'describe': {0: 'all joints are read', 1: 'some are refused, or a value is doubted'},
     'diagnose': {0: 'no gap', 1: 'a gap: verdict effect, incomplete or unknown',
                  3: 'undecided: the motion shows too little; or free runs are not finite'},
     'explain': {0: 'done'},

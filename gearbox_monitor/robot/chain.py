@@ -23,12 +23,12 @@ import numpy as np
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.robot.description import finite_number, RobotDescription, rotations
+from gearbox_monitor.robot.description import (
+    finite_number, LOCKED_IN_VALUES, RobotDescription, rotations)
 from gearbox_monitor.robot.dynamics import GRAVITY
 
 PER_LINK = 10
 OFF_DIAGONAL = ((0, 1), (0, 2), (1, 2))
-LOCKED_IN_VALUES = 'or joints that stand still (locked in --values)'
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,6 +21,7 @@ from gearbox_monitor.kernels.types import Array
 SUFFIXES = ('.xml', '.urdf', '.mjcf')  # of files that describe whole robots
 MOVABLE = ('revolute', 'continuous', 'prismatic')
 LONGEST = 4_000_000  # characters of a description
+LOCKED_IN_VALUES = 'or joints that stand still (locked in --values)'
 PRINCIPAL = 1e-9     # of the largest: how far below 0 a principal inertia is by rounding
 
 
@@ -78,13 +79,35 @@ def parse(text: str, source: str, locked: Mapping[str, float] | None = None) -> 
     """
     if len(text) > LONGEST:
         raise InputError(f'{source}: {len(text)} characters, expected a URDF of at most {LONGEST}')
+    return _Parser(expanded_root(text, source), source, locked or {}).description()
+
+
+def expanded_root(text: str | bytes, source: str) -> ElementTree.Element:
+    """
+    Return the root of a URDF without anything that xacro has to expand.
+
+    Args:
+        text: of the file.
+        source: its name, for messages.
+
+    Raises:
+        InputError: no XML, no <robot>, or macros, properties or `${prefix}` of xacro.
+    """
     try:
         root = ElementTree.fromstring(text)
     except (ElementTree.ParseError, ValueError) as error:
         raise InputError(f'{source}: {error}, expected a URDF robot description') from None
     if root.tag != 'robot':
-        raise InputError(f'{source}: <{root.tag}>, expected <robot> (expand xacro files first)')
-    return _Parser(root, source, locked or {}).description()
+        raise InputError(f'{source}: <{root.tag}>, expected <robot> of a URDF file')
+    for element in root.iter():
+        namespace, _, tag = element.tag.rpartition('}')
+        words = [f'<xacro:{tag}>'] if 'xacro' in namespace else [
+                f'<{element.tag} {name}="{value}">'
+                for name, value in element.attrib.items() if '${' in value]
+        if words:
+            raise InputError(f'{source}: {words[0]}: of xacro, expected a URDF: '
+                             f'xacro {source} > robot.urdf')
+    return root
 
 
 class _Parser:
@@ -144,7 +167,7 @@ class _Parser:
         for i, row in enumerate(rows):
             if not any(self._hangs_on(i, int(joint)) for joint in joints):
                 self._fail(f'joint {row["name"]}', 'moves no mass',
-                           'an <inertial> in a link behind it')
+                           f'an <inertial> in a link behind it, {LOCKED_IN_VALUES}')
         return RobotDescription(
             tuple(free), np.array([row['parent'] for row in rows]), np.array(source),
             np.array(ratio), np.array(offset), np.array([row['prismatic'] for row in rows]),

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-What a robot's file says of masses, centres, inertias and limits, and cannot be true.
+Find masses, centres, inertias and limits in a robot's file that no robot has, without any log.
 
-No log is needed: neighbours are compared, and bodies with the lengths of the robot. Bodies that
-are fixed to each other count as one.
+Each body is compared with its neighbours and with the lengths of the robot. Bodies that are fixed
+to each other count as one.
 """
 from dataclasses import dataclass
 from typing import Any
@@ -19,13 +19,14 @@ from gearbox_monitor.robot.compiled_model import at_rest, mujoco_module, name_of
 @dataclass(frozen=True)
 class PlausibleLimits:
     """
-    Where a value becomes impossible: errors of units and points are found, placeholders are not.
+    Bounds of plausible values: they find errors of units and points, not placeholders.
 
     light: mass over those of both neighbours; a link of 0.05 would break. speck: mass of a last
     link over that of its carrier, with less than `grain` kg. heavy: mass over its neighbours.
-    far: distance of a centre from the axis, and radius of an inertia, over the longest link
-    (the published arm whose last inertia is a placeholder has 2).
-    short: m; a link of less length may be the cross of two axes. absent: kg, no mass at all.
+    far: distance of a centre from the axis, and radius of an inertia, over the longest link. A
+    wrong unit of mass or inertia makes the radius 31 times as large, one of length 1000 times;
+    placeholders in published arms reach 2. short: m; a link of less length may be the cross of
+    two axes. absent: kg, no mass at all.
     """
 
     light: float = 0.05
@@ -101,9 +102,8 @@ def _of_mass(body: _Body, bodies: dict[int, _Body]) -> list[str]:
         return []
     if (mass < limits.light * min(carrier, carried) and body.length > limits.short) or (
             not body.carried and mass < min(limits.grain, limits.speck * carrier)):
-        beside = f' and carries {carried:.3g} kg' if carried else ''
-        return [f'link {body.name}: mass {mass:.3g} kg: it hangs on {carrier:.3g} kg{beside}: '
-                f'too light for a link of {1e3 * body.length:.0f} mm; {kg}'
+        return [f'link {body.name}: mass {mass:.3g} kg: it hangs on {carrier:.3g} kg and carries '
+                f'{carried:.3g} kg: too light for a link of {1e3 * body.length:.0f} mm; {kg}'
                 if body.carried else
                 f'link {body.name}: mass {mass:.3g} kg on a link of {carrier:.3g} kg: {kg}']
     neighbours = max(carrier, carried)

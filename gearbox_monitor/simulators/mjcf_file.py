@@ -11,7 +11,7 @@ which the writer has a model, too.
 """
 import cmath
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 import math
 from pathlib import Path
 from typing import Any
@@ -39,6 +39,7 @@ INTEGRATOR_OF = {'implicit': 'implicitfast'}  # they differ by damping between j
 MAX_XML = 1 << 26  # bytes of a file
 OPEN = 1e-4        # m or rad, of a closed loop of bodies that a posture leaves open
 SAME = 1e-6        # relative: limits that differ by less are symmetric
+SPOILT = 0.02      # of a joint's inertia: less than half of its usual tolerance of 5 %
 ORDERS = (1, 40)   # of cogging, of the library
 
 
@@ -111,7 +112,8 @@ class MjcfDrive:
     A drive in an MJCF file; `arm` and `tendon` are None where motor and arm are one joint.
 
     hysteresis: a tendon beside the gearbox whose spring yields; passive: torques of actuators
-    without control; notes: what was taken for granted, for people.
+    without control; notes: what was taken for granted, for people; lacking: masses and tensors
+    that a URDF does not state, or not as any body has them.
     """
 
     path: Path
@@ -128,6 +130,7 @@ class MjcfDrive:
     posture: Array
     keyframe: str | None
     notes: tuple[str, ...] = ()
+    lacking: tuple[Refusal, ...] = ()
 
     @property
     def arm_joint(self) -> MjcfJoint:
@@ -144,7 +147,7 @@ class MjcfDrive:
         joints = [j.index for j in (self.motor, self.arm) if j is not None]
         gearboxes = [t.index for t in (self.tendon, self.hysteresis) if t is not None]
         return [*undecided(self.compiled, joints, at_rest(self.compiled, self.posture), gearboxes),
-                *_of_drive(self)]
+                *(self.lacking or _of_drive(self))]
 
 
 def read_mjcf(path: str | Path, joint: str, arm_joint: str | None = None,
@@ -186,12 +189,17 @@ def read_file(path: Path) -> bytes:
 
 @dataclass(frozen=True)
 class RobotFile:
-    """A robot's file as MuJoCo compiles it: the document that was compiled, and the notes."""
+    """
+    A robot's file as MuJoCo compiles it: the document that was compiled, and the notes.
+
+    spoilt: {link of a URDF: by how much its tensor differs from the one in the file, kg m^2}.
+    """
 
     path: Path
     document: XmlDocument
     compiled: Any
     notes: tuple[str, ...] = ()
+    spoilt: Mapping[str, float] = field(default_factory=dict)
 
 
 def compiled_file(data: bytes, path: Path, root: Path | None = None) -> RobotFile:
@@ -210,13 +218,16 @@ def compiled_file(data: bytes, path: Path, root: Path | None = None) -> RobotFil
         InputError: it is neither, or MuJoCo refuses it.
 
     """
-    document, notes = parse_xml(data, str(path)), list[str]()
+    document, notes, spoilt = parse_xml(data, str(path)), list[str](), dict[str, float]()
     if document.root.tag == 'robot':
-        data, notes = readable_urdf(data, str(path))
+        data, notes, spoilt = readable_urdf(data, str(path))
     elif document.root.tag != 'mujoco':
         raise InputError(f'{path}: line {document.root.line}: <{document.root.tag}>, expected '
                          '<mujoco>, or <robot> of a URDF file')
-    return RobotFile(path, document, compiled_model(data, path, root), tuple(notes))
+    compiled = compiled_model(data, path, root)
+    if not compiled.njnt:
+        raise InputError(f'{path}: no joint that moves, expected at least one')
+    return RobotFile(path, document, compiled, tuple(notes), spoilt)
 
 
 def drive_of(data: bytes, path: Path, joints: tuple[str, str | None],
@@ -286,7 +297,8 @@ def drive_in(file: RobotFile, joints: tuple[str, str | None], keyframe: str | No
     compiler = [e for e in document.root.walk() if e.tag == 'compiler']
     degrees = all(e.attributes.get('angle', 'degree') == 'degree' for e in compiler)
     return MjcfDrive(path, document, m, float(m.opt.timestep), degrees, motor, arm, tendon,
-                     hysteresis, own, tuple(passive), state.qpos.copy(), keyframe, tuple(notes))
+                     hysteresis, own, tuple(passive), state.qpos.copy(), keyframe, tuple(notes),
+                     _lacking(file, motor))
 
 
 def posture_of(m: Any, keyframe: str | None, path: Path) -> Array | None:
@@ -405,7 +417,7 @@ def _chosen(m: Any, joint: int, document: XmlDocument, name: str | None
     """Return the actuator that drives a joint, and the laws of the others on it."""
     label, where = name_of(m, 'joint', joint), document.name
     if document.root.tag == 'robot':
-        return _transmission_of_urdf(document, label), []
+        return None, []  # a <transmission> lies before what joint_states hold
     names = {i: m.actuator(i).name for i in actuators_on(m, joint) if m.actuator_ctrlnum[i] > 0}
     own = [i for i, word in names.items() if name in (None, word)]
     if name is not None and not own:
@@ -438,22 +450,6 @@ def _actuator(m: Any, i: int) -> MjcfActuator:
         law.gain if law is not None else float(m.actuator_gainprm[i, 0]), bias,  # type: ignore[arg-type]
         kind_of(mujoco.mjtDyn, m.actuator_dyntype[i]),
         not fixed or bool(bias[1] or bias[2]), law)
-
-
-def _transmission_of_urdf(document: XmlDocument, joint: str) -> MjcfActuator | None:
-    """Return the transmission of a joint in a URDF file; its reduction is the gear."""
-    for element in document.root.all('transmission'):
-        tag = next((e for e in element.walk() if e.tag == 'mechanicalReduction'), None)
-        if tag is not None and any(e.attributes.get('name') == joint
-                                   for e in element.all('joint')):
-            text = document.text(tag)
-            try:
-                gear = float(text)
-            except ValueError:
-                raise InputError(f'{document.name}: line {tag.line}: mechanicalReduction: '
-                                 f'{text!r}, expected a number') from None
-            return MjcfActuator(joint, -1, gear, 1.0, (0.0, 0.0, 0.0), 'none', False)
-    return None
 
 
 def _passive(m: Any, joints: Sequence[int], tendon: MjcfTendon | None
@@ -498,6 +494,32 @@ def _remarks(motor: MjcfJoint, own: MjcfActuator | None, laws: Sequence[Actuator
 
 
 # ---------------------------------------------------------------------- what is refused of a drive
+
+
+def _lacking(file: RobotFile, joint: MjcfJoint) -> tuple[Refusal, ...]:
+    """Refuse a `joint` of a URDF that moves no mass, or a tensor of no body that matters to it."""
+    root = file.document.root
+    if root.tag != 'robot':
+        return ()
+    heavy = {link.attributes.get('name') for link in root.all('link')
+             for inertial in link.all('inertial') for mass in inertial.all('mass')
+             if float(mass.attributes.get('value', 0)) > 0.0}
+    below, child_of = dict[str, list[str]](), dict[str, str]()
+    for element in root.all('joint'):
+        parent, child = (element.all(tag)[0].attributes['link'] for tag in ('parent', 'child'))
+        below.setdefault(parent, []).append(child)
+        child_of[element.attributes.get('name', '')] = child
+    moved = [child_of[joint.name]]
+    for link in moved:
+        moved += below.get(link, [])
+    if heavy.isdisjoint(moved):
+        return (Refusal(joint.name, 'inertia', f'{", ".join(moved)}: no mass, expected an '
+                        '<inertial> in one of these links'),)
+    limit = SPOILT * (joint.inertia + joint.armature)
+    return tuple(Refusal(joint.name, 'inertia', f'link {link}: a tensor of no body, off by '
+                         f'{file.spoilt[link]:.3g} kg m^2, expected principal inertias above 0, '
+                         'none above the sum of the others')
+                 for link in moved if file.spoilt.get(link, 0.0) > limit)
 
 
 def _of_drive(drive: MjcfDrive) -> list[Refusal]:

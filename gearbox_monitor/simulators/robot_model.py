@@ -19,11 +19,11 @@ import numpy as np
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.robot.chain import (
-    Chain, chain_of, inertial, joint_losses, Link, LOCKED_IN_VALUES, PER_LINK, ranges_in)
+    Chain, chain_of, inertial, joint_losses, Link, PER_LINK, ranges_in)
 from gearbox_monitor.robot.compiled_model import (
     actuator_law, actuator_losses, actuators_on, disabled, ends_of, mujoco_module, name_of,
     scalar_joints, tendon_forces, undecided_of_robot, Unread)
-from gearbox_monitor.robot.description import parse
+from gearbox_monitor.robot.description import LOCKED_IN_VALUES, parse
 from gearbox_monitor.simulators.compiling import compiled_model
 from gearbox_monitor.simulators.mjcf_file import read_file
 from gearbox_monitor.simulators.xml_edit import parse_xml

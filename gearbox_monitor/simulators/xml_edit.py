@@ -21,7 +21,7 @@ import numpy as np
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.robot.chain import losses_of
-from gearbox_monitor.robot.description import PRINCIPAL, turn
+from gearbox_monitor.robot.description import expanded_root, PRINCIPAL, turn
 
 _ATTRIBUTE = re.compile(rb'\s+([\w:.-]+)\s*=\s*("[^"]*"|\'[^\']*\')')
 
@@ -260,9 +260,11 @@ def difference(path: str, before: bytes, after: bytes) -> list[str]:
 
 SHAPES = ('visual', 'collision')
 ONCE = ('origin', 'inertial', 'mass', 'inertia', 'parent', 'child', 'axis', 'limit', 'dynamics')
-TENSOR = ('ixx', 'iyy', 'izz', 'ixy', 'ixz', 'iyz')
+TENSOR = {'ixx': (0, 0), 'iyy': (1, 1), 'izz': (2, 2),
+          'ixy': (0, 1), 'ixz': (0, 2), 'iyz': (1, 2)}
 # What counts as nothing: kg and kg m^2 of links that have none.
 BOUNDS = {'boundmass': '1e-12', 'boundinertia': '1e-14'}
+MARGIN = 1e-12   # of the largest principal inertia
 TRIANGLE = 1e-3  # how far a principal inertia may exceed the sum of the others, of the largest
 
 
@@ -284,7 +286,7 @@ def inertial_in(element: ElementTree.Element) -> tuple[float, Array, Array, Arra
         [ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
 
 
-def readable_urdf(data: bytes, name: str) -> tuple[bytes, list[str]]:
+def readable_urdf(data: bytes, name: str) -> tuple[bytes, list[str], dict[str, float]]:
     """
     Return a URDF file that MuJoCo reads as ROS does.
 
@@ -293,16 +295,14 @@ def readable_urdf(data: bytes, name: str) -> tuple[bytes, list[str]]:
         name: its name, for messages.
 
     Returns:
-        Its bytes, and notes about what ROS takes although the format forbids it.
+        Its bytes, notes about what ROS takes although the format forbids it, and {link: kg m^2}
+        by how much the tensors that no body has differ from the ones that stand for them.
 
     Raises:
         InputError: no XML, or a number that is none.
     """
-    try:
-        root = ElementTree.fromstring(data)
-    except (ElementTree.ParseError, ValueError) as error:
-        raise InputError(f'{name}: {error}, expected a URDF file') from None
-    notes: list[str] = []
+    root = expanded_root(data, name)
+    notes, spoilt = list[str](), dict[str, float]()
     for element in root.findall('joint') + root.findall('link'):
         title = f'{name}: {element.tag} {element.get("name", "")}'
         for part in (element, *element.findall('inertial')):
@@ -310,11 +310,14 @@ def readable_urdf(data: bytes, name: str) -> tuple[bytes, list[str]]:
         if element.tag == 'joint':
             losses_of(element, name)  # MuJoCo takes an empty number for none
         for inertial in element.findall('inertial'):
-            notes += _tensor(inertial, title)
+            words, off = _tensor(inertial, title)
+            notes += words
+            if off:
+                spoilt[element.get('name', '')] = off
     compiler = _compiler(root)
     for key, value in BOUNDS.items():
         compiler.attrib.setdefault(key, value)
-    return ElementTree.tostring(root), notes
+    return ElementTree.tostring(root), notes, spoilt
 
 
 def _first(element: ElementTree.Element, title: str) -> list[str]:
@@ -330,11 +333,16 @@ def _first(element: ElementTree.Element, title: str) -> list[str]:
     return notes
 
 
-def _tensor(inertial: ElementTree.Element, title: str) -> list[str]:
-    """Make the tensor of an inertial one that a body can have; return notes about that."""
+def _tensor(inertial: ElementTree.Element, title: str) -> tuple[list[str], float]:
+    """
+    Make the tensor of an inertial one that a body can have.
+
+    Returns:
+        Notes about that, and how far the tensor moved (kg m^2) if it was no rounding.
+    """
     element, mass = inertial.find('inertia'), inertial.find('mass')
     if element is None or mass is None:
-        return []
+        return [], 0.0
     try:
         ixx, iyy, izz, ixy, ixz, iyz = (float(element.get(k, '0')) for k in TENSOR)
         size = float(mass.get('value', '0'))
@@ -343,23 +351,25 @@ def _tensor(inertial: ElementTree.Element, title: str) -> list[str]:
     tensor = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
     if not np.isfinite(tensor).all():
         raise InputError(f'{title}: inertial: {dict(element.attrib)}, expected finite numbers')
-    values = np.linalg.eigvalsh(tensor)
-    allowed = PRINCIPAL * float(np.abs(tensor).max()) + PRINCIPAL * size * 1e-3
+    values, axes = np.linalg.eigh(tensor)
     deficit = max(0.0, -float(values[0]))
-    beyond = max(0.0, float(values[2] - values[1] - values[0]))
-    if deficit > allowed:
-        return []  # MuJoCo says what is wrong
+    body = values + deficit
+    beyond = max(0.0, float(body[2] - body[1] - body[0]))
     if not deficit and not beyond:
-        return []
-    rounded: Array = tensor + (1.0 + PRINCIPAL) * (deficit + beyond) * np.eye(3)
-    for key, value in zip(TENSOR, (*np.diag(rounded), ixy, ixz, iyz)):
-        element.set(key, repr(float(value)))
-    if beyond > TRIANGLE * float(values[2]) + allowed:
-        return [f'{title}: inertial: principal inertias '
-                f'{", ".join(f"{value:.3g}" for value in values)} kg m^2: of no body exceeds one '
-                f'the sum of the others: taken {beyond:.3g} larger; check unit and signs']
-    return [f'{title}: inertial: a principal inertia is {deficit + beyond:.3g} kg m^2 off what a '
-            'body can have: taken for rounding']
+        return [], 0.0
+    # The smallest change: a third of the excess each. The margin is above what rounding takes.
+    body += (beyond / 3.0 + MARGIN * float(body[2])) * np.array([1.0, 1.0, -1.0])
+    moved = axes @ np.diag(body) @ axes.T
+    for key, (i, j) in TENSOR.items():
+        element.set(key, repr(float(moved[i, j])))
+    allowed = PRINCIPAL * (float(np.abs(tensor).max()) + 1e-3 * size)
+    if deficit <= allowed and beyond <= TRIANGLE * float(values[2]) + allowed:
+        return [f'{title}: inertial: a principal inertia is {deficit + beyond:.3g} kg m^2 off '
+                'that of any body: taken for rounding'], 0.0
+    stated, read = (', '.join(f'{value:.3g}' for value in row) for row in (values, body))
+    return [f'{title}: inertial: principal inertias {stated} kg m^2: no body has a negative one, '
+            f'or one above the sum of the others: read as {read}: check units and signs'
+            ], deficit + beyond / 3.0
 
 
 def _compiler(root: ElementTree.Element) -> ElementTree.Element:

@@ -90,23 +90,52 @@ def test_a_urdf_is_read_as_ros_does(tmp_path, capsys):
 ARM = config_path('arm6.urdf').read_text()
 
 
-@pytest.mark.parametrize('old, new, said', [
+DOUBTS = [
     ('<mass value="11.5"/>', '<mass value="0.0115"/>', 'link upper_arm: mass 0.0115 kg: it hangs'),
     ('<mass value="0.9"/>', '<mass value="900"/>', 'link flange: mass 900 kg, its neighbours'),
     ('<origin xyz="0.01 0.03 0.26"/>', '<origin xyz="1 3 260"/>',
      'link upper_arm: centre of mass 260'),
-    ('ixx="0.52" iyy="0.50"', 'ixx="520" iyy="500"', 'link upper_arm: inertia of a body 6.'),
-    ('ixx="0.52" iyy="0.50"', 'ixx="0.52" iyy="0.05"', 'link upper_arm: inertial: principal'),
+    ('ixx="0.52" iyy="0.50" izz="0.055"', 'ixx="520" iyy="500" izz="55"',
+     'link upper_arm: inertia of a body 6.'),
     ('lower="-1.8" upper="1.8" effort="250"', 'lower="0" upper="0" effort="250"',
      'joint joint2: range 0 to 0'),
-    ('effort="250" velocity="3"', 'effort="0" velocity="3"', 'joint joint1: effort limit 0')])
-def test_what_no_robot_has_is_doubted_without_a_log(tmp_path, capsys, old, new, said):
+    ('effort="250" velocity="3"', 'effort="0" velocity="3"', 'joint joint1: effort limit 0')]
+
+
+def described(path, capsys, old, new):
+    """Return exit code and output of describe for the arm with `new` for `old`."""
     assert old in ARM
-    path = tmp_path / 'arm.urdf'
     path.write_text(ARM.replace(old, new, 1))
-    assert main(['describe', str(path)]) == ('principal' not in said)  # that is a note
-    out = ' '.join(capsys.readouterr().out.split())
-    assert said in out and '6 of 6 joints are read' in out
+    code = main(['describe', str(path)])
+    return code, ' '.join(''.join(capsys.readouterr()).split())
+
+
+def test_what_no_robot_has_is_doubted_without_a_log(tmp_path, capsys):
+    for old, new, said in DOUBTS:
+        code, out = described(tmp_path / 'arm.urdf', capsys, old, new)
+        assert code == 1 and said in out and '6 of 6 joints are read' in out, said
+
+
+def test_a_link_spoils_its_own_joints_only(tmp_path, capsys):
+    """A tensor of no body, at the shoulder and at the flange; no mass behind the last joint."""
+    path, inertial = tmp_path / 'arm.urdf', ARM[ARM.rindex('<inertial>'):ARM.rindex('</inertial>')]
+    for iyy in ('0.05', '-0.5'):
+        code, out = described(path, capsys, 'ixx="0.52" iyy="0.50"', f'ixx="0.52" iyy="{iyy}"')
+        assert code == 1 and 'link upper_arm: a tensor of no body' in out
+        assert '5 of 6 joints are read' in out or '4 of 6 joints are read' in out
+    code, out = described(path, capsys, f'{inertial}</inertial>', '')
+    assert code == 1 and '5 of 6 joints are read' in out and 'flange, tool: no mass' in out
+
+
+def test_what_xacro_has_to_expand_is_refused(tmp_path, capsys):
+    for old, new in (('name="joint2"', 'name="${prefix}joint2"'), (
+            '<link name="base', '<xacro:arm xmlns:xacro="http://www.ros.org/wiki/xacro"/>'
+            '<link name="base')):
+        code, out = described(tmp_path / 'arm.urdf', capsys, old, new)
+        assert code == 2 and out.endswith('arm.urdf > robot.urdf') and 'xacro' in out
+    code, out = described(tmp_path / 'arm.urdf', capsys, ARM[ARM.index('<joint'):ARM.rindex(
+        '</robot>')], '')
+    assert code == 2 and 'joint' in out
 
 
 def test_healthy_robots_are_not_doubted():

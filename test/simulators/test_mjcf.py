@@ -307,7 +307,7 @@ def test_urdf_asks_for_what_it_lacks(tmp_path):
     model = model_of(drive, {'motor_inertia': 0.01, 'damping': 0.2,
                              'transmission': {'stiffness': 900.0, 'half_gap': 0.001}})
     assert (model.viscous_friction, model.coulomb_friction) == (0.3, 0.2)
-    assert model.arm_inertia == pytest.approx(0.02 + 2.0 * 0.1 ** 2) and model.gear_ratio == 80.0
+    assert model.arm_inertia == pytest.approx(0.02 + 2.0 * 0.1 ** 2) and model.gear_ratio == 1.0
     assert model.effects == ({'id': 'gravity', 'G': pytest.approx(2.0 * 9.81 * 0.1)},)
     with pytest.raises(InputError, match='expected MJCF'):
         patched(drive, *values_of(model))
