@@ -59,8 +59,9 @@ from gearbox_monitor.report.robot_gap_page import robot_gap_page
 from gearbox_monitor.report.robot_words import robot_text
 from gearbox_monitor.report.summary import PLACES, summary, with_deviation
 from gearbox_monitor.report.words import (
-    dense_regions, ids_of, meaning, NAMING, next_steps, NO_FILES, number, percent, place_text,
-    SUGGESTED, suggestion, torque_map_of, undefined, unit_of, UserFiles, value_rows, value_text)
+    counted, dense_regions, ids_of, meaning, NAMING, next_steps, NO_FILES, number, percent,
+    place_text, SUGGESTED, suggestion, torque_map_of, undefined, unit_of, UserFiles, value_rows,
+    value_text)
 from gearbox_monitor.robot.description import SUFFIXES
 from gearbox_monitor.ros.middleware import cores
 from gearbox_monitor.signals.uniform import UniformRecording
@@ -98,6 +99,8 @@ def add_arguments(parser: ArgumentParser) -> None:
                         help='seed of the intervals (default: 0); same seed, same answer')
     parser.add_argument('--jobs', metavar='N', type=int, default=cores(),
                         help='threads (default: one per core); does not change the answer')
+    parser.add_argument('-v', '--verbose', action='store_true',
+                        help='print ranking, places, model values and all notes as well')
 
 
 def run(args: Namespace) -> int:
@@ -139,7 +142,7 @@ def run(args: Namespace) -> int:
         drawn = draw(verdict, data, recordings, model, PageContext(files, command, changes))
     written = write(args, data, closed, drawn)
     print(dump(data) if args.json == '-' else
-          text(data, recordings, model, written, files, command, changes))
+          text(data, recordings, model, written, files, command, changes, args.verbose))
     return 0 if verdict.verdict == NONE else 1
 
 
@@ -250,11 +253,12 @@ def write(args: Namespace, data: Mapping[str, Any], closed: DriveModel | None,
 VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a verdict
 LABEL = 15
 RANKED = 8  # lines of the ranking
+NEXT = 1    # steps that are printed without -v
 
 
 def text(data: VerdictData, recordings: Sequence[UniformRecording], model: DriveModel,
          written: Sequence[Path] = (), files: UserFiles = NO_FILES,
-         command: Sequence[str] = (), changes: Sequence[str] = ()) -> str:
+         command: Sequence[str] = (), changes: Sequence[str] = (), verbose: bool = False) -> str:
     """
     Return a verdict as lines for people, at most 80 columns.
 
@@ -266,38 +270,65 @@ def text(data: VerdictData, recordings: Sequence[UniformRecording], model: Drive
         files: of the user.
         command: parts of the command that finds a more informative motion.
         changes: of the simulator's file, in words.
+        verbose: whether all that is known is printed, not only answer, values and next step.
 
     """
     lines = wrapped(data['summary'])
-    lines += [line for name in ids_of(data) for line in _meaning(name, model.axis)]
-    lines.append('')
-    for recording in recordings:
-        lines += _entry('recording', f'{recording.name}: {recording.duration:.1f} s, '
-                        f'{1.0 / recording.dt:.0f} samples/s')
-    sigma = data['sigma']
-    unit = on_axis('rad', model.axis)
-    first = 'torque' if model.driven_by == 'position' else 'motor'
-    lines += _entry('noise', ', '.join(f'{name} {value:.3g} {unit_of(name, unit)}' for name, value
-                                       in zip((first, 'arm'), sigma) if value is not None))
-    lines += [*_gap(data), *_parameters(data, model), *_ranking(data),
-              *_where(data, recordings, model)]
-    lines += _nominal(data, model)
-    slow = [name for name, reason in data.get('not_tried', {}).items() if 'samples/s' in reason]
-    if slow:
-        lines += _entry('not tried', f'{", ".join(slow)}: {data["not_tried"][slow[0]]}')
+    if verbose:
+        lines += [line for name in ids_of(data) for line in _meaning(name, model.axis)]
+        lines += ['', *_about(data, recordings, model)]
+    lines += [*_gap(data, verbose), *_parameters(data, model)]
+    if verbose:
+        lines += [*_ranking(data), *_where(data, recordings, model), *_nominal(data, model),
+                  *_not_tried(data)]
     lines += _simulator_lines(data)
-    lines += _validation(data, files.validated, unit)
-    lines += [line for warning in data.get('warnings', ()) for line in _entry('note', warning)]
+    lines += _validation(data, files.validated, on_axis('rad', model.axis))
+    lines += _notes(data, verbose)
     for change in changes:
         lines += _entry('change', change)
-    for advice in next_steps(data, files, model.axis):
+    for advice in next_steps(data, files, model.axis)[:None if verbose else NEXT]:
         lines += _entry('next', advice)
-    if command:
+    if command and (verbose or not data['findings']):
         lines += _entry('next', f'{SUGGESTED}:')
         lines.append(' \\\n'.join(
             ' ' * (LABEL + 2 * (k > 0)) + part for k, part in enumerate(command)))
-    lines += [line for path in written for line in _entry('written', str(path))]
-    return '\n'.join(lines)
+    return '\n'.join([*lines, *_written(written, verbose)])
+
+
+def _about(data: VerdictData, recordings: Sequence[UniformRecording], model: DriveModel
+           ) -> list[str]:
+    """Return the lines on the `recordings` and their noise."""
+    lines = [line for recording in recordings for line in _entry(
+        'recording', f'{recording.name}: {recording.duration:.1f} s, '
+        f'{1.0 / recording.dt:.0f} samples/s')]
+    unit = on_axis('rad', model.axis)
+    first = 'torque' if model.driven_by == 'position' else 'motor'
+    return lines + _entry('noise', ', '.join(
+        f'{name} {value:.3g} {unit_of(name, unit)}'
+        for name, value in zip((first, 'arm'), data['sigma']) if value is not None))
+
+
+def _not_tried(data: VerdictData) -> list[str]:
+    """Return the line on effects that the rate of the recording rules out, none without."""
+    slow = [name for name, reason in data.get('not_tried', {}).items() if 'samples/s' in reason]
+    return _entry('not tried', f'{", ".join(slow)}: {data["not_tried"][slow[0]]}') if slow else []
+
+
+def _notes(data: VerdictData, verbose: bool) -> list[str]:
+    """Return the notes, unless `verbose` the first one and how many follow it."""
+    notes = list(data.get('warnings', ()))
+    if len(notes) > 1 and not verbose:
+        notes = [f'{notes[0]} (-v prints {counted(len(notes) - 1, "more note")})']
+    return [line for note in notes for line in _entry('note', note)]
+
+
+def _written(written: Sequence[Path], verbose: bool) -> list[str]:
+    """Return the lines on the files `written`, one for all of a folder unless `verbose`."""
+    folders = {path.parent for path in written}
+    if verbose or len(written) == len(folders):
+        return [line for path in written for line in _entry('written', str(path))]
+    return [line for folder in sorted(folders) for line in _entry(
+        'written', f'{folder}: ' + ', '.join(p.name for p in written if p.parent == folder))]
 
 
 def _entry(label: str, words: str) -> list[str]:
@@ -313,19 +344,19 @@ def _meaning(name: str, axis: str) -> list[str]:
                    f'{effect.equation}', '  ', '    ')
 
 
-def _gap(data: VerdictData) -> list[str]:
-    lines = _entry('gap', f'{number(data["gap_before"])} before, {number(data["gap_after"])} '
-                   'after, in standard deviations of the noise; 1 is the floor')
-    closed, interval = data.get('closed_fraction'), data.get('closed_fraction_ci')
+def _gap(data: VerdictData, verbose: bool) -> list[str]:
+    """Return the lines on the misfit before and after."""
+    words = (f'{number(data["gap_before"])} before, {number(data["gap_after"])} after; '
+             'noise alone is 1')
     if data['verdict'] == 'none':
-        return lines
-    words = percent(closed)
-    if closed is not None and interval:
-        words += f' (90 % interval {percent(interval[0])} to {percent(interval[1])})'
+        return _entry('misfit', words)
+    closed, interval = data.get('closed_fraction'), data.get('closed_fraction_ci')
+    lines = _entry('misfit', f'{words}; {percent(closed)} closed')
     if closed is None:
-        words += f': {undefined(data)}'
-    lines += _entry('closed', words)
-    for channel, part in (data.get('channels') or {}).items():
+        lines += _entry('', undefined(data))
+    elif interval and verbose:
+        lines += _entry('', f'90 % interval {percent(interval[0])} to {percent(interval[1])}')
+    for channel, part in (data.get('channels') or {}).items() if verbose else ():
         lines.append(f'  {channel:<{LABEL - 2}s}{number(part["before"])} before, '
                      f'{number(part["after"])} after')
     return lines

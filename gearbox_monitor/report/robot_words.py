@@ -269,8 +269,6 @@ def next_steps(data: Mapping[str, Any]) -> list[str]:
 def robot_text(data: Mapping[str, Any]) -> str:
     """Return the verdict `data` in some ten lines."""
     lines, axes = [data['summary']], axes_of(data)
-    if len(data['findings']) > 1:
-        lines += [f'  {finding_words(f, axes)}' for f in data['findings']]
     lines += [f'  remains: {remainder_words(r, axes)}' for r in data['remainders'][
         0 if data['verdict'] == 'none' else 1:]]
     gaps = ', '.join(f'{g["joint"]} {g["before"]:.2g} -> {g["after"]:.2g}'

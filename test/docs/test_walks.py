@@ -93,7 +93,7 @@ WALKS = (
               r'half\s+backlash\s+is\s+0\.125'}),
     Walk('docs/first_hour.md', ENTRANCES[1:], fails=('diagnose',),
          brings={'joint3_servo.yaml': served_drive},
-         says={'backlash is 30 % wider': r'\(\+30\s+%', r'\[effect\]': '^  backlash_gap '}),
+         says={'backlash is 30 % wider': r'\(\+30\s+%', r'\[effect\]': '^values +backlash_gap '}),
     Walk('docs/tuning.md', ('A current instead of a torque',),
          claims={r'error\s+falls(.|\n)*?\s+in\s+both\s+cases': REPLAYED}),
     Walk('docs/tuning.md', ('An identified effect in the estimator',),

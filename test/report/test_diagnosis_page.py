@@ -87,7 +87,7 @@ def test_one_encoder_has_no_charts_of_what_it_does_not_measure(folder, tmp_path,
     both = np.genfromtxt(folder / 'worn & <b>old.csv', delimiter=',', skip_header=1)
     np.savetxt(tmp_path / 'one.csv', both[:, :3], '%.9g', ',', header='t,u,motor', comments='')
     main(['diagnose', str(tmp_path / 'one.csv'), '--model', str(folder / 'drive.yaml'), '--out',
-          str(tmp_path / 'out'), '--only', 'arm_coulomb', '--jobs', '1'])
+          str(tmp_path / 'out'), '--only', 'arm_coulomb', '--jobs', '1', '-v'])
     shown = capsys.readouterr().out
     assert 'one encoder does not show it: record both' in shown and 'twist' not in shown
     html = (tmp_path / 'out/report.html').read_text(encoding='utf-8').split('<pre>{')[0]

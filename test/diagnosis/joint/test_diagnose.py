@@ -6,6 +6,7 @@ from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import replace
 import io
 import json
+import re
 from types import SimpleNamespace
 
 import numpy as np
@@ -124,12 +125,13 @@ def test_verdict_as_json(worn):
 
 def test_text_files_and_a_second_recording(folder, worn, capsys):
     out, shown, data = worn.out, worn.shown, worn.data
-    first = ' '.join(shown.split('\n  arm_coulomb')[0].split())
+    first = ' '.join(shown.split('\nmisfit ')[0].split())
     assert first == data['summary'] and first.startswith("The arm's Coulomb friction is 0.0")
     assert first.endswith('the model has none. This explains the whole difference.')
     assert 'Cac = 0.0' in shown and ' N m' in shown and 'validation' in shown
     text = shown.replace(str(folder), '').replace(str(out.parent), '')
     assert max(map(len, text.splitlines())) <= 80
+    assert len(re.findall(r'^\S', text, re.MULTILINE)) <= 9 and '1. arm_coulomb' not in text  # -v
     assert {p.name for p in out.iterdir()} >= {'drive.closed.yaml', 'verdict.json', 'report.html'}
     assert data['validation']
     model = load_model(out / 'drive.closed.yaml')
