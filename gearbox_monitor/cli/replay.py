@@ -37,7 +37,6 @@ from gearbox_monitor.cli.progress import count_bar, Progress, progress_bar
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import write_new
 from gearbox_monitor.files.yaml_files import expect_new_file, load_model
-from gearbox_monitor.health import health_words
 from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.plant.units import on_axis
@@ -83,8 +82,7 @@ def run(args: Namespace) -> int:
         kind = EstimatePlayer if args.estimates_only else Player
         player = kind(reader, model, parameters, args.topic)
         data, comparison = _play(args, player)
-        data = {'summary': summary(data, player.estimator.model.axis, _alone(player, data)),
-                **data}
+        data = {'summary': summary(data, player.estimator.model.axis), **data}
     warn(args, data['notes'])
     show(args, data, lambda: text(data, player.estimator.model.axis))
     return 1 if comparison and comparison.different else 0
@@ -124,27 +122,8 @@ def _play(args: Namespace, player: EstimatePlayer) -> tuple[dict[str, Any], Comp
     return data, comparison
 
 
-def _alone(player: EstimatePlayer, data: Mapping[str, Any]) -> str:
-    """Return the backlash in words if all that is known of it is from the recording itself."""
-    health = player.monitor.health if player.monitor else None
-    if health is None or health.backlash is None or health_words.sentence(health)[0]:
-        return ''
-    first_ns = health.stamp_ns - round(data['duration_s'] * 1e9)
-    earlier = 0 < health.baseline_ns < first_ns
-    newest = health.backlash
-    return '' if earlier else words.against_model(
-        newest.gap, newest.lost_motion, newest.separable, player.estimator.model)
-
-
-def summary(data: Mapping[str, Any], axis: str = 'rotary', alone: str = '') -> str:
-    """
-    Return a replay in words: what it repeats and shows.
-
-    Args:
-        data: of the replay.
-        axis: of the drive.
-        alone: the backlash in words where no earlier recording is known, '' where one is.
-    """
+def summary(data: Mapping[str, Any], axis: str = 'rotary') -> str:
+    """Return a replay (its `data`, of a drive with `axis`) in words: what it repeats, shows."""
     sentences = []
     if 'comparison' in data:
         c = data['comparison']
@@ -154,7 +133,7 @@ def summary(data: Mapping[str, Any], axis: str = 'rotary', alone: str = '') -> s
             f'The replay differs from the recording in {c["different"]} of {c["compared"]} '
             'values.')
     if data['wear']:
-        sentences.append(alone or on_axis(words.sentence(data['wear']['summary']), axis))
+        sentences.append(on_axis(words.sentence(data['wear']['summary']), axis))
     raised = ', '.join(f'{name} {level}' for name, level in data['levels'].items()
                        if level != Level.OK.name)
     if data['levels']:

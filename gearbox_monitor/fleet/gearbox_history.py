@@ -77,8 +77,6 @@ def _history(name: str, rows: Sequence[Row], services: list[tuple[int, str]]) ->
     for service in services:
         health = serviced(health, *service)
     level, summary = sentence(health)
-    if not compared and not health.alerts and points:
-        summary = f'{summary}; no earlier bag to compare with'
     diagnosed = next((row for row in reversed(rows) if row['diagnosis'] in VERDICTS), {})
     return {
         'gearbox': name, **figures(health), 'summary': summary,

@@ -178,7 +178,8 @@ class Health:
     point_windows: windows there. scores {test: normal score}. coefficients: (growth, deviation) of
     viscous and of Coulomb friction. baseline_ns: first window that the baseline rests on, 0 while
     there is none. marks: (stamp, words) of services and of baselines that were adopted. cause:
-    what a comparison of recordings named, '' for nothing. recordings: that it rests on.
+    what a comparison of recordings named, '' for nothing. recordings: that it rests on. earlier:
+    whether the baseline is from before this run or recording, or was saved.
     statistics: all that the next judgement depends on, plain data.
     """
 
@@ -200,6 +201,7 @@ class Health:
     marks: tuple[tuple[int, str], ...] = ()
     cause: str = ''
     recordings: tuple[str, ...] = ()
+    earlier: bool = False
     statistics: Mapping[str, Any] = field(default_factory=dict, repr=False)
 
     def feature(self, name: str) -> FeatureHealth:

@@ -18,6 +18,7 @@ from gearbox_monitor.health.health_record import (
     active_tests, GROSS, Health, OVER_LIMIT, tests_of)
 
 NOT_SEPARABLE = 'not separable from the new motion'
+NOTHING_EARLIER = 'no earlier recording to compare with'
 NOUNS = ('backlash', 'lost motion', 'stiffness', 'hysteresis over load', 'friction', 'torque gain',
          'share of viscous friction')
 NEVER_NS = 2 ** 62  # as late as a stamp can be
@@ -152,17 +153,33 @@ def _healthy(health: Health, column: int, window: Backlash | Friction | None
     count, needed = health.point_windows, health.settings.baseline_windows
     learnt = f' ({count} of {needed} baseline windows)' if count < needed else ''
     warn = health.limits(tests_of(column)[0])[1]
+    learning = bool(learnt) and not health.earlier
     if not LIMITS.open_std * feature.change_std < warn:
-        if count < LIMITS.resolved or not feature.change_std < LIMITS.unknown_growth:
-            return Level.OK, f'{noun}{size}: learning the baseline{learnt}'
-        return Level.WARN, (f'{noun}{size}: its change is not known to better than '
-                            f'{100 * feature.change_std:.0f} %: repeat the motion of the baseline')
-    if feature.newest:
+        if count >= LIMITS.resolved and feature.change_std < LIMITS.unknown_growth:
+            return Level.WARN, (
+                f'{noun}{size}: its change is not known to better than '
+                f'{100 * feature.change_std:.0f} %: repeat the motion of the baseline')
+        learning = True
+    elif feature.newest:
         return Level.OK, (f'{noun}{size}, {100 * feature.newest:+.1f} % in the newest window: '
                           'the next one decides')
+    if learning and size and not health.earlier:
+        return Level.OK, _against_model(f'{noun}{size}', health, column)
+    if learning:
+        return Level.OK, f'{noun}{size}: learning the baseline{learnt}'
     return Level.OK, (f'{noun}{size}{"," * bool(size)} '
                       f'{_percent(feature.change, feature.change_std)} against the baseline: '
                       f'no wear detected so far{learnt}')
+
+
+def _against_model(words: str, health: Health, column: int) -> str:
+    """Return `words` and how far the backlash of the newest window is off the model file."""
+    stated = 2.0 * health.settings.half_gap
+    if column == GAP and stated > 0.0 and health.backlash:
+        off = 100.0 * (health.backlash.gap / stated - 1.0)
+        words += (', as in' if abs(off) < 0.5 else
+                  f', {abs(off):.0f} % {"above" if off > 0.0 else "below"}') + ' the model file'
+    return f'{words}: {NOTHING_EARLIER}'
 
 
 def _measured(health: Health, component: str, window: Backlash | Friction) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from gearbox_monitor.health.backlash.change_tests import COMPONENTS
 from gearbox_monitor.health.health_record import Health, HealthSettings, Window
 from gearbox_monitor.kernels.types import Values
 
-KEPT = ('cause', 'recordings')  # what a window does not change
+KEPT = ('cause', 'recordings', 'earlier')  # what a window does not change
 RECORDINGS = 1000  # names that are kept
 
 
@@ -54,6 +54,7 @@ def events(before: Health, after: Health) -> tuple[Event, ...]:
 
 def folded(health: Health, windows: Iterable[Window], recording: str = '') -> Health:
     """Return the Health after all `windows`, in order of time, of the `recording` so called."""
+    health = replace(health, earlier=health.earlier or health.baseline_ns > 0)
     after = reduce(lambda known, window: judge(known, window)[0], windows, health)
     names = (*after.recordings, recording)[-RECORDINGS:] if recording else after.recordings
     return replace(after, recordings=names)
@@ -67,7 +68,7 @@ def accepted(health: Health) -> tuple[Health, int]:
     """
     tracker = Tracker(health.settings, health.statistics)
     windows = tracker.accept()
-    return replace(_following(health, tracker), cause=''), windows
+    return replace(_following(health, tracker), cause='', earlier=True), windows
 
 
 def serviced(health: Health, stamp_ns: int, note: str) -> Health:
@@ -116,5 +117,5 @@ def from_data(settings: HealthSettings, data: Values | None) -> Health:
     health = Health(settings)
     if data['statistics']:  # none before the first window
         health = Tracker(settings, data['statistics']).health()
-    return replace(health, cause=str(data['cause']),
+    return replace(health, cause=str(data['cause']), earlier=bool(data['earlier']),
                    recordings=tuple(map(str, data['recordings'])))

@@ -95,6 +95,8 @@ class Monitor:
                  parameters: EstimatorParameters | Values | None = None,
                  known: Values | None = None, robot: RobotDescription | None = None,
                  phase_ns: int = 0) -> None:
+        if known is not None:
+            known = {**known, 'earlier': bool(known['statistics'])}
         self._begin(Estimator(model, parameters, robot), known, phase_ns)
 
     def _begin(self, estimator: Estimator, known: Values | None, phase_ns: int) -> None:

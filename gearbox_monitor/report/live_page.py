@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from gearbox_monitor.health.health_words import NOTHING_EARLIER
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report.builder import framed, Page, page_summary, render_section, Section
 from gearbox_monitor.report.figures import (
@@ -19,7 +20,7 @@ from gearbox_monitor.report.live_history import (
 from gearbox_monitor.report.recording_page import (
     backlash_panel, drawn_windows, joint_table, live_row, ROLES, worst_rows)
 from gearbox_monitor.report.timeline import LEVELS
-from gearbox_monitor.report.words import width_and_std
+from gearbox_monitor.report.words import sentence, width_and_std
 
 DRAWN = 12         # gearboxes with charts, the worst ones; the table has all
 LOOP_SLICES = 5    # each with its colour
@@ -91,11 +92,11 @@ def live_summary(gearboxes: Sequence[GearboxHistory], source: str, time_s: float
     states = ((*gearbox.worst(), title(gearbox)) for gearbox in gearboxes)
     raised = [state for state in worst_first(states) if state[0]]
     if not raised:
-        learning = any('learning' in spans.messages[-1] for gearbox in gearboxes
-                       for spans in gearbox.levels.values())
-        return page_summary(*(('', 'The estimates are trusted; the baseline is being learnt.')
-                              if learning else
-                              ('good', 'The estimates are trusted, no wear detected so far.')))
+        words = [spans.messages[-1].split('; ')[0] for gearbox in gearboxes
+                 for name, spans in gearbox.levels.items() if name == 'backlash']
+        alone = [text for text in words if NOTHING_EARLIER in text or 'learning' in text]
+        return page_summary('' if alone else 'good', ' '.join(
+            ('The estimates are trusted.', *map(sentence, (alone or words)[:1]))))
     level, component, message, name = raised[0]
     suffix = f' ({len(raised) - 1} more)' if raised[1:] else ''
     worst = next(gearbox for gearbox in gearboxes if title(gearbox) == name)

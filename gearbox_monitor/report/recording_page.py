@@ -14,7 +14,7 @@ from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.backlash.wear import when
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.parameters import ESTIMATOR
-from gearbox_monitor.health.health_words import worst
+from gearbox_monitor.health.health_words import NOTHING_EARLIER, worst
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report.builder import advice, Page, page_summary, render_page, Section
 from gearbox_monitor.report.figures import (
@@ -22,7 +22,7 @@ from gearbox_monitor.report.figures import (
 from gearbox_monitor.report.live_history import GearboxHistory, is_wear, MOTION_ROWS
 from gearbox_monitor.report.timeline import (
     LEVELS, LevelSpans, Loop, RecordingFacts, Timeline, WindowBacklash)
-from gearbox_monitor.report.words import against_model, number, sentence, width_and_std
+from gearbox_monitor.report.words import number, sentence, width_and_std
 
 TRUST = ('observability', 'prediction error', 'covariance', 'model', 'input')
 WEAR = ('backlash', 'friction')
@@ -129,16 +129,14 @@ def headline(timeline: Timeline, facts: RecordingFacts) -> tuple[str, str]:
                 f'{message}.'), ROLES[level]
     if not timeline.windows:
         return f'Trusted {100 * share:.0f} % of the time; backlash was not measured.', ''
-    spans = timeline.spans.get('backlash')
-    if has_baseline(timeline, facts) and spans:
-        return f'{sentence(spans.messages[-1].split("; ")[0])}', 'good'
-    newest = timeline.windows[-1]
-    return against_model(newest.gap, newest.lost_motion, newest.separable, facts.model), ''
+    words = timeline.spans['backlash'].messages[-1].split('; ')[0]
+    return sentence(words), 'good' if _is_compared(timeline) else ''
 
 
-def has_baseline(timeline: Timeline, facts: RecordingFacts) -> bool:
+def _is_compared(timeline: Timeline) -> bool:
     """Return whether the recording was compared with what was before it."""
-    return 0 < facts.baseline_ns < (timeline.first_ns or 0)
+    spans = timeline.spans.get('backlash')
+    return spans is not None and NOTHING_EARLIER not in spans.messages[-1]
 
 
 def _longest_alarm(timeline: Timeline) -> tuple[int, str]:
@@ -162,7 +160,7 @@ def next_steps(timeline: Timeline, facts: RecordingFacts, bag: str) -> list[str]
         steps.append(f'See what the recording lacks: gearbox_monitor check {bag} --model FILE')
     if share is not None and share < TRUSTED:
         steps.append(f'Identify what the model lacks: gearbox_monitor diagnose {bag} --model FILE')
-    if not steps and has_baseline(timeline, facts):
+    if not steps and _is_compared(timeline):
         return ['Nothing now: it is as it was.']
     return steps or [
         f'Test the gearbox against its specification: gearbox_monitor accept {bag} '

@@ -430,8 +430,7 @@ class RecordingFacts:
     What stands beside the Timeline.
 
     live: whether the estimates are those of the recording; model: DriveModel; parameters: all of
-    the estimator; versions [(of, version)]; counts {counter: number}; notes: sentences;
-    baseline_ns: first window of the baseline, 0 without one.
+    the estimator; versions [(of, version)]; counts {counter: number}; notes: sentences.
     """
 
     live: bool
@@ -440,7 +439,6 @@ class RecordingFacts:
     versions: list[tuple[str, str]] = field(default_factory=list)
     counts: dict[str, int] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
-    baseline_ns: int = 0
 
 
 @dataclass(frozen=True)
@@ -499,10 +497,7 @@ class TimelineSource:
         self._joints = (values.motor_joint, values.arm_joint)
         self._robot = None if live else recorded_robot(settings, recorded, snapshots)
         self._known: dict[str, Any] | None = None
-        if live:
-            health = Monitor.restore(snapshots[0].content).health if snapshots else None
-            self.facts.baseline_ns = health.baseline_ns if health else 0
-        else:
+        if not live:
             self._known, note = earlier(settings)
             self.facts.notes += [note] if note else []
 
@@ -545,7 +540,6 @@ class TimelineSource:
     def _replayed(self) -> None:
         monitor, timeline = Monitor(
             self.facts.model, self.facts.parameters, self._known, self._robot), self.timeline
-        self.facts.baseline_ns = monitor.health.baseline_ns
         joints = (*self._joints, *monitor.estimator.robot_joints)
         decode = self.reader.decoder(self.topic, joints)
         follower = MonitorFollower(monitor, timeline)

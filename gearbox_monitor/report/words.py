@@ -15,7 +15,6 @@ from gearbox_monitor.diagnosis.joint.verdict import INCOMPLETE, NONE, UNKNOWN
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.kernels.elementary import noise_levels
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE, LOAD_TORQUE
 from gearbox_monitor.plant.effects.encoder import ENCODER_OFFSET
@@ -70,26 +69,6 @@ def sentence(words: str) -> str:
     """Return `words` with a capital letter, unless an id comes first, and a full stop."""
     first = words[0] if '_' in words.split(' ')[0] else words[0].upper()
     return f'{first}{words[1:]}.'.replace('..', '.')
-
-
-def against_model(gap: float, lost_motion: float, separable: bool, model: DriveModel) -> str:
-    """
-    Return the newest backlash against the model in words: no earlier recording is known.
-
-    Args:
-        gap: backlash, rad.
-        lost_motion: rad.
-        separable: whether the backlash is distinguished from compliance.
-        model: of the drive.
-    """
-    shape = model.transmission
-    stated = 2.0 * (shape.half_gap + (shape.hysteresis_width if shape.kind == 'play' else 0.0))
-    words = f'Backlash {gap:.3g} rad' if separable else f'Lost motion {lost_motion:.3g} rad'
-    if separable and stated > 0.0:
-        off = 100.0 * (gap / stated - 1.0)
-        words += (', as in' if abs(off) < 0.5 else
-                  f', {abs(off):.0f} % {"above" if off > 0.0 else "below"}') + ' the model file'
-    return on_axis(f'{words}. No earlier recording to compare with.', model.axis)
 
 
 def number(value: float | None) -> str:

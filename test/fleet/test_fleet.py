@@ -449,7 +449,7 @@ def test_jumps_are_jumps_ramps_reach_their_limit_and_all_features_are_watched():
 
 def test_one_bag_is_grey_and_never_ok():
     box, = gearboxes(history(lambda day: 0.0, days=1))
-    assert box['level'] is None and 'no earlier bag to compare with' in box['summary']
+    assert box['level'] is None and 'no earlier recording to compare with' in box['summary']
     idle, = gearboxes([bag_row('idle', 0, [])])
     assert idle['level'] is None and not idle['points']
 

@@ -44,7 +44,7 @@ def timeline(level=0, growth=0.0, windows=30, separable=True):
                 'model': (0, 'fits'), 'backlash': (now, GROWN if now else 'no growth')})
     joint.finish()
     return joint, RecordingFacts(
-        True, DriveModel(), EstimatorParameters(), notes=['a note'], baseline_ns=T0 - 1)
+        True, DriveModel(), EstimatorParameters(), notes=['a note'])
 
 
 def page(**joints):
