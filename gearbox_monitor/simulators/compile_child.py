@@ -22,13 +22,13 @@ FAILED, TOO_LARGE = 3, 4
 SHORT = ('unknown exception', 'allocate', 'memory')  # what MuJoCo says where memory is short
 
 
-class Refused(Exception):
+class Rejected(Exception):
     """The file refers to what it may not, or MuJoCo refuses it: the reason."""
 
 
 def checked(place: Path, root: Path, named: str) -> bool:
     """
-    Return whether the file `place` exists. Raises Refused if it must not be opened.
+    Return whether the file `place` exists. Raises Rejected if it must not be opened.
 
     Args:
         place: where `named` may lie.
@@ -40,10 +40,10 @@ def checked(place: Path, root: Path, named: str) -> bool:
     except OSError:
         return False
     if not place.resolve().is_relative_to(root):
-        raise Refused(f'{named}: lies outside of {root}, expected a file below it, or --root with '
-                      'a folder around both')
+        raise Rejected(f'{named}: lies outside of {root}, expected a file below it, or --root '
+                       'with a folder around both')
     if not stat.S_ISREG(mode):
-        raise Refused(f'{named}: a pipe, device or folder, expected a file')
+        raise Rejected(f'{named}: a pipe, device or folder, expected a file')
     return True
 
 
@@ -58,12 +58,12 @@ def check_references(text: str, folder: Path, root: Path, seen: set[Path]) -> No
         seen: files that were looked at.
 
     Raises:
-        Refused: one must not be opened, or is no XML.
+        Rejected: one must not be opened, or is no XML.
     """
     try:
         elements = list(ElementTree.fromstring(text).iter())
     except ElementTree.ParseError as error:
-        raise Refused(f'{error}, expected XML') from None
+        raise Rejected(f'{error}, expected XML') from None
     for element in elements:
         reference = element.get('file', '') if element.tag in REFERENCES else ''
         for base in dict.fromkeys((folder, Path.cwd())) if reference else ():
@@ -130,7 +130,7 @@ def compiled_without(locked: dict[str, float], spec: Any, mujoco: Any) -> Any:
         mujoco: its module.
 
     Raises:
-        Refused: the file has no such joint.
+        Rejected: the file has no such joint.
     """
     if not locked:
         return spec.compile()
@@ -142,7 +142,7 @@ def compiled_without(locked: dict[str, float], spec: Any, mujoco: Any) -> Any:
     state = mujoco.MjData(model)
     for name, position in locked.items():
         if name not in names:
-            raise Refused(f'locked: {name}: no joint, expected one of {", ".join(names)}')
+            raise Rejected(f'locked: {name}: no joint, expected one of {", ".join(names)}')
         joint = model.joint(name)
         if int(joint.type[0]) in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE):
             state.qpos[joint.qposadr] = position
@@ -180,7 +180,7 @@ def compiled(text: str, folder: Path, root: Path, locked: dict[str, float]) -> b
         locked: see compiled_without.
 
     Raises:
-        Refused: a file that it names, or MuJoCo's reason.
+        Rejected: a file that it names, or MuJoCo's reason.
     """
     check_references(text, folder, root, set())
     import mujoco
@@ -191,7 +191,7 @@ def compiled(text: str, folder: Path, root: Path, locked: dict[str, float]) -> b
         without_shapes(spec, mujoco, root)
         model = compiled_without(locked, spec, mujoco)
     except (ValueError, RuntimeError, MemoryError) as error:
-        raise Refused(f'{error}, expected a file that MuJoCo compiles') from None
+        raise Rejected(f'{error}, expected a file that MuJoCo compiles') from None
     buffer = np.empty(mujoco.mj_sizeModel(model), np.uint8)
     mujoco.mj_saveModel(model, None, buffer)
     return buffer.tobytes()
@@ -208,7 +208,7 @@ def main() -> int:
     try:
         data = compiled(text.decode('utf-8'), Path(order['folder']), Path(order['root']),
                         order['locked'])
-    except (Refused, MemoryError, OSError, UnicodeDecodeError, RecursionError) as error:
+    except (Rejected, MemoryError, OSError, UnicodeDecodeError, RecursionError) as error:
         words = ' '.join(str(error).split())
         print(words or type(error).__name__, file=sys.stderr)
         short = isinstance(error, MemoryError) or any(word in words.lower() for word in SHORT)

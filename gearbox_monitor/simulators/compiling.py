@@ -57,7 +57,7 @@ def compiled_model(data: bytes, path: Path, root: Path | None = None,
         try:
             spec = mujoco.MjSpec.from_string(data.decode('utf-8'))
             return compile_child.compiled_without(locked, spec, mujoco)
-        except compile_child.Refused as refusal:
+        except compile_child.Rejected as refusal:
             raise InputError(f'{path}: {refusal}') from None
         except (ValueError, RuntimeError, UnicodeDecodeError) as error:
             raise InputError(f'{path}: {error}, expected a file that MuJoCo compiles') from None
