@@ -168,6 +168,8 @@ def compact(block: MessageBlock) -> MessageBlock:
 
 def joined_blocks(blocks: Sequence[MessageBlock]) -> MessageBlock:
     """Return the messages of all `blocks`, which have the same topics, in order."""
+    if len(blocks) == 1:
+        return blocks[0]
     sizes = [len(block.data) for block in blocks]
     offsets = [block.offset + begin
                for block, begin in zip(blocks, np.cumsum([0, *sizes]).tolist())]
@@ -218,7 +220,7 @@ class JointStates:
 
 
 @dataclass(frozen=True)
-class Layout:
+class StateLayout:
     """
     Where the fields of one serialised joint state are, and the bytes that decide it.
 
@@ -246,9 +248,9 @@ def _first_index(names: Sequence[str]) -> dict[str, int]:
     return {name: k for k, name in reversed(list(enumerate(names)))}
 
 
-def read_layout(raw: bytes, ros1: bool = False) -> Layout | None:
+def read_layout(raw: bytes, ros1: bool = False) -> StateLayout | None:
     """
-    Return the Layout of a joint state, None unless it is a little-endian one.
+    Return the StateLayout of a joint state, None unless it is a little-endian one.
 
     Args:
         raw: CDR bytes.
@@ -286,7 +288,7 @@ def read_layout(raw: bytes, ros1: bool = False) -> Layout | None:
         starts.append(len(mask) - 8)
     masks, values = (np.concatenate([table[k:k + 8] for k in starts]).view('<u8')
                      for table in (mask, mask & np.frombuffer(raw, np.uint8)[:len(mask)]))
-    return Layout(tuple(names), tuple(offsets), tuple(counts), offset,
+    return StateLayout(tuple(names), tuple(offsets), tuple(counts), offset,
                   np.array(starts, np.uint64), masks, values)
 
 
@@ -312,20 +314,22 @@ def _aligned(offset: int, size: int) -> int:
 
 
 @entry
-def _decode_rows(data: Bytes, block: tuple[Integers, Integers],
+def _decode_rows(data: Bytes, block: tuple[Integers, Integers, Integers],
                  layout: tuple[int, Words, Words, Words], columns: Integers,
                  decoded: tuple[Integers, WordMatrix, Flags]) -> None:
     """
     Write stamps [N] and values [N, 3 J] of the messages in `data` that share one layout.
 
-    block: (offsets, sizes). layout: (size, starts, mask, fixed) of a Layout. columns: its columns.
-    decoded: (stamps, values as uint64, done), written; done [N]: the message has that layout.
+    block: (offsets [N], sizes [N], rows [M] to decode). layout: (size, starts, mask, fixed) of
+    one. columns: its columns. decoded: (stamps, values as uint64, done), written; done [M]: the
+    message has that layout.
     """
-    offsets, sizes = block
+    offsets, sizes, rows = block
     needed, starts, mask, fixed = layout
     stamps, values, done = decoded
-    for k in range(offsets.shape[0]):
-        done[k] = False
+    for m in range(rows.shape[0]):
+        k = rows[m]
+        done[m] = False
         if sizes[k] < needed:
             continue
         begin, different = np.uint64(offsets[k]), np.uint64(0)
@@ -333,7 +337,7 @@ def _decode_rows(data: Bytes, block: tuple[Integers, Integers],
             different |= (word(data, begin + starts[i]) & mask[i]) ^ fixed[i]
         if different != 0:
             continue
-        done[k] = True
+        done[m] = True
         time = word(data, begin + np.uint64(4))
         sec, nanosec = np.int64(time & np.uint64(0xffffffff)), np.int64(time >> np.uint64(32))
         if sec >= 0x80000000:  # it is signed
@@ -342,24 +346,6 @@ def _decode_rows(data: Bytes, block: tuple[Integers, Integers],
         for i in range(columns.shape[0]):
             if columns[i] >= 0:
                 values[k, i] = word(data, begin + np.uint64(columns[i]))
-
-
-@dataclass(frozen=True)
-class _Reading:
-    """A Layout with the offsets of the decoder's columns in it; named [J]: joints it names."""
-
-    layout: Layout
-    columns: Integers
-    named: Flags
-
-
-@dataclass(frozen=True)
-class _Rows:
-    """What a block is decoded into: stamps [N], named [N, J], values [N, 3 J]."""
-
-    stamp_ns: Integers
-    named: Flags
-    values: Array
 
 
 class Decoder:
@@ -382,75 +368,62 @@ class Decoder:
         self._source, self._ros1 = source, ros1
         self.joints: dict[str, None] = {}
         self._decode = decode
-        self._readings: list[_Reading] = []  # at most MAX_LAYOUTS, newest first
+        # Of at most MAX_LAYOUTS, newest first, with the offsets of the columns.
+        self._layouts: list[tuple[StateLayout, Integers]] = []
 
     def __call__(self, block: MessageBlock) -> JointStates:
         """Return the JointStates of `block`, in its order."""
         count, joints = len(block), len(self.names)
-        rows = _Rows(np.zeros(count, np.int64), np.zeros((count, joints), bool),
-                     np.full((count, 3 * joints), np.nan))
+        stamps, named = np.zeros(count, np.int64), np.zeros((count, joints), bool)
+        values = np.full((count, 3 * joints), np.nan)
+        position, velocity, effort = np.hsplit(values, 3) if joints else [values] * 3
+        states = JointStates(self.names, stamps, block.log_ns, named, position, velocity, effort)
         pending = np.arange(count)
-        for reading in list(self._readings):
-            pending = self._read(block, pending, reading, rows)
+        for layout in list(self._layouts):
+            pending = self._read(block, pending, layout, states, values)
         while len(pending):
             raw = block.raw(pending[0])
             if len(raw) > MAX_BYTES:
                 raise InputError(f'{self._source}joint state of {len(raw)} bytes, expected at '
                                  f'most {MAX_BYTES}')
-            layout = read_layout(raw, self._ros1) if len(self._readings) < MAX_LAYOUTS else None
-            if layout is None:
-                self._decode_one(raw, pending[0], rows)
+            found = read_layout(raw, self._ros1) if len(self._layouts) < MAX_LAYOUTS else None
+            if found is None:
+                self._decode_one(raw, pending[0], states)
                 pending = pending[1:]
                 continue
-            self._readings.insert(0, _Reading(
-                layout, layout.columns(self.names),
-                np.array([name in layout.names for name in self.names])))
-            self.joints.update(dict.fromkeys(layout.names))
-            pending = self._read(block, pending, self._readings[0], rows)
-        position, velocity, effort = np.hsplit(rows.values, 3) if joints else [rows.values] * 3
-        return JointStates(self.names, rows.stamp_ns, block.log_ns, rows.named, position,
-                           velocity, effort)
+            self._layouts.insert(0, (found, found.columns(self.names)))
+            self.joints.update(dict.fromkeys(found.names))
+            pending = self._read(block, pending, self._layouts[0], states, values)
+        return states
 
-    def _read(self, block: MessageBlock, pending: Integers, reading: _Reading, rows: _Rows
-              ) -> Integers:
-        """Decode those of the rows `pending` in the layout of `reading`; return the others."""
-        if not len(pending):
-            return pending
-        layout = reading.layout
-        complete = len(pending) == len(block)
-        offset, size = (block.offset, block.size) if complete else (
-            block.offset[pending], block.size[pending])
+    def _read(self, block: MessageBlock, pending: Integers, layout: tuple[StateLayout, Integers],
+              states: JointStates, values: Array) -> Integers:
+        """Decode those of the rows `pending` that have a `layout`; return the others."""
+        own, columns = layout
         done = np.empty(len(pending), bool)
-        stamps = rows.stamp_ns if complete else rows.stamp_ns[pending]
-        values = rows.values if complete else rows.values[pending]
-        _decode_rows(block.data, (offset, size),
-                     (layout.size, layout.starts, layout.mask, layout.fixed), reading.columns,
-                     (stamps, values.view(np.uint64), done))
-        uniform = bool(done.all())
-        decoded = pending if uniform else pending[done]
-        if not complete:
-            rows.stamp_ns[decoded], rows.values[decoded] = (stamps, values) if uniform else (
-                stamps[done], values[done])
-        rows.named[decoded] = reading.named
-        return pending[:0] if uniform else pending[~done]
+        _decode_rows(block.data, (block.offset, block.size, pending),
+                     (own.size, own.starts, own.mask, own.fixed), columns,
+                     (states.stamp_ns, values.view(np.uint64), done))
+        states.named[pending[done]] = [name in own.names for name in self.names]
+        return pending[~done]
 
-    def _decode_one(self, raw: bytes, row: int, rows: _Rows) -> None:
-        """Write the message `raw` to one `row` of `rows`."""
+    def _decode_one(self, raw: bytes, row: int, states: JointStates) -> None:
+        """Write the message `raw` to one `row` of `states`."""
         message = self._decode(raw)
         if len(message.name) > MAX_JOINTS:
             raise InputError(f'{self._source}joint state of {len(message.name)} joints, expected '
                              f'at most {MAX_JOINTS}')
         index = _first_index(message.name)
         self.joints.update(dict.fromkeys(message.name))
-        rows.named[row] = [name in index for name in self.names]
-        for i, field in enumerate(FIELDS):
+        states.named[row] = [name in index for name in self.names]
+        for field in FIELDS:
             values = getattr(message, field)
             for column, name in enumerate(self.names):
                 k = index.get(name, len(values))
                 if k < len(values):
-                    rows.values[row, i * len(self.names) + column] = values[k]
+                    getattr(states, field)[row, column] = values[k]
         stamp = message.header.stamp
-        rows.stamp_ns[row] = stamp.sec * 1_000_000_000 + stamp.nanosec
+        states.stamp_ns[row] = stamp.sec * 1_000_000_000 + stamp.nanosec
 
 
 def encode_joint_states(stamp_ns: npt.ArrayLike, names: Sequence[str],

@@ -12,6 +12,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import cached_property
 import heapq
+import math
 import os
 from pathlib import Path
 import re
@@ -23,12 +24,12 @@ from rosbags.typesys import get_types_from_idl, get_types_from_msg, get_typestor
 from rosbags.typesys.store import Typestore
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.kernels.types import Integers, Numbers
+from gearbox_monitor.kernels.types import Numbers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings import storage
 from gearbox_monitor.recordings.cdr import (
-    block_of, CHANNELS, compact, Decoder, empty_index, find_messages, JointStates, Message,
-    MESSAGE_HEAD, MessageBlock)
+    block_of, CHANNELS, compact, Decoder, empty_index, find_messages, joined_blocks, JointStates,
+    Message, MESSAGE_HEAD, MessageBlock)
 from gearbox_monitor.recordings.mcap_file import McapFile, ScannedChunk
 from gearbox_monitor.recordings.storage import PACKED, SqliteFile, unpack_message, unpacked_files
 
@@ -306,20 +307,12 @@ class _PlacedChunk:
     rank: int
 
 
-@dataclass(frozen=True)
-class _HeldRows:
-    """Messages that wait for later chunks, and the rank of the chunk of each."""
-
-    block: MessageBlock
-    ranks: Integers
-
-
 class McapReader(BagReader):
     """Bag `path` of one or more MCAP files, `files`: {path to read: path to show}."""
 
     def __init__(self, path: Path, files: Mapping[Path, Path]) -> None:
         super().__init__(path)
-        self._files, self._unreadable = _opened(files)
+        self._files, self._unreadable = opened_files(files)
         undefined = 0  # messages
         placed: list[_PlacedChunk] = []
         for number, file in enumerate(self._files):
@@ -342,7 +335,7 @@ class McapReader(BagReader):
             placed += [_PlacedChunk(number, file, chunk, len(placed) + k) for k, chunk in
                        enumerate(sorted(file.chunks, key=lambda chunk: chunk.begin))]
         # By log time; equal times stay in file order.
-        self._chunks = sorted(placed, key=lambda part: (part.chunk.start_ns, part.rank))
+        self._chunks = sorted(placed, key=lambda part: part.chunk.start_ns)
         if placed:
             self.start_ns = self._chunks[0].chunk.start_ns
             self.end_ns = max(part.chunk.end_ns for part in placed)
@@ -352,63 +345,28 @@ class McapReader(BagReader):
     def _stored_blocks(self, topics: Iterable[str] | None) -> Iterator[MessageBlock]:
         names = tuple(self.topics if topics is None else topics)
         tables = [_topic_numbers(file, names) for file in self._files]
-        tail: _HeldRows | None = None
-        group: list[_PlacedChunk] = []
+        waiting: dict[int, MessageBlock] = {}  # by the place of its chunk in file order
         size = 0
-        for position, part in enumerate(self._chunks):
+        for part, following in zip(self._chunks, [
+                *(part.chunk.start_ns for part in self._chunks[1:]), math.inf]):
             if any(tables[part.file_number][channel] >= 0 for channel in part.chunk.counts):
-                group.append(part)
+                waiting[part.rank] = _messages_of(part, names, tables[part.file_number])
                 size += part.chunk.unpacked_size
-            last = position + 1 == len(self._chunks)
-            if not last and size < BLOCK_BYTES:
+            if not waiting or following < math.inf and size < BLOCK_BYTES:
                 continue
-            rows = self._rows(names, tables, tail, group)
-            block = rows.block
-            complete = len(block) if last else int(
-                np.searchsorted(block.log_ns, self._chunks[position + 1].chunk.start_ns))
-            tail, group, size = None, [], 0
-            if complete < len(block):
-                tail = _HeldRows(compact(block.take(slice(complete, None))), rows.ranks[complete:])
-                if tail.block.data.nbytes > MAX_HELD:
-                    raise InputError(f'{self.path}: the times of more than {MAX_HELD >> 20} MB of '
-                                     'messages overlap, expected chunks in order of their times')
-                block = block.take(slice(0, complete))
+            block = joined_blocks([own.take(np.flatnonzero(own.log_ns < following))
+                                   for _, own in sorted(waiting.items())])
+            if (np.diff(block.log_ns) < 0).any():
+                block = block.take(np.argsort(block.log_ns, kind='stable'))
             if len(block):
                 yield block
+            waiting = {rank: compact(own.take(np.flatnonzero(own.log_ns >= following)))
+                       for rank, own in waiting.items() if (own.log_ns >= following).any()}
+            size = 0
+            if sum(own.data.nbytes for own in waiting.values()) > MAX_HELD:
+                raise InputError(f'{self.path}: the times of more than {MAX_HELD >> 20} MB of '
+                                 'messages overlap, expected chunks in order of their times')
         self.notice = self._notice(0) or self.notice
-
-    def _rows(self, topics: tuple[str, ...], tables: list[Numbers], tail: _HeldRows | None,
-              group: list[_PlacedChunk]) -> _HeldRows:
-        """
-        Return the messages of `tail` and of the chunks `group` by log time.
-
-        Equal times stay in the order of files, chunks and messages: that of the ranks.
-        """
-        pieces = [part.file.unpacked(part.chunk) for part in group]
-        first = [tail.block.data.tobytes()] if tail is not None else []
-        data = np.frombuffer(b''.join([*first, *pieces]) if len(first + pieces) != 1 else
-                             (first + pieces)[0], np.uint8)
-        index = empty_index(len(data) // MESSAGE_HEAD + (len(tail.block) if tail else 0))
-        ranks, row, begin = [np.empty(0, np.int64)], 0, 0
-        if tail is not None:
-            block, row, begin = tail.block, len(tail.block), len(first[0])
-            index.offset[:row], index.size[:row] = block.offset, block.size
-            index.number[:row] = block.topic
-            index.log_ns[:row], index.publish_ns[:row] = block.log_ns, block.publish_ns
-            ranks.append(tail.ranks)
-        for part, piece in zip(group, pieces):
-            start, end = row, begin + len(piece)
-            row, _ = find_messages(data, begin, end, tables[part.file_number], False, row, index)
-            ranks.append(np.full(row - start, part.rank))
-            begin = end
-        block = MessageBlock(topics, data, index.offset[:row], index.size[:row],
-                             index.number[:row], index.log_ns[:row].view(np.int64),
-                             index.publish_ns[:row].view(np.int64))
-        rank = np.concatenate(ranks)
-        if not ((np.diff(block.log_ns) >= 0) & (np.diff(rank) >= 0)).all():
-            order = np.lexsort((rank, block.log_ns))
-            block, rank = block.take(order), rank[order]
-        return _HeldRows(block, rank)
 
     def close(self) -> None:
         """Close the files."""
@@ -432,6 +390,15 @@ class McapReader(BagReader):
         return '; '.join(texts)
 
 
+def _messages_of(part: _PlacedChunk, topics: tuple[str, ...], numbers: Numbers) -> MessageBlock:
+    """Return the messages of a chunk on `topics`; numbers: see _topic_numbers."""
+    data = np.frombuffer(part.file.unpacked(part.chunk), np.uint8)
+    index = empty_index(len(data) // MESSAGE_HEAD)
+    rows, _ = find_messages(data, 0, len(data), numbers, False, 0, index)
+    return MessageBlock(topics, data, index.offset[:rows], index.size[:rows], index.number[:rows],
+                        index.log_ns[:rows].view(np.int64), index.publish_ns[:rows].view(np.int64))
+
+
 def _topic_numbers(file: McapFile, topics: Sequence[str]) -> Numbers:
     """Return [CHANNELS]: place in `topics` of each channel of `file`, -1 = none."""
     number = {topic: k for k, topic in enumerate(topics)}
@@ -441,7 +408,7 @@ def _topic_numbers(file: McapFile, topics: Sequence[str]) -> Numbers:
     return table
 
 
-def _opened(files: Mapping[Path, Path]) -> tuple[list[McapFile], list[str]]:
+def opened_files(files: Mapping[Path, Path]) -> tuple[list[McapFile], list[str]]:
     """
     Return (McapFiles of the readable `files`, problems of the unreadable ones).
 

@@ -7,7 +7,7 @@ Repair a bag that a crash, a power cut or a full disk has truncated.
 Every message that can be read is copied unchanged: times, sequence number, bytes, type, order.
 """
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, ExitStack
 from dataclasses import dataclass, field
 from hashlib import blake2b
@@ -29,12 +29,12 @@ from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.recordings import storage
 from gearbox_monitor.recordings.cdr import empty_index, find_messages, MESSAGE_HEAD
 from gearbox_monitor.recordings.mcap_file import ALL_CHANNELS, McapFile, ScannedChunk, sync_folder
-from gearbox_monitor.recordings.read import named_files, natural, open_bag
+from gearbox_monitor.recordings.read import named_files, natural, open_bag, opened_files
 from gearbox_monitor.recordings.storage import PACKED, unpacked_files
 from gearbox_monitor.recordings.write import BagWriter
 
 RECOVERED = 'gearbox_monitor_recovered'  # name of the metadata record
-HEAD = struct.Struct('<IQQQ')  # sequence, log time, publish time, size
+HEAD = struct.Struct('<IIQQQ')  # length of the topic, sequence, log time, publish time, size
 Work: TypeAlias = list[tuple[McapFile, ScannedChunk]]
 
 
@@ -129,15 +129,19 @@ def recover(source: str | Path, out: str | Path,
     recordings, recovery, information = _recordings(source)
     with ExitStack() as stack:
         local = stack.enter_context(unpacked_files(recordings))
-        files = _opened(dict(zip(local, recordings)), recovery)
+        files, problems = opened_files(dict(zip(local, recordings)))
         for file in files:
             stack.callback(file.close)
+        recovery.notes += problems
         if not recovery.notes and _is_complete(files, information):
-            _count_messages(files, recovery)
+            for file in files:
+                topic_of = _announce(file, recovery)
+                for chunk in file.chunks:
+                    for channel, _, log_ns, _, _ in _messages(file, chunk):
+                        recovery.topics[topic_of[channel]].add(log_ns)
             return recovery
         with _scratch(out) as path:
-            digest = _Copy(files, path, recovery, information).run(source, progress)
-            _verify(path, digest, recovery)
+            _verify(path, _copied(files, path, recovery, information, source, progress), recovery)
             os.replace(path, out)
             sync_folder(out.parent)
     recovery.written, recovery.cut = out, any(file.truncated for file in files)
@@ -181,25 +185,6 @@ def _span(entry: Values) -> tuple[int, int]:
     return begin, begin + entry.get('duration', {}).get('nanoseconds', 0)
 
 
-def _opened(paths: Mapping[Path, Path], recovery: Recovery) -> list[McapFile]:
-    """
-    Return the McapFiles of `paths`, {path to read: path to show}.
-
-    Unreadable ones are noted, unless there is only one.
-    """
-    files = []
-    for path, shown in paths.items():
-        try:
-            files.append(McapFile(path, shown))
-        except InputError as error:
-            if len(paths) == 1:
-                raise
-            recovery.notes.append(str(error))
-    if not files:
-        raise InputError(recovery.notes[-1])
-    return files
-
-
 def _is_complete(files: Sequence[McapFile], information: Values) -> bool:
     """Return whether index, metadata.yaml (if there is one) and every checksum are right."""
     if any(file.truncated or file.damaged for file in files):
@@ -207,16 +192,13 @@ def _is_complete(files: Sequence[McapFile], information: Values) -> bool:
     counts: Counter[str] = Counter()
     for file in files:
         for chunk in file.chunks:
+            file.unpacked(chunk)  # notes damage
             for channel_id, count in chunk.counts.items():
                 if channel_id not in file.channels:
                     return False
                 counts[file.channels[channel_id].topic] += count
-    if information and counts != Counter(_stated_counts(information)):
-        return False
-    for file in files:
-        for chunk in file.chunks:
-            file.unpacked(chunk)
-    return not any(file.damaged for file in files)
+    return not any(file.damaged for file in files) and (
+        not information or counts == Counter(_stated_counts(information)))
 
 
 def _stated_counts(information: Values) -> dict[str, int]:
@@ -226,17 +208,6 @@ def _stated_counts(information: Values) -> dict[str, int]:
                 for entry in information['topics_with_message_count']}
     except (KeyError, TypeError):
         return {}
-
-
-def _count_messages(files: Sequence[McapFile], recovery: Recovery) -> None:
-    """Count the messages of a complete bag."""
-    for file in files:
-        for channel in file.channels.values():
-            schema = file.schemas.get(channel.schema_id)
-            recovery.topics.setdefault(channel.topic, TopicRecovery(schema.name if schema else ''))
-        for chunk in file.chunks:
-            for channel_id, _, log_ns, _, _ in _messages(file, chunk):
-                recovery.topics[file.channels[channel_id].topic].add(log_ns)
 
 
 @contextmanager
@@ -257,8 +228,7 @@ def _scratch(out: Path) -> Iterator[Path]:
 def _messages(file: McapFile, chunk: ScannedChunk) -> Iterator[tuple[int, int, int, int, bytes]]:
     """Yield (channel id, sequence, log_ns, publish_ns, bytes) of `chunk` in its order."""
     raw = file.unpacked(chunk)
-    rows = len(raw) // MESSAGE_HEAD
-    index = empty_index(rows)
+    index = empty_index(len(raw) // MESSAGE_HEAD)
     count, _ = find_messages(np.frombuffer(raw, np.uint8), 0, len(raw), ALL_CHANNELS, False, 0,
                              index)
     for begin, size, channel_id, log_ns, publish_ns in zip(*(
@@ -267,160 +237,139 @@ def _messages(file: McapFile, chunk: ScannedChunk) -> Iterator[tuple[int, int, i
                publish_ns, raw[begin:begin + size])
 
 
-class _Digest:
-    """Running hash of messages; a hash per topic would miss a changed order."""
-
-    def __init__(self) -> None:
-        self._hash = blake2b()
-        self._numbers: dict[str, int] = {}
-
-    def add(self, topic: str, sequence: int, log_ns: int, publish_ns: int, raw: bytes) -> None:
-        """Add a message `raw` of a `topic`: its `sequence`, and log_ns and publish_ns."""
-        number = self._numbers.setdefault(topic, len(self._numbers))
-        self._hash.update(number.to_bytes(4, 'little')
-                          + HEAD.pack(sequence, log_ns, publish_ns, len(raw)) + raw)
-
-    def value(self) -> tuple[bytes, tuple[str, ...]]:
-        return self._hash.digest(), tuple(self._numbers)
-
-
-class _Copy:
-    """Copies the messages of `files` to the new bag `path` and counts them in `recovery`."""
-
-    def __init__(self, files: Sequence[McapFile], path: Path, recovery: Recovery,
-                 information: Values) -> None:
-        self._files, self._recovery, self._information = files, recovery, information
-        compression = next((chunk.compression for file in files for chunk in file.chunks), 'zstd')
-        self._writer = BagWriter(path, compression or 'none',
-                                 information.get('custom_data') or {}, math.inf,
-                                 threading.TIMEOUT_MAX)
-        self._digest = _Digest()
-        self._undefined = 0  # messages
-        # Of the messages read: [(offset of the chunk, newest log time)] and {(file, topic): ...}.
-        self._ends: dict[McapFile, list[tuple[int, int]]] = {file: [] for file in files}
-        self._newest: dict[tuple[McapFile, str], int] = {}
-
-    def run(self, source: Path, progress: Callable[[Work], Iterable[tuple[McapFile, ScannedChunk]]]
-            ) -> tuple[bytes, tuple[str, ...]]:
-        """
-        Copy all; return the digest of the messages. Raises InputError if there is none.
-
-        source: the damaged bag, as messages name it. progress: passes on the work and shows it.
-        """
-        recovery = self._recovery
-        try:
-            for file in self._files:
-                for name, values in file.metadata.items():
-                    if name != 'rosbag2':  # the old metadata.yaml
-                        self._writer.add_metadata(name, values)
-            topics_of = {file: self._announce(file) for file in self._files}
-            work = [(file, chunk) for file in self._files for chunk in file.chunks]
-            for file, chunk in progress(work):
-                self._copy(file, chunk, topics_of[file])
-            if not self._writer.message_count:
-                raise InputError(f'{source}: no whole message remains, nothing to recover')
-            self._estimate_losses()
-            if self._undefined:
-                recovery.notes.append(f'{self._undefined} messages have lost their definition and '
-                                      'are left out')
-            self._writer.add_metadata(RECOVERED, {
-                'version': __version__, 'from': os.path.abspath(source),
-                'lost_s': f'{recovery.lost_s:.3f}',
-                'lost_messages': sum(topic.lost for topic in recovery.topics.values())})
-        finally:
-            self._writer.close()
-        return self._digest.value()
-
-    def _announce(self, file: McapFile) -> dict[int, str]:
-        """Add the topics of `file`; return {channel id: topic} of those with a definition."""
-        topic_of, topics = {}, self._recovery.topics
-        for channel in file.channels.values():
-            schema = file.schemas.get(channel.schema_id)
-            if schema is None:
-                continue
-            if channel.topic not in topics:
-                self._writer.copy_topic(schema, channel)
-                topics[channel.topic] = TopicRecovery(schema.name)
-            if topics[channel.topic].msgtype == schema.name:
-                topic_of[channel.id] = channel.topic
-        return topic_of
-
-    def _copy(self, file: McapFile, chunk: ScannedChunk, topic_of: dict[int, str]) -> None:
-        """Copy the messages of `chunk` that have a definition."""
-        counts: Counter[int] = Counter()
-        last_ns = 0
-        for channel, sequence, log_ns, publish_ns, raw in _messages(file, chunk):
-            counts[channel] += 1
-            last_ns = max(log_ns, last_ns)
-            if channel not in topic_of:
-                self._undefined += 1
-                continue
-            topic = topic_of[channel]
-            self._writer.write(topic, log_ns, raw, publish_ns, sequence)
-            self._digest.add(topic, sequence, log_ns, publish_ns, raw)
-            self._recovery.topics[topic].add(log_ns)
-            self._newest[file, topic] = max(log_ns, self._newest.get((file, topic), log_ns))
-        for channel, count in chunk.counts.items():
-            if channel in topic_of:
-                missing = max(0, count - counts[channel])  # an index may be damaged, too
-                self._recovery.topics[topic_of[channel]].lost += missing
-        if last_ns:
-            self._ends[file].append((chunk.begin, last_ns))
-
-    def _estimate_losses(self) -> None:
-        """Note the missing data: exactly where metadata.yaml states it, else estimated."""
-        topics, dropouts = self._recovery.topics, self._recovery.dropouts
-        end_ns = max(topic.last_ns for topic in topics.values() if topic.last_ns is not None)
-        for file, ends in self._ends.items():
-            for offset, (begin, end) in file.torn.items():
-                begin = max((time for position, time in ends if position <= offset),
-                            default=begin)
-                dropouts += [(begin, end)] if begin < end else []
-        counts = _stated_counts(self._information)
-        if counts:
-            _, stated_end = _span(self._information)
-            dropouts += [(end_ns, stated_end)] if stated_end > end_ns else []
-        cuts = {file: max(file.torn.values(), key=lambda times: times[1]) for file in self._files
-                if file.truncated and file.torn}
-        for name, topic in topics.items():
-            if topic.first_ns is not None and topic.last_ns is not None:
-                topic.dropout_ns = sum(end - begin for begin, end in dropouts
-                                       if topic.first_ns <= begin and end <= topic.last_ns)
-            period = topic.period
-            if name in counts:
-                topic.lost = max(topic.lost, counts[name] - topic.recovered)
-            elif period:
-                missing = sum(
-                    max(0, int((end - self._newest.get((file, name), begin)) * 1e-9 / period))
-                    for file, (begin, end) in cuts.items())
-                topic.lost += missing
-                topic.estimated = missing > 0
+def _announce(file: McapFile, recovery: Recovery, writer: BagWriter | None = None
+              ) -> dict[int, str]:
+    """Add the topics of `file`; return {channel id: topic} of those with a definition."""
+    topic_of, topics = {}, recovery.topics
+    for channel in file.channels.values():
+        schema = file.schemas.get(channel.schema_id)
+        if schema is None and writer is not None:
+            continue
+        name = '' if schema is None else schema.name
+        if channel.topic not in topics:
+            if schema is not None and writer is not None:
+                writer.copy_topic(schema, channel)
+            topics[channel.topic] = TopicRecovery(name)
+        if topics[channel.topic].msgtype == name:
+            topic_of[channel.id] = channel.topic
+    return topic_of
 
 
-def _verify(path: Path, digest: tuple[bytes, tuple[str, ...]], recovery: Recovery) -> None:
-    """Read the new bag back, also by its index. Raises InputError if a message differs."""
-    copied = _Digest()
-    with open_bag(path) as reader:
-        counts = {topic: count for topic, (_, count) in reader.topics.items()}
-        identical = not reader.notice and counts == {
-            name: topic.recovered for name, topic in recovery.topics.items()}
-    (file_path,) = named_files(path, storage.read_information(path))
-    file = McapFile(file_path)
-    try:
-        for chunk in file.chunks:
+def _copied(files: Sequence[McapFile], path: Path, recovery: Recovery, information: Values,
+            source: Path, progress: Callable[[Work], Iterable[tuple[McapFile, ScannedChunk]]]
+            ) -> bytes:
+    """
+    Copy all messages to the new bag `path`; return their hash, in which the order counts.
+
+    Args:
+        files: of the damaged bag.
+        path: of the new one.
+        recovery: which gets counts, losses and notes.
+        information: of metadata.yaml.
+        source: the damaged bag, as messages name it.
+        progress: passes on the work and shows it.
+
+    Raises:
+        InputError: there is no message, or the bag cannot be written.
+    """
+    compression = next((chunk.compression for file in files for chunk in file.chunks), 'zstd')
+    digest, undefined = blake2b(), 0
+    newest: dict[McapFile, list[tuple[int, str, int]]] = {file: [] for file in files}
+    with BagWriter(path, compression or 'none', information.get('custom_data') or {}, math.inf,
+                   threading.TIMEOUT_MAX) as writer:
+        for file in files:
+            for name, values in file.metadata.items():
+                if name != 'rosbag2':  # the old metadata.yaml
+                    writer.add_metadata(name, values)
+        topics_of = {file: _announce(file, recovery, writer) for file in files}
+        work = [(file, chunk) for file in files for chunk in file.chunks]
+        for file, chunk in progress(work):
+            counts: Counter[int] = Counter()
+            last: dict[str, int] = {}
             for channel, sequence, log_ns, publish_ns, raw in _messages(file, chunk):
-                copied.add(file.channels[channel].topic, sequence, log_ns, publish_ns, raw)
-        identical &= not file.damaged and copied.value() == digest
-    finally:
-        file.close()
+                counts[channel] += 1
+                topic = topics_of[file].get(channel, '')
+                last[topic] = max(log_ns, last.get(topic, log_ns))
+                if not topic:
+                    undefined += 1
+                    continue
+                writer.write(topic, log_ns, raw, publish_ns, sequence)
+                digest.update(_hashed(topic, sequence, log_ns, publish_ns, raw))
+                recovery.topics[topic].add(log_ns)
+            newest[file] += [(chunk.begin, topic, log_ns) for topic, log_ns in last.items()]
+            for channel, count in chunk.counts.items():
+                if channel in topics_of[file]:  # an index may be damaged, too
+                    recovery.topics[topics_of[file][channel]].lost += max(
+                        0, count - counts[channel])
+        if not writer.message_count:
+            raise InputError(f'{source}: no whole message remains, nothing to recover')
+        _estimate_losses(newest, recovery, information)
+        if undefined:
+            recovery.notes.append(f'{undefined} messages have lost their definition and are left '
+                                  'out')
+        writer.add_metadata(RECOVERED, {
+            'version': __version__, 'from': os.path.abspath(source),
+            'lost_s': f'{recovery.lost_s:.3f}',
+            'lost_messages': sum(topic.lost for topic in recovery.topics.values())})
+    return digest.digest()
+
+
+def _hashed(topic: str, sequence: int, log_ns: int, publish_ns: int, raw: bytes) -> bytes:
+    """Return the bytes of a message that count when two bags are compared."""
+    name = topic.encode()
+    return HEAD.pack(len(name), sequence, log_ns, publish_ns, len(raw)) + name + raw
+
+
+def _estimate_losses(newest: dict[McapFile, list[tuple[int, str, int]]], recovery: Recovery,
+                     information: Values) -> None:
+    """
+    Note the missing data: exactly where metadata.yaml states it, else estimated.
+
+    newest: (offset of a chunk, topic, newest log time) of what was read of each file.
+    """
+    topics, dropouts = recovery.topics, recovery.dropouts
+    end_ns = max(topic.last_ns for topic in topics.values() if topic.last_ns is not None)
+    for file, ends in newest.items():
+        for offset, (begin, end) in file.torn.items():
+            begin = max((time for place, _, time in ends if place <= offset), default=begin)
+            dropouts += [(begin, end)] if begin < end else []
+    counts = _stated_counts(information)
+    if counts:
+        _, stated_end = _span(information)
+        dropouts += [(end_ns, stated_end)] if stated_end > end_ns else []
+    cuts = {file: max(file.torn.values(), key=lambda times: times[1]) for file in newest
+            if file.truncated and file.torn}
+    for name, topic in topics.items():
+        if topic.first_ns is not None and topic.last_ns is not None:
+            topic.dropout_ns = sum(end - begin for begin, end in dropouts
+                                   if topic.first_ns <= begin and end <= topic.last_ns)
+        period = topic.period
+        if name in counts:
+            topic.lost = max(topic.lost, counts[name] - topic.recovered)
+        elif period:
+            missing = sum(max(0, int((end - max(
+                (time for _, own, time in newest[file] if own == name), default=begin))
+                * 1e-9 / period)) for file, (begin, end) in cuts.items())
+            topic.lost += missing
+            topic.estimated = missing > 0
+
+
+def _verify(path: Path, digest: bytes, recovery: Recovery) -> None:
+    """Read the new bag back by the library, too. Raises InputError if a message differs."""
+    copied = blake2b()
+    with open_bag(path) as reader:
+        identical = not reader.notice and {name: count for name, (_, count) in
+                                           reader.topics.items()} == {
+            name: topic.recovered for name, topic in recovery.topics.items()}
+    (file,) = named_files(path, storage.read_information(path))
     try:
-        with open(file_path, 'rb') as stream:
-            summary = make_reader(stream, validate_crcs=True).get_summary()
-        identical &= (summary is not None and summary.statistics is not None
-                      and summary.statistics.message_count == sum(counts.values())
-                      and len(summary.chunk_indexes) == len(file.chunks))
-    except (McapError, AttributeError):
+        with open(file, 'rb') as stream:
+            for _, channel, message in make_reader(stream, validate_crcs=True).iter_messages(
+                    log_time_order=False):
+                copied.update(_hashed(channel.topic, message.sequence, message.log_time,
+                                      message.publish_time, message.data))
+    except McapError:
         identical = False
-    if not identical:
+    if not identical or copied.digest() != digest:
         raise InputError(f'{path}: the written bag differs when read back, expected a medium '
                          'without errors')
