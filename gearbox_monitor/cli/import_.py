@@ -14,8 +14,8 @@ setpoints are recorded. --joint selects one of a log, as joints motor and arm (N
 reference torque goes to reference/transmission_state, never into the estimator's input.
 
 Of bags JointState, DynamicJointState and JointTrajectoryControllerState are read, of ROS 1 and 2.
-With --arm-topic, or --params that state arm_topic, motor and arm come from two publishers: they
-are joined as the live estimator does it, and the new bag has paired_joint_states.
+With --arm-topic, or --params that state arm_topic, motor and arm come from two publishers: the new
+bag has both in joint_states, joined as the live estimator does it.
 
 usage examples:
   gearbox_monitor import davinci_backend/00.TXT.gz --map davinci_backend run00
@@ -43,7 +43,7 @@ from gearbox_monitor.files.yaml_files import expect_outside_of_bag, load_paramet
 from gearbox_monitor.parameters import resolve, SETTINGS
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.guess import Unsettled
-from gearbox_monitor.recordings.messages import converted_bag
+from gearbox_monitor.recordings.messages import converted_bag, paired_bag
 from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.reading import is_bag, read_mapping
 from gearbox_monitor.recordings.virtual_bag import bag_of_table
@@ -165,7 +165,7 @@ def _written(args: Namespace, reader: BagReader, source: Path, assumptions: Sequ
     data = {'bag': args.bag, 'samples': samples, 'duration_s': seconds,
             'rate_hz': (samples - 1) / seconds if seconds > 0.0 else None,
             'joints': list(joints), 'topics': list(reader.topics),
-            'assumptions': list(assumptions), 'notes': notes}
+            'assumptions': list(assumptions), 'notes': list(getattr(reader, 'notes', ()))}
     return _say(args, data)
 
 
@@ -184,26 +184,10 @@ def _say(args: Namespace, data: dict[str, Any]) -> int:
 
 def _pair(args: Namespace) -> int:
     """Join motor and arm of a bag; return the exit code."""
-    from gearbox_monitor.recordings.joint_input import write_paired
     from gearbox_monitor.recordings.read import open_bag
     motor = args.topic or 'joint_states'
     options = load_parameters(args.params, 'estimator', SETTINGS, motor) if args.params else \
         {'arm_topic': args.arm_topic}
     _, parameters = resolve(DriveModel(), options, args.params or '--arm-topic')
     with open_bag(args.file) as reader:
-        topic, count, joiner = write_paired(reader, args.bag, parameters, motor)
-        notice = reader.notice
-    data = {'bag': args.bag, 'topic': topic, 'samples': count,
-            'motor_without_arm': joiner.unpaired, 'arm_without_motor': joiner.dropped,
-            'pair_tolerance_s': parameters.pair_tolerance,
-            'notes': [notice] if notice else []}
-    nearest = joiner.pop_distance()
-    if nearest is not None:
-        data['nearest_unpaired_s'] = nearest * 1e-9
-    show(args, data, lambda: '\n'.join([
-        f'{args.bag}: {count} samples on {topic}, {joiner.unpaired} without the arm; '
-        f'{joiner.dropped} messages of the arm omitted'
-        + (f'; the nearest unpaired stamps are {nearest * 1e-9:.6f} s apart, '
-           f'pair_tolerance is {parameters.pair_tolerance:g} s' if nearest else ''),
-        *(f'note: {note}' for note in data['notes'])]))
-    return 0
+        return _written(args, paired_bag(reader, parameters, motor), Path(args.file), [])

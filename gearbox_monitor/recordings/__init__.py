@@ -16,9 +16,8 @@ Public names, by module:
     from_bag: ANY, drive_recording, robot_recording
     guess: Answers, Guess, Unsettled
     joint_input: bag_arguments, DIAGNOSTIC_ARRAY, find_input, GEARBOX, Joiner, JointInput,
-        match_stamps, PAYLOAD_CHANGE, recorded_inputs, StampMatcher, topics_called,
-        write_paired
-    messages: converted_bag
+        match_stamps, PAYLOAD_CHANGE, recorded_inputs, StampMatcher, topics_called
+    messages: converted_bag, paired_bag
     player: EstimatePlayer, Player, recorded_robot
     read: BagReader, JOINT_STATE, natural, open_bag
     reading: BY_NAMES, is_bag, open_recording, read_mapping, ReadOptions

@@ -14,14 +14,15 @@ from functools import partial
 from itertools import chain
 from pathlib import Path
 import struct
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from rosbags.rosbag1 import Reader as Ros1File
 
 from gearbox_monitor.errors import InputError, Undecided
-from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.recordings.cdr import Decoder, Message, MessageBlock
+from gearbox_monitor.recordings.joint_input import find_topic, Joiner
 from gearbox_monitor.recordings.read import (
     BagReader, blocks_of, CONTROLLER, DYNAMIC, is_ros1, JOINT_STATE, open_bag, ROS1_TEXT)
 from gearbox_monitor.recordings.si_signals import even_stamps
@@ -125,16 +126,6 @@ def _records(data: bytes, topics: Mapping[int, str]) -> Iterator[Message]:
 
 
 # --- one topic ----------------------------------------------------------------------------------
-@dataclass(frozen=True)
-class JointColumns:
-    """Messages [N] that name the same J joints: stamps, times of receipt, {quantity: [N, J]}."""
-
-    joints: tuple[str, ...]
-    stamp_ns: Integers
-    log_ns: Integers
-    values: Mapping[str, Array]
-
-
 @dataclass
 class _Topic:
     """
@@ -184,7 +175,7 @@ class _Topic:
             self.interfaces |= set(part.values)
             self.is_stamped |= bool(part.stamp_ns.any())
 
-    def columns(self, block: MessageBlock, decode: Decoder) -> Iterator[JointColumns]:
+    def columns(self, block: MessageBlock, decode: Decoder) -> Iterator[Frames]:
         """Yield the columns of `block`; decode: of all joints of this topic."""
         if self.kind != JOINT_STATE:
             yield from self._interfaces(block)
@@ -195,12 +186,12 @@ class _Topic:
         for named in np.unique(states.named, axis=0):
             rows = np.flatnonzero((states.named == named).all(axis=1))
             if named.any():
-                yield JointColumns(
-                    tuple(np.array(states.names, object)[named]), states.stamp_ns[rows],
+                yield Frames(
+                    self.name, tuple(np.array(states.names, object)[named]), states.stamp_ns[rows],
                     states.log_ns[rows], {name: x[np.ix_(rows, named)]
                                           for name, x in values.items()})
 
-    def _interfaces(self, block: MessageBlock) -> Iterator[JointColumns]:
+    def _interfaces(self, block: MessageBlock) -> Iterator[Frames]:
         """Yield the columns of messages of ros2_control, all interfaces of them."""
         rows: dict[tuple[str, ...], list[tuple[int, int, dict[str, list[float]]]]] = {}
         for _, log_ns, _, raw in block.messages():
@@ -211,7 +202,7 @@ class _Topic:
         for joints, own in rows.items():
             names = dict.fromkeys(name for _, _, values in own for name in values)
             stamps, logged, values = zip(*own)
-            yield JointColumns(joints, np.array(stamps), np.array(logged), {
+            yield Frames(self.name, joints, np.array(stamps), np.array(logged), {
                 name: np.array([row.get(name, [np.nan] * len(joints)) for row in values])
                 for name in names})
 
@@ -286,37 +277,40 @@ def _frames(reader: BagReader, topics: Sequence[_Topic], received: bool
     """Yield the chosen joints of `topics`, block by block; received: stamped on receipt."""
     decode = [own.decoder(list(own.joints)) for own in topics]
     for block in reader.blocks([own.name for own in topics]):
-        frames = []
+        frames: list[Frames] = []
         for own, columns in zip(topics, decode):
             for part in own.columns(block.of(own.name), columns):
-                stamps = part.log_ns if received else part.stamp_ns
-                frames += _states(own, part, stamps) + _setpoints(own, part, stamps)
+                part = replace(part, stamp_ns=part.log_ns) if received else part
+                effort = 'effort' if 'effort' in part.values else 'torque'
+                frames += [_with_absolute(states, part, own.states) for states in _selected(
+                    part, JOINT_TOPIC, own.states,
+                    {'position': 'position', 'velocity': 'velocity', 'effort': effort},
+                    (ABSOLUTE,))]
+                frames += _selected(part, SETPOINT_TOPIC, own.setpoints, {'position': SETPOINT})
         if frames:
             yield frames
 
 
-def _states(own: _Topic, part: JointColumns, stamps: Integers) -> list[Frames]:
-    """Return the states in `part`; an encoder behind the gear is a joint JOINT_absolute."""
-    rows = [k for k, joint in enumerate(part.joints) if joint in own.states]
-    if not rows or not {*OF_STATE, ABSOLUTE, 'torque'} & set(part.values):
+def _selected(part: Frames, topic: str, joints: Sequence[str], fields: Mapping[str, str],
+              others: Sequence[str] = ()) -> list[Frames]:
+    """Return those of `joints` in `part` for a `topic`, whose `fields` are {field: its name}."""
+    rows = [k for k, joint in enumerate(part.joints) if joint in joints]
+    if not rows or part.values.keys().isdisjoint((*fields.values(), *others)):
         return []
-    joints, none = tuple(part.joints[k] for k in rows), np.full((len(stamps), len(rows)), np.nan)
-    values = {name: x[:, rows] for name, x in part.values.items()}
-    values.setdefault('effort', values.get('torque', none))
-    fields = [values.get(name, none) for name in OF_STATE]
-    if ABSOLUTE in values:
-        joints += tuple(f'{joint}_absolute' for joint in joints)
-        fields = [np.hstack(pair) for pair in zip(fields, (values[ABSOLUTE], none, none))]
-    return [Frames(JOINT_TOPIC, joints, stamps, part.log_ns, *fields)]
+    none = np.full((len(part.stamp_ns), len(part.joints)), np.nan)
+    return [Frames(topic, tuple(part.joints[k] for k in rows), part.stamp_ns, part.log_ns, {
+        field: part.values.get(name, none)[:, rows] for field, name in fields.items()})]
 
 
-def _setpoints(own: _Topic, part: JointColumns, stamps: Integers) -> list[Frames]:
-    """Return the setpoints in `part`."""
-    rows = [k for k, joint in enumerate(part.joints) if joint in own.setpoints]
-    if not rows or SETPOINT not in part.values:
-        return []
-    return [Frames(SETPOINT_TOPIC, tuple(part.joints[k] for k in rows), stamps, part.log_ns,
-                   part.values[SETPOINT][:, rows])]
+def _with_absolute(states: Frames, part: Frames, joints: Sequence[str]) -> Frames:
+    """Return `states` with encoders behind the gear, as joints JOINT_absolute."""
+    absolute = _selected(part, '', joints, {'position': ABSOLUTE})
+    if not absolute:
+        return states
+    none = np.full_like(absolute[0].values['position'], np.nan)
+    return replace(states, joints=(*states.joints, *(f'{j}_absolute' for j in states.joints)),
+                   values={field: np.hstack([values, absolute[0].values.get(field, none)])
+                           for field, values in states.values.items()})
 
 
 def _joined(frames: Iterable[Frames]) -> list[Frames]:
@@ -324,13 +318,10 @@ def _joined(frames: Iterable[Frames]) -> list[Frames]:
     parts: dict[tuple[str, tuple[str, ...]], list[Frames]] = {}
     for frame in frames:
         parts.setdefault((frame.topic, frame.joints), []).append(frame)
-    joined = []
-    for own in parts.values():
-        fields: dict[str, Any] = {
-            name: np.concatenate([getattr(f, name) for f in own])
-            for name in ('stamp_ns', 'log_ns', *OF_STATE) if getattr(own[0], name) is not None}
-        joined.append(replace(own[0], **fields))
-    return joined
+    return [Frames(topic, joints, np.concatenate([f.stamp_ns for f in own]),
+                   np.concatenate([f.log_ns for f in own]),
+                   {field: np.concatenate([f.values[field] for f in own])
+                    for field in own[0].values}) for (topic, joints), own in parts.items()]
 
 
 def _evened(path: Path, frames: Sequence[Frames]) -> tuple[list[Frames], list[str]]:
@@ -458,3 +449,68 @@ def _share_joints(path: Path, topics: Sequence[_Topic], is_asked: bool, notes: l
                     dropped.setdefault(source.name, []).append(joint)
             notes += [f'{own.name}: {content} of {", ".join(joints)} left out: those of {name} '
                       'count' for name, joints in dropped.items()]
+
+
+# --- motor and arm from two topics --------------------------------------------------------------
+Reading: TypeAlias = tuple[float, float]  # position, effort
+NOT_MEASURED: Reading = (np.nan, np.nan)
+
+
+def paired_bag(reader: BagReader, parameters: EstimatorParameters, topic: str) -> VirtualBag:
+    """
+    Return a bag of the samples that a live estimator joins of the messages on two topics.
+
+    Args:
+        reader: of the recorded bag.
+        parameters: names of the joints, topic of the arm and tolerance of stamps.
+        topic: of the motor, see find_topic.
+
+    Raises:
+        InputError: a topic or joint is missing.
+    """
+    motor, arm = find_topic(reader, topic), parameters.arm_topic
+    namespace = motor.rsplit('/', 1)[0]
+    if not arm:
+        raise InputError("arm_topic: '', expected the topic of the arm in the parameter file")
+    arm = arm if arm.startswith('/') else f'{namespace}/{arm}'
+    reader.require(arm, JOINT_STATE)
+    joints, sources = (parameters.motor_joint, parameters.arm_joint), (motor, arm)
+
+    def chunks() -> Iterator[list[Frames]]:
+        joiner = Joiner[Reading](round(parameters.pair_tolerance * 1e9))
+        decoders = [reader.decoder(name, (joint,)) for name, joint in zip(sources, joints)]
+        for block in reader.blocks(dict.fromkeys(sources)):
+            samples = list(_joined_samples(block, sources, decoders, joiner))
+            if samples:
+                logged, stamps, left, right = zip(*samples)
+                values = np.array([(m, a or NOT_MEASURED) for m, a in zip(left, right)])
+                yield [Frames(f'{namespace}/{JOINT_STATES}', joints, np.array(stamps, np.int64),
+                              np.array(logged, np.int64),
+                              {'position': values[..., 0], 'effort': values[..., 1]})]
+        for name, joint, decoder in zip(sources, joints, decoders):
+            reader.require_joints(name, (joint,), decoder.joints)
+        nearest = joiner.pop_distance()
+        bag.notes += (f'{joiner.unpaired} samples without the arm; {joiner.dropped} messages of '
+                      'the arm omitted' + (
+                          f'; the nearest unpaired stamps are {nearest * 1e-9:.6f} s apart, '
+                          f'pair_tolerance is {parameters.pair_tolerance:g} s' if nearest
+                          else ''),)
+    bag = VirtualBag(reader.path, {f'{namespace}/{JOINT_STATES}': reader.count(motor)}, chunks, (
+        reader.start_ns or 0, reader.end_ns or 0), [reader.notice] if reader.notice else [])
+    return bag
+
+
+def _joined_samples(block: MessageBlock, sources: Sequence[str], decoders: Sequence[Decoder],
+                    joiner: Joiner[Reading]
+                    ) -> Iterator[tuple[int, int, Reading, Reading | None]]:
+    """Yield (log time, stamp, motor, arm) of the samples that `block` completes."""
+    readings: list[tuple[int, int, int, Reading]] = []  # row in the block, side, stamp, values
+    for side, (topic, decode) in enumerate(zip(sources, decoders)):
+        states = decode(block.of(topic))
+        named = states.named[:, 0]
+        rows = np.flatnonzero(block.topic == block.topics.index(topic))[named]
+        readings += zip(rows.tolist(), [side] * len(rows), states.stamp_ns[named].tolist(),
+                        zip(states.position[named, 0].tolist(), states.effort[named, 0].tolist()))
+    for row, side, stamp_ns, values in sorted(readings, key=lambda reading: reading[:2]):
+        for sample in (joiner.motor, joiner.arm)[side](stamp_ns, values):
+            yield int(block.log_ns[row]), *sample

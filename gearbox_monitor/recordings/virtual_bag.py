@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array, Integers
-from gearbox_monitor.recordings.cdr import joint_state_rows, MessageBlock
+from gearbox_monitor.recordings.cdr import FIELDS, joint_state_rows, MessageBlock
 from gearbox_monitor.recordings.mapping import Mapping as Columns
 from gearbox_monitor.recordings.read import BagReader, BLOCK_MESSAGES, JOINT_STATE
 from gearbox_monitor.recordings.si_signals import (
@@ -25,17 +25,15 @@ class Frames:
     """
     Messages [N] on one topic that name the same J joints.
 
-    stamp_ns, log_ns [N]: of measurement, of receipt. position, velocity, effort [N, J], None: the
-    messages leave the field empty, as where no velocity or effort of a block was measured.
+    stamp_ns, log_ns [N]: of measurement, of receipt. values {field: [N, J]}: a message leaves a
+    field empty that was measured of no joint in its block.
     """
 
     topic: str
     joints: tuple[str, ...]
     stamp_ns: Integers
     log_ns: Integers
-    position: Array | None
-    velocity: Array | None = None
-    effort: Array | None = None
+    values: Mapping[str, Array]
 
 
 class VirtualBag(BagReader):
@@ -74,10 +72,11 @@ class VirtualBag(BagReader):
 
 def block_of_frames(topics: Sequence[str], frames: Sequence[Frames]) -> MessageBlock:
     """Return the messages of all `frames` on `topics`, by log time, then in the given order."""
-    def measured(values: Array | None) -> Array | None:
-        return None if values is None or np.isnan(values).all() else values
-    rows = [joint_state_rows(f.stamp_ns, f.joints, f.position, measured(f.velocity),
-                             measured(f.effort)) for f in frames]
+    def measured(f: Frames, field: str) -> Array | None:
+        return f.values[field] if field in f.values and not np.isnan(
+            f.values[field]).all() else None
+    rows = [joint_state_rows(f.stamp_ns, f.joints, measured(f, 'position'), measured(
+        f, 'velocity'), measured(f, 'effort')) for f in frames]
     sizes = [np.full(len(data), data.shape[1], np.int64) for data in rows]
     size = np.concatenate([np.empty(0, np.int64), *sizes])
     offset = np.cumsum(size) - size
@@ -93,31 +92,40 @@ def bag_of_table(table: Table, mapping: Columns) -> VirtualBag:
     """Return the bag of a table as `mapping` reads it. Raises InputError."""
     units = {name.rpartition(':')[0] or 'motor': unit for name, signal in mapping.signals.items()
              if name.endswith((':effort', 'motor_effort')) and (unit := effort_unit(signal))}
-    topics = [JOINT_TOPIC]
-    if mapping.joints:
-        second = mapping.second[2].signals if mapping.second else {}
-        quantities = {name.rpartition(':')[2] for name in (*mapping.signals, *second)}
-        topics = [JOINT_TOPIC] * bool(quantities - {'setpoint'}) + [
-            SETPOINT_TOPIC] * ('setpoint' in quantities)
-    elif 'reference_torque' in mapping.signals or mapping.second and 'reference_torque' in \
-            mapping.second[2].signals:
-        topics.append(REFERENCE_TOPIC)
+    topics = _signals_of_topics(mapping)
     if is_streamed(table, mapping):
         count, begin, end = _extent(table, mapping)
 
         def chunks() -> Iterator[Sequence[Frames]]:
             latest = 0
             for part in signal_blocks(table, mapping):
-                frames = _frames(part, mapping, topics, latest)
+                frames = _frames(part, topics, latest)
                 latest = int(frames[0].log_ns[-1])
                 yield frames
         return VirtualBag(table.path, dict.fromkeys(topics, count), chunks, (begin, end),
                           table.notes, True, units)
     signals = signals_of(table, mapping)
-    frames = _frames(signals, mapping, topics, 0)
+    frames = _frames(signals, topics, 0)
     return VirtualBag(table.path, dict.fromkeys(topics, len(signals.stamp_ns)), lambda: iter(
         [frames]), (int(frames[0].log_ns[0]), int(frames[0].log_ns[-1])), signals.notes, True,
         units, tuple(described(signals)))
+
+
+def _signals_of_topics(mapping: Columns) -> dict[str, dict[str, dict[str, str]]]:
+    """Return {topic: {joint: {field: signal}}} of the topics that `mapping` reads signals of."""
+    if mapping.joints:
+        topics = {JOINT_TOPIC: {joint: {field: f'{joint}:{field}' for field in FIELDS}
+                                for joint in mapping.joints},
+                  SETPOINT_TOPIC: {joint: {'position': f'{joint}:setpoint'}
+                                   for joint in mapping.joints}}
+    else:
+        sides = {side: {field: f'{side}_{field}' for field in FIELDS} for side in ('motor', 'arm')}
+        if 'motor_setpoint' in mapping.signals:
+            sides['setpoint'] = {'position': 'motor_setpoint'}
+        topics = {JOINT_TOPIC: sides,
+                  REFERENCE_TOPIC: {'transmission': {'effort': 'reference_torque'}}}
+    return {topic: joints for topic, joints in topics.items()
+            if any(name in mapping.signals for own in joints.values() for name in own.values())}
 
 
 def _extent(table: Table, mapping: Columns) -> tuple[int, int, int]:
@@ -129,38 +137,12 @@ def _extent(table: Table, mapping: Columns) -> tuple[int, int, int]:
     return count, int(first[0]), int(first[0] + count * per_row)
 
 
-def _frames(part: Signals, mapping: Columns, topics: Sequence[str], latest: int) -> list[Frames]:
+def _frames(part: Signals, topics: Mapping[str, Mapping[str, Mapping[str, str]]], latest: int
+            ) -> list[Frames]:
     """Return the messages of signals; their log times are not before `latest`."""
-    stamps, values = part.stamp_ns, part.values
-    log_ns: Integers = np.maximum(np.maximum.accumulate(stamps), latest)
-    none = np.broadcast_to(np.nan, len(stamps))
-
-    def table(names: Sequence[str]) -> Array | None:
-        if not any(name in values for name in names):
-            return None
-        return np.column_stack([values.get(name, none) for name in names])
-    if mapping.joints:
-        joints = mapping.joints
-        position, velocity, effort, setpoint = (
-            table([f'{joint}:{quantity}' for joint in joints])
-            for quantity in ('position', 'velocity', 'effort', 'setpoint'))
-        empty = np.full((len(stamps), len(joints)), np.nan)
-        of_topic = {JOINT_TOPIC: (empty if position is None else position, velocity, effort),
-                    SETPOINT_TOPIC: (setpoint, None, None)}
-        return [Frames(topic, joints, stamps, log_ns, *of_topic[topic]) for topic in topics]
-    sides = ['motor', 'arm']
-    position, velocity, effort = (table([f'{side}_{quantity}' for side in sides])
-                                  for quantity in ('position', 'velocity', 'effort'))
-    empty = np.full((len(stamps), 2), np.nan)
-    position, effort = (empty if x is None else x for x in (position, effort))
-    setpoint = values.get('motor_setpoint')
-    if setpoint is not None:
-        sides.append('setpoint')
-        position = np.column_stack([position, setpoint])
-        velocity, effort = (None if x is None else np.column_stack([x, none])
-                            for x in (velocity, effort))
-    frames = [Frames(JOINT_TOPIC, tuple(sides), stamps, log_ns, position, velocity, effort)]
-    if REFERENCE_TOPIC in topics:
-        frames.append(Frames(REFERENCE_TOPIC, ('transmission',), stamps, log_ns, empty[:, :1],
-                             None, values['reference_torque'][:, None]))
-    return frames
+    log_ns: Integers = np.maximum(np.maximum.accumulate(part.stamp_ns), latest)
+    none = np.broadcast_to(np.nan, len(log_ns))
+    return [Frames(topic, tuple(joints), part.stamp_ns, log_ns, {
+        field: np.column_stack([part.values.get(own.get(field, ''), none)
+                                for own in joints.values()]) for field in FIELDS})
+            for topic, joints in topics.items()]

@@ -24,7 +24,8 @@ from gearbox_monitor.parameters import resolve, SETTINGS  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
 from gearbox_monitor.plant.faults import Excitation  # noqa: E402
 from gearbox_monitor.plant.simulate import Noise, simulate  # noqa: E402
-from gearbox_monitor.recordings.joint_input import find_input, write_paired  # noqa: E402
+from gearbox_monitor.recordings.joint_input import find_input  # noqa: E402
+from gearbox_monitor.recordings.messages import paired_bag  # noqa: E402
 from gearbox_monitor.recordings.read import open_bag  # noqa: E402
 from gearbox_monitor.recordings.recorded_samples import read_snapshots  # noqa: E402
 from gearbox_monitor.recordings.replay import replay  # noqa: E402
@@ -175,12 +176,11 @@ def test_one_gearbox_of_a_robot(graph, drive, tmp_path):
         joints = given['motor_joint'], given['arm_joint']
         live = bag.joint_states(found.topic, joints)
         del bag.topics[found.topic]
-        _, count, joiner = write_paired(
-            bag, tmp_path / 'paired', resolve(DriveModel(), given)[1], '/joint_states')
-    with open_bag(tmp_path / 'paired') as bag:
-        again = bag.joint_states('/paired_joint_states', joints)
+        paired = paired_bag(bag, resolve(DriveModel(), given)[1], '/joint_states')
+        again = paired.joint_states('/joint_states', joints)
     # The recorder may find the estimator a moment after its first sample.
-    assert count == 4200 >= len(live.stamp_ns) > 0 and joiner.unpaired == len(UNPAIRED)
+    assert len(again.stamp_ns) == 4200 >= len(live.stamp_ns) > 0
+    assert paired.notes[-1].startswith(f'{len(UNPAIRED)} samples without the arm; ')
     for field in ('stamp_ns', 'position', 'effort'):
         np.testing.assert_array_equal(
             getattr(again, field)[-len(live.stamp_ns):], getattr(live, field))
