@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """The one exception that a user's input can raise, and how several become one."""
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping
 from difflib import get_close_matches
 from importlib.util import find_spec
 from numbers import Integral
 import re
-from typing import Any
+from typing import Any, TypeAlias
 
 from gearbox_monitor.removed import refusal
 
@@ -82,6 +82,42 @@ def expect_choice(value: Any, name: str, source: str, choices: Collection[str]) 
     if value not in choices:
         raise InputError(f'{source}: {name}: {value!r}, expected one of {", ".join(choices)}')
     return value
+
+
+Check: TypeAlias = Callable[[Any], str]  # of a value: what was expected instead, '' if it is right
+
+
+def number_check(expected: str = 'a number', right: Callable[[float], bool] | None = None
+                 ) -> Check:
+    """Return the Check of a finite number, where it must be `right`; `expected`: in words."""
+    def check(value: Any) -> str:
+        finite = isinstance(value, (int, float)) and not isinstance(value, bool)
+        return '' if finite and -1e100 < value < 1e100 and (
+            right is None or right(value)) else expected
+    return check
+
+
+def expect(value: Any, name: str, source: str, check: Check) -> None:
+    """Raise InputError if a `check` of the `value` of the key `name` in `source` fails."""
+    if expected := check(value):
+        raise InputError(f'{source}: {name}: {value!r}, expected {expected}')
+
+
+def expect_values(data: Any, name: str, source: str, checks: Mapping[str, Check],
+                  needed: Collection[str] = ()) -> None:
+    """
+    Raise InputError if a block of a file has other keys or values than it may have.
+
+    Args:
+        data: the block.
+        name: of the block.
+        source: of the file.
+        checks: {key: Check of its value}.
+        needed: keys that it must have.
+    """
+    expect_keys(data, name, source, checks)
+    for key in dict.fromkeys((*needed, *data)):
+        expect(data.get(key), f'{name}.{key}', source, checks[key])
 
 
 def installed_by(extra: str) -> str:

@@ -51,7 +51,7 @@ REMOVED = {
     'format': 'the first bytes of a file say its format',
     'json': 'the list of entries is found',
     'field': 'column: NAME names a field, too: run.q, or run.q 2 for a column of a matrix',
-    'estimated': 'state the seconds that are added to the times of the file',
+    'second_file': 'put its columns, with their time, into the file: a signal has its own time',
     'missing': 'empty cells are not measured',
     'repeated': 'stamps are kept as recorded; commands take --repeated',
     'unordered': 'stamps are kept as recorded',

@@ -21,10 +21,10 @@ from gearbox_monitor.recordings.log_units import (
     unit_of_label, units_of, VELOCITY, vocabulary)
 from gearbox_monitor.recordings.mapping import kind_of, TURN, with_settings
 from gearbox_monitor.recordings.meaning import (
-    joints_of, joints_of_none, Meaning, meaning_of, meanings)
+    joints_of, joints_of_none, Meaning, meaning_of, meanings, SETPOINT)
 from gearbox_monitor.recordings.roles import (
-    Choice, choice_of, matches, NamedColumn, NONE, Question)
-from gearbox_monitor.recordings.siblings import sibling_setpoints, states_beside
+    Choice, choice_of, matches, NamedColumn, NONE, OpenQuestion)
+from gearbox_monitor.recordings.siblings import BESIDE, states_beside
 from gearbox_monitor.recordings.table import Column, Table
 from gearbox_monitor.recordings.times import found_time, FoundTime
 
@@ -83,7 +83,7 @@ class Guess:
     source: str
     data: Mapping[str, Any]
     assumptions: tuple[str, ...]
-    questions: tuple[Question, ...] = ()
+    questions: tuple[OpenQuestion, ...] = ()
     rows: tuple[tuple[str, str, str, str], ...] = ()
 
     @property
@@ -166,7 +166,7 @@ class _Proposal:
         self.needs_constants = constants
         self.columns = {column.name: column for column in self.table.columns}
         self.assumptions: list[str] = []
-        self.questions: list[Question] = []
+        self.questions: list[OpenQuestion] = []
         self.units: dict[str, str] = {}  # of the mapping, by column
         self.constants: dict[str, float] = {}
         self.used: set[str] = set()  # options that had an effect
@@ -183,9 +183,11 @@ class _Proposal:
         time = self._time()
         clocks = {column.clock for column in table.columns}
         columns = [c for c in table.columns if c.name not in (*time.labels, *clocks)
+                   and (c.clock or not c.name.startswith(BESIDE))
                    and c.values.dtype.kind in 'iuf' and np.isfinite(c.values.astype(float)).any()]
-        listed = meanings([c.name for c in columns], [answers.units.get(c.name, c.unit)
-                                                      for c in columns], table.joints)
+        listed = self._meanings([c for c in columns if not c.name.startswith(BESIDE)]) + [
+            replace(meaning, label=BESIDE + meaning.label, source=SETPOINT)
+            for meaning in self._meanings([c for c in columns if c.name.startswith(BESIDE)])]
         joints = joints_of(listed)
         joint = self._selected(joints)
         self.constants = self._constants(joints)
@@ -221,8 +223,10 @@ class _Proposal:
         else:
             data['signals'] = self._signals(data, choices[0], time.t, False)
         self._blanks(data, time)
-        if robot and 'motor_setpoint' not in use:
-            self._setpoints_beside(data, time)
+        states = states_beside(table)
+        if robot and states and 'motor' not in answers.use:
+            self._ask('motor', f'setpoints by the name of the file, {states} beside it has '
+                      'the positions of the run', f'import {states}, or --use motor=COLUMN')
         self._require_effect(data, listed, choices, time)
         rows = self._rows(listed, choices, time)
         unused = [row[0] for row in rows if not row[1]]
@@ -232,12 +236,16 @@ class _Proposal:
         return Guess(table.path.name, with_settings(data, self.settings), tuple(self.assumptions),
                      tuple(self.questions), tuple(rows))
 
+    def _meanings(self, columns: Sequence[Column]) -> list[Meaning]:
+        return meanings([c.name.removeprefix(BESIDE) for c in columns], [
+            self.answers.units.get(c.name, c.unit) for c in columns], self.table.joints)
+
     def _notes(self) -> str:
         return ''.join(f'; {note}' for note in self.table.notes)
 
     def _ask(self, topic: str, text: str, option: str) -> None:
         if topic not in {question.topic for question in self.questions}:
-            self.questions.append(Question(topic, text, option))
+            self.questions.append(OpenQuestion(topic, text, option))
 
     def _stated(self, key: str) -> bool:
         """Return whether a setting KEY=VALUE has this key."""
@@ -255,8 +263,9 @@ class _Proposal:
             units = {name: standard_unit(unit) for name, unit in answers.units.items()}
             if 'time' in units:
                 units.update({column.name: units['time'] for column in table.columns})
-            clock = next((c.clock for c in table.columns if c.clock), '')
-            time = found_time(table.path, table.columns, units, answers.use.get('time', clock))
+            columns = [c for c in table.columns if not c.name.startswith(BESIDE)]
+            clock = next((c.clock for c in columns if c.clock), '')
+            time = found_time(table.path, columns, units, answers.use.get('time', clock))
             if time is not None:
                 if answers.episode is not None and 'segment' in time.block:
                     time.block['only'] = answers.episode
@@ -575,9 +584,15 @@ class _Proposal:
         blocks = [block for signals in (data.get('joints') or {'': data['signals']}).values()
                   for block in signals.values()]
         clocks = {self.columns[block['column']].clock for block in blocks}
-        if clocks != {''}:
+        other = found_time(self.table.path, [c for c in self.table.columns if c.name.startswith(
+            BESIDE) and not c.clock], {})
+        if other is not None:
+            for block in blocks:
+                if block['column'].startswith(BESIDE):
+                    block['time'] = other.block
+        elif clocks != {''}:
             values = [self.columns[clock].values for clock in clocks if clock]
-            if all(np.array_equal(values[0], other) for other in values):
+            if all(np.array_equal(values[0], own) for own in values):
                 return
             for block in blocks:
                 clock = self.columns[block['column']].clock
@@ -588,24 +603,6 @@ class _Proposal:
                 block['time'] = dict(time.block)
             self.assumptions.append('Empty cells: each curve has its own samples; they are '
                                     'interpolated onto those of the first signal.')
-
-    def _setpoints_beside(self, data: dict[str, Any], time: FoundTime) -> None:
-        """Add the setpoints of a robot in a file of their own to the mapping `data`, or ask."""
-        if any('setpoint' in joint for joint in data['joints'].values()):
-            return
-        path = self.table.path
-        states = states_beside(path, time, data['joints'])
-        if states and 'motor' not in self.answers.use:
-            self._ask('motor', f'setpoints by the name of the file, {states} beside it has '
-                      'the positions of the run', f'import {states}, or --use motor=COLUMN')
-        blocks = sibling_setpoints(path, time, data['joints'])
-        names = ', '.join(block['path'] for block in blocks)
-        if len(blocks) == 1:
-            data['second_file'] = blocks[0]
-            self.assumptions.append(f'Setpoints: {names} beside it, on the same clock.')
-        elif blocks:
-            self._ask('setpoint', f'{names}: setpoints of the same joints and time beside it',
-                      '--use setpoint=none, or second_file in a mapping (--map)')
 
     def _require_effect(self, data: Mapping[str, Any], listed: Sequence[Meaning],
                         choices: Sequence[Choice], time: FoundTime) -> None:
@@ -683,8 +680,8 @@ def _names_of(role: str) -> list[str]:
 def _as_in_file(data: Mapping[str, Any], names: Mapping[str, str]) -> dict[str, Any]:
     """Return the mapping `data` with the `names` {new: old} of columns that the file has."""
     return {key: names.get(value, value) if key in ('column', 'nanosec', 'segment') else
-            _as_in_file(value, names) if isinstance(value, dict) and key != 'second_file' else
-            value for key, value in data.items()}
+            _as_in_file(value, names) if isinstance(value, dict) else value
+            for key, value in data.items()}
 
 
 def _renamed(table: Table, columns: str) -> tuple[Table, list[str]]:

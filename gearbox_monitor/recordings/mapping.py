@@ -9,11 +9,12 @@ A number may be ``{from_header: NAME, scale: 1.0}``: a number that the recording
 """
 from collections.abc import Mapping as Table, Sequence
 from copy import deepcopy
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from gearbox_monitor.errors import expect_choice, expect_keys, InputError, Problems, unknown
+from gearbox_monitor.errors import (
+    Check, expect, expect_choice, expect_keys, expect_values, InputError, number_check, Problems)
 from gearbox_monitor.files.opening import config_path
 from gearbox_monitor.files.yaml_files import load_yaml
 from gearbox_monitor.recordings.log_units import (
@@ -24,7 +25,7 @@ TURN = 6.283185307179586
 CODINGS = ('twos_complement', 'sign_magnitude')
 STAMPS = ('recorded', 'even')
 FROM_HEADER = 'from_header'
-KEYS = ('description', 'kind', 'gear_ratio', 'time', 'signals', 'joints', 'text', 'second_file')
+KEYS = ('description', 'kind', 'gear_ratio', 'time', 'signals', 'joints', 'text')
 
 
 class SignalKind(NamedTuple):
@@ -107,8 +108,7 @@ class Mapping:
     """
     A checked mapping; `data` is its content as plain values, `source` its path.
 
-    joints: of a robot; their signals are called 'JOINT:QUANTITY'. second: the file beside the
-    first with further signals, (path, s that are added to its times, its mapping).
+    joints: of a robot; their signals are called 'JOINT:QUANTITY'.
     """
 
     source: str
@@ -119,7 +119,6 @@ class Mapping:
     gear_ratio: float = 1.0
     text: TextFormat = FOUND
     joints: tuple[str, ...] = ()
-    second: 'tuple[str, float, Mapping] | None' = field(default=None)
 
     def kind_of(self, name: str) -> SignalKind:
         """Return the SignalKind of the signal `name`."""
@@ -190,8 +189,7 @@ def text_of(data: Any, source: str) -> TextFormat:
     return format_of(data.get('text', {}), source)
 
 
-def mapping_of(data: Any, source: str, header: Table[str, float] | None, beside: str = ''
-               ) -> Mapping:
+def mapping_of(data: Any, source: str, header: Table[str, float] | None) -> Mapping:
     """
     Return the checked Mapping.
 
@@ -199,7 +197,6 @@ def mapping_of(data: Any, source: str, header: Table[str, float] | None, beside:
         data: plain values, as in the mapping file.
         source: name of the mapping in messages.
         header: numbers that the recording states, for references; None: not read yet.
-        beside: the keys of what a second file stands in, '' for the first file.
 
     Raises:
         InputError: it names all keys with a wrong value.
@@ -211,37 +208,33 @@ def mapping_of(data: Any, source: str, header: Table[str, float] | None, beside:
                          'robot')
     if 'time' not in data:
         raise InputError(f'{source}: time: missing, expected keys and values')
-    kind = expect_choice(data.get('kind', ROTARY), 'kind', source, (ROTARY, PRISMATIC))
-    problems = Problems()
-    values: dict[str, Any] = {}
+    kind, ratio = data.get('kind', ROTARY), data.get('gear_ratio', 1.0)
+    expect_choice(kind, 'kind', source, (ROTARY, PRISMATIC))
+    problems, time = Problems(), TimeMapping()
     with problems:
-        values['gear_ratio'] = _number(data.get('gear_ratio', 1.0), 'gear_ratio', source,
-                                       nonzero=True)
+        expect(ratio, 'gear_ratio', source, number_check('a number other than 0', lambda x: (
+            abs(x) >= LEAST)))
     with problems:
-        values['time'] = _time(data['time'], source)
-    blocks = _blocks(data, source, problems)
+        time = _time(data['time'], source)
     signals: dict[str, SignalMapping] = {}
+    blocks = _blocks(data, source, problems)
     for name, block in blocks.items():
         with problems:
             joint = name.rpartition(':')[0]
-            axis = kind if ':' not in name else axis_of((
+            axis = kind if not joint else axis_of((
                 str(other['unit']) for key, other in blocks.items() if key.rpartition(':')[0]
                 == joint and isinstance(other, dict) and 'unit' in other), kind)
             signals[name] = _signal(name, block, source, axis)
     if 'joints' in data and 'gear_ratio' in data:
         problems.found.append(f'{source}: gear_ratio: stated for joints, expected signals of the '
                               'joints themselves')
-    if 'second_file' in data:
-        with problems:
-            values['second'] = _second_file(data, signals, source, header)
     problems.raise_all()
-    second = values.get('second')
-    if not beside and not any(kind_of(name).quantity != EFFORT and not name.endswith('setpoint')
-                              for name in (*signals, *(second[2].signals if second else ()))):
+    if not any(kind_of(name).quantity != EFFORT and not name.endswith('setpoint')
+               for name in signals):
         raise InputError(f'{source}: signals: no position, expected motor_position, arm_position '
                          'or both, or a velocity')
-    return Mapping(source, data, signals=signals, kind=kind, text=text, joints=tuple(
-        map(str, data.get('joints', ()))), **values)
+    return Mapping(source, data, time, signals, kind, ratio, text, tuple(
+        map(str, data.get('joints', ()))))
 
 
 def _with_header(data: Any, header: Table[str, float] | None, source: str) -> Any:
@@ -259,72 +252,68 @@ def _with_header(data: Any, header: Table[str, float] | None, source: str) -> An
                 raise InputError(f'{source}: {key}: no number {name!r} in the header of the '
                                  'recording, expected one of '
                                  f'{", ".join(sorted(header))[:200] or "none"}')
-            value = _number(scale, f'{key}.scale', source) * (
-                1.0 if header is None else header[name])
+            expect(scale, f'{key}.scale', source, NUMBER)
+            value = scale * (1.0 if header is None else header[name])
         result[key] = _with_header(value, header, source)
     return result
 
 
 def _blocks(data: Table[str, Any], source: str, problems: Problems) -> dict[str, Any]:
     """Return {name of the signal: its block} of a mapping."""
-    if 'signals' in data:
-        with problems:
-            expect_keys(data['signals'], 'signals', source, SIGNALS)
-            return dict(data['signals'])
-        return {}
+    is_drive = 'signals' in data
+    groups, names = ({'': data['signals']}, SIGNALS) if is_drive else (
+        data['joints'], JOINT_SIGNALS)
     blocks: dict[str, Any] = {}
-    for joint, signals in data['joints'].items() if isinstance(data['joints'], dict) else ():
+    for joint, signals in groups.items() if isinstance(groups, dict) else ():
         with problems:
-            expect_keys(signals, f'joints.{joint}', source, JOINT_SIGNALS)
-            blocks.update({f'{joint}:{name}': block for name, block in signals.items()})
-    if not blocks:
-        problems.found.append(f'{source}: joints: {str(data["joints"])[:40]!r}, expected signals '
-                              'by joint')
+            expect_keys(signals, 'signals' if is_drive else f'joints.{joint}', source, names)
+            blocks.update({name if is_drive else f'{joint}:{name}': block
+                           for name, block in signals.items()})
+    if not blocks and not is_drive:
+        problems.found.append(f'{source}: joints: {str(groups)[:40]!r}, expected signals by joint')
     return blocks
 
 
-def _second_file(data: Table[str, Any], first: Table[str, SignalMapping], source: str,
-                 header: Table[str, float] | None) -> tuple[str, float, Mapping]:
-    """Return the second file of a mapping; axis and gear ratio are those of the first."""
-    block = data['second_file']
-    expect_keys(block, 'second_file', source, ('path', 'lag', *KEYS[:-1]))
-    path, lag = block.get('path'), block.get('lag')
-    if not isinstance(path, str) or not path or Path(path).name != path:
-        raise InputError(f'{source}: second_file.path: {path!r}, expected the name of a file '
-                         'beside the first')
-    if isinstance(lag, str):
-        raise InputError(f'{source}: second_file.lag: {lag!r}, {unknown(lag, ())}')
-    lag = _number(lag, 'second_file.lag', source)
-    inner = {**{key: data[key] for key in ('kind', 'gear_ratio') if key in data},
-             **{key: value for key, value in block.items() if key not in ('path', 'lag')}}
-    mapping = mapping_of(inner, f'{source}: second_file', header, 'second_file')
-    both = set(mapping.signals) & set(first)
-    if both or not mapping.signals:
-        raise InputError(f'{source}: second_file.signals: {", ".join(sorted(both)) or "none"}, '
-                         'expected signals that the first file does not have')
-    return path, lag, mapping
+LEAST = 1e-100  # a smaller number is 0
+NUMBER = number_check()
+POSITIVE = number_check('a number > 0', lambda x: x >= LEAST)
+
+
+def _column(value: Any) -> str:
+    right = not isinstance(value, bool) and (
+        isinstance(value, str) and value or isinstance(value, int) and value >= 1)
+    return '' if right else 'the name of a column or a number from 1'
+
+
+def _choice(*choices: Any) -> Check:
+    return lambda value: '' if value in choices else f'one of {", ".join(map(str, choices))}'
+
+
+OF_TIME: Table[str, Check] = {
+    'column': _column, 'nanosec': _column, 'segment': _column, 'scale': POSITIVE,
+    'unit': lambda value: _choice(*units_of(TIME), 'iso8601')(value),
+    'rate': number_check('0.001 to 1e6 Hz', lambda x: 1e-3 <= x <= 1e6),
+    'only': lambda value: '' if isinstance(value, (int, str)) else 'a whole number or a name',
+    'stamps': _choice(*STAMPS)}
+OF_SIGNAL: Table[str, Check] = {
+    'column': _column, 'scale': POSITIVE, 'offset': NUMBER, 'counts_per_rev': POSITIVE,
+    'torque_constant': POSITIVE, 'coding': _choice(*CODINGS),
+    'sign': lambda value: '' if value in (1, -1) else '1 or -1',
+    'zero': lambda value: '' if value == 'first' else NUMBER(value) and "a number or 'first'",
+    'bits': number_check('an integer from 2 to 52', lambda n: isinstance(n, int) and 2 <= n <= 52),
+    'unit': lambda value: '' if isinstance(value, str) else 'text', 'time': lambda value: ''}
 
 
 def _time(block: Any, source: str, where: str = 'time') -> TimeMapping:
     """Return the TimeMapping of a `block` at the key `where`. Raises InputError."""
-    expect_keys(block, where, source, [f.name for f in fields(TimeMapping)])
-    if 'rate' in block:
-        both = [key for key in ('column', 'scale', 'unit') if key in block]
-        if both:
-            raise InputError(f'{source}: {where}.{both[0]}: with {where}.rate, expected one of '
-                             'the two')
-        rate = _number(block['rate'], f'{where}.rate', source, positive=True)
-        if not 1e-3 <= rate <= 1e6:
-            raise InputError(f'{source}: {where}.rate: {rate:g}, expected 0.001 to 1e6 Hz')
-    for key in ('column', 'nanosec', 'segment'):
-        if key in block or key == 'column' and 'rate' not in block:
-            _column(block.get(key), f'{where}.{key}', source)
-    if 'only' in block and ('segment' not in block or not isinstance(block['only'], (int, str))):
-        raise InputError(f'{source}: {where}.only: {block["only"]!r}, expected a whole number '
-                         'or a name, with segment')
-    _number(block.get('scale', 1.0), f'{where}.scale', source, positive=True)
-    for key, choices in (('stamps', STAMPS), ('unit', (*units_of(TIME), 'iso8601'))):
-        expect_choice(block.get(key, choices[0]), f'{where}.{key}', source, choices)
+    rated = isinstance(block, dict) and 'rate' in block
+    expect_values(block, where, source, OF_TIME, () if rated else ('column',))
+    both = [key for key in ('column', 'scale', 'unit') if rated and key in block]
+    if both:
+        raise InputError(f'{source}: {where}.{both[0]}: with {where}.rate, expected one of the '
+                         'two')
+    if 'only' in block and 'segment' not in block:
+        raise InputError(f'{source}: {where}.only: {block["only"]!r}, expected it with segment')
     return TimeMapping(**block)
 
 
@@ -332,22 +321,10 @@ def _signal(name: str, block: Any, source: str, axis: str) -> SignalMapping:
     """Return the SignalMapping of a `block` of the signal `name`. Raises InputError."""
     quantity, motor_effort, _ = kind_of(name)
     where = key_of(name)
-    only = {'counts_per_rev': quantity != EFFORT and axis == ROTARY,
-            'torque_constant': motor_effort, 'unit_scale': False, 'complete': False}
-    expect_keys(block, where, source, [
-        f.name for f in fields(SignalMapping) if only.get(f.name, True)])
-    _column(block.get('column'), f'{where}.column', source)
-    for key in ('scale', 'counts_per_rev', 'torque_constant'):
-        _number(block.get(key, 1.0), f'{where}.{key}', source, positive=True)
-    _number(block.get('offset', 0.0), f'{where}.offset', source)
-    if block.get('zero') != 'first':
-        _number(block.get('zero', 0.0), f'{where}.zero', source, also="or 'first'")
-    bits = block.get('bits', 16)
-    if isinstance(bits, bool) or not isinstance(bits, int) or not 2 <= bits <= 52:
-        raise InputError(f'{source}: {where}.bits: {bits!r}, expected an integer from 2 to 52')
-    if block.get('sign', 1) not in (1, -1):
-        raise InputError(f'{source}: {where}.sign: {block["sign"]!r}, expected 1 or -1')
-    expect_choice(block.get('coding', CODINGS[0]), f'{where}.coding', source, CODINGS)
+    has = {'counts_per_rev': quantity != EFFORT and axis == ROTARY,
+           'torque_constant': motor_effort}
+    expect_values(block, where, source, {key: check for key, check in OF_SIGNAL.items()
+                                         if has.get(key, True)}, ('column',))
     if 'coding' in block and 'bits' not in block:
         raise InputError(f'{source}: {where}.bits: missing, expected the bits of this coding')
     values = dict(block)
@@ -361,8 +338,6 @@ def _signal(name: str, block: Any, source: str, axis: str) -> SignalMapping:
 def _unit(block: Table[str, Any], where: str, source: str, quantity: str, axis: str
           ) -> tuple[float, bool]:
     """Return (factor to SI, whether the unit and its constants make SI) of a block's unit."""
-    if not isinstance(block['unit'], str):
-        raise InputError(f'{source}: {where}.unit: {block["unit"]!r}, expected text')
     try:
         factor, complete = unit_factor(block['unit'], quantity, axis)
     except InputError as error:
@@ -375,21 +350,3 @@ def _unit(block: Table[str, Any], where: str, source: str, quantity: str, axis: 
         raise InputError(f'{source}: {where}.unit: {block["unit"]!r} needs a factor to SI, '
                          'expected counts_per_rev or scale')
     return factor, complete or bool(second) or 'scale' in block
-
-
-def _column(column: Any, where: str, source: str) -> None:
-    """Check the `column` that the key `where` names."""
-    if isinstance(column, bool) or not (isinstance(column, str) and column or isinstance(
-            column, int) and column >= 1):
-        raise InputError(f'{source}: {where}: {column!r}, expected the name of a column or a '
-                         'number from 1')
-
-
-def _number(value: Any, name: str, source: str, positive: bool = False, nonzero: bool = False,
-            also: str = '') -> float:
-    finite = isinstance(value, (int, float)) and not isinstance(value, bool)
-    finite = finite and -1e100 < value < 1e100
-    if not finite or (positive and value < 1e-100) or (nonzero and abs(value) < 1e-100):
-        bound = ' > 0' if positive else ' other than 0' if nonzero else ''
-        raise InputError(f'{source}: {name}: {value!r}, expected a number{bound} {also}'.rstrip())
-    return float(value)

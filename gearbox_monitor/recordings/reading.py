@@ -11,8 +11,9 @@ from gearbox_monitor.recordings.guess import Answers, Guess, guessed, NO_ANSWERS
 from gearbox_monitor.recordings.mapping import load_mapping, Mapping, mapping_of, text_of
 from gearbox_monitor.recordings.messages import converted_bag, needs_conversion
 from gearbox_monitor.recordings.read import BagReader, FORMATS, is_ros1, open_bag, ROS1
+from gearbox_monitor.recordings.roles import NONE
 from gearbox_monitor.recordings.si_signals import Signals, signals_of
-from gearbox_monitor.recordings.siblings import file_in
+from gearbox_monitor.recordings.siblings import BESIDE, file_in, with_setpoints
 from gearbox_monitor.recordings.table import load_table, Table
 from gearbox_monitor.recordings.topics import JOINT_STATES
 from gearbox_monitor.recordings.virtual_bag import bag_of_table
@@ -111,10 +112,14 @@ def read_mapping(path: Path, reading: ReadOptions = BY_NAMES, constants: bool = 
         data, source = load_mapping(reading.map, reading.settings)
         mapping_of(data, source, None)  # its own problems before those of the file
         table = load_table(path, text_of(data, source))
+        if BESIDE in str(data.get('joints')):
+            table = with_setpoints(table)
         return table, mapping_of(data, source, table.header), None
     if reading.answers.stamps == 'received':
         raise InputError(f'--stamps received: {path} is no bag, expected recorded or even')
     table = load_table(path)
+    if reading.answers.use.get('setpoint') != NONE:
+        table = with_setpoints(table)
     guess = guessed(table, reading.settings, reading.answers, constants)
     guess.require_answers()
     return table, mapping_of(guess.data, f'guess of {path.name}', table.header), guess

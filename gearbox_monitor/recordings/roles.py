@@ -29,7 +29,7 @@ NONE = 'none'  # in place of a column, for a role that nobody has
 
 
 @dataclass(frozen=True)
-class Question:
+class OpenQuestion:
     """What names and units leave open, and the option that settles it."""
 
     topic: str
@@ -61,7 +61,7 @@ class Choice:
     roles: dict[str, NamedColumn] = field(default_factory=dict)
     reasons: dict[str, str] = field(default_factory=dict)
     left: dict[str, str] = field(default_factory=dict)
-    questions: list[Question] = field(default_factory=list)
+    questions: list[OpenQuestion] = field(default_factory=list)
 
     def take(self, role: str, candidate: NamedColumn, why: str) -> None:
         """Give `candidate` a `role`; `why`: in words."""
@@ -69,7 +69,7 @@ class Choice:
 
     def ask(self, topic: str, text: str, *options: str) -> None:
         """Add a question about `topic`, with `options` that settle it."""
-        self.questions.append(Question(topic, text, ' or '.join(options)))
+        self.questions.append(OpenQuestion(topic, text, ' or '.join(options)))
 
 
 def use_option(role: str, column: str) -> str:
@@ -210,7 +210,7 @@ def _positions(choice: Choice, columns: Sequence[NamedColumn], refused: set[str]
         return
     names = ', '.join(c.meaning.stem for c in candidates)
     spread = sorted(candidates, key=lambda c: -float(np.nanstd(c.values)))
-    choice.questions.append(Question(
+    choice.questions.append(OpenQuestion(
         'positions', f'{names}: positions of one joint, and no name tells motor from arm',
         f'{use_option("motor", spread[0].meaning.stem)} '
         f'{use_option("arm", spread[1].meaning.stem)} (or none), or --columns'))

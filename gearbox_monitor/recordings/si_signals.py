@@ -20,7 +20,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import AnyArray, Array, Flags, Integers
 from gearbox_monitor.recordings.log_units import EFFORT, standard_unit, TIME, units_of
 from gearbox_monitor.recordings.mapping import key_of, Mapping, SignalMapping, TimeMapping
-from gearbox_monitor.recordings.table import load_table, Table
+from gearbox_monitor.recordings.table import Table
 from gearbox_monitor.recordings.text import MIN_SAMPLES, RowBlock
 from gearbox_monitor.signals.stamps import evened
 
@@ -50,7 +50,7 @@ class Signals:
 
 def is_streamed(table: Table, mapping: Mapping) -> bool:
     """Return whether `mapping` reads the text `table` block by block, without all of its rows."""
-    return (table.streamed and mapping.second is None and mapping.time.segment is None
+    return (table.streamed and mapping.time.segment is None
             and mapping.time.stamps == 'recorded'
             and all(signal.time is None for signal in mapping.signals.values())
             and not set(_integrated_names(mapping)))
@@ -74,8 +74,6 @@ def signals_of(table: Table, mapping: Mapping) -> Signals:
     values = dict(first.values)
     for part in further:
         values.update(_at(table.path, first.stamp_ns, part, notes))
-    if mapping.second is not None:
-        values.update(_second_file(table.path, mapping, Signals(first.stamp_ns, values), notes))
     for name, velocity in _integrated_names(mapping).items():
         values[name] = _integrated(first.stamp_ns, values[velocity])
         notes.append(f'{name}: integrated from {velocity}, from 0: its zero is arbitrary and an '
@@ -428,20 +426,6 @@ def _at(path: Path, stamps: Integers, part: Signals, notes: list[str]
         yield name, result
 
 
-def _second_file(path: Path, mapping: Mapping, first: Signals, notes: list[str]
-                 ) -> Iterator[tuple[str, Array]]:
-    """Yield (name, values) of the second file at the stamps of the first."""
-    assert mapping.second is not None
-    name, lag, own = mapping.second
-    beside = path.parent / name.replace('{stem}', path.name.partition('.')[0])
-    table = load_table(beside, own.text)
-    for time, names in _clocks(own):
-        part = _one_clock(table, own, time, names, notes)
-        _require_plausible(beside, part.stamp_ns, time)
-        yield from _at(beside, first.stamp_ns, Signals(
-            part.stamp_ns + round(lag * 1e9), part.values), notes)
-
-
 def described(signals: Signals) -> Iterator[str]:
     """Yield sentences on missing and constant values of `signals`, and on their stamps."""
     values, stamps = signals.values, signals.stamp_ns
@@ -464,7 +448,7 @@ def described(signals: Signals) -> Iterator[str]:
 
 def _integrated_names(mapping: Mapping) -> dict[str, str]:
     """Return {position that is missing: the velocity that it is integrated from} of a drive."""
-    every = {*mapping.signals, *(mapping.second[2].signals if mapping.second else ())}
+    every = mapping.signals
     return {f'{side}_position': f'{side}_velocity' for side in ('motor', 'arm')
             if f'{side}_velocity' in every and f'{side}_position' not in every}
 

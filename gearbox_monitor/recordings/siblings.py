@@ -7,19 +7,19 @@ The setpoints of a robot in a file of their own, beside that of its states.
 The names of both differ only in words of the vocabulary: 'run3_state_motor.csv' and
 'run3_control.csv', 'joint_states.csv' and 'joint_commands.csv'. Both have the same clock.
 """
-from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TypeAlias
 
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.recordings.log_units import POSITION
-from gearbox_monitor.recordings.meaning import meanings, run_of
-from gearbox_monitor.recordings.table import JOINT_LIST, load_table
+from gearbox_monitor.recordings.meaning import meanings, run_of, SETPOINT
+from gearbox_monitor.recordings.table import Column, JOINT_LIST, load_table, Table
 from gearbox_monitor.recordings.times import found_time, FoundTime
 
 TABLES = ('.csv', '.csv.gz', '.parquet', '.npz', '.txt')
 OVERLAP = 0.5  # of the time of the states, in which setpoints of the same run stand
-Joints = Mapping[str, Mapping[str, Any]]
+BESIDE = 'setpoint: '  # in front of the names of columns of such a file
 
 
 def _files_beside(path: Path, setpoints: bool) -> list[Path]:
@@ -30,58 +30,63 @@ def _files_beside(path: Path, setpoints: bool) -> list[Path]:
         and file.is_file() and run_of(file.name.partition('.')[0]) == (setpoints, run))
 
 
-def states_beside(path: Path, time: FoundTime, joints: Joints) -> str:
-    """
-    Return the name of a file with the states of the run whose setpoints `path` holds, '' for none.
-
-    Args:
-        path: of what is read.
-        time: of it.
-        joints: {joint: {quantity: block of the mapping}} of it.
-    """
-    return next((file.name for file in _files_beside(path, False)
-                 if _setpoints_in(file, time, joints) is not None), '')
+Motion: TypeAlias = tuple[Table, FoundTime, dict[str, Column]]  # position of each joint
 
 
-def sibling_setpoints(path: Path, time: FoundTime, states: Joints) -> list[dict[str, Any]]:
-    """
-    Return the blocks second_file of a mapping, one for each file with setpoints beside `path`.
-
-    Args:
-        path: of the states.
-        time: of the states.
-        states: {joint: {quantity: block of the mapping}} of the states.
-    """
-    return [block for file in _files_beside(path, True)
-            if (block := _setpoints_in(file, time, states)) is not None]
-
-
-def _setpoints_in(path: Path, time: FoundTime, states: Joints) -> dict[str, Any] | None:
-    """Return the block second_file for the file `path`, None: it has other joints or times."""
-    try:
-        table = load_table(path)
-    except InputError:
+def _motion_of(table: Table, foreign: str | None = None) -> Motion | None:
+    """Return the positions in a table; None: no time, or one whose source is `foreign`."""
+    time = found_time(table.path, table.columns, {})
+    columns = [c for c in table.columns if c.values.dtype.kind in 'iuf'
+               and (time is None or c.name not in time.labels)]
+    listed = meanings([c.name for c in columns], [c.unit for c in columns], table.joints)
+    positions = [(m, c) for m, c in zip(listed, columns) if m.quantity == POSITION]
+    if time is None or not time.named or any(m.source == foreign for m, _ in positions):
         return None
-    own = found_time(path, table.columns, {})
-    if own is None or not time.named:
-        return None
-    end, own_end = time.start + float(time.t[-1]), own.start + float(own.t[-1])
-    if min(own_end, end) - max(own.start, time.start) < OVERLAP * (end - time.start):
-        return None
-    columns = [c for c in table.columns if c.name not in own.labels
-               and c.values.dtype.kind in 'iuf']
-    setpoints = {meaning.joint: column for meaning, column in zip(meanings(
-        [c.name for c in columns], [c.unit for c in columns], table.joints), columns)
-        if meaning.quantity == POSITION}
-    if set(setpoints) != set(states):
-        return None
-    blocks = {}
-    for joint, column in setpoints.items():
-        scaling = {key: value for key, value in states[joint].get('position', {}).items()
-                   if key in ('unit', 'scale', 'counts_per_rev')}
-        blocks[joint] = {'setpoint': {'column': column.name, **(
-            {'unit': column.unit} if column.unit else scaling)}}
-    return {'path': path.name, 'lag': 0.0, 'time': own.block, 'joints': blocks}
+    return table, time, {m.joint: c for m, c in positions}
+
+
+def _motions_beside(table: Table, setpoints: bool) -> list[Motion]:
+    """Return the motions of the same joints and time in files beside, of `setpoints` or states."""
+    files, fitting = _files_beside(table.path, setpoints), []
+    own = _motion_of(table, SETPOINT if setpoints else None) if files else None
+    for file in files if own else ():
+        try:
+            other = _motion_of(load_table(file, whole=True))
+        except InputError:
+            continue
+        if own and other and len(own[2]) > 1 and set(other[2]) == set(own[2]):
+            (begin, end), (first, last) = (
+                (time.start, time.start + float(time.t[-1])) for time in (own[1], other[1]))
+            if min(last, end) - max(first, begin) >= OVERLAP * (end - begin):
+                fitting.append(other)
+    return fitting
+
+
+def states_beside(table: Table) -> str:
+    """Return the name of a file with the states whose setpoints a table holds, '' for none."""
+    return next((other.path.name for other, *_ in _motions_beside(table, False)), '')
+
+
+def with_setpoints(table: Table) -> Table:
+    """
+    Return the `table` of a robot's states with the setpoints in a file beside it, if there is one.
+
+    The names of their columns begin with BESIDE. Raises Undecided: several files have them.
+    """
+    fitting = _motions_beside(table, True)
+    names = ', '.join(other.path.name for other, *_ in fitting)
+    if len(fitting) > 1:
+        raise Undecided(f'{table.path}: {names}: setpoints of the same joints and time beside it, '
+                        'expected --use setpoint=none, or one of the files')
+    for other, time, positions in fitting:
+        table = load_table(table.path, whole=True) if table.streamed else table
+        table = replace(table, rows=None, streamed=False, columns=(
+            *table.columns, *(replace(c, name=BESIDE + c.name) for c in other.columns
+                              if c.name in time.labels),
+            *(replace(c, name=BESIDE + c.name, clock=BESIDE + time.labels[0])
+              for c in positions.values())),
+            notes=(*table.notes, f'setpoints: {names} beside it, on the same clock'))
+    return table
 
 
 def file_in(path: Path) -> Path:

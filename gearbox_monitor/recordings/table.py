@@ -29,7 +29,7 @@ from gearbox_monitor.recordings.log_units import (
     EFFORT, number_with_unit, POSITION, scaled_unit, TIME, unit_of_label, VELOCITY, vocabulary)
 from gearbox_monitor.recordings.text import (
     BLOCK, DATE, FOUND, layout_of, MIN_SAMPLES, number_of, numbers_of_list, readable, RowBlock,
-    Rows, TextFormat, TextLayout)
+    TextRows, TextFormat, TextLayout)
 
 HDF5, MATLAB_HEADER = b'\x89HDF\r\n\x1a\n', 512  # bytes before the HDF5 content of MATLAB 7.3
 KINDS = ((b'MATLAB', 'mat'), (HDF5, 'hdf5'), (b'PAR1', 'parquet'), (b'ARROW1', 'feather'),
@@ -80,7 +80,7 @@ class Table:
     rate: float | None = None
     header: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
-    rows: Rows | None = None
+    rows: TextRows | None = None
     streamed: bool = False
 
     def find(self, place: int | str, key: str) -> Column:
@@ -190,7 +190,7 @@ def _text_table(path: Path, layout: TextLayout, whole: bool) -> Table:
         names = [str(k + 1) for k in range(width)]
     names = [name or str(k + 1) for k, name in enumerate(names)]
     whole_cells = {str(k): (k, None) for k in range(width)}
-    head = next(Rows(path, layout, whole_cells)((), whole_cells), None)
+    head = next(TextRows(path, layout, whole_cells)((), whole_cells), None)
     if head is None:
         raise InputError(f'{path}: no rows of data, expected a recording')
     cells = {k: head.values[str(k)] for k in range(width)}
@@ -215,7 +215,7 @@ def _text_table(path: Path, layout: TextLayout, whole: bool) -> Table:
         clock = layout.clocks.get(k)
         columns.append(Column(names[k], np.empty(0), unit, factor,
                               '' if clock is None else names[clock]))
-    rows = Rows(path, layout, {printable(name): place for name, place in places.items()})
+    rows = TextRows(path, layout, {printable(name): place for name, place in places.items()})
     columns = [replace(c, name=printable(c.name), clock=printable(c.clock)) for c in columns]
     texts = {printable(name) for name in texts}
     wanted = [c.name for c in columns if c.name not in texts]

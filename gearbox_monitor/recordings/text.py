@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 import contextlib
 import csv
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 import gzip
 from itertools import islice
 from pathlib import Path
@@ -22,7 +22,7 @@ import zlib
 
 import numpy as np
 
-from gearbox_monitor.errors import expect_choice, expect_keys, InputError
+from gearbox_monitor.errors import Check, expect_values, InputError, number_check
 from gearbox_monitor.files.opening import LONGEST_LINE, open_unpacked
 from gearbox_monitor.kernels.types import AnyArray, Array
 from gearbox_monitor.recordings.log_units import number_with_unit, standard_unit
@@ -76,29 +76,30 @@ class TextLayout:
     clocks: Mapping[int, int] = field(default_factory=dict)
 
 
+def _encoding_check(value: Any) -> str:
+    try:
+        return '' if b'x\n'.decode(value or 'utf-8') == 'x\n' else ENCODING
+    except (LookupError, UnicodeError, TypeError):
+        return ENCODING
+
+
+LINES = number_check('a number of lines', lambda n: isinstance(n, int) and 0 <= n <= 10_000)
+ENCODING = 'an encoding such as utf-8 or latin-1'
+CHECKS: Mapping[str, Check] = {
+    'skip': LINES, 'header': LINES, 'encoding': _encoding_check,
+    'delimiter': lambda x: '' if x == 'whitespace' or isinstance(x, str) and len(x) == 1
+    else "one character or 'whitespace'",
+    'comment': lambda x: '' if isinstance(x, str) else 'text',
+    'decimal': lambda x: '' if x in ('.', ',') else 'one of ., ,'}
+
+
 def format_of(block: Any, source: str) -> TextFormat:
     """Return the TextFormat of a `block` of the mapping `source`. Raises InputError."""
-    expect_keys(block, 'text', source, [f.name for f in fields(TextFormat)])
-    for name in ('skip', 'header'):
-        value = block.get(name, 0)
-        if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= 10_000:
-            raise InputError(f'{source}: text.{name}: {value!r}, expected a number of lines')
-    for name in ('delimiter', 'comment', 'encoding', 'decimal'):
-        if not isinstance(block.get(name, ''), str):
-            raise InputError(f'{source}: text.{name}: {block[name]!r}, expected text')
+    expect_values(block, 'text', source, CHECKS)
     text = TextFormat(**block)
-    if text.delimiter not in ('', 'whitespace') and len(text.delimiter) != 1:
-        raise InputError(f'{source}: text.delimiter: {text.delimiter!r}, expected one character '
-                         "or 'whitespace'")
-    expect_choice(text.decimal or '.', 'text.decimal', source, ('.', ','))
     if text.decimal and text.decimal == text.delimiter:
         raise InputError(f'{source}: text.decimal: {text.decimal!r}, expected another character '
                          'than text.delimiter')
-    try:
-        assert b'x\n'.decode(text.encoding or 'utf-8') == 'x\n'
-    except (LookupError, UnicodeError, AssertionError):
-        raise InputError(f'{source}: text.encoding: {text.encoding!r}, expected an encoding such '
-                         'as utf-8 or latin-1') from None
     return text
 
 
@@ -349,7 +350,7 @@ class RowBlock:
 
 
 @dataclass(frozen=True)
-class Rows:
+class TextRows:
     """What reads a text in blocks; places {name: (column, place in its list or None)}."""
 
     path: Path

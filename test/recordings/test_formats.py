@@ -362,41 +362,6 @@ def test_velocity_beside_a_position_is_kept_as_such(tmp_path):
     np.testing.assert_array_equal(joints.velocity[:, 1], U)
 
 
-# --- two files ----------------------------------------------------------------------------------
-TRUE_LAG = 0.1375
-FINE = np.arange(4000) * 0.002
-COARSE = np.arange(1500) * 0.005 + 0.3
-
-
-def motion(t):
-    """Return a motion that does not repeat within 8 s."""
-    return np.sin(3.1 * t) + 0.5 * np.sin(7.7 * t + 1.0) + 0.2 * np.sin(2.3 * t ** 1.3)
-
-
-def two_files(tmp_path, lag):
-    """Return (recording, response at the first file's stamps) of two files of one run."""
-    response = motion(FINE)
-    written(tmp_path, table(FINE, motion(FINE)), 'run7.csv')
-    written(tmp_path, table(COARSE - TRUE_LAG + 50.0, np.interp(COARSE, FINE, response)),
-            'run7_b.csv')
-    mapping = text_mapping(signals={'motor_position': {'column': 2}})
-    mapping['second_file'] = {'path': '{stem}_b.csv', 'lag': lag,
-                              'time': {'column': 1}, 'signals': {'arm_position': {'column': 2}}}
-    return read_recording(tmp_path / 'run7.csv', mapping_from_dict(mapping, 'map')), response
-
-
-def test_second_file_with_a_stated_lag(tmp_path):
-    recording, response = two_files(tmp_path, TRUE_LAG - 50.0)
-    inside = ~np.isnan(recording.values['arm_position'])
-    assert FINE[inside][0] == pytest.approx(0.3) and inside.sum() > 3700
-    np.testing.assert_allclose(recording['arm_position'][inside], response[inside], atol=4e-4)
-
-
-def test_an_estimated_lag_is_gone(tmp_path):
-    with pytest.raises(InputError, match="second_file.lag: 'estimated', gone since 0.3"):
-        two_files(tmp_path, 'estimated')
-
-
 # --- one mapping, many files --------------------------------------------------------------------
 def test_values_by_command_line_and_from_the_header(tmp_path, capsys):
     head = '# zero_count=100\n# ratio: 4\n'

@@ -22,11 +22,10 @@ def assigned(content):
     joints = dict(content.get('joints') or {'': {
         OF_DRIVE.get(name, name): block
         for name, block in (content.get('signals') or {}).items()}})
-    for joint, block in content.get('second_file', {}).get('joints', {}).items():
-        joints[joint] = {**joints[joint], **block}
     for signals in joints.values():
         for quantity, block in signals.items():
-            columns.setdefault(quantity, []).append(str(block['column']))
+            columns.setdefault(quantity, []).append(
+                str(block['column']).removeprefix('setpoint: '))
             units[quantity] = block.get('unit', '')
     return columns, units
 
