@@ -5,8 +5,8 @@
 Joint states of bags of other robots: ROS 1 bags, and messages of ros2_control.
 
 All become sensor_msgs/JointState, setpoints on a topic of their own. A bag is read twice: first
-for its joints and interfaces, then block by block. Of one joint one topic tells the state, and one
-the setpoint; the notes list the others, and interfaces that are not used.
+for its joints and interfaces, then block by block. One topic tells the states, one the setpoint of
+each joint; the notes list the others, and interfaces that are not used.
 """
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -334,18 +334,17 @@ def _evened(path: Path, frames: Sequence[Frames]) -> tuple[list[Frames], list[st
 
 # --- which topic tells what ---------------------------------------------------------------------
 def _surveyed(reader: BagReader, topic: str, stamps: str) -> tuple[list[_Topic], list[str]]:
-    """Return (the topics of joints in a bag, each joint's state from one of them; notes)."""
-    path = reader.path
-    names, setpoints, notes = _chosen_topics(reader, topic)
-    topics = [_Topic(reader, name, name in setpoints) for name in names]
+    """Return (the topic of the states in a bag and those of setpoints; notes)."""
+    names, notes = _chosen_topics(reader, topic)
+    topics = [_Topic(reader, name, k > 0) for k, name in enumerate(names)]
     decode = [own.decoder(()) for own in topics]
-    for block in reader.blocks(names) if names else ():
+    for block in reader.blocks(names):
         for own, columns in zip(topics, decode):
             own.survey(block.of(own.name), columns)
     notes += [reader.notice] if reader.notice else []
-    if not any(own.count for own in topics) or topic and not topics[0].count:
+    state, taken = topics[0], set[str]()
+    if not state.count:
         raise _without_joints(reader, topic)
-    topics = [own for own in topics if own.count]
     for own in topics:
         unused = own.interfaces - own.quantities - {'torque'}
         if {'effort', 'torque'} <= own.interfaces:
@@ -353,16 +352,23 @@ def _surveyed(reader: BagReader, topic: str, stamps: str) -> tuple[list[_Topic],
         if unused:
             notes.append(f'{own.name}: interfaces that are not used: '
                          f'{", ".join(sorted(unused))[:300]}')
-    _share_joints(path, topics, bool(topic), notes)
+        if own is state and own.quantities - {SETPOINT}:
+            own.states += own.joints
+        elif own.quantities - {SETPOINT}:
+            notes.append(f'{own.name}: states of {", ".join(own.joints)} left out: those of '
+                         f'{state.name} count')
+        if SETPOINT in own.quantities:
+            own.setpoints += [joint for joint in own.joints if joint not in taken]
+            taken.update(own.setpoints)
     topics = [own for own in topics if own.states or own.setpoints]
     if not topics:
-        raise InputError(f'{path}: messages of joints on {", ".join(names)} without values, '
-                         f'expected one of {", ".join((*OF_STATE, SETPOINT))}')
+        raise InputError(f'{reader.path}: messages of joints on {", ".join(names)} without '
+                         f'values, expected one of {", ".join((*OF_STATE, SETPOINT))}')
     blank = next((own for own in topics if not own.is_stamped), None)
     if blank is not None and stamps == 'recorded':
-        raise Undecided(f'{path}: all {blank.count} header stamps are 0: the driver does not '
-                        'stamp its messages, expected --stamps received (the times of receipt in '
-                        'the bag), or --stamps even')
+        raise Undecided(f'{reader.path}: all {blank.count} header stamps are 0: the driver does '
+                        'not stamp its messages, expected --stamps received (the times of receipt '
+                        'in the bag), or --stamps even')
     return topics, notes
 
 
@@ -382,38 +388,34 @@ def _without_joints(reader: BagReader, topic: str) -> InputError:
                       f'{", ".join(f"{n} ({k})" for n, k in sorted(kinds.items())) or "none"}')
 
 
-def _chosen_topics(reader: BagReader, topic: str) -> tuple[list[str], set[str], list[str]]:
+def _chosen_topics(reader: BagReader, topic: str) -> tuple[list[str], list[str]]:
     """
-    Return (topics to read, the most trusted first; those of setpoints among them; notes).
+    Return (the topic of the states, then those of setpoints; notes).
 
-    Of all topics of sensor_msgs/JointState one tells the states: `topic`, else joint_states in
-    whatever namespace, else the only one. Another one that is called joint_setpoints tells the
-    setpoints. Topics of controllers and of dynamic joint states are all read.
+    The states are those of `topic`, else of joint_states in whatever namespace, else of the only
+    topic of the most trusted type. Setpoints are those of joint_setpoints and of controllers.
     """
-    path = reader.path
-    of_joints = {kind: sorted(name for name, (declared, _) in reader.topics.items()
-                              if _ros2_name(declared) == kind) for kind in STATES}
-    with_messages = [name for name in of_joints[JOINT_STATE] if reader.count(name)]
-    stated = _called(topic, [name for names in of_joints.values() for name in names]) \
-        if topic else []
-    if topic and not stated:
-        raise InputError(f'{path}: --topic {topic}: no topic of joints, expected one of '
-                         + (', '.join(name for kind in STATES for name in of_joints[kind])
-                            or f'type {", ".join(STATES)}'))
-    setpoints = [name for name in _called('joint_setpoints', with_messages) if name not in stated]
-    candidates = stated or _called(JOINT_STATES, with_messages) or [
-        name for name in with_messages if name not in setpoints]
+    of_joints = {kind: sorted(name for name, (declared, count) in reader.topics.items()
+                              if count and _ros2_name(declared) == kind) for kind in STATES}
+    every = [name for names in of_joints.values() for name in names]
+    setpoints = _called('joint_setpoints', of_joints[JOINT_STATE])
+    candidates = _called(topic, every) if topic else _called(
+        JOINT_STATES, of_joints[JOINT_STATE]) or next(filter(None, (
+            [name for name in of_joints[kind] if name not in setpoints] for kind in STATES)), [])
+    if topic and every and not candidates:
+        raise InputError(f'{reader.path}: --topic {topic}: no topic of joints, expected one of '
+                         + ', '.join(every))
+    if not candidates:
+        raise _without_joints(reader, topic)
     if len(candidates) > 1:
-        raise Undecided(f'{path}: {", ".join(candidates)}: {len(candidates)} topics of joint '
-                        f'states, expected one: --topic {candidates[0]}')
-    same = [name for name in setpoints if candidates
-            and name.rpartition('/')[0] == candidates[0].rpartition('/')[0]]
-    setpoints = same or (setpoints if len(setpoints) == 1 else [])
-    names = [*candidates, *setpoints, *(name for kind in (DYNAMIC, CONTROLLER)
-                                        for name in of_joints[kind] if name not in stated)]
-    return names, set(setpoints), [f'{name}: {reader.count(name)} messages left out' + (
-        f'; the states are those of {candidates[0]} (--topic)' if candidates else '')
-        for name in with_messages if name not in names]
+        raise Undecided(f'{reader.path}: {", ".join(candidates)}: {len(candidates)} topics of '
+                        'joint states, expected one: --topic ' + ' or --topic '.join(candidates))
+    state = candidates[0]
+    same = [name for name in setpoints if name.rpartition('/')[0] == state.rpartition('/')[0]]
+    names = [state, *(name for name in (
+        *(same or setpoints * (len(setpoints) == 1)), *of_joints[CONTROLLER]) if name != state)]
+    return names, [f'{name}: {reader.count(name)} messages left out; the states are those of '
+                   f'{state} (--topic)' for name in every if name not in names]
 
 
 def _called(name: str, topics: Sequence[str]) -> list[str]:
@@ -421,34 +423,6 @@ def _called(name: str, topics: Sequence[str]) -> list[str]:
     ending = '/' + name.strip('/')
     return [topic for topic in topics if '/' + topic.strip('/') == ending] or [
         topic for topic in topics if topic.endswith(ending) and not name.startswith('/')]
-
-
-def _share_joints(path: Path, topics: Sequence[_Topic], is_asked: bool, notes: list[str]) -> None:
-    """
-    Give each joint to the most trusted of `topics` that tells its state, or its setpoint.
-
-    Where a user has asked for the topic, the states are those of the first one alone. Raises
-    Undecided: two topics of one type tell the state of a joint.
-    """
-    sources: dict[tuple[str, str], _Topic] = {}
-    for own in topics:
-        for content, quantities, taken in (
-                ('states', {*OF_STATE, ABSOLUTE}, own.states),
-                ('setpoints', {SETPOINT}, own.setpoints)):
-            dropped: dict[str, list[str]] = {}
-            for joint in own.joints if quantities & own.quantities else ():
-                first = topics[0] if is_asked and content == 'states' else own
-                source = sources.setdefault((content, joint), first)
-                if source is own:
-                    taken.append(joint)
-                elif content == 'states' and source.kind == own.kind and not is_asked:
-                    raise Undecided(f'{path}: {source.name}, {own.name}: {own.kind} of {joint}, '
-                                    f'expected the topic that tells its state: --topic '
-                                    f'{source.name} or --topic {own.name}')
-                else:
-                    dropped.setdefault(source.name, []).append(joint)
-            notes += [f'{own.name}: {content} of {", ".join(joints)} left out: those of {name} '
-                      'count' for name, joints in dropped.items()]
 
 
 # --- motor and arm from two topics --------------------------------------------------------------
