@@ -24,12 +24,12 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.robot.description import LONGEST, parse, RobotDescription
 
 
-def open_file(path: str | Path) -> BinaryIO:
-    """Return the file `path`, opened for reading bytes. Raises OSError."""
+def open_file(path: str | Path, buffering: int = -1) -> BinaryIO:
+    """Return the file `path`, opened for reading bytes, with a buffer. Raises OSError."""
     descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
     mode = os.fstat(descriptor).st_mode
     if stat.S_ISREG(mode):
-        return open(descriptor, 'rb')
+        return open(descriptor, 'rb', buffering)
     os.close(descriptor)
     code = errno.EISDIR if stat.S_ISDIR(mode) else errno.EINVAL
     reason = os.strerror(code) if stat.S_ISDIR(mode) else 'a pipe or device, not a file'

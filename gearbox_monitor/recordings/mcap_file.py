@@ -82,17 +82,16 @@ class McapFile:
         self.channels: dict[int, Channel] = {}
         self.metadata: dict[str, dict[str, str]] = {}
         self.chunks: list[ScannedChunk] = []
-        self._window_offset, self._window = 0, b''
         self._definitions = 0  # bytes
         try:
-            self._file = open_file(path)
+            self._file = open_file(path, WINDOW)
         except OSError as error:
             raise InputError(f'{self.path}: cannot read: {error.strerror}') from None
         try:
             self._size = self._file.seek(0, os.SEEK_END)
             if not self._size:
                 raise InputError(f'{self.path}: the file is empty, expected an MCAP recording')
-            if self._near(0, len(MAGIC)) != MAGIC:
+            if self._read(0, len(MAGIC)) != MAGIC:
                 raise InputError(f'{self.path}: not an MCAP file (no MCAP magic at its start)')
             self._scan()
         except OSError as error:
@@ -141,21 +140,13 @@ class McapFile:
         except OSError as error:
             raise InputError(f'{self.path}: cannot read: {error.strerror}') from None
 
-    def _near(self, begin: int, size: int) -> bytes:
-        """Return `size` bytes from `begin` on, from the window read last if they are in it."""
-        offset = begin - self._window_offset
-        if offset < 0 or offset + size > len(self._window):
-            self._window_offset, offset = begin, 0
-            self._window = self._read(begin, begin + max(size, WINDOW))
-        return self._window[offset:offset + size]
-
     def _scan(self) -> None:
         """Read the file's structure; stop silently where it is cut."""
         size, offset = self._size, len(MAGIC)
         chunk: ScannedChunk | None = None
         loose: ScannedChunk | None = None
         while offset + RECORD.size <= size:
-            opcode, length = RECORD.unpack(self._near(offset, RECORD.size))
+            opcode, length = RECORD.unpack(self._read(offset, offset + RECORD.size))
             body, following = offset + RECORD.size, offset + RECORD.size + length
             if not opcode:
                 break  # preallocated space behind a crash
@@ -167,7 +158,7 @@ class McapFile:
                 loose = self._extend(loose, offset, following)
             elif opcode == Opcode.MESSAGE_INDEX and chunk is not None:
                 if length >= 6:
-                    channel, count = struct.unpack('<HI', self._near(body, 6))
+                    channel, count = struct.unpack('<HI', self._read(body, body + 6))
                     if count + 6 == length and count % 16 == 0:
                         chunk.counts[channel] = count // 16
             elif opcode == Opcode.FOOTER:
@@ -191,12 +182,12 @@ class McapFile:
     def _read_chunk(self, body: int, end: int, whole: bool) -> ScannedChunk | None:
         try:
             start_ns, end_ns, unpacked, crc, length = CHUNK.unpack(
-                self._near(body, min(CHUNK.size, end - body)))
+                self._read(body, min(body + CHUNK.size, end)))
             begin = body + CHUNK.size
             if length > LONGEST_NAME:
                 return None
-            compression = self._near(begin, min(length, end - begin)).decode()
-            (packed,) = struct.unpack('<Q', self._near(begin + length, 8))
+            compression = self._read(begin, min(begin + length, end)).decode()
+            (packed,) = struct.unpack('<Q', self._read(begin + length, begin + length + 8))
             begin += length + 8
         except (struct.error, UnicodeDecodeError):
             return None

@@ -156,9 +156,8 @@ class ParquetTable(EstimateTable):
         except ImportError:
             raise InputError(f'{self._path}: pyarrow is missing, expected '
                              f'{installed_by("tables")}, or a .csv file') from None
-        self._arrow, self._rows = pyarrow, 0
-        self._stamps = np.empty(ROW_GROUP, np.int64)
-        self._columns = np.empty((len(self._names), ROW_GROUP))
+        self._arrow: Any = pyarrow
+        self._waiting: list[Any] = []
         estimator = player.estimator
         origin = {'version': __version__, 'kernels': KERNELS,
                   'replayed_from': str(player.reader.path),
@@ -176,25 +175,17 @@ class ParquetTable(EstimateTable):
                     self._names, 'BYTE_STREAM_SPLIT')})
 
     def _write(self, stamps: Integers, columns: Sequence[Array]) -> None:
-        done = 0
-        while done < len(stamps):
-            target = slice(self._rows, min(self._rows + len(stamps) - done, ROW_GROUP))
-            source = slice(done, done + target.stop - target.start)
-            self._stamps[target] = stamps[source]
-            for buffer, column in zip(self._columns, columns):
-                buffer[target] = column[source]
-            self._rows, done = target.stop, source.stop
-            if self._rows == ROW_GROUP:
-                self._flush()
+        self._waiting.append(self._arrow.table([stamps, *columns], schema=self._schema))
+        if sum(map(len, self._waiting)) >= ROW_GROUP:
+            self._flush()
 
     def _flush(self) -> None:
-        table = self._arrow.table([self._stamps[:self._rows], *self._columns[:, :self._rows]],
-                                  schema=self._schema)
-        self._writer.write_table(table, row_group_size=ROW_GROUP)
-        self._rows = 0
+        self._writer.write_table(self._arrow.concat_tables(self._waiting),
+                                 row_group_size=ROW_GROUP)
+        self._waiting = []
 
     def _close(self) -> None:
-        if self._rows:
+        if self._waiting:
             self._flush()
         self._writer.close()
 

@@ -14,7 +14,8 @@ from gearbox_monitor.diagnosis.robot.robot_log import (
     checked_log, continuous, CURRENT, RawLog, read_by, RobotLog, TORQUE, TURNED)
 from gearbox_monitor.diagnosis.robot.rows import RobotModel
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
-from gearbox_monitor.errors import expect_choice, expect_keys, InputError, unknown
+from gearbox_monitor.errors import (
+    expect, expect_choice, expect_keys, InputError, number_check, unknown)
 from gearbox_monitor.files.yaml_files import load_yaml
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.recordings.from_bag import NO_SERVO, robot_log
@@ -64,10 +65,8 @@ def _content(path: str | None) -> dict[str, Any]:
 
 def _number(path: str | None, where: str, value: Any, low: float) -> float:
     """Return the number of the key `where`. Raises InputError: it is less than `low`, or none."""
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not (
-            math.isfinite(value) and value >= low):
-        raise InputError(f'{path}: {where}: {str(value)[:40]!r}, expected a number'
-                         + (f' of {low:g} or more' if low > -math.inf else ''))
+    expect(value, where, str(path), number_check('a number' + (
+        f' of {low:g} or more' if low > -math.inf else ''), lambda x: x >= low))
     return float(value)
 
 
