@@ -426,26 +426,6 @@ def _at(path: Path, stamps: Integers, part: Signals, notes: list[str]
         yield name, result
 
 
-def described(signals: Signals) -> Iterator[str]:
-    """Yield sentences on missing and constant values of `signals`, and on their stamps."""
-    values, stamps = signals.values, signals.stamp_ns
-    for name, column in values.items():
-        missing = int(np.isnan(column).sum())
-        if missing:
-            yield f'{name}: {missing} of {len(column)} samples not measured'
-        if missing < len(column) and np.nanmax(column) == np.nanmin(column):
-            yield f'{name}: the same value in all samples'
-    step = np.diff(stamps)
-    backward = int((stamps < np.maximum.accumulate(stamps)).sum())
-    if backward or (step == 0).any():
-        yield (f'time: {backward} samples with an earlier stamp than one before, '
-               f'{int((step == 0).sum())} with the same, as they are recorded')
-    dropouts = int((step > 3 * np.median(step)).sum())
-    if dropouts:
-        yield (f'time: {dropouts} dropouts of more than 3 sample times, longest '
-               f'{step.max() * 1e-9:.3g} s')
-
-
 def _integrated_names(mapping: Mapping) -> dict[str, str]:
     """Return {position that is missing: the velocity that it is integrated from} of a drive."""
     every = mapping.signals

@@ -13,7 +13,7 @@ from gearbox_monitor.recordings.cdr import FIELDS, joint_state_rows, MessageBloc
 from gearbox_monitor.recordings.mapping import Mapping as Columns
 from gearbox_monitor.recordings.read import BagReader, BLOCK_MESSAGES, JOINT_STATE
 from gearbox_monitor.recordings.si_signals import (
-    described, effort_unit, is_streamed, signal_blocks, Signals, signals_of)
+    effort_unit, is_streamed, signal_blocks, Signals, signals_of)
 from gearbox_monitor.recordings.table import Table
 
 JOINT_TOPIC, SETPOINT_TOPIC = '/joint_states', '/joint_setpoints'
@@ -45,7 +45,7 @@ class VirtualBag(BagReader):
         topics: {topic: number of messages, as far as it is known}.
         chunks: yields the Frames of the recording in parts, in order of time.
         span: (start_ns, end_ns) as far as it is known.
-        notes: sentences for the user; remarks: those on the values, which checks see themselves.
+        notes: sentences for the user.
         arm_side: positions of the motor are at the output, whatever the model's gear ratio.
         units: {joint: unit of its effort}, where that is no torque or force.
     """
@@ -53,11 +53,11 @@ class VirtualBag(BagReader):
     def __init__(self, path: Path, topics: Mapping[str, int],
                  chunks: Callable[[], Iterator[Sequence[Frames]]], span: tuple[int, int],
                  notes: Sequence[str] = (), arm_side: bool = False,
-                 units: Mapping[str, str] | None = None, remarks: Sequence[str] = ()) -> None:
+                 units: Mapping[str, str] | None = None) -> None:
         super().__init__(path)
         self.topics = {topic: (JOINT_STATE, count) for topic, count in topics.items()}
         self.start_ns, self.end_ns = span
-        self.notes, self.notice = (*notes, *remarks), '; '.join(notes)
+        self.notes, self.notice = tuple(notes), '; '.join(notes)
         self.arm_side = arm_side
         self.effort_units = dict(units or {})
         self._chunks = chunks
@@ -108,7 +108,7 @@ def bag_of_table(table: Table, mapping: Columns) -> VirtualBag:
     frames = _frames(signals, topics, 0)
     return VirtualBag(table.path, dict.fromkeys(topics, len(signals.stamp_ns)), lambda: iter(
         [frames]), (int(frames[0].log_ns[0]), int(frames[0].log_ns[-1])), signals.notes, True,
-        units, tuple(described(signals)))
+        units)
 
 
 def _signals_of_topics(mapping: Columns) -> dict[str, dict[str, dict[str, str]]]:
