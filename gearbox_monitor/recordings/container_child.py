@@ -11,6 +11,7 @@ numbers of the header. A file that cannot be read is one line on the standard er
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 import gzip
+from importlib import import_module
 import io
 import json
 import math
@@ -27,6 +28,8 @@ FAILED, TOO_LARGE = 3, 4
 MIN_SAMPLES = 100   # a matrix with fewer rows and more columns has a row for each signal
 MOST_COLUMNS = 4096
 MAX_DEPTH = 12
+MODULES = {'hdf5': 'h5py', 'mat': 'scipy.io', 'yaml': 'yaml', 'parquet': 'pyarrow.parquet',
+           'feather': 'pyarrow.feather'}
 JOINT_LISTS = ('joint_names', 'joint_sequence', 'dof_names', 'joints', 'names')
 EPISODE = re.compile(r'(?i)(demo|episode|ep|traj|trajectory|rollout|trial|run)[_-]?\d+')
 DATE = re.compile(r'\s*\d{4}-\d\d-\d\d[T ]\d\d:\d\d')
@@ -62,25 +65,16 @@ def opened(path: str, memory: int) -> Any:
 
 
 # --- trees --------------------------------------------------------------------------------------
-def tree_of(path: str, kind: str, memory: int) -> Any:
-    """Return the tree of mappings, lists and arrays in the file `path` of a `kind`."""
-    stream = opened(path, memory)
+def tree_of(module: Any, stream: Any, kind: str, memory: int) -> Any:
+    """Return the tree of mappings, lists and arrays in a file of a `kind`, read by a `module`."""
     if kind == 'hdf5':
-        import h5py
-        limited(LIMITS[0], memory)
-        return h5py.File(stream, 'r')
+        return module.File(stream, 'r')
     if kind == 'mat':
-        import scipy.io
-        limited(LIMITS[0], memory)
-        tree = scipy.io.loadmat(stream, simplify_cells=True)
+        tree = module.loadmat(stream, simplify_cells=True)
         return {name: value for name, value in tree.items() if not name.startswith('__')}
     if kind == 'yaml':
-        import yaml
-        limited(LIMITS[0], memory)
-        loader = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
-        return [document for document in yaml.load_all(stream, loader)
-                if isinstance(document, dict)]
-    limited(LIMITS[0], memory)
+        return [document for document in module.load_all(stream, getattr(
+            module, 'CSafeLoader', module.SafeLoader)) if isinstance(document, dict)]
     if kind == 'numpy':
         if zipfile.is_zipfile(stream):
             with zipfile.ZipFile(stream) as archive:
@@ -89,8 +83,6 @@ def tree_of(path: str, kind: str, memory: int) -> Any:
         stream.seek(0)
         loaded = np.load(stream, allow_pickle=False)
         return dict(loaded) if isinstance(loaded, Mapping) else loaded
-    if kind == 'xml':
-        return xml_entries(stream.read())
     content = stream.read()
     try:
         return json.loads(content)
@@ -100,30 +92,6 @@ def tree_of(path: str, kind: str, memory: int) -> Any:
             raise Unreadable(f'line {error.lineno} column {error.colno}: {error.msg}, expected '
                           'JSON') from None
         return [json.loads(line) for line in content.splitlines() if line.strip()]
-
-
-def xml_entries(content: bytes) -> list[dict[str, Any]]:
-    """Return the messages of a KUKA RSI log: one element <Rob> (or <Sen>) with values each."""
-    text = content.decode('latin-1')
-    if re.search(r'<!(DOCTYPE|ENTITY)', text):
-        raise Unreadable('XML with entities, expected a log of messages')
-    entries: list[dict[str, Any]] = []
-    for root, body in re.findall(r'(?s)<(Rob|Sen)\b[^>]*>(.*?)</\1>', text):
-        entry: dict[str, Any] = {}
-        for tag, attributes, value in re.findall(
-                r'<(\w+)((?:\s+\w+="[^"]*")*)\s*(?:/>|>([^<]*)</\w+>)', body):
-            numbers = {f'{tag}.{name}': float(number) for name, number in re.findall(
-                r'(\w+)="\s*([-+\d.eE]+)\s*"', attributes)}
-            entry |= numbers or ({tag: float(value)} if re.fullmatch(
-                r'\s*[-+\d.eE]+\s*', value) else {})
-        if root == 'Rob' or not entries:
-            entries.append(entry)
-        else:  # the answer to the message before it
-            entries[-1] |= entry
-    if len(entries) < MIN_SAMPLES:
-        raise Unreadable('XML without the messages of a KUKA RSI log (<Rob>...</Rob>), expected a '
-                      'table: export it as CSV')
-    return entries
 
 
 def link_of(group: Any, name: str) -> str:
@@ -194,20 +162,18 @@ def episodes_of(tree: Any, prefix: str = '', depth: int = 0) -> dict[str, list[L
 
 def joined(episodes: Mapping[str, list[Leaf]]) -> Iterator[Leaf]:
     """Yield the leaves of all episodes, one after the other, and the number of each row's."""
-    parts = {}
-    for name, leaves in episodes.items():
+    parts: list[dict[str, Leaf]] = []
+    counts = []
+    for leaves in episodes.values():
         lengths = Counter(len(value) for _, value, _ in leaves if value.ndim)
-        rows = lengths.most_common(1)[0][0] if lengths else 0
-        parts[name] = {leaf: (value, unit) for leaf, value, unit in leaves
-                       if value.ndim and len(value) == rows}, rows
-    common = [leaf for leaf in next(iter(parts.values()))[0] if all(
-        leaf in own and own[leaf][0].shape[1:] == first[leaf][0].shape[1:]
-        for own, _ in parts.values() for first in [next(iter(parts.values()))[0]])]
-    for leaf in common:
-        yield (leaf, np.concatenate([own[leaf][0] for own, _ in parts.values()]),
-               next(iter(parts.values()))[0][leaf][1])
-    numbers = [int(re.findall(r'\d+', name)[-1]) for name in parts]
-    yield 'episode', np.repeat(numbers, [rows for _, rows in parts.values()]), ''
+        counts.append(lengths.most_common(1)[0][0] if lengths else 0)
+        parts.append({leaf[0]: leaf for leaf in leaves
+                      if leaf[1].ndim and len(leaf[1]) == counts[-1]})
+    for name, value, unit in parts[0].values():
+        if all(name in own and own[name][1].shape[1:] == value.shape[1:] for own in parts):
+            yield name, np.concatenate([own[name][1] for own in parts]), unit
+    numbers = [int(re.findall(r'\d+', name)[-1]) for name in episodes]
+    yield 'episode', np.repeat(numbers, counts), ''
 
 
 # --- entries: a list of mappings or of rows -----------------------------------------------------
@@ -294,15 +260,11 @@ def matrix_of(rows: Sequence[Sequence[Any]]) -> Any:
 
 
 # --- tables -------------------------------------------------------------------------------------
-def table_leaves(path: str, kind: str, memory: int) -> Iterator[Leaf]:
+def table_leaves(module: Any, stream: Any, kind: str) -> Iterator[Leaf]:
     """Yield the columns of a Parquet or Feather file; structures and lists by their parts."""
-    os.environ['ARROW_DEFAULT_MEMORY_POOL'] = 'system'  # others reserve memory in advance
     import pyarrow as pa
-    from pyarrow import feather, parquet
-    stream = opened(path, memory)
-    limited(LIMITS[0], memory)
-    table = parquet.ParquetFile(stream).read(use_threads=False) if kind == 'parquet' else \
-        feather.read_table(stream, use_threads=False)
+    table = module.ParquetFile(stream).read(use_threads=False) if kind == 'parquet' else \
+        module.read_table(stream, use_threads=False)
     for key, value in (table.schema.metadata or {}).items():
         put_number(key.decode('utf-8', 'replace'), value.decode('utf-8', 'replace'))
     for _ in range(MAX_DEPTH):
@@ -391,15 +353,19 @@ def attributes_of(tree: Any, prefix: str = '', depth: int = 0) -> None:
 
 def read(path: str, kind: str, memory: int) -> list[Leaf]:
     """Return all columns of the file `path`."""
+    os.environ['ARROW_DEFAULT_MEMORY_POOL'] = 'system'  # others reserve memory in advance
+    module = import_module(MODULES[kind]) if kind in MODULES else None
+    stream = opened(path, memory)
+    limited(LIMITS[0], memory)
     if kind in ('parquet', 'feather'):
-        return list(columns_of(table_leaves(path, kind, memory)))
-    tree = tree_of(path, kind, memory)
+        return list(columns_of(table_leaves(module, stream, kind)))
+    tree = tree_of(module, stream, kind, memory)
     if kind == 'hdf5':
         attributes_of(tree)
         episodes = episodes_of(tree)
         return list(columns_of(joined(episodes) if episodes else leaves_of(tree)))
     if isinstance(tree, (list, dict)):
-        entries = entries_in(tree) if kind in ('json', 'yaml', 'xml') else None
+        entries = entries_in(tree) if kind in ('json', 'yaml') else None
         if entries is not None:
             return list(columns_of(entry_leaves(entries)))
         if not isinstance(tree, dict):
@@ -412,7 +378,7 @@ def main() -> int:
     path, kind, out, cpu_seconds, memory = sys.argv[1:]
     LIMITS[:] = int(cpu_seconds), int(memory)
     names = {'hdf5': 'an HDF5 file', 'mat': 'a MATLAB file', 'json': 'JSON', 'yaml': 'YAML',
-             'numpy': 'a NumPy file (.npy or .npz) without objects', 'xml': 'XML',
+             'numpy': 'a NumPy file (.npy or .npz) without objects',
              'parquet': 'a Parquet file', 'feather': 'a Feather file'}
     try:
         columns = read(path, kind, LIMITS[1])

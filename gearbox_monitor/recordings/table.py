@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-A file of columns as a Table: text, MATLAB, JSON, YAML, HDF5, NumPy, Parquet, Feather, RSI XML.
+A file of columns as a Table: text, MATLAB, JSON, YAML, HDF5, NumPy, Parquet, Feather.
 
 The first bytes of a file say its kind. Text is read in blocks; all other kinds are read at once,
 in a child with limits of time and memory. All may be gzipped.
@@ -34,7 +34,7 @@ from gearbox_monitor.recordings.text import (
 HDF5, MATLAB_HEADER = b'\x89HDF\r\n\x1a\n', 512  # bytes before the HDF5 content of MATLAB 7.3
 KINDS = ((b'MATLAB', 'mat'), (HDF5, 'hdf5'), (b'PAR1', 'parquet'), (b'ARROW1', 'feather'),
          (b'FEA1', 'feather'), (b'\x93NUMPY', 'numpy'), (b'PK\x03\x04', 'numpy'),
-         (b'{', 'json'), (b'[', 'json'), (b'<', 'xml'))
+         (b'{', 'json'), (b'[', 'json'))
 PICKLES = (b'\x80\x02', b'\x80\x03', b'\x80\x04', b'\x80\x05')
 CPU_SECONDS, MEMORY = 20, 1 << 30  # of the child
 LEAST_FILLED = 0.01  # share of the cells of a column that holds numbers
@@ -131,6 +131,9 @@ def kind_of(path: Path) -> str:
     if head.startswith(b'MATLAB') and head[MATLAB_HEADER:MATLAB_HEADER + 8] == HDF5:
         return 'hdf5'
     start = head.removeprefix(b'\xef\xbb\xbf').lstrip()
+    if start.startswith(b'<'):
+        raise InputError(f'{path}: XML, as KUKA RSI writes it, expected a table: export its '
+                         'values as CSV')
     kind = next((kind for mark, kind in KINDS if head.startswith(mark) or start.startswith(mark)
                  and len(mark) == 1), 'text')
     # Documents of 'ros2 topic echo': keys with values in further lines.
@@ -223,11 +226,8 @@ def _text_table(path: Path, layout: TextLayout, whole: bool) -> Table:
     columns = [replace(column, values=np.concatenate([b.values[column.name] for b in looked]))
                for column in columns]
     streamed = not whole and (path.stat().st_size >= BLOCK or _is_packed(path))
-    notes = () if not layout.by_signal or not columns else (
-        f'one row per signal ({width} rows of {len(columns[0].values)} samples): column numbers '
-        'count the rows',)
     return Table(path, tuple(columns), named, _listed_joints(path), None,
-                 _text_header(path, layout), notes, rows, streamed)
+                 _text_header(path, layout), (), rows, streamed)
 
 
 def _is_packed(path: Path) -> bool:

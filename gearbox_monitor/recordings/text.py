@@ -35,7 +35,7 @@ HEAD_LINES = 300   # from which the layout is seen
 MAX_HEADER = 5     # rows of names
 MAX_COLUMNS = 4096
 BLOCK = 1 << 22    # bytes of text that are read at once
-MIN_SAMPLES = 100  # of a recording; a matrix with fewer rows and more columns has rows of samples
+MIN_SAMPLES = 100  # of a recording; a text with fewer rows and more columns has rows of signals
 
 
 @dataclass(frozen=True)
@@ -64,15 +64,13 @@ class TextLayout:
     A complete format and what stands above the data.
 
     names, units: of the columns, '' for none; first: number of the first line of data, from 1.
-    by_signal: a row for each signal, with its name in front where it has one. clocks {column:
-    column of its time}, of curves with a time of their own.
+    clocks {column: column of its time}, of curves with a time of their own.
     """
 
     text: TextFormat
     names: tuple[str, ...]
     units: tuple[str, ...]
     first: int
-    by_signal: bool = False
     clocks: Mapping[int, int] = field(default_factory=dict)
 
 
@@ -145,8 +143,8 @@ def layout_of(path: Path, text: TextFormat = FOUND) -> TextLayout:
         raise InputError(f'{path}: {width} columns, expected at most {MAX_COLUMNS}')
     if len(rows) < MIN_SAMPLES and len(lines) < HEAD_LINES and all(
             len(cells) >= MIN_SAMPLES for _, cells in rows):
-        names = tuple('' if is_number(cells[0], text) else cells[0] for _, cells in rows)
-        return TextLayout(text, names, ('',) * len(names), rows[0][0], True)
+        raise InputError(f'{path}: a row for each of {len(rows)} signals, expected a column for '
+                         'each: transpose it')
     return _named(text, rows, lines)
 
 
@@ -396,7 +394,7 @@ class TextRows:
             data, number = behind[-1], layout.first
         count = data.count(b'\n') + (not data.endswith(b'\n') and bool(data))
         plain = [self.places[name] for name in numbers]
-        if not texts and not layout.by_signal and all(place is None for _, place in plain):
+        if not texts and all(place is None for _, place in plain):
             table = _numbers(data, layout, count)
             if table is not None and max((k for k, _ in plain), default=0) < table.shape[1]:
                 yield RowBlock({name: table[:, self.places[name][0]].copy() for name in numbers},
@@ -422,14 +420,6 @@ class TextRows:
                 rows.append(split_line(line, layout.text))
         except InputError as error:
             raise InputError(f'{self.path}: line {number}: {error}') from None
-        if layout.by_signal:
-            length = max(map(len, rows))
-            rows = [[*row[bool(name):], *[''] * (length - len(row))]
-                    for row, name in zip(rows, layout.names)]
-            rows, at = [list(row) for row in zip(*rows)], list(range(1, length + 1))
-            # A row that has no sample any more is behind the end.
-            while rows and not any(cell.strip() for cell in rows[-1]):
-                rows, at = rows[:-1], at[:-1]
         last = max((self.places[name][0] for name in (*numbers, *texts)), default=0)
         for row, number in zip(rows, at):
             if len(row) <= last and not layout.clocks:

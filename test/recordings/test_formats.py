@@ -19,7 +19,7 @@ from gearbox_monitor.recordings.log_units import standard_unit, unit_factor, uni
 from gearbox_monitor.recordings.mapping import load_mapping, mapping_of
 from gearbox_monitor.recordings.read import open_bag
 from gearbox_monitor.recordings.reading import open_recording
-from gearbox_monitor.recordings.si_signals import described, signals_of
+from gearbox_monitor.recordings.si_signals import signals_of
 from gearbox_monitor.recordings.table import load_table
 from gearbox_monitor.recordings.text import format_of
 
@@ -86,17 +86,10 @@ def assert_same(joints, stamps=STAMPS):
 
 
 # --- shapes -------------------------------------------------------------------------------------
-def test_text_with_a_row_per_signal_is_recognised_by_its_shape(tmp_path, capsys):
+def test_text_with_a_row_per_signal_is_refused(tmp_path, capsys):
     path = written(tmp_path, '\n'.join(','.join(map(str, row)) for row in (T, Q, U)))
-    assert_same(imported(tmp_path, text_mapping(), path))
-    assert 'one row per signal (3 rows of 200 samples)' in capsys.readouterr().out
-
-
-def test_text_with_a_row_per_signal_has_its_names_in_front(tmp_path):
-    path = written(tmp_path, '\n'.join(','.join(map(str, (name, *row))) for name, row in (
-        ('u', U), ('t', T), ('q', Q))))
-    signals = {'motor_position': {'column': 'q'}, 'motor_effort': {'column': 'u'}}
-    assert_same(imported(tmp_path, text_mapping({'column': 't'}, signals), path))
+    message = refused(tmp_path, capsys, text_mapping(), path)
+    assert 'a row for each of 3 signals, expected a column for each: transpose it' in message
 
 
 def test_mat_with_a_row_per_signal_is_recognised_by_its_shape(tmp_path, capsys):
@@ -279,8 +272,6 @@ def test_stamps_are_kept_as_recorded(tmp_path):
     recording = read_recording(written(tmp_path, table(t, Q, U)), (text_mapping(), 'map'))
     np.testing.assert_array_equal(np.rint((recording.stamp_ns - 10 ** 9) * 1e-6),
                                   np.rint(t * 1e3))
-    assert any('1 samples with an earlier stamp than one before, 1 with the same' in note
-               for note in described(recording))
 
 
 # --- units, codings, velocities -----------------------------------------------------------------

@@ -97,9 +97,6 @@ def _files(folder):
     yield folder / 'decimal_comma.csv'
     np.savetxt(folder / 'saved.txt', rows, fmt='%.17g', header='t q tau')
     yield folder / 'saved.txt'
-    (folder / 'rows.csv').write_text('\n'.join(
-        ','.join([name, *map(repr, map(float, values))]) for name, values in NAMED.items()))
-    yield folder / 'rows.csv'
     scipy.io.savemat(folder / 'm.mat', {'run': {'log': NAMED}})
     yield folder / 'm.mat'
     entries = [dict(zip(NAMED, map(float, row))) for row in rows]
@@ -457,16 +454,10 @@ def test_names_that_the_user_gives_to_columns_without(tmp_path, capsys):
         np.testing.assert_array_equal(bag.effort[:, 0], TORQUE)
 
 
-def test_messages_of_kuka_rsi(tmp_path, capsys):
-    (tmp_path / 'rsi.xml').write_text(''.join(
-        f'<Rob TYPE="KUKA"><RIst X="1.0"/><AIPos A1="{q:.9f}" A2="{2.0 * q:.9f}"/>'
-        f'<IPOC>{4 * k}</IPOC></Rob>\n<Sen Type="ImFree"><AKorr A1="0"/></Sen>\n'
-        for k, q in enumerate(np.rad2deg(ARM[:400]))))
-    assert main(['import', str(tmp_path / 'rsi.xml'), str(tmp_path / 'bag')]) == 0
-    with open_bag(tmp_path / 'bag') as reader:
-        states = reader.joint_states('/joint_states', ['joint_1', 'joint_2'])
-    np.testing.assert_allclose(states.position, ARM[:400, None] * (1.0, 2.0), atol=1e-9)
-    np.testing.assert_array_equal(np.diff(states.stamp_ns), 4_000_000)
+def test_messages_of_kuka_rsi_are_refused_by_name(tmp_path, capsys):
+    (tmp_path / 'rsi.xml').write_text('<Rob TYPE="KUKA"><AIPos A1="1.0"/></Rob>\n' * 400)
+    assert main(['import', str(tmp_path / 'rsi.xml'), str(tmp_path / 'bag')]) == 2
+    assert 'XML, as KUKA RSI writes it, expected a table: export' in capsys.readouterr().err
 
 
 def test_a_stated_motor_leaves_the_arm_open_where_two_positions_remain(tmp_path, capsys):

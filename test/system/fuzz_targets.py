@@ -215,11 +215,6 @@ def _logs():
         'name:\n- a\n- b\n'
         f'position:\n- {q1:.4f}\n- {q2:.4f}\nvelocity: []\neffort:\n- {u1:.4f}\n- {u2:.4f}\n'
         for t, q1, q2, u1, u2 in rows).encode(), damaged_text
-    yield 'rsi.xml', ''.join(
-        f'<Rob Type="KUKA"><AIPos A1="{q1:.4f}" A2="{q2:.4f}"/>'
-        f'<ASPos A1="{q1:.4f}" A2="{q2:.4f}"/>'
-        f'<IPOC>{4 * n}</IPOC></Rob>\n' for n, (_, q1, q2, _, _) in enumerate(rows)
-        ).encode(), damaged_text
     for name, save in (('data.mat', lambda out: scipy.io.savemat(
             out, columns, do_compression=True)), ('data.npz', lambda out: np.savez(
                 out, **columns)), ('data.parquet', lambda out: parquet.write_table(
