@@ -32,10 +32,9 @@ from benchmarks.harness import (
     add_drawn_options, bar_lines, BarTable, finish, progress_line, require_drawn)
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.library.drive_file import load_model
 from gearbox_monitor.library.identify import diagnose
 from gearbox_monitor.library.recording import load_recording
-from gearbox_monitor.library.simulator_file import export_model
+from gearbox_monitor.library.simulator_file import export_model, load_model
 from gearbox_monitor.robot.compiled_model import mujoco_module
 
 SECONDS, RAMP = 4.0, 0.5      # s, of a path; over which it begins

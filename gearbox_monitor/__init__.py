@@ -65,7 +65,7 @@ _PUBLIC = {
     'Samples': 'estimation.estimates', 'Estimate': 'estimation.estimates',
     'Estimates': 'estimation.estimates', 'EstimatorParameters': 'parameters',
     'InputError': 'errors', 'NominalFit': 'diagnosis.joint.nominal',
-    'Verdict': 'diagnosis.joint.verdict', 'load_model': 'library.drive_file',
+    'Verdict': 'diagnosis.joint.verdict', 'load_model': 'library.simulator_file',
     'Recording': 'signals.recording', 'load_recording': 'library.recording',
     'DriveRecording': 'library.recording', 'ReadOptions': 'recordings.reading',
     'RecordingEstimates': 'library.estimation', 'BacklashWindows': 'library.estimation',
@@ -81,7 +81,7 @@ _PUBLIC = {
     'track_payload': 'library.robot', 'PayloadTrack': 'library.robot',
     'ranges': 'library.ranges',
     'ParameterRanges': 'diagnosis.joint.parameter_ranges',
-    'load_actuator': 'library.drive_file', 'CatalogueActuator': 'library.drive_file',
+    'load_actuator': 'library.simulator_file', 'CatalogueActuator': 'library.simulator_file',
 }
 __all__ = list(_PUBLIC)
 

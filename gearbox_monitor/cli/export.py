@@ -58,11 +58,10 @@ from gearbox_monitor.diagnosis.joint.closed_model import overlay
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import read_json, write_new
 from gearbox_monitor.files.yaml_files import expect_new, expect_new_file
-from gearbox_monitor.library.drive_file import (
-    CatalogueActuator, is_actuator, load_actuator, load_model, NAMES, SIMULATORS)
 from gearbox_monitor.library.ranges import ranges
 from gearbox_monitor.library.simulator_file import (
-    export_model, SimulatorFile, TARGETS, with_backlash)
+    CatalogueActuator, export_model, is_actuator, load_actuator, load_model, NAMES, SimulatorFile,
+    SIMULATORS, TARGETS, with_backlash)
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.report.words import number
 from gearbox_monitor.simulators.c99 import firmware

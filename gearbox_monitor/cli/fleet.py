@@ -207,7 +207,7 @@ def finish(folder: Any, rows: Sequence[dict[str, Any]], key: str, results: Mappi
         The summary as plain data.
 
     """
-    from gearbox_monitor.fleet.gearbox_history import gearboxes
+    from gearbox_monitor.fleet.fleet_table import gearboxes
     from gearbox_monitor.report.fleet_page import fleet_page, headline
     boxes = gearboxes(rows, services)
     status = Counter(row['status'] for row in rows)

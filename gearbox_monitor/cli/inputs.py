@@ -104,7 +104,7 @@ def load_drive(args: Namespace) -> DriveModel:
 
     It is a model file, or the file of a simulator where --joint is given. Raises InputError.
     """
-    from gearbox_monitor.library.drive_file import load_model
+    from gearbox_monitor.library.simulator_file import load_model
     return load_model(args.model, args.joint, arm_joint=args.model_arm_joint,
                       keyframe=args.keyframe, actuator=args.actuator, root=args.root,
                       values=args.values)

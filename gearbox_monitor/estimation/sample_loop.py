@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gearbox_monitor.estimation import likelihood_ekf
 from gearbox_monitor.estimation.consider import (
     accompany, Companions, restart, variance_of, variances_of)
 from gearbox_monitor.estimation.filter_kind import Belief, filter_kind, Reading, Scratch
-from gearbox_monitor.estimation import likelihood_ekf
 from gearbox_monitor.estimation.process_model import (
     begin_curve, curve_count, EIGENVALUE, FRICTION_AT, K_P, learned_length, LOAD_AT, motor_side,
     P0, Q0, R1, R2, TAU_ARM, TAU_K, TAU_K_MODEL_STD, torque_of, USUAL, X1, X2, X3, X4)

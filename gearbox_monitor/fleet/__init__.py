@@ -12,7 +12,6 @@ row as a Parquet file, which says that this bag is done, and writes the table of
 Public names, by module:
 
     fleet_run: at_home, on_cluster, run
-    fleet_table: FleetFolder
-    gearbox_history: gearboxes
+    fleet_table: FleetFolder, gearboxes
     job: find_bags, JobSettings
 """

@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Map a function over many bags, on processes of this machine or on a Dask cluster.
+Imported by the process that workers are forked from: loads what each bag needs, once for all.
 
-Both are executors of concurrent.futures. At home each bag has a process of its own, so that no
-bag can spoil the memory of another one, and is named if its process dies.
+A fresh process takes 1.3 s to import modules and 0.6 s to load kernels.
 """
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import (
@@ -22,9 +21,26 @@ import signal
 import threading
 from typing import Any, TypeAlias
 
+import numpy as np
+
 from gearbox_monitor.errors import InputError, installed_by
+from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.fleet import job
+import gearbox_monitor.fleet.job  # noqa: F401
 from gearbox_monitor.fleet.job import FleetBag
+from gearbox_monitor.health.monitor import Monitor
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.faults import Excitation
+from gearbox_monitor.plant.simulate import simulate
+
+PERIOD = 2e-3  # s
+T = np.arange(0.0, 13.0, PERIOD)  # a window and its delay
+RUN = simulate(DriveModel(), Excitation().torque(T), PERIOD)
+MONITOR = Monitor(DriveModel())
+MONITOR.run(Samples(np.round(T * 1e9).astype(np.int64), np.column_stack(
+    [RUN.u, np.full(len(T), np.nan)]), RUN.y))
+MONITOR.all_features()
+
 
 TICK = 0.2  # s between two checks whether to stop
 CONNECT_TIMEOUT = 10.0  # s to wait for a scheduler
@@ -106,7 +122,7 @@ def at_home(workers: int, memory: int = 0) -> Iterator[Executor]:
     """
     context: Any = multiprocessing.get_context('forkserver')
     # Workers are forked from a process that has loaded all they need.
-    context.set_forkserver_preload(['gearbox_monitor.fleet.preload'])
+    context.set_forkserver_preload(['gearbox_monitor.fleet.fleet_run'])
     resource_tracker.ensure_running()  # or the server starts it, and unblocks SIGINT
     # Ctrl-C reaches every process of a terminal; this one ends the others in order.
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])

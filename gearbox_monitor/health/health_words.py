@@ -14,8 +14,7 @@ from gearbox_monitor.health.backlash.change_tests import (
 from gearbox_monitor.health.backlash.features import Backlash, Friction
 from gearbox_monitor.health.backlash.wear import span, when
 from gearbox_monitor.health.checks.outcome import Level, Outcome
-from gearbox_monitor.health.health_record import (
-    active_tests, GROSS, Health, OVER_LIMIT, tests_of)
+from gearbox_monitor.health.health_record import active_tests, GROSS, Health, OVER_LIMIT, tests_of
 
 NOT_SEPARABLE = 'not separable from the new motion'
 NOTHING_EARLIER = 'no earlier recording to compare with'

@@ -21,8 +21,8 @@ from gearbox_monitor.estimation.estimates import Batch, Estimate, Estimates, Sam
 from gearbox_monitor.estimation.estimator import Estimator, snapshot_errors
 from gearbox_monitor.estimation.process_model import P0, R1, R2, TAU_K
 from gearbox_monitor.estimation.rts_smoother import S_TWIST_NOISE_STD
-from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health import health_words
+from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.backlash import features
 from gearbox_monitor.health.backlash.wear import when
 from gearbox_monitor.health.checks import (

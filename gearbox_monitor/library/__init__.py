@@ -9,13 +9,13 @@ call the same functions.
 
 Public names, by module:
 
-    drive_file: CatalogueActuator, is_actuator, load_actuator, load_model, NAMES, SIMULATORS
     identify: adapt, diagnose, expect_ids, uniform, write_adapted
     ranges: ranges
     recording: DriveRecording, load_recording
     recording_report: write_report
     robot: check_robot, diagnose_robot, learn_robot, load_robot, payload_tracker, PayloadTrack,
         recorded_names, Robot, robot_effects, RobotDiagnosis, track_payload
-    simulator_file: export_model, SimulatorFile, TARGETS, with_backlash
+    simulator_file: CatalogueActuator, export_model, is_actuator, load_actuator, load_model,
+        NAMES, SimulatorFile, SIMULATORS, TARGETS, with_backlash
     views: columns
 """

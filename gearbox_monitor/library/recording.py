@@ -14,10 +14,10 @@ from gearbox_monitor.diagnosis.robot.robot_log import jump_words
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.kernels.types import Array, column, Integers
-from gearbox_monitor.library.drive_file import expect_path
+from gearbox_monitor.library.simulator_file import expect_path
 from gearbox_monitor.plant.drive import DriveModel, expect_model
-from gearbox_monitor.plant.origin import FileLimits, NO_LIMITS
 from gearbox_monitor.plant.simulate import Trajectory
+from gearbox_monitor.plant.units import FileLimits, NO_LIMITS
 from gearbox_monitor.presentation import Drawn
 from gearbox_monitor.recordings.from_bag import drive_recording, robot_recording
 from gearbox_monitor.recordings.joint_input import find_input
@@ -25,8 +25,7 @@ from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOpt
 from gearbox_monitor.recordings.topics import JOINT_STATES
 from gearbox_monitor.signals.examine import admitted, require_samples
 from gearbox_monitor.signals.jumps import counted_on
-from gearbox_monitor.signals.recording import (
-    ARM, drive_samples, JointSignals, MOTOR, Recording)
+from gearbox_monitor.signals.recording import ARM, drive_samples, JointSignals, MOTOR, Recording
 from gearbox_monitor.signals.uniform import merged, REPEATED, UniformRecording
 
 ROLES = ('motor', 'arm', 'setpoint')  # of joints in a bag

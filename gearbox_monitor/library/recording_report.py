@@ -10,7 +10,7 @@ from typing import Any
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import plain, write_new
 from gearbox_monitor.files.yaml_files import expect_new_file, gearboxes_of, load_parameters
-from gearbox_monitor.library.drive_file import expect_path, load_model
+from gearbox_monitor.library.simulator_file import expect_path, load_model
 from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
 from gearbox_monitor.presentation import Shown
 from gearbox_monitor.recordings.joint_input import bag_arguments, recorded_inputs, topics_called

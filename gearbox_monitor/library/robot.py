@@ -23,7 +23,7 @@ from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.files.knowledge_file import load_knowledge, SUFFIX
 from gearbox_monitor.files.opening import plain
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.library.drive_file import expect_path
+from gearbox_monitor.library.simulator_file import expect_path
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.presentation import Drawn, Paged, Saved
 from gearbox_monitor.recordings.from_bag import ANY
@@ -31,8 +31,7 @@ from gearbox_monitor.recordings.reading import BY_NAMES, ReadOptions
 from gearbox_monitor.recordings.robot_values import (
     load_columns, load_locked, load_log, load_values, robot_model, RobotValues)
 from gearbox_monitor.recordings.topics import JOINT_STATES
-from gearbox_monitor.report.robot_words import (
-    finding_words, reading_words, robot_headline)
+from gearbox_monitor.report.robot_words import finding_words, reading_words, robot_headline
 from gearbox_monitor.report.words import counted
 from gearbox_monitor.robot.description import SUFFIXES
 from gearbox_monitor.signals.convention import conventions_of

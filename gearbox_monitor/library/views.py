@@ -19,13 +19,12 @@ from gearbox_monitor.errors import expect_matplotlib, InputError, installed_by
 from gearbox_monitor.estimation.estimates import COLUMNS, Estimates, SMOOTHED_COLUMNS
 from gearbox_monitor.files.opening import plain, write_new
 from gearbox_monitor.files.yaml_files import save_model, write_parameters
-from gearbox_monitor.library.drive_file import expect_path
 from gearbox_monitor.library.estimation import BacklashWindows, RecordingEstimates
 from gearbox_monitor.library.identify import TunedParameters, write_adapted
 from gearbox_monitor.library.recording import DriveRecording
 from gearbox_monitor.library.recording_report import ReportPages
 from gearbox_monitor.library.robot import PayloadTrack, RobotDiagnosis
-from gearbox_monitor.library.simulator_file import SimulatorFile
+from gearbox_monitor.library.simulator_file import expect_path, SimulatorFile
 from gearbox_monitor.plant.drive import DriveModel, expect_model
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.recordings.joint_input import match_stamps

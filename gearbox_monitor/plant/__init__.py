@@ -41,10 +41,9 @@ Public names, by module:
     effects.torque_map: QUANTITIES, TORQUE_MAP
     equivalent_torque: equivalent_torque, gains, imbalance, imbalance_with, true_motion
     faults: EncoderFault, Excitation, Faults, FaultyPlant, JOINTS, KINDS
-    origin: FileLimits, ModelOrigin, NO_LIMIT, NO_LIMITS
     simulate: N_STATE, Noise, packed_drive, PackedDrive, Plant, plugin_of, ProcessNoise,
         read_all, rebuilt, Schedule, simulate, Trajectory, with_plugin
     transmission: ATAN, dead_zone, dead_zone_torque, elastic_torque, FrictionLaw, IMPEDANCES,
         play, RIGID, side, TWO_OVER_PI
-    units: on_axis
+    units: FileLimits, ModelOrigin, NO_LIMIT, NO_LIMITS, on_axis
 """

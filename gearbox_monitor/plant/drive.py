@@ -36,11 +36,10 @@ from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN
 from gearbox_monitor.plant.effects.arm_side import ARM_VISCOUS, GRAVITY
 from gearbox_monitor.plant.effects.effect import AtRest, MAX_SERVO_DELAY
 from gearbox_monitor.plant.effects.motor_side import LUGRE
-from gearbox_monitor.plant.origin import ModelOrigin
 from gearbox_monitor.plant.transmission import (
     ATAN, EXPLICIT_EULER, FrictionLaw, holding, IMPLICITFAST, INTEGRATORS, KINDS, LAWS, RIGID, RK4,
     side, side_slope, TANH, TWO_OVER_PI)
-from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.plant.units import ModelOrigin, on_axis
 from gearbox_monitor.presentation import Saved
 
 # An explicit RK4 step is stable up to 2.785 on the negative real axis.

@@ -13,7 +13,7 @@ from gearbox_monitor.report.builder import advice, Page, page_summary, render_pa
 from gearbox_monitor.report.figures import BarRow, bars, chart, Mark, PageTable, Panel, Trace
 from gearbox_monitor.report.words import counted, width_and_std
 
-Gearbox: TypeAlias = Mapping[str, Any]  # of fleet.gearbox_history.gearboxes
+Gearbox: TypeAlias = Mapping[str, Any]  # of fleet.fleet_table.gearboxes
 Bag: TypeAlias = Mapping[str, Any]      # a row of the table of bags
 RANKED = 30   # gearboxes with a bar
 DRAWN = 24    # with a chart
@@ -32,7 +32,7 @@ def fleet_page(gearboxes: Sequence[Gearbox], bags: Sequence[Bag], counts: Mappin
     Return the page of a fleet as HTML.
 
     Args:
-        gearboxes: gearbox_history.gearboxes(bags), the most urgent first.
+        gearboxes: fleet_table.gearboxes(bags), the most urgent first.
         bags: rows of the table of bags.
         counts: {status: bags}.
         other_settings: analysed bags with other settings than the last run.

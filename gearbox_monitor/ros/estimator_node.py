@@ -28,7 +28,7 @@ from gearbox_monitor.recordings.topics import DIAGNOSTICS, DRIFT_ALERTS, JOINT_S
 from gearbox_monitor.ros.black_box import KEEP
 from gearbox_monitor.ros.change_watch import ChangeNamer
 from gearbox_monitor.ros.convert import serialised, to_diagnostics, to_joint_states
-from gearbox_monitor.ros.joint_subscriptions import JointSubscriptions, TakenSamples
+from gearbox_monitor.ros.gearbox_input import JointSubscriptions, TakenSamples
 from gearbox_monitor.ros.monitored_gearbox import (
     declare_gearboxes, GearboxSettings, located, MonitoredGearbox)
 from gearbox_monitor.ros.paced_node import on_change, TableNode

@@ -15,10 +15,9 @@ import numpy as np
 from gearbox_monitor.estimation.noise_search import at_rest
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.signals.finding import (
-    BAD, DataFinding, everything, Grade, hurts, OK, WARN)
-from gearbox_monitor.signals.smoothed_motion import constant_runs, reversals, SmoothedMotion
+from gearbox_monitor.signals.finding import BAD, DataFinding, everything, Grade, hurts, OK, WARN
 from gearbox_monitor.signals.recording_limits import LIMITS
+from gearbox_monitor.signals.smoothed_motion import constant_runs, reversals, SmoothedMotion
 from gearbox_monitor.signals.uniform import UniformRecording
 
 NAMES = ('motor', 'arm')

@@ -26,8 +26,8 @@ from gearbox_monitor.signals.finding import (
     BAD, DataFinding, everything, Grade, hurts, OK, PURPOSES, WARN)
 from gearbox_monitor.signals.jumps import (
     counted_on, OUTLIER, SLIP, strangers, TURNS, without_jumps)
-from gearbox_monitor.signals.smoothed_motion import FITTED, HALF_WIDTHS, noise_of, SmoothedMotion
 from gearbox_monitor.signals.recording_limits import LIMITS
+from gearbox_monitor.signals.smoothed_motion import FITTED, HALF_WIDTHS, noise_of, SmoothedMotion
 from gearbox_monitor.signals.uniform import (
     Doubt, held_rate, is_uninitialised, merged, physical_columns, prepare, RecordingKind, REPEATED,
     UniformRecording)

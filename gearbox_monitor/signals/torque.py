@@ -11,8 +11,8 @@ import numpy as np
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.signals.checks import NAMES
 from gearbox_monitor.signals.finding import BAD, DataFinding, everything, hurts, OK, WARN
-from gearbox_monitor.signals.smoothed_motion import HALF_WIDTHS, SmoothedMotion
 from gearbox_monitor.signals.recording_limits import LIMITS
+from gearbox_monitor.signals.smoothed_motion import HALF_WIDTHS, SmoothedMotion
 
 LAGS = np.arange(-5, 61)  # samples; effort_delay takes -1 to 50
 SECONDS = 600.0          # of a recording that are looked at

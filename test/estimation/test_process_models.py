@@ -10,8 +10,7 @@ import pytest
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
-from gearbox_monitor.estimation.process_model import (
-    noise, pack, state_names, TAU_K)
+from gearbox_monitor.estimation.process_model import noise, pack, state_names, TAU_K
 from gearbox_monitor.parameters import EstimatorParameters, FILTER_NAMES
 from gearbox_monitor.plant.drive import DriveModel, motor_friction
 from gearbox_monitor.plant.faults import Excitation

@@ -22,7 +22,7 @@ import yaml
 from gearbox_monitor import __version__
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.fleet import job
-from gearbox_monitor.fleet.gearbox_history import gearboxes
+from gearbox_monitor.fleet.fleet_table import gearboxes
 from gearbox_monitor.fleet.job import analyse
 from gearbox_monitor.health.backlash.features import Backlash
 from gearbox_monitor.health.backlash.window_means import combine

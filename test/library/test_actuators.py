@@ -16,7 +16,7 @@ import gearbox_monitor as gm
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import config_path
-from gearbox_monitor.library.drive_file import NAMES
+from gearbox_monitor.library.simulator_file import NAMES
 from gearbox_monitor.simulators.randomisation import ranges_data
 
 

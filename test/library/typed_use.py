@@ -8,13 +8,12 @@ from gearbox_monitor.diagnosis.joint.nominal import NominalFit
 from gearbox_monitor.diagnosis.joint.unit_adaptation import Adapted
 from gearbox_monitor.diagnosis.joint.verdict import Verdict
 from gearbox_monitor.estimation.estimates import Estimates
-from gearbox_monitor.library.drive_file import load_model
 from gearbox_monitor.library.estimation import (
     backlash, BacklashWindows, estimate, RecordingEstimates)
 from gearbox_monitor.library.identify import adapt, diagnose, fit, tune, TunedParameters
 from gearbox_monitor.library.recording import DriveRecording, load_recording
 from gearbox_monitor.library.robot import diagnose_robot, load_robot, RobotDiagnosis
-from gearbox_monitor.library.simulator_file import export_model, SimulatorFile
+from gearbox_monitor.library.simulator_file import export_model, load_model, SimulatorFile
 from gearbox_monitor.plant.drive import DriveModel
 
 

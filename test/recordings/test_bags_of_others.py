@@ -18,8 +18,7 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.recordings.cdr import encode_joint_states
-from gearbox_monitor.recordings.read import (
-    CONTROLLER, DEFINITIONS, DYNAMIC, JOINT_STATE, open_bag)
+from gearbox_monitor.recordings.read import CONTROLLER, DEFINITIONS, DYNAMIC, JOINT_STATE, open_bag
 from gearbox_monitor.recordings.write import BagWriter
 
 T0, N, RATE = 1_700_000_000_000_000_000, 2400, 400.0

@@ -16,7 +16,7 @@ from sensor_msgs.msg import JointState  # noqa: E402
 
 from gearbox_monitor.parameters import EstimatorParameters  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
-from gearbox_monitor.ros import joint_subscriptions  # noqa: E402
+from gearbox_monitor.ros import gearbox_input  # noqa: E402
 from gearbox_monitor.ros.convert import to_time  # noqa: E402
 from gearbox_monitor.ros.gearbox_input import GearboxInput  # noqa: E402
 from gearbox_monitor.ros.runtime import alone, Arrivals  # noqa: E402
@@ -46,17 +46,17 @@ def test_a_callback_awaits_the_next_messages_unless_another_node_waits(
     def take(samples):
         taken.extend(samples)
         if len(taken) > 1:
-            monkeypatch.setattr(joint_subscriptions, 'STAY', 0.0)
+            monkeypatch.setattr(gearbox_input, 'STAY', 0.0)
 
     class CountingArrivals(Arrivals):
         def wait(self, seconds):
             waits.append(seconds)
             return super().wait(seconds)
 
-    monkeypatch.setattr(joint_subscriptions, 'STAY', 60.0)
-    monkeypatch.setattr(joint_subscriptions, 'Arrivals', CountingArrivals)
+    monkeypatch.setattr(gearbox_input, 'STAY', 60.0)
+    monkeypatch.setattr(gearbox_input, 'Arrivals', CountingArrivals)
     source = GearboxInput(taker, EstimatorParameters(), DriveModel(), lambda: None)
-    joint_subscriptions.JointSubscriptions(taker, [source], take)
+    gearbox_input.JointSubscriptions(taker, [source], take)
     publisher = giver.create_publisher(JointState, 'joint_states', 10)
     executor = SingleThreadedExecutor(context=taker.context)
     executor.add_node(taker)

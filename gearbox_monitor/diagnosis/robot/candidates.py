@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from gearbox_monitor.diagnosis.robot.robot_effects import (
-    BASE, LINK, ROBOT_EFFECTS, RobotEffect)
+from gearbox_monitor.diagnosis.robot.robot_effects import BASE, LINK, ROBOT_EFFECTS, RobotEffect
 from gearbox_monitor.diagnosis.robot.rows import Rows
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.kernels.types import Array, Flags

@@ -13,14 +13,13 @@ from gearbox_monitor.diagnosis.joint.verdict import Finding, kind_of, Remainder
 from gearbox_monitor.diagnosis.robot.candidates import (
     Candidate, free_functions, library, visible_in)
 from gearbox_monitor.diagnosis.robot.contest import (
-    Contender, contest, ContestScales, cost, informed, of_days, over_dispersion, pruned,
-    scales_of, with_loads)
+    Contender, contest, ContestScales, cost, informed, of_days, over_dispersion, pruned, scales_of,
+    with_loads)
 from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence, RobotFit
 from gearbox_monitor.diagnosis.robot.knowledge import (
-    burstiness, energy_over, farther, Knowledge, scattered, unvisited_shares,
-    with_unvisited, worst_segments)
-from gearbox_monitor.diagnosis.robot.power import (
-    Question, questions, smallest_visible, UNDECIDED)
+    burstiness, energy_over, farther, Knowledge, scattered, unvisited_shares, with_unvisited,
+    worst_segments)
+from gearbox_monitor.diagnosis.robot.power import Question, questions, smallest_visible, UNDECIDED
 from gearbox_monitor.diagnosis.robot.robot_effects import (
     BASE, BASE_TILT, JOINT_ZERO, LINK_INERTIA, PAYLOAD, ROBOT_EFFECTS)
 from gearbox_monitor.diagnosis.robot.robot_log import RobotLog, SETPOINT

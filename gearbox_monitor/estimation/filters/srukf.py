@@ -10,11 +10,11 @@ does.
 """
 import math
 
-from gearbox_monitor.estimation import sigma_points
 from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, Reading, Scratch
+from gearbox_monitor.estimation.filters import ukf
 from gearbox_monitor.estimation.filters.ekf import healthy, LOG_TWO_PI
+from gearbox_monitor.estimation.filters.ukf import cholesky, cross_covariance, N_LANES, transform
 from gearbox_monitor.estimation.process_model import noise, R1, R2, WALKS
-from gearbox_monitor.estimation.sigma_points import cholesky, cross_covariance, N_LANES, transform
 from gearbox_monitor.estimation.step_record import places
 from gearbox_monitor.kernels.kernel import apart, folded, inline
 from gearbox_monitor.kernels.types import Array, Layout, Vector
@@ -208,4 +208,4 @@ def _square(layout: Layout, factor: Array, out: Array, at: int) -> None:
 
 
 FILTER = FilterKind(step, n_matrices=N_MATRICES, memory_size=memory_size,
-                    warnings=sigma_points.warnings)
+                    warnings=ukf.warnings)

@@ -2,20 +2,157 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Unscented Kalman filter, scaled; by default alpha = 1, beta = 2, kappa = 0.
+What UKF and SRUKF share: sigma points, and the scaled unscented transform in factored form.
 
-The measurement is linear in the state, so redrawing the points before it gives exactly the linear
-update, which is the EKF's (in Joseph's form).
+The points are z and z +- L_i / sqrt(W), L_i the columns of a factor of P, W = 1 / (alpha^2 (n +
+kappa)); each weighs W / 2, and the centre 1 - n W for the mean and 2 - n W - alpha^2 + beta for
+the covariance. With what a pair gives as a difference, d_i = (f+ - f-) / 2, and as a bend,
+s_i = (f+ + f-) / 2 - f(z), the textbook's sums are, without approximation,
+
+    mean        f(z) + m,   m = W sum s_i
+    covariance  W sum d_i d_i' + W sum s_i s_i' + (beta - alpha^2) m m'
+              = W sum d_i d_i' + W sum b_i b_i',   b_i = s_i - g sum s_j
+
+with g n = 1 - sqrt(1 + (beta - alpha^2) n W): a sum of squares for all beta, kappa >= 0. So no
+weight is negative, nothing is ever subtracted from a factor, and large weights do not cancel.
 """
-from gearbox_monitor.estimation import sigma_points
+import math
+
 from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, Reading, Scratch
 from gearbox_monitor.estimation.filters.ekf import healthy, update
-from gearbox_monitor.estimation.process_model import noise, WALKS
-from gearbox_monitor.estimation.sigma_points import cholesky, cross_covariance, N_LANES, transform
+from gearbox_monitor.estimation.process_model import (
+    advance_beside, BESIDE, EIGENVALUE, N_LANE, noise, UKF_ALPHA, UKF_BETA, UKF_KAPPA, WALKS)
 from gearbox_monitor.estimation.step_record import places
 from gearbox_monitor.kernels.kernel import apart, folded, inline
 from gearbox_monitor.kernels.linalg import add_transposed_product
 from gearbox_monitor.kernels.types import Array, Layout, Vector
+from gearbox_monitor.parameters import EstimatorParameters
+from gearbox_monitor.plant.drive import substeps
+
+N_LANES = 17  # matrices [n, n] that hold the lanes of advance_beside
+# A centre weight below this makes the mean an extrapolation rather than an average.
+NEGATIVE_WEIGHT = -10.0
+
+
+def warnings(n: int, parameters: EstimatorParameters) -> list[str]:
+    """Return warnings about the weights of `n` states with these `parameters`."""
+    alpha, kappa = parameters.ukf_alpha, parameters.ukf_kappa
+    centre = 1.0 - n / (alpha ** 2 * (n + kappa))
+    if centre >= NEGATIVE_WEIGHT:
+        return []
+    return [f'ukf_alpha {alpha:g} gives the central sigma point the weight {centre:.3g}: the '
+            'points are closer together than the belief is wide, and friction near standstill is '
+            'extrapolated; 1 is advised (docs/filters.md)']
+
+
+@inline
+def cholesky(layout: Layout, a: Array, out: Array) -> bool:
+    """
+    Write the lower Cholesky factor of a matrix.
+
+    Args:
+        layout: of the n states.
+        a: symmetric matrix [n * n].
+        out: its factor [n * n], written.
+
+    Returns:
+        False if `a` is not positive definite.
+
+    """
+    n = layout.n
+    for j in range(n):
+        s = a[j * n + j]
+        for k in range(j):
+            s -= out[j * n + k] * out[j * n + k]
+        if not s > 0.0:
+            return False
+        root = math.sqrt(s)
+        out[j * n + j] = root
+        inverse = 1.0 / root
+        for i in range(j + 1, n):
+            s = a[i * n + j]
+            for k in range(j):
+                s -= out[i * n + k] * out[j * n + k]
+            out[i * n + j] = s * inverse
+            out[j * n + i] = 0.0
+    return True
+
+
+@inline
+def transform(layout: Layout, z: Array, factor: Array, reading: Reading, p: Array, rows: Array,
+              matrices: Array) -> None:
+    """
+    Carry a mean and a factor of its covariance through the drive (unscented transform).
+
+    Args:
+        layout: of the n states.
+        z: mean [n]; becomes the predicted one.
+        factor: lower Cholesky factor [n * n] of the covariance.
+        reading: the time step and its torques.
+        p: process_model.pack.
+        rows: [>= 2 n, n]; the first 2 n are written so that rows' rows is the predicted covariance
+            without process noise, pair differences first.
+        matrices: scratch [N_LANES, n * n].
+
+    """
+    n, dt = layout.n, reading.dt
+    lanes = matrices.reshape(N_LANES * n * n)[:(n + N_LANE) * BESIDE]
+    counted = substeps(dt, p[EIGENVALUE])
+    alpha2 = p[UKF_ALPHA] * p[UKF_ALPHA]
+    spread = math.sqrt(alpha2 * (n + p[UKF_KAPPA]))
+    root = 1.0 / spread
+    weight = root * root
+    shared = (1.0 - math.sqrt(1.0 + (p[UKF_BETA] - alpha2) * n * weight)) / n
+    for j in range(n):  # n points ahead, n behind, the centre, and idle ones
+        at, centre = j * BESIDE, z[j]
+        for i in range(BESIDE):
+            lanes[at + i] = centre
+        for i in range(n):
+            lanes[at + i] = centre + spread * factor[j * n + i]
+            lanes[at + n + i] = centre - spread * factor[j * n + i]
+    for _ in range(counted):
+        advance_beside(layout, lanes, 2 * n + 1, None, (reading.u, reading.load, 0.0),
+                       dt / counted, 1, p)
+    for j in range(n):
+        at, centre = j * BESIDE, lanes[j * BESIDE + 2 * n]
+        bends = 0.0
+        for i in range(n):
+            plus, minus = lanes[at + i] - centre, lanes[at + n + i] - centre
+            bend = 0.5 * (plus + minus)
+            rows[i, j] = 0.5 * root * (plus - minus)
+            rows[n + i, j] = bend
+            bends += bend
+        z[j] = centre + weight * bends
+        for i in range(n):
+            rows[n + i, j] = root * (rows[n + i, j] - shared * bends)
+
+
+@inline
+def cross_covariance(layout: Layout, rows: Array, factor: Array, P: Array, slope: Array,
+                     out: Array) -> None:
+    """
+    Write cov(z predicted, z before), by the slope of the statistical linearisation.
+
+    Args:
+        layout: as of transform.
+        rows: as of transform.
+        factor: of P with the first half of the process noise, as of transform.
+        P: covariance before any process noise [n * n].
+        slope: transposed, of the linearisation [n * n], written.
+        out: receives the covariance [n * n].
+
+    """
+    n = layout.n
+    for j in range(n - 1, -1, -1):  # slope factor = (pair differences)'
+        inverse = 1.0 / factor[j * n + j]
+        for r in range(n):
+            s = rows[j, r]
+            for k in range(j + 1, n):
+                s -= slope[k * n + r] * factor[k * n + j]
+            slope[j * n + r] = s * inverse
+    for i in range(n * n):
+        out[i] = 0.0
+    add_transposed_product(layout, slope, P, n, out)
 
 
 @folded(*WALKS)
@@ -69,4 +206,4 @@ def predict(layout: Layout, belief: Belief, reading: Reading, p: Array, scratch:
     return True
 
 
-FILTER = FilterKind(step, n_matrices=4 + N_LANES, warnings=sigma_points.warnings)
+FILTER = FilterKind(step, n_matrices=4 + N_LANES, warnings=warnings)
