@@ -31,7 +31,7 @@ Public names, by module:
     robot.candidates: Candidate
     robot.conventions: columns_as_read, log_as_read, misfit, named_readings, NamedReading,
         RobotReading
-    robot.evidence: Prior
+    robot.evidence: Prior, RobotEvidence
     robot.knowledge: Knowledge, States, VERSION, Visits
     robot.payload: PayloadEstimate, PayloadTracker, SECOND
     robot.power: UNDECIDED
@@ -39,7 +39,7 @@ Public names, by module:
         ROBOT_EFFECTS, RobotEffect, tilted
     robot.robot_log: checked_log, continuous, CURRENT, jump_words, raw_log, RawLog, read_by,
         RobotLog, SETPOINT, TORQUE, TURNED
-    robot.rows: RobotModel
+    robot.rows: RobotModel, rows_of
     robot.settings: SETTINGS
     robot.verdict: RobotVerdict, verdict_data
 """

@@ -14,10 +14,13 @@ from gearbox_monitor.diagnosis.joint.verdict import Finding, Remainder
 from gearbox_monitor.diagnosis.robot import knowledge, verdict as balance
 from gearbox_monitor.diagnosis.robot.conventions import (
     columns_as_read, log_as_read, misfit, named_readings)
+from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence
 from gearbox_monitor.diagnosis.robot.knowledge import Knowledge
 from gearbox_monitor.diagnosis.robot.payload import PayloadTracker, SECOND
 from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
-from gearbox_monitor.diagnosis.robot.robot_log import checked_log, RobotLog, SETPOINT
+from gearbox_monitor.diagnosis.robot.robot_log import (
+    checked_log, RobotLog, SETPOINT, TORQUE)
+from gearbox_monitor.diagnosis.robot.rows import rows_of
 from gearbox_monitor.diagnosis.robot.verdict import RobotVerdict, verdict_data
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.files.knowledge_file import load_knowledge, SUFFIX
@@ -316,6 +319,11 @@ def check_robot(log: str | Path, robot: Robot, *, recorded: Mapping[str, str] | 
                       f'{joint}=zero:RAD, reversed or deg), or the range in the model')
         findings.append(DataFinding(joint if of_joint else 'log', 'note', words if of_joint else
                                     note, advice, hurts(diagnosis=grade)))
+    model = robot_model(robot.file, robot.values, False)
+    if found.kind == TORQUE and model.kp is not None:
+        evidence = RobotEvidence([rows_of(found, model)])
+        findings += [DataFinding('log', 'held setpoint', words, '', hurts(diagnosis=WARN))
+                     for words in balance.held_setpoints(evidence, evidence.fit())]
     _, doubts = as_named(read, robot, reading)
     findings += [DataFinding('conventions', 'reading', doubt.partition(': ')[2], '',
                              hurts(diagnosis=BAD)) for doubt in doubts]

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gearbox_monitor.diagnosis.robot.robot_log import LogSection, RobotLog, TORQUE
 from gearbox_monitor.diagnosis.robot.rows import RobotModel
 from gearbox_monitor.diagnosis.robot.verdict import diagnose
 from gearbox_monitor.robot.compiled_model import mujoco_module
@@ -63,3 +64,57 @@ def test_mujoco_writes_no_log_into_the_folder_of_the_user(tmp_path, monkeypatch)
     mujoco.mj_step(model, data)
     assert data.warning[mujoco.mjtWarning.mjWARN_BADQVEL].number == 1
     assert not list(tmp_path.iterdir())
+
+
+SERVOS = """<mujoco><option timestep=".002"/><worldbody><body pos="0 0 .3">
+  <joint name="turn" axis="0 0 1" armature=".05" damping="1"/>
+  <inertial pos=".02 0 .05" mass="2" diaginertia=".01 .01 .006"/>
+  <body pos="0 0 .1"><joint name="lift" axis="0 1 0" armature=".05" damping="1"/>
+    <inertial pos=".15 .005 0" mass="1.5" diaginertia=".003 .015 .015"/>
+    <body name="tip" pos=".3 0 0"><joint name="nod" axis="0 1 0" armature=".03" damping=".5"/>
+      <inertial pos=".12 0 .01" mass=".8" diaginertia=".001 .006 .006"/></body></body>
+</body></worldbody><actuator>
+  <position joint="turn" kp="200" kv="10"/><position joint="lift" kp="200" kv="10"/>
+  <position joint="nod" kp="100" kv="4"/></actuator></mujoco>"""
+LOAD = '<body pos=".25 0 0"><inertial pos="0 0 0" mass=".5" diaginertia="1e-4 1e-4 1e-4"/></body>'
+
+
+def sampled(xml, joints, sample):
+    """Return a log of position servos: setpoints held for 10 ms, the `sample` of five steps."""
+    mujoco = mujoco_module()
+    m = mujoco.MjModel.from_xml_string(xml)
+    data, rng = mujoco.MjData(m), np.random.default_rng(1)
+    frequency, phase, size = (rng.uniform(low, high, (3, 5)) for low, high in (
+        (0.1, 0.7), (0.0, 6.28), (0.1, 0.3)))
+    q, effort = [], []
+    for k in range(2000):
+        data.ctrl[:] = (size * np.sin(2.0 * np.pi * frequency * 0.01 * k + phase)).sum(axis=1)
+        steps = []
+        for _ in range(5):
+            position = data.qpos.copy()
+            mujoco.mj_step(m, data)
+            steps.append((position, data.actuator_force.copy()))
+        q.append(steps[sample][0])
+        effort.append(steps[sample][1])
+    section = LogSection(0.01 * np.arange(2000), np.array(q) + rng.normal(0.0, 2e-5, (2000, 3)),
+                         np.array(effort))
+    return RobotLog('log', joints, TORQUE, (section,), 100.0)
+
+
+@pytest.mark.parametrize('sample, end', [(0, 'start'), (-1, 'end')])
+def test_torque_sampled_at_an_end_of_a_held_setpoint_is_no_friction(tmp_path, sample, end):
+    """Position servos at 100 Hz gave false viscous findings of kp T / 2 at all joints."""
+    (tmp_path / 'robot.xml').write_text(SERVOS)
+    file = read_robot(tmp_path / 'robot.xml')
+    joints, tolerance = file.chain.joints, np.full(3, 0.05)
+    robot = RobotModel(file.chain, tolerance, 0.05, kp=file.kp, kd=file.kd)
+    log = sampled(SERVOS, joints, sample)
+    verdict = diagnose(robot, [log])
+    assert verdict.kind == 'none', verdict.findings
+    assert any(f'sampled at the {end} of a held setpoint' in c for c in verdict.cautions)
+    wrong = diagnose(RobotModel(file.chain, tolerance, 0.05), [log])
+    assert len(wrong.findings) >= 3 and not any('held' in c for c in wrong.cautions)
+    load, = diagnose(robot, [sampled(SERVOS.replace('</body></body>', f'{LOAD}</body></body>'),
+                                     joints, sample)]).findings
+    assert load.effect == 'payload'
+    assert load.values['m'] == pytest.approx(0.5, abs=2.0 * load.deviations['m'])

@@ -25,6 +25,7 @@ from gearbox_monitor.plant.effects.controller import SERVO_GAIN
 from gearbox_monitor.robot.chain import Chain, level_frame, PER_LINK
 
 Shape: TypeAlias = Callable[[JointMotion], Array]  # -> [N, k]
+HELD = 'held setpoint'  # nuisance: torque that is sampled at one end of it
 DRY, VISCOUS = 'dry', 'viscous'  # friction that scales with the day, each as a whole
 ORDERS, FEW, SPEEDS = 60, 6, (0.03, 0.06, 0.12, 0.25, 0.5)
 
@@ -387,10 +388,30 @@ def nuisance_of(rows: Rows, shapes: Sequence[tuple[int, str]]) -> list[NuisanceC
             add(f'setpoint lag {name}', m.kp * m.setpoint_speed, max(0.25 * rows.motion.step,
                                                                      0.003))
     if robot.kp is not None and not rows.setpoint:
-        # Torque that is sampled behind a setpoint that is held has kp T / 2 of damping too much or
-        # too little, at all servos alike: one coefficient.
-        held = {j: rows.tested(j, kp * m.v[:, None])[:, 0]
-                for j, (m, kp) in enumerate(zip(rows.joints, robot.kp)) if kp > 0.0}
-        columns.append(NuisanceColumn('held setpoint', held, rows.motion.step, own=True))
+        columns += _held(rows, robot.kp, np.zeros(len(robot.kp)) if robot.kd is None else robot.kd)
     columns.append(NuisanceColumn('lag', delays, max(s.lag, 0.25 * rows.motion.step), own=True))
     return columns
+
+
+def _held(rows: Rows, kp: Array, kd: Array) -> list[NuisanceColumn]:
+    """
+    Return the error of torques that are sampled while servos hold each setpoint for a period T.
+
+    At the ends of T they are +-(kp q' + kd q'') T / 2 off their mean, at all servos alike. This
+    saw tooth drives the robot: the speeds there are -(M + kd T / 2)^-1 kp q' T^2 / 12 off theirs.
+
+    Args:
+        rows: of torques.
+        kp: N m/rad [J], 0 where a joint has no servo.
+        kd: N m s/rad [J].
+    """
+    v, period = rows.motion.v, rows.motion.step
+    swing = kd[:, None] * np.linalg.pinv(rows.inertia + np.diag(0.5 * period * kd)) * kp
+    torque, speed = dict[int, Array](), dict[int, Array]()
+    for j in np.flatnonzero(kp > 0.0).tolist():
+        own = v[:, j, None]
+        torque[j] = (rows.tested(j, kp[j] * own) + rows.tested(j, kd[j] * own, True))[:, 0]
+        of_segment = np.repeat(swing[:, j], rows.tests.rows // len(swing), axis=0)
+        speed[j] = (rows.tested(j, v) * of_segment).sum(axis=1)
+    return [NuisanceColumn(HELD, torque, period, own=True),
+            NuisanceColumn(f'{HELD}: speed', speed, period ** 2 / 6.0, own=True)]

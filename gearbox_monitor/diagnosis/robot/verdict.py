@@ -23,7 +23,7 @@ from gearbox_monitor.diagnosis.robot.power import Question, questions, smallest_
 from gearbox_monitor.diagnosis.robot.robot_effects import (
     BASE, BASE_TILT, JOINT_ZERO, LINK_INERTIA, PAYLOAD, ROBOT_EFFECTS)
 from gearbox_monitor.diagnosis.robot.robot_log import RobotLog, SETPOINT
-from gearbox_monitor.diagnosis.robot.rows import in_scale, RobotModel, Rows, rows_of
+from gearbox_monitor.diagnosis.robot.rows import HELD, in_scale, RobotModel, Rows, rows_of
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
@@ -45,6 +45,8 @@ OF_BODIES = (PAYLOAD.id, LINK_INERTIA.id, BASE_TILT.id, JOINT_ZERO.id)  # in the
 LEAST_SCALE = 0.1  # gain of the model over that of the servo: it may be 10 times as large
 FARTHER = 3.0      # times as far from references as their parts: of random motions 1.1 to 2.5
 LEAST_SEEN = 0.05  # of a motion: what is new all over is no evidence, but a limit has to be
+HELD_SHARE = 0.25   # of the period, which shifts a sampled torque by half of it
+CERTAIN = 5.0      # deviations
 TOTALS = {'Cc_change': ('Cc', 'coulomb'), 'Cv_change': ('Cv', 'viscous'),
           'm1_change': ('m1', 'armature')}
 
@@ -140,7 +142,7 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
         _findings(evidence, search), known, _ranked(evidence, blank, search.fit), visible,
         _not_tried(recordings[0], laws),
         (*cautions, *_of_reference(knowledge), *_of_gains(evidence, search.fit),
-         *_of_small(evidence, search)), bool(cautions),
+         *held_setpoints(evidence, search.fit), *_of_small(evidence, search)), bool(cautions),
         () if effects else questions(evidence, visible), tuple(sorted(deaf)),
         len(known) < len(remainders), search.fit, evidence)
 
@@ -673,6 +675,23 @@ def _of_gains(evidence: RobotEvidence, fit: RobotFit) -> tuple[str, ...]:
                  'the model; sizes of torques are in its scale'
                  for name, x in zip(rows.robot.chain.joints, _servo_scales(evidence, fit)[0])
                  if abs(x - 1.0) > 2.0 * rows.robot.gain_tolerance)
+
+
+def held_setpoints(evidence: RobotEvidence, fit: RobotFit) -> tuple[str, ...]:
+    """Return a caution about torques that were sampled at one end of a held setpoint."""
+    posterior, out = evidence.posterior(fit), []
+    for label, early, square in zip(posterior.labels, posterior.mean,
+                                    np.diag(posterior.covariance)):
+        number = label.removeprefix(f'{HELD} of recording ')
+        if number != label:
+            rows = evidence.recordings[int(number) - 1]
+            if abs(early) > max(HELD_SHARE * rows.motion.step, CERTAIN * math.sqrt(square)):
+                end = 'start' if early > 0.0 else 'end'
+                out.append(
+                    f'{rows.name}: all servos show viscous friction of kp times '
+                    f'{1e3 * early:+.2g} ms: their torque was sampled at the {end} of a held '
+                    'setpoint. This is no finding; log its mean over the period, or setpoints')
+    return tuple(out)
 
 
 def _of_small(evidence: RobotEvidence, search: RobotSearch) -> tuple[str, ...]:

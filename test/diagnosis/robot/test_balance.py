@@ -598,28 +598,6 @@ def test_a_reference_is_held_against_the_file():
     assert 'tilted by' in finding_words(found[0].to_dict())
 
 
-def test_torque_behind_a_held_setpoint_is_no_friction():
-    """Position servos at 100 Hz gave four false viscous findings of kp T / 2."""
-    case = random_robots.make(12, False, [], 100)
-    chain, log = model_of(case).chain, random_robots.log(case, 1, 20.0, False)[0]
-    count, found = len(chain.links), {}
-    kp = 20.0 * case.sizes
-    for servo in (None, kp):
-        plain = rows_of(log, RobotModel(chain, np.full(count, 0.05), kp=servo))
-        held = np.stack([plain.tested(j, 0.005 * kp[j] * m.v[:, None])[:, 0]
-                         for j, m in enumerate(plain.joints)])
-        for extra in (0.0, 0.2 * case.sizes[0]):
-            target = plain.target + held
-            target[0] += plain.tested(0, extra * plain.joints[0].v[:, None])[:, 0]
-            evidence = RobotEvidence([replace(plain, target=target)])
-            laws = library([plain], ['motor_viscous', 'motor_coulomb'])
-            scales = scales_of(laws, [], None, evidence.joints)
-            findings = _findings(evidence, _search(evidence, evidence.fit(), laws, [], scales))
-            found[servo is None, extra > 0.0] = [f.joint for f in findings]
-    assert len(found[True, False]) == count and not found[False, False]
-    assert found[False, True] == [case.joints[0]], found
-
-
 def test_scales_of_joints_are_in_the_deviation_of_a_load_and_no_findings_beside_it():
     """The load of an arm was 12 % low +- 1 %, with gains of joints beside it."""
     case = random_robots.make(12, False, [], 100)
