@@ -39,6 +39,7 @@ BENCHMARKS = {
     'robot_cost': ('robot_cost', 'CPU time and memory of the diagnosis of whole robots'),
     'ranges': ('ranges', 'how often new simulated drives lie in the ranges of others'),
     'closed_loop': ('closed_loop', 'a controller tuned in a corrected simulator, in the true one'),
+    'traces': ('traces', 'what ten small recordings give, beside what they gave before'),
     'blind': ('blind.runner', 'diagnosis of recordings whose effect only the scorer knows'),
 }
 
