@@ -14,19 +14,18 @@ from typing import Any
 import numpy as np
 import yaml
 
-from gearbox_monitor.errors import InputError, Undecided
+from gearbox_monitor.errors import expect, InputError, Undecided
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.recordings.log_units import (
     axis_of, COUNTS, EFFORT, POSITION, PRISMATIC, ROTARY, SI, standard_unit, unit_factor,
     unit_of_label, units_of, VELOCITY, vocabulary)
-from gearbox_monitor.recordings.mapping import kind_of, TURN, with_settings
+from gearbox_monitor.recordings.mapping import kind_of, OF_TIME, TURN, with_settings
 from gearbox_monitor.recordings.meaning import (
     joints_of, joints_of_none, Meaning, meaning_of, meanings, SETPOINT)
 from gearbox_monitor.recordings.roles import (
     Choice, choice_of, matches, NamedColumn, NONE, OpenQuestion)
-from gearbox_monitor.recordings.siblings import BESIDE, states_beside
 from gearbox_monitor.recordings.table import Column, Table
-from gearbox_monitor.recordings.times import found_time, FoundTime
+from gearbox_monitor.recordings.times import BESIDE, found_time, FoundTime, states_beside
 
 COARSE = 100.0  # whole numbers over a wider range are counts
 WIDE = 4.0 * np.pi  # rad: a joint turns less; a wider range without a unit may be degrees
@@ -259,7 +258,7 @@ class _Proposal:
             raise Undecided(f'{table.path}: {len(table.columns)} columns without names, expected '
                             "their names in order: --columns 't,q[6],dq[6],i[6]' (q[6]: q_1 to "
                             'q_6; - for a column that is not used)')
-        if answers.rate is None and not self._stated('time.rate'):
+        if answers.rate is None:
             units = {name: standard_unit(unit) for name, unit in answers.units.items()}
             if 'time' in units:
                 units.update({column.name: units['time'] for column in table.columns})
@@ -278,14 +277,8 @@ class _Proposal:
                     f'{table.path}: no column of '
                     f'{", ".join(c.name for c in table.columns)[:200]} grows like a time, '
                     'expected one, or --rate HZ')
-        rate = answers.rate or table.rate
-        text = next((s.partition('=')[2] for s in self.settings if s.startswith('time.rate=')), '')
-        try:
-            rate = float(text) if text else rate
-        except ValueError:
-            rate = 0.0
-        if not rate or not 1e-3 <= rate <= 1e6:
-            raise InputError(f'time.rate: {text or rate}, expected 0.001 to 1e6 Hz')
+        rate = float(answers.rate or table.rate or 0.0)
+        expect(rate, 'time.rate', str(table.path), OF_TIME['rate'])
         block: dict[str, Any] = {'rate': rate}
         episode = next((c for c in table.columns if c.name in ('episode', 'episode_index')
                         and len(np.unique(c.values)) > 1), None)

@@ -13,8 +13,8 @@ from gearbox_monitor.recordings.messages import converted_bag, needs_conversion
 from gearbox_monitor.recordings.read import BagReader, FORMATS, is_ros1, open_bag, ROS1
 from gearbox_monitor.recordings.roles import NONE
 from gearbox_monitor.recordings.si_signals import Signals, signals_of
-from gearbox_monitor.recordings.siblings import BESIDE, file_in, with_setpoints
 from gearbox_monitor.recordings.table import load_table, Table
+from gearbox_monitor.recordings.times import BESIDE, file_in, with_setpoints
 from gearbox_monitor.recordings.topics import JOINT_STATES
 from gearbox_monitor.recordings.virtual_bag import bag_of_table
 
