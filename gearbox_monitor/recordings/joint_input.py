@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import json
 from pathlib import Path
 import shlex
-from typing import Generic, TypeAlias, TypeVar
+from typing import Generic, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -50,26 +50,16 @@ def _numbered(stamps: Integers) -> list[tuple[int, int]]:
     return list(zip(stamps.tolist(), occurrence.tolist()))
 
 
-class _WaitingRows:
+class _WaitingRows(NamedTuple):
     """Rows of one stream: stamps [N], log times of their arrival [N], values [N, width]."""
 
-    def __init__(self, width: int) -> None:
-        self.stamps, self.arrival = np.empty(0, np.int64), np.empty(0, np.int64)
-        self.values: Array = np.empty((0, width))
+    stamps: Integers
+    arrival: Integers
+    values: Array
 
-    def put(self, log_ns: int, stamps: Integers, values: Array) -> None:
-        """Append `stamps` [N] and `values` [N, width], which arrived at `log_ns`."""
-        if len(self.stamps):
-            stamps = np.concatenate([self.stamps, stamps])
-            values = np.concatenate([self.values, values])
-        arrival = np.full(len(stamps), log_ns)
-        arrival[:len(self.arrival)] = self.arrival
-        self.stamps, self.arrival, self.values = stamps, arrival, values
-
-    def keep(self, rows: slice | Flags) -> None:
-        """Drop all but `rows`."""
-        self.stamps, self.arrival = self.stamps[rows], self.arrival[rows]
-        self.values = self.values[rows]
+    def take(self, rows: slice | Flags) -> '_WaitingRows':
+        """Return some `rows`."""
+        return _WaitingRows(self.stamps[rows], self.arrival[rows], self.values[rows])
 
 
 class StampMatcher:
@@ -82,7 +72,8 @@ class StampMatcher:
     """
 
     def __init__(self, left_width: int, right_width: int) -> None:
-        self._left, self._right = _WaitingRows(left_width), _WaitingRows(right_width)
+        self._sides = [_WaitingRows(np.empty(0, np.int64), np.empty(0, np.int64),
+                                    np.empty((0, width))) for width in (left_width, right_width)]
 
     def put(self, log_ns: int, left: tuple[Integers, Array], right: tuple[Integers, Array]
             ) -> None:
@@ -94,36 +85,37 @@ class StampMatcher:
             left: (stamps [N], values [N, left_width]).
             right: (stamps [M], values [M, right_width]).
         """
-        self._left.put(log_ns, *left)
-        self._right.put(log_ns, *right)
+        for side, (stamps, values) in enumerate((left, right)):
+            own = self._sides[side]
+            self._sides[side] = _WaitingRows(
+                np.concatenate([own.stamps, stamps]), np.concatenate([
+                    own.arrival, np.full(len(stamps), log_ns)]),
+                np.concatenate([own.values, values]))
 
     def skip_until(self, stamp: int) -> bool:
         """Drop the rows on the right that precede `stamp`; return whether it has arrived."""
-        rows = np.flatnonzero(self._right.stamps == stamp)
+        rows = np.flatnonzero(self._sides[1].stamps == stamp)
         if len(rows):
-            self._right.keep(slice(rows[0], None))
+            self._sides[1] = self._sides[1].take(slice(rows[0], None))
         return len(rows) > 0
 
     def pairs(self) -> tuple[Integers, Array, Array]:
         """Return (stamps, left values, right values) of the rows matched since the last call."""
-        first, right = self._left, self._right
-        i, j = match_stamps(first.stamps, right.stamps)
-        matched = first.stamps[i], first.values[i], right.values[j]
-        for side, rows in ((first, i), (right, j)):
-            waiting = np.ones(len(side.stamps), bool)
+        left, right = self._sides
+        i, j = match_stamps(left.stamps, right.stamps)
+        for side, rows in enumerate((i, j)):
+            waiting = np.ones(len(self._sides[side].stamps), bool)
             waiting[rows] = False
-            side.keep(waiting)
-        return matched
+            self._sides[side] = self._sides[side].take(waiting)
+        return left.stamps[i], left.values[i], right.values[j]
 
     def expired(self, log_ns: int | None = None) -> tuple[Integers, Integers]:
         """Remove rows that waited for MATCH_WAIT at `log_ns` (None: all); return their stamps."""
-        stamps = []
-        for side in (self._left, self._right):
-            overdue = np.ones(len(side.arrival), bool) if log_ns is None else \
-                side.arrival < log_ns - MATCH_WAIT
-            stamps.append(side.stamps[overdue])
-            side.keep(~overdue)
-        return stamps[0], stamps[1]
+        overdue = [np.ones(len(side.arrival), bool) if log_ns is None else
+                   side.arrival < log_ns - MATCH_WAIT for side in self._sides]
+        left, right = (side.stamps[rows] for side, rows in zip(self._sides, overdue))
+        self._sides = [side.take(~rows) for side, rows in zip(self._sides, overdue)]
+        return left, right
 
 
 WAIT = 1_000_000_000  # ns of stamps that a message waits for its partner

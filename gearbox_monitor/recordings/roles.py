@@ -63,9 +63,10 @@ class Choice:
     left: dict[str, str] = field(default_factory=dict)
     questions: list[OpenQuestion] = field(default_factory=list)
 
-    def take(self, role: str, candidate: NamedColumn, why: str) -> None:
-        """Give `candidate` a `role`; `why`: in words."""
-        self.roles[role], self.reasons[role] = candidate, why
+    def take(self, role: str, candidate: NamedColumn, why: str = '') -> None:
+        """Give `candidate` a `role`; `why`: in words, '' for its name."""
+        self.roles[role] = candidate
+        self.reasons[role] = why or f'by its name: {candidate.meaning.why}'
 
     def ask(self, topic: str, text: str, *options: str) -> None:
         """Add a question about `topic`, with `options` that settle it."""
@@ -168,8 +169,6 @@ def _positions(choice: Choice, columns: Sequence[NamedColumn], refused: set[str]
     measured, filtered = (_kind(columns, POSITION, *sources) for sources in (
         (MEASURED, ''), (FILTERED, RELATIVE)))
     candidates = measured or filtered
-    choice.left |= {c.column: f'{c.meaning.source}, with the position itself'
-                    for c in filtered if c not in candidates}
     missing = [role for role in ('motor_position', 'arm_position')
                if role not in choice.roles and role not in refused]
     own = [c for role, c in choice.roles.items() if role.endswith('_position')]
@@ -199,12 +198,12 @@ def _positions(choice: Choice, columns: Sequence[NamedColumn], refused: set[str]
     labelled = [c for side in by_side.values() for c in side]
     if len(labelled) <= 2 and all(len(side) <= 1 for side in by_side.values()) and not silent:
         for c in labelled:
-            choice.take(f'{c.meaning.side}_position', c, f'by its name: {c.meaning.why}')
+            choice.take(f'{c.meaning.side}_position', c)
         return
     if len(silent) == 1 == len(labelled) and abs(correlation(
             silent[0].values, labelled[0].values)) > TOGETHER:
         side = labelled[0].meaning.side
-        choice.take(f'{side}_position', labelled[0], f'by its name: {labelled[0].meaning.why}')
+        choice.take(f'{side}_position', labelled[0])
         choice.take('arm_position' if side == 'motor' else 'motor_position', silent[0],
                     'the other end')
         return
@@ -229,9 +228,7 @@ def _velocities(choice: Choice, columns: Sequence[NamedColumn]) -> None:
         if not own or f'{side}_velocity' in choice.roles:
             continue
         chosen = max(_preferred(choice, own), key=lambda c: np.isfinite(c.values).mean())
-        choice.take(f'{side}_velocity', chosen, f'by its name: {chosen.meaning.why}')
-        choice.left |= {c.column: f'another one is {chosen.meaning.stem}' for c in own
-                        if c is not chosen and c.column not in choice.left}
+        choice.take(f'{side}_velocity', chosen)
 
 
 # --- efforts, setpoints -------------------------------------------------------------------------
@@ -249,18 +246,12 @@ def _efforts(choice: Choice, columns: Sequence[NamedColumn], refused: set[str]) 
     measured = [c for c in measured if c not in sensors]
     commanded = _kind(columns, EFFORT, SETPOINT)
     filtered = _kind(columns, EFFORT, FILTERED)
-    for c in columns:
-        if c.meaning.quantity == EFFORT and c not in (*sensors, *measured, *commanded, *filtered):
-            choice.left[c.column] = f'{c.meaning.source}: no torque of the motor as it is'
     if sensors and 'reference_torque' not in {*choice.roles, *refused} and (
             measured or commanded or 'motor_effort' in choice.roles):
         torques = [c for c in sensors if c.meaning.unit in units_of(
             EFFORT, ROTARY, PRISMATIC)] or sensors
         if torques[0].meaning.unit not in COUNTS:  # of which nothing tells the torque
             choice.take('reference_torque', torques[0], f'a sensor: {torques[0].meaning.why}')
-    for c in sensors:
-        if c not in choice.roles.values():
-            choice.left[c.column] = 'a torque sensor: reference_torque, for scores'
     if 'motor_effort' in choice.roles or 'motor_effort' in refused:
         return
     if measured or commanded or filtered:
@@ -296,19 +287,15 @@ def _drive_effort(choice: Choice, measured: Sequence[NamedColumn],
     else:
         _take_effort(choice, commanded_torques or commanded, 'commanded efforts of one joint',
                      'commanded, the only effort')
-    for c in (*measured, *commanded):
-        if c not in choice.roles.values():
-            choice.left.setdefault(c.column, 'another effort: ' + use_option(
-                'effort', c.meaning.stem))
 
 
 def _take_effort(choice: Choice, columns: Sequence[NamedColumn], question: str,
-                 reason: str = 'by its name') -> None:
+                 reason: str = '') -> None:
     """Choose the effort of the motor, or ask which of several `columns` it is."""
     if len(columns) > 1:
         _ask_effort(choice, columns, question)
     else:
-        choice.take('motor_effort', columns[0], f'{reason}: {columns[0].meaning.why}')
+        choice.take('motor_effort', columns[0], reason)
 
 
 def _ask_effort(choice: Choice, columns: Sequence[NamedColumn], question: str) -> None:
@@ -318,10 +305,6 @@ def _ask_effort(choice: Choice, columns: Sequence[NamedColumn], question: str) -
 
 def _setpoints(choice: Choice, columns: Sequence[NamedColumn], refused: set[str]) -> None:
     """Choose the setpoint of the position."""
-    for quantity in (VELOCITY, EFFORT):
-        for c in _kind(columns, quantity, SETPOINT):
-            if c not in choice.roles.values():
-                choice.left.setdefault(c.column, f'a setpoint of the {quantity}')
     position = next((choice.roles[role] for role in ('motor_position', 'arm_position')
                      if role in choice.roles), None)
     candidates = _kind(columns, POSITION, SETPOINT)
@@ -343,5 +326,4 @@ def _setpoints(choice: Choice, columns: Sequence[NamedColumn], refused: set[str]
                    'of one joint', *(use_option('setpoint', c.meaning.stem)
                                      for c in (first, *rivals[:2])))
         return
-    choice.take('motor_setpoint', first, f'by its name: {first.meaning.why}')
-    choice.left |= {c.column: f'another setpoint is {first.meaning.stem}' for c in rivals}
+    choice.take('motor_setpoint', first)
