@@ -26,7 +26,7 @@ from gearbox_monitor.recordings.joint_input import find_input, JointInput
 from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.reading import ReadOptions
 from gearbox_monitor.recordings.recorded_samples import (
-    NO_MODEL, read_samples, read_snapshots, RecordedSamples)
+    NO_MODEL, read_snapshots, RecordedSamples, samples_of)
 from gearbox_monitor.signals.convention import RULES
 from gearbox_monitor.signals.uniform import REPEATED, UniformRecording
 
@@ -328,8 +328,9 @@ def load_filter_inputs(args: Namespace, reader: BagReader, filter_name: str | No
         stated['filter'] = check_filter(filter_name)
     source = find_input(reader, args.topic)
     model, parameters, is_known = settings_of(args, reader, source, stated, model_file, usual)
-    recording = read_samples(reader, parameters.motor_joint, parameters.arm_joint, model,
-                             source.topic, source.transmission)
+    samples, log_ns = samples_of(reader.joint_states(
+        source.topic, (parameters.motor_joint, parameters.arm_joint)), model)
+    recording = RecordedSamples(samples, log_ns, source.topic, source.transmission)
     notes = [] if is_known else [NO_MODEL]
     notes += [reader.notice] if reader.notice else []
     changed = {row.name: stated[row.name] for row in MODEL if row.name in stated}

@@ -21,8 +21,8 @@ Public names, by module:
     player: EstimatePlayer, Player, recorded_robot
     read: BagReader, JOINT_STATE, natural, open_bag
     reading: BY_NAMES, is_bag, open_recording, read_mapping, ReadOptions
-    recorded_samples: joined_samples, NO_MODEL, NO_SERIAL, read_samples, read_snapshots,
-        RecordedSamples, sample_parts, samples_of, sliced
+    recorded_samples: joined_samples, NO_MODEL, NO_SERIAL, read_snapshots, RecordedSamples,
+        sample_parts, samples_of, sliced
     recovery: recover, Recovery
     replay: Comparer, Comparison, interval_error, Replay, replay, ReplayCollector,
         ReplaySummary, smoothed, truth, truth_of

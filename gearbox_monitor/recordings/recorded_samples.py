@@ -47,30 +47,6 @@ class RecordedSamples:
         return self.topic.rsplit('/', 1)[0]
 
 
-def read_samples(reader: BagReader, motor_joint: str, arm_joint: str, model: DriveModel,
-                 topic: str, transmission: str = TRANSMISSION) -> RecordedSamples:
-    """
-    Read all samples of a topic.
-
-    Args:
-        reader: the bag.
-        motor_joint: name of the motor.
-        arm_joint: name of the arm, '' if there is no arm encoder.
-        model: see samples_of.
-        topic: topic of the joint states.
-        transmission: its name in the estimates.
-
-    Returns:
-        The RecordedSamples.
-
-    Raises:
-        InputError: the bag has no such topic or joint.
-    """
-    states = reader.joint_states(topic, (motor_joint, arm_joint))
-    samples, log_ns = samples_of(states, model)
-    return RecordedSamples(samples, log_ns, topic, transmission)
-
-
 def sample_parts(reader: BagReader, topic: str, decode: Decoder, model: DriveModel, size: int,
                  progress: Callable[[int], object]) -> Iterator[Samples]:
     """

@@ -9,11 +9,11 @@ the stamp of the measurement (smoothed: of the time it is about). Units: rad, ra
 """
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
 from gearbox_monitor.estimation import rts_smoother, sample_loop
+from gearbox_monitor.estimation.estimates import Estimates
 from gearbox_monitor.kernels.types import Array, Integers
 
 TRANSMISSION = 'transmission'
@@ -66,26 +66,6 @@ PAYLOAD, PAYLOAD_STD = 'payload', 'payload_stddev'
 EXTERNAL_TORQUE, EXTERNAL_TORQUE_STD = 'external_torque', 'external_torque_stddev'
 
 
-class EstimateRows(Protocol):
-    """Estimates as rows with their stamps, see monitor.Estimates."""
-
-    @property
-    def stamp_ns(self) -> Integers:
-        """Stamps of the rows, int64 [M] ns."""
-
-    @property
-    def rows(self) -> Array:
-        """Estimates, [M, sample_loop.N_ESTIMATE]."""
-
-    @property
-    def smoothed_stamp_ns(self) -> Integers:
-        """Stamps of the smoothed rows, int64 [L] ns."""
-
-    @property
-    def smoothed(self) -> Array:
-        """Smoothed estimates, [L, rts_smoother.N_SMOOTHED]."""
-
-
 def joint_values(signal: Signal, row: Sequence[float] | Array, names: Mapping[str, str],
                  gear_ratio: float) -> tuple[list[str], list[float], list[float], list[float]]:
     """
@@ -120,7 +100,7 @@ def joint_values(signal: Signal, row: Sequence[float] | Array, names: Mapping[st
     return joints, position, velocity, effort
 
 
-def signal_values(signal: Signal, estimates: EstimateRows, gear_ratio: float
+def signal_values(signal: Signal, estimates: Estimates, gear_ratio: float
                   ) -> tuple[Integers, dict[str, Array]]:
     """
     Return what the messages of `signal` hold for all estimates; see joint_values.

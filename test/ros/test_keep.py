@@ -15,7 +15,7 @@ from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.read import open_bag
-from gearbox_monitor.recordings.recorded_samples import read_samples
+from gearbox_monitor.recordings.recorded_samples import samples_of
 from gearbox_monitor.ros import recording_export
 from gearbox_monitor.ros.recording_export import (
     BLOCK, diagnosis_command, DTYPE, export_recording, load_of, MAX_RATE, RecordingBuffer,
@@ -149,7 +149,8 @@ def test_folder_holds_everything_as_received_and_the_model(tmp_path):
         with open_bag(folder / name) as bag:
             assert not bag.truncated
             assert bag.metadata['gearbox_monitor']['source'] == 'estimator: backlash: grown'
-            got = read_samples(bag, 'm7', 'arm', DriveModel(), '/left/joint_states').samples
+            states = bag.joint_states('/left/joint_states', ('m7', 'arm'))
+        got, _ = samples_of(states, DriveModel())
         np.testing.assert_array_equal(got.stamp_ns, wanted['stamp_ns'])
         np.testing.assert_array_equal(got.y, wanted['values'][:, :2])
         np.testing.assert_array_equal(got.u, wanted['values'][:, 2:])
