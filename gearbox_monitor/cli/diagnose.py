@@ -71,7 +71,7 @@ from gearbox_monitor.simulators.user_simulator import confirmation, user_simulat
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-DRAWN = ('report.html', 'overlay.png', 'where.png', 'ranking.png')
+DRAWN = ('report.html', 'overlay.png')
 CLOSED = 'drive.closed.yaml'
 OF_RECORDINGS = ('topic', 'motor_joint', 'arm_joint', 'setpoint_joint', 'repeated')
 OF_JOINTS = ('joint', 'model_arm_joint', 'keyframe', 'actuator', 'root')
@@ -85,7 +85,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--validate', metavar='BAG2',
                         help='second recording of the drive, to test the result on')
     parser.add_argument('--out', metavar='DIR',
-                        help='write verdict.json, report.html, pictures and drive.closed.yaml: '
+                        help='write verdict.json, report.html, overlay.png and drive.closed.yaml: '
                         'the model with what was identified')
     parser.add_argument('--json', metavar='FILE',
                         help='write the verdict as JSON' + JSON_FILE_HELP)
@@ -213,12 +213,8 @@ def draw(verdict: Verdict, data: Mapping[str, Any],
               f'{installed_by("pictures")}', file=sys.stderr)
         return drawn
     from gearbox_monitor.report import plots
-    drawn |= {
-        'overlay.png': plots.windows_figure(evidence.overlay, evidence.windows, title,
-                                                   on_axis('rad', model.axis)),
-        'where.png': plots.maps_figure(evidence, title)}
-    if data['gains']:
-        drawn['ranking.png'] = plots.ranking_figure(data['gains'], data['effect'], title)
+    drawn['overlay.png'] = plots.windows_figure(evidence.overlay, evidence.windows, title,
+                                                on_axis('rad', model.axis))
     return drawn
 
 

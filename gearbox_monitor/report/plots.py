@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Pictures by matplotlib: the demo, recording with models, comparison of filters."""
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 import textwrap
@@ -16,10 +16,8 @@ import numpy as np
 from gearbox_monitor.diagnosis.joint.closed_model import Overlay
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.report.diagnosis_evidence import (
-    clipped_to_range, DiagnosisEvidence, explained_by, smoothed)
-from gearbox_monitor.report.summary import PLACES
-from gearbox_monitor.report.words import gain_text, unit_of
+from gearbox_monitor.report.diagnosis_evidence import clipped_to_range, smoothed
+from gearbox_monitor.report.words import unit_of
 
 BLUE, ORANGE, GREEN, RED, SKY = '#0072B2', '#E69F00', '#009E73', '#D55E00', '#56B4E9'
 BLACK, GREY = '#000000', '#777777'
@@ -314,7 +312,6 @@ def _thinned(share: int, *arrays: Array) -> tuple[Array, ...]:
 
 MODEL_COLORS = (RED, BLUE)  # nominal, closed
 STYLES = ('--', '-')
-RANKED = 12  # effects
 _label = partial(label_axes, size=10)
 Column: TypeAlias = tuple[str, Array, Array, Sequence[Array]]  # words, t, measured, of runs
 
@@ -351,58 +348,6 @@ def free_figure(laid: Overlay, title: str = '', unit: str = 'rad') -> Figure:
             for run in laid.runs]
     column = ('one free run', laid.recording.t, laid.recording.y, runs)
     return _figure(laid, [column], title, unit)
-
-
-def maps_figure(evidence: DiagnosisEvidence, title: str = '') -> Figure:
-    """Return the Figure of the residual over the motion in `evidence`, with `title`."""
-    missing, labels = evidence.missing, evidence.labels
-    rows = 2 if missing else 1
-    figure = Figure(figsize=(15, 3.6 * rows + 0.6), layout='constrained')
-    put_title(figure, title)
-    grid = figure.subplots(rows, len(labels), squeeze=False)
-    for k, (name, label) in enumerate(labels.items()):
-        axes = grid[0][k]
-        for run, color, style, residual in zip(evidence.overlay.runs, MODEL_COLORS, STYLES,
-                                               evidence.maps[name]):
-            axes.stairs(residual.rms, residual.edges, color=color, ls=style, lw=1.6,
-                        label=run.name, baseline=None)
-        axes.axhline(1.0, color=GREY, lw=0.8, ls=':')
-        _label(axes, f'gap over {name}', label, 'gap (1: noise)' if k == 0 else '')
-        if missing:
-            law, axes = missing.laws[name], grid[1][k]
-            axes.fill_between(law.centers, law.value - 2.0 * law.error,
-                              law.value + 2.0 * law.error, color=GREEN, alpha=0.2, lw=0)
-            axes.plot(law.centers, law.value, color=GREEN, lw=1.8)
-            axes.axhline(0.0, color=GREY, lw=0.8, ls=':')
-            place = PLACES[missing.place]
-            _label(axes, f'missing at {place} {explained_by(name, law)}', label,
-                   f'{missing.unit}, 2 standard errors' if k == 0 else '')
-    grid[0][0].legend(fontsize=8)
-    return figure
-
-
-def ranking_figure(gains: Mapping[str, float], effect: str | None, title: str) -> Figure:
-    """
-    Return the Figure of gains.
-
-    Args:
-        gains: {effect: gain over the nominal model}.
-        effect: the one of the verdict, which stands out.
-        title: above them.
-
-    """
-    ranking = sorted(gains, key=lambda name: gains[name], reverse=True)[:RANKED][::-1]
-    figure = Figure(figsize=(9, 0.34 * len(ranking) + 1.4), layout='constrained')
-    put_title(figure, title)
-    axes = figure.subplots()
-    bars = axes.barh(ranking, [max(gains[name], 0.0) for name in ranking],
-                     color=[BLUE if name == effect else '#9cc4dd' for name in ranking])
-    axes.bar_label(bars, [gain_text(gains, name) for name in ranking], padding=4, fontsize=8)
-    axes.set_xlim(right=1.25 * max(1.0, *(gains[name] for name in ranking)))
-    axes.spines[['top', 'right']].set_visible(False)
-    _label(axes, '',
-           'gain over the nominal model: 2 log likelihood less a penalty per parameter', '')
-    return figure
 
 
 def _figure(laid: Overlay, columns: Sequence[Column], title: str, unit: str) -> Figure:

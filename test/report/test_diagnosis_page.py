@@ -27,7 +27,7 @@ from gearbox_monitor.signals.examine import admitted
 
 MODEL = DriveModel()
 TRUE = {'id': 'arm_coulomb', 'Cac': 0.05}
-PICTURES = ('overlay.png', 'where.png', 'ranking.png')
+PICTURES = ('overlay.png',)
 
 
 def record(path, effects, seed=1):
