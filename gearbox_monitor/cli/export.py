@@ -275,7 +275,7 @@ def run_robot(args: Namespace) -> int:
     lines += [f'  {title_of(finding)}: ' + ', '.join(
         f'{name} {value:.6g}' for name, value in finding['values'].items())
         for finding in data['findings']]
-    lines += [f'not in the file: {words}' for words in unwritten]
+    lines += [f'not in the file: {title}: {why}' for title, why in unwritten.items()]
     if data.get('model_digest') not in (None, file.digest):
         lines.append(f'note: {path} is not the file of the diagnosis ({data.get("model")}): the '
                      'changes are added to what stands in it')

@@ -41,5 +41,5 @@ Public names, by module:
         RobotLog, SETPOINT, TORQUE, TURNED
     robot.rows: RobotModel, rows_of
     robot.settings: SETTINGS
-    robot.verdict: RobotVerdict, verdict_data
+    robot.verdict: RobotVerdict, sampled_early, verdict_data
 """

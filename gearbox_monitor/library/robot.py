@@ -276,8 +276,7 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
         'locked': dict(file.locked),
         'references': list(knowledge.references) if knowledge else [],
         'readings': readings, 'options': '', 'warnings': notes, 'rollouts': None, 'closed': None}
-    torque = not verdict.evidence.recordings[0].setpoint
-    if file.compiled is not None and verdict.findings and torque:
+    if file.compiled is not None and verdict.findings:
         runs = data['rollouts'] = plain(rollouts(file, verdict))
         for finding in data['findings']:
             name = title_of(finding)
@@ -285,8 +284,9 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
         data['cautions'] += [f'{name}: free runs in MuJoCo are farther off with it than without'
                              for name in runs['vetoed']]
     text, refused = closed_file(file, data['findings'], f'gearbox_monitor {__version__} diagnose')
+    data['lacking'] = [f'{title}: {why}' for title, why in refused.items()]
     return RobotDiagnosis(verdict, robot, {'summary': robot_headline(data), **data}, text,
-                          tuple(refused))
+                          tuple(data['lacking']))
 
 
 def check_robot(log: str | Path, robot: Robot, *, recorded: Mapping[str, str] | None = None,

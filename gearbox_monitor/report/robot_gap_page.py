@@ -142,18 +142,18 @@ def _findings(data: VerdictData) -> Section:
 
 
 def _gaps(data: VerdictData) -> Section:
-    """Return the torque of each joint that the model does not explain, before and after."""
+    """Return how far the file is off at each joint, as it was and with the findings."""
     rows, axes = [], axes_of(data)
-    for gap in data['ranked']:
-        unit = on_axis('N m', axes[gap['joint']])
-        rows.append(BarRow(gap['joint'], 'before', gap['before'],
-                           f'{gap["before"]:.3g} {unit}', 'nominal'))
-        rows.append(BarRow('', 'after', gap['after'], f'{gap["after"]:.3g} {unit}', 'closed'))
     runs = (data.get('rollouts') or {}).get('joints') or {}
-    return Section('robot_gap/gaps.html', {'gaps': bars(rows), 'runs': PageTable(
-        ('joint', 'before', 'after'),
-        [(joint, *(f'{1e3 * v[k]:.3g} {on_axis("mrad", axes[joint])}'
-                   for k in ('before', 'after'))) for joint, v in runs.items()], (1, 2))},
+    for gap in data['ranked']:
+        joint, rotary = gap['joint'], axes[gap['joint']] == 'rotary'
+        sizes, unit = gap, 'N m' if rotary else 'N'
+        if joint in runs:
+            sizes, unit = {k: 1e3 * v for k, v in runs[joint].items()}, 'mrad' if rotary else 'mm'
+        for title, when, kind in ((joint, 'before', 'nominal'), ('', 'after', 'closed')):
+            rows.append(BarRow(title, when, sizes[when], f'{sizes[when]:.3g} {unit}', kind))
+    return Section('robot_gap/gaps.html', {
+        'gaps': bars(rows), 'runs': bool(runs), 'lacking': data.get('lacking') or []},
         'The gap of each joint')
 
 

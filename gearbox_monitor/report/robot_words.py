@@ -274,6 +274,12 @@ def robot_text(data: Mapping[str, Any]) -> str:
     gaps = ', '.join(f'{g["joint"]} {g["before"]:.2g} -> {g["after"]:.2g}'
                      + ' N' * (axes[g['joint']] == 'prismatic') for g in data['ranked'][:4])
     lines.append(f'gap of the torque, N m rms before -> after: {gaps}')
+    runs = (data.get('rollouts') or {}).get('joints') or {}
+    if runs:
+        lines.append('MuJoCo after 0.5 s, mrad rms off with the file -> with the closed one: '
+                     + ', '.join(f'{j} {1e3 * v["before"]:.2g} -> {1e3 * v["after"]:.2g}'
+                                 + ' mm' * (axes[j] == 'prismatic') for j, v in runs.items()))
+    lines += [f'not in the closed file: {words}' for words in data.get('lacking') or ()]
     if data['verdict'] in ('none', 'unknown', UNDECIDED):
         sizes = []
         for effect in ('payload', MOTOR_COULOMB.id, TORQUE_GAIN.id):

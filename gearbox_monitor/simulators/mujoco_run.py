@@ -7,9 +7,8 @@ How well a drive in an MJCF file explains a recording: MuJoCo runs the file on t
 As in the package's own simulator, each window of 1 s starts from the positions and speeds that fit
 best and runs with nothing but the torque. Activations and delays go on from the window before.
 """
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 import copy
-from dataclasses import replace
 import math
 from typing import Any, NamedTuple
 
@@ -17,16 +16,18 @@ import numpy as np
 
 from gearbox_monitor.diagnosis.joint.closed_model import Overlay
 from gearbox_monitor.diagnosis.robot.candidates import Candidate
-from gearbox_monitor.diagnosis.robot.robot_effects import BASE_TILT, ROBOT_EFFECTS, tilted
-from gearbox_monitor.diagnosis.robot.verdict import RobotVerdict
+from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
+from gearbox_monitor.diagnosis.robot.verdict import RobotVerdict, sampled_early
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
-from gearbox_monitor.plant.effects.motor_side import MOTOR_INERTIA
+from gearbox_monitor.plant.effects.balance_column import BalanceColumn
+from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_VISCOUS
 from gearbox_monitor.robot.compiled_model import mujoco_module
+from gearbox_monitor.simulators.compiling import compiled_model
 from gearbox_monitor.simulators.mjcf_file import MjcfDrive
 from gearbox_monitor.simulators.robot_model import ChainFile
-from gearbox_monitor.simulators.robot_patch import body_with, finding_title, OF_JOINT, OF_LINK
+from gearbox_monitor.simulators.robot_patch import closed_file, finding_title, title_of
 from gearbox_monitor.simulators.user_simulator import fitted_start, STEPS
 
 
@@ -154,7 +155,7 @@ def _run(rig: Rig, data: Any, u: Array) -> Array:
 WINDOW = 0.5    # s of a run
 MOST = 40       # windows
 FARTHER = 1.1   # times as far off: more than what noise of the first state makes
-ALWAYS = (*OF_LINK, MOTOR_INERTIA.id, BASE_TILT.id)  # in the model, also beside references
+FRICTION = (MOTOR_COULOMB.id, MOTOR_VISCOUS.id)  # references teach it
 COLUMNS = {(e.id, ''): e.column for e in EFFECTS.values()} | {
     (e.id, e.over): e.column for e in ROBOT_EFFECTS}
 
@@ -163,59 +164,92 @@ def rollouts(file: ChainFile, verdict: RobotVerdict) -> dict[str, Any]:
     """
     Return how far free runs are off before and after the findings.
 
+    A finding whose place is not in the file acts as a torque, which decides whether runs confirm
+    it. Those `after` are of the file as it is written, without such torques and vetoed findings.
+
     Args:
         file: of the robot, an MJCF.
-        verdict: on recordings of torques; the first one is run.
+        verdict: on recordings, of which the first one is run.
 
     Returns:
         {'window': s, 'joints': {joint: {'before', 'after': rms, rad or m}}, 'vetoed': titles (see
-        robot_closed) of findings with which the runs are farther off, in units of the motion of
+        robot_patch) of findings with which the runs are farther off, in units of the motion of
         the joints that they act on; 'confirmed': whether there is none; 'without': titles of
         those that are not in the runs}.
     """
-    rows = verdict.evidence.recordings[0]
-    nominal, _ = _runs(file, verdict, False)
-    closed, without = _runs(file, verdict, True)
-    joints = {name: {'before': float(b), 'after': float(a)}
-              for name, b, a in zip(rows.robot.chain.joints, nominal, closed)}
-    spread = np.std(rows.motion.q, axis=0) + 1e-9
-    vetoed = []
+    rows, findings = verdict.evidence.recordings[0], [f.to_dict() for f in verdict.findings]
+    joints, titles = rows.robot.chain.joints, {title_of(f) for f in findings}
+    taught = {title_of(f) for f in findings if rows.robot.learnt and f['effect'] in FRICTION}
+    closed, lacking = _written(file, findings)
+    torques = {finding_title(c.effect, c.place) for c in verdict.fit.chosen
+               if not c.free and _column(c) is not None} - (titles - lacking)
+    without = lacking - torques
+    before = _runs(file.compiled, verdict, frozenset())
+    after = _runs(closed, verdict, torques | taught)
+    spread, vetoed = np.std(rows.motion.q, axis=0) + 1e-9, list[str]()
     for c in verdict.fit.chosen:
-        own = list(c.columns) if c.joint is None else [rows.robot.chain.joints.index(c.joint)]
-        size = [math.hypot(*(x / spread)[own]) for x in (nominal, closed)]
+        own = list(c.columns) if c.joint is None else [joints.index(c.joint)]
+        size = [math.hypot(*(x / spread)[own]) for x in (before, after)]
         name = finding_title(c.effect, c.place)
-        if not c.free and name not in without and not size[1] < FARTHER * size[0]:
+        if name in titles - without and not size[1] < FARTHER * size[0]:
             vetoed.append(name)
-    return {'window': WINDOW, 'joints': joints, 'confirmed': not vetoed,
-            'vetoed': list(dict.fromkeys(vetoed)), 'without': without}
+    if torques or vetoed:
+        closed, _ = _written(file, [f for f in findings if title_of(f) not in vetoed])
+        after = _runs(closed, verdict, taught.difference(vetoed))
+    return {'window': WINDOW, 'joints': {
+        name: {'before': float(b), 'after': float(a)} for name, b, a in zip(joints, before, after)
+        }, 'confirmed': not vetoed, 'vetoed': list(dict.fromkeys(vetoed)),
+        'without': sorted(without)}
 
 
-def _runs(file: ChainFile, verdict: RobotVerdict, closed: bool) -> tuple[Array, list[str]]:
-    """Return the rms [J] of free runs at the ends of the windows, and what is not in them."""
+def _written(file: ChainFile, findings: Sequence[Mapping[str, Any]]) -> tuple[Any, set[str]]:
+    """Return the model of the file with `findings`, and the titles of those that it lacks."""
+    text, lacking = closed_file(file, findings, '')
+    m = file.compiled if text is None else compiled_model(
+        text.encode(), file.path, file.root, file.locked)
+    return m, set(lacking)
+
+
+def _column(c: Candidate) -> BalanceColumn | None:
+    """Return the column of the torque of `c` on its joint, None if it is another one."""
+    column = COLUMNS.get((c.effect, c.over))
+    return None if column is None or c.joint is None or column.momentum else column
+
+
+def _runs(model: Any, verdict: RobotVerdict, added: Collection[str]) -> Array:
+    """
+    Return the rms [J] of free runs at the ends of the windows.
+
+    Args:
+        model: mujoco.MjModel of the file.
+        verdict: on a recording, whose torques or setpoints act.
+        added: titles of findings that act as torques.
+    """
     mujoco = mujoco_module()
-    rows, m = verdict.evidence.recordings[0], _copy(file)
-    learnt, chain, motion = rows.robot.learnt, rows.robot.chain, rows.motion
-    taught, without = np.zeros_like(motion.q), []
-    if learnt:     # friction of the file is not used: that of the references acts along the motion
+    rows, m = verdict.evidence.recordings[0], copy.copy(model)
+    m.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_ACTUATION) | int(
+        mujoco.mjtDisableBit.mjDSBL_CONTACT)
+    robot, motion, joints = rows.robot, rows.motion, rows.joints
+    kp, kd = (np.zeros(len(joints)) if x is None else x for x in (robot.kp, robot.kd))
+    torque = np.zeros_like(motion.q)
+    if robot.learnt:   # friction of the file is not used: that of the references acts
         m.dof_frictionloss[:] = 0.0
         m.dof_damping[:] = 0.0
         m.actuator_damping[:] = 0.0
-        for j in range(len(chain.links)):
-            taught[:, j] = rows.joints[j].taught
-    effort = np.stack([x.effort for x in rows.joints], axis=1) - taught
-    for i, c in enumerate(verdict.fit.chosen if closed else ()):
-        b = verdict.fit.values[verdict.fit.of(i)]
-        column = COLUMNS.get((c.effect, c.over))
-        if c.values is not None and (c.effect in ALWAYS or c.effect in OF_JOINT and not learnt):
-            try:
-                _edit(m, file, c, c.values(b))
-            except InputError:
-                without.append(finding_title(c.effect, c.place))
-        elif column is not None and c.joint is not None and not column.momentum:
-            j = chain.joints.index(c.joint)
-            effort[:, j] -= column.series(rows.joints[j], c.setting or 0.0) @ b
-        elif not c.free:
-            without.append(finding_title(c.effect, c.place))
+        torque -= np.stack([x.taught for x in joints], axis=1)
+    for i, c in enumerate(verdict.fit.chosen):
+        column = _column(c)
+        if column is not None and finding_title(c.effect, c.place) in added:
+            j = robot.chain.joints.index(c.joint or '')
+            torque[:, j] -= column.series(joints[j], c.setting or 0.0) @ verdict.fit.values[
+                verdict.fit.of(i)]
+    if rows.setpoint:   # the servo, whose damping MuJoCo integrates implicitly
+        m.dof_damping[:] += kd
+        torque += np.stack([x.compensation for x in joints], axis=1)
+    else:
+        early = sampled_early(verdict.evidence, verdict.fit)[0]
+        rate = np.gradient(motion.v, motion.step, axis=0)
+        torque += motion.input - early * (kp * motion.v + kd * rate)
     mujoco.mj_setConst(m, mujoco.MjData(m))
     data, step = mujoco.MjData(m), float(m.opt.timestep)
     length = max(int(round(WINDOW / motion.step)), 2)
@@ -229,38 +263,10 @@ def _runs(file: ChainFile, verdict: RobotVerdict, closed: bool) -> tuple[Array, 
         for k in range(int(round((t[-1] - t[0]) / step))):
             at = s + min((k + 0.5) * step / motion.step, length - 1.001)
             low = int(at)
-            data.qfrc_applied[:] = effort[low] + (at - low) * (effort[low + 1] - effort[low])
+            data.qfrc_applied[:] = torque[low] + (at - low) * (torque[low + 1] - torque[low])
+            if rows.setpoint:
+                data.qfrc_applied[:] += kp * (motion.input[low] - data.qpos)
             mujoco.mj_step(m, data)
         total += (data.qpos - motion.q[s + length - 1]) ** 2
     out: Array = np.sqrt(total / max(len(starts), 1))
-    return out, without
-
-
-def _copy(file: ChainFile) -> Any:
-    """Return a copy of the compiled model without its actuators and contacts."""
-    mujoco = mujoco_module()
-    m = copy.copy(file.compiled)
-    m.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_ACTUATION) | int(
-        mujoco.mjtDisableBit.mjDSBL_CONTACT)
-    return m
-
-
-def _edit(m: Any, file: ChainFile, c: Candidate, values: Mapping[str, float]) -> None:
-    """Put a finding with its `values` into the compiled model `m`."""
-    mujoco = mujoco_module()
-    if c.effect in OF_JOINT and c.joint is not None:
-        place, j = OF_JOINT[c.effect], file.chain.joints.index(c.joint)
-        array = getattr(m, f'dof_{place.mjcf}')
-        array[j] = max(array[j] + values[place.value], 0.0)
-    elif c.effect == BASE_TILT.id:
-        m.opt.gravity[:] = tilted(m.opt.gravity.copy(), values['ax'], values['ay'])
-    else:
-        body, (mass, centre, tensor) = body_with(
-            replace(file, compiled=m), c.link or '', OF_LINK[c.effect](values))
-        moments, vectors = np.linalg.eigh(tensor)
-        if np.linalg.det(vectors) < 0.0:
-            vectors[:, 0] *= -1.0
-        quat = np.zeros(4)
-        mujoco.mju_mat2Quat(quat, vectors.ravel())
-        m.body_mass[body], m.body_ipos[body], m.body_iquat[body] = mass, centre, quat
-        m.body_inertia[body] = moments
+    return out

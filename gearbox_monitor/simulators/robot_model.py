@@ -36,7 +36,8 @@ class ChainFile:
 
     chain: its balance; kp N m/rad, kd N m s/rad [J] of its position actuators, None where a joint
     has none, and no_servo says which; digest: hash of the file and of `locked`; compiled:
-    mujoco.MjModel of an MJCF, None of a URDF; locked {joint: position, rad or m}: joints that
+    mujoco.MjModel of an MJCF, None of a URDF; root: folder of files that an MJCF names, None for
+    its own; locked {joint: position, rad or m}: joints that
     stand still, which the chain has not. low, high [J]: ends of the range of each joint, rad or m,
     infinite where the file states none.
     """
@@ -47,6 +48,7 @@ class ChainFile:
     kd: Array | None
     digest: str
     compiled: Any = None
+    root: Path | None = None
     no_servo: str = ''
     locked: Mapping[str, float] = field(default_factory=dict)
     low: Array = field(default_factory=lambda: np.array([-math.inf]))
@@ -85,11 +87,12 @@ def read_robot(path: str | Path, root: str | Path | None = None,
     if element.tag != 'mujoco':
         raise InputError(f'{path}: line {element.line}: <{element.tag}>, expected <mujoco> or '
                          '<robot> of a URDF file')
-    m = compiled_model(data, path, Path(root) if root else None, locked)
+    folder = Path(root) if root else None
+    m = compiled_model(data, path, folder, locked)
     _refuse(m, path)
     kp, kd, missing = _servo(m)
     limited = m.jnt_limited.astype(bool)
-    return ChainFile(path, chain_of_compiled(m, path), kp, kd, digest, m, missing, locked,
+    return ChainFile(path, chain_of_compiled(m, path), kp, kd, digest, m, folder, missing, locked,
                      np.where(limited, m.jnt_range[:, 0], -math.inf),
                      np.where(limited, m.jnt_range[:, 1], math.inf))
 

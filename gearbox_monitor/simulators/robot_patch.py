@@ -70,7 +70,7 @@ def title_of(finding: Mapping[str, Any]) -> str:
 
 
 def closed_file(file: ChainFile, findings: Sequence[Mapping[str, Any]], author: str
-                ) -> tuple[str | None, list[str]]:
+                ) -> tuple[str | None, dict[str, str]]:
     """
     Return the text of the file with the findings.
 
@@ -80,12 +80,12 @@ def closed_file(file: ChainFile, findings: Sequence[Mapping[str, Any]], author: 
         author: who writes it, for a comment.
 
     Returns:
-        The text, None if nothing of them can stand in it, and what cannot, with the reason.
+        The text, None if nothing of them can stand in it, and {title of what cannot: reason}.
     """
     document = parse_xml(read_file(file.path), str(file.path))
     closing: _Closing = (_ClosingUrdf(file, UrdfEdits(document)) if document.root.tag == 'robot'
                          else _ClosingMjcf(file, MjcfEdits(document, file.compiled)))
-    omitted: list[str] = []
+    omitted: dict[str, str] = {}
     for finding in findings:
         name = title_of(finding)
         try:
@@ -93,15 +93,15 @@ def closed_file(file: ChainFile, findings: Sequence[Mapping[str, Any]], author: 
                 raise InputError('free runs are farther off with it than without')
             closing.take(finding)
         except InputError as error:
-            omitted.append(f'{name}: {error}')
+            omitted[name] = str(error)
         if 'Ca' in finding['values']:
-            omitted.append(f'{name}: its difference by direction: no attribute has it')
+            omitted[f'{name}: its difference by direction'] = 'no attribute has it'
     if not closing.edits.changes:
         return None, omitted
     try:
         return closing.edits.patched(author).decode('utf-8'), omitted
     except UnicodeDecodeError:
-        return None, [*omitted, f'{file.path}: is not UTF-8, expected it for a file to be written']
+        return None, {**omitted, str(file.path): 'not UTF-8, expected it for a file to be written'}
 
 
 class _Closing:

@@ -53,7 +53,7 @@ TOTALS = {'Cc_change': ('Cc', 'coulomb'), 'Cv_change': ('Cv', 'viscous'),
 
 @dataclass(frozen=True)
 class JointGap:
-    """Of a joint: rms of the effort less the model before and after the findings, N m or N."""
+    """Of a joint: rms of the effort less the model without and with the findings, N m or N."""
 
     joint: str
     before: float
@@ -623,14 +623,23 @@ def _gain_at(evidence: RobotEvidence, blank: RobotFit, fit: RobotFit, joint: int
 
 
 def _ranked(evidence: RobotEvidence, blank: RobotFit, fit: RobotFit) -> tuple[JointGap, ...]:
-    """Return the gaps of the joints, those with most evidence first."""
+    """
+    Return the gaps of the joints, those with most evidence first.
+
+    The gap after the findings is that of the model with them alone: gains, delays and tolerances
+    that were fitted beside them are in no file.
+    """
     out = []
     chain = evidence.recordings[0].robot.chain
     for j, (name, link) in enumerate(zip(chain.joints, chain.links)):
+        a = evidence.at[j]
+        closed = a.y - sum((c.columns[j][a.order] @ fit.values[fit.of(i)]
+                            for i, c in enumerate(fit.chosen) if not c.free and j in c.columns),
+                           np.zeros_like(a.y))
         effort = np.concatenate([r.joints[j].effort for r in evidence.recordings])
         out.append(JointGap(
-            name, rms_in_motion(evidence, j, evidence.at[j].y),
-            rms_in_motion(evidence, j, fit.residual[j]), float(np.std(effort)),
+            name, rms_in_motion(evidence, j, a.y), rms_in_motion(evidence, j, closed),
+            float(np.std(effort)),
             _gain_at(evidence, blank, fit, j), 'prismatic' if link.slides else 'rotary'))
     return tuple(sorted(out, key=lambda g: -g.evidence))
 
@@ -677,21 +686,25 @@ def _of_gains(evidence: RobotEvidence, fit: RobotFit) -> tuple[str, ...]:
                  if abs(x - 1.0) > 2.0 * rows.robot.gain_tolerance)
 
 
+def sampled_early(evidence: RobotEvidence, fit: RobotFit) -> list[float]:
+    """Return, of each recording, s by which its servos' torque is not that of mid-period; 0."""
+    posterior, out = evidence.posterior(fit), [0.0] * len(evidence.recordings)
+    for k, label in enumerate(posterior.labels):
+        number = label.removeprefix(f'{HELD} of recording ')
+        early, deviation = posterior.mean[k], math.sqrt(posterior.covariance[k, k])
+        if number != label and abs(early) > CERTAIN * deviation:
+            out[int(number) - 1] = float(early)
+    return out
+
+
 def held_setpoints(evidence: RobotEvidence, fit: RobotFit) -> tuple[str, ...]:
     """Return a caution about torques that were sampled at one end of a held setpoint."""
-    posterior, out = evidence.posterior(fit), []
-    for label, early, square in zip(posterior.labels, posterior.mean,
-                                    np.diag(posterior.covariance)):
-        number = label.removeprefix(f'{HELD} of recording ')
-        if number != label:
-            rows = evidence.recordings[int(number) - 1]
-            if abs(early) > max(HELD_SHARE * rows.motion.step, CERTAIN * math.sqrt(square)):
-                end = 'start' if early > 0.0 else 'end'
-                out.append(
-                    f'{rows.name}: all servos show viscous friction of kp times '
-                    f'{1e3 * early:+.2g} ms: their torque was sampled at the {end} of a held '
-                    'setpoint. This is no finding; log its mean over the period, or setpoints')
-    return tuple(out)
+    return tuple(
+        f'{rows.name}: all servos show viscous friction of kp times {1e3 * early:+.2g} ms: their '
+        f'torque was sampled at the {"start" if early > 0.0 else "end"} of a held setpoint. This '
+        'is no finding; log its mean over the period, or setpoints'
+        for rows, early in zip(evidence.recordings, sampled_early(evidence, fit))
+        if abs(early) > HELD_SHARE * rows.motion.step)
 
 
 def _of_small(evidence: RobotEvidence, search: RobotSearch) -> tuple[str, ...]:
