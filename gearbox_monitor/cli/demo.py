@@ -35,7 +35,6 @@ import yaml
 from gearbox_monitor.errors import expect_matplotlib, InputError, installed_by
 from gearbox_monitor.files.opening import config_path, load_robot
 from gearbox_monitor.files.yaml_files import save_model
-from gearbox_monitor.health.backlash.change_tests import COMPONENTS
 from gearbox_monitor.health.checks.outcome import Level, Outcome
 from gearbox_monitor.parameters import RecorderParameters
 from gearbox_monitor.recordings.topics import SNAPSHOT
@@ -61,6 +60,7 @@ ROBOT_MIN_DURATION = 45.0  # s, for as many windows of a program of the arm
 READY_SECONDS = 240.0  # a checkout whose kernels changed compiles them first
 STOP_SECONDS = {'estimator': 15.0, 'recorder': 30.0}  # 10 of others
 STALL_SECONDS = 30.0
+LINE_SECONDS = 10.0    # simulated time between two lines of a status that stays
 # Shows the plant that the estimator listens.
 RELIABLE = {'qos_overrides./joint_states.subscription.reliability': 'reliable'}
 
@@ -166,9 +166,8 @@ class Demo:
         os.environ.update(ROS_DOMAIN_ID=str(domain), ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST')
         print(f'{self.out}: {self.duration:g} s at {self.rate:g} Hz, filter {self.filter}, '
               + (self.task if self.fault else 'no fault')
-              + '. To look in with ros2 tools:\n  export '
-              f'ROS_DOMAIN_ID={domain} ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST\n'
-              'starting recorder, estimator and plant ...', flush=True)
+              + '\nTo look in with ros2 tools: export '
+              f'ROS_DOMAIN_ID={domain} ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST', flush=True)
         began = False
         try:
             with contextlib.ExitStack() as stack:
@@ -302,13 +301,15 @@ class Demo:
 
 
 class DemoStatus:
-    """Live status on standard output: one line in place on a terminal, else one per second."""
+    """Live status on standard output: a line in place on a terminal, else at each new level."""
 
     def __init__(self, duration: float, rate: float) -> None:
         """Show the progress through `duration` s at `rate` Hz."""
         self.duration, self.rate = duration, rate
         self._terminal = sys.stdout.isatty()
         self._updates, self._alerts = 0, 0
+        self._levels, self._printed = '', -LINE_SECONDS
+        self._judged: set[str] = set()  # components that were OK
 
     @staticmethod
     def samples(watcher: Any) -> int:
@@ -326,11 +327,14 @@ class DemoStatus:
         self._updates = watcher.updates
         if not self.samples(watcher):
             return
-        line = self.line(watcher)
+        levels = self.levels(watcher)
+        line = self.line(watcher) + levels
+        t = self.samples(watcher) / self.rate
         if self._terminal:
             width = shutil.get_terminal_size().columns - 1
             print('\r\x1b[K' + line[:width], end='', flush=True)
-        else:
+        elif levels != self._levels or t - self._printed >= LINE_SECONDS:
+            self._levels, self._printed = levels, t
             print(line, flush=True)
 
     def end(self) -> None:
@@ -342,19 +346,30 @@ class DemoStatus:
         print(('\r\x1b[K' if self._terminal else '') + text, flush=True)
 
     def line(self, watcher: Any) -> str:
-        """Return the state that `watcher` sees in one line."""
+        """Return time, rate and gap that `watcher` sees in one line."""
         values = watcher.outcomes['input'].values
-        line = (f'{self.samples(watcher) / self.rate:5.1f}/{self.duration:g} s  '
+        return (f'{self.samples(watcher) / self.rate:5.1f}/{self.duration:g} s  '
                 f'{float(values.get("rate_hz", "nan")):4.0f} Hz  {self.gap(watcher)}')
+
+    def levels(self, watcher: Any) -> str:
+        """Return the levels that `watcher` sees in words."""
         levels = ', '.join(self.raised(watcher)) or 'all OK'
         if watcher.recorder is not None and watcher.recorder.level:
             levels += f', recorder {watcher.recorder.message}'
-        return line + levels
+        return levels
 
     def raised(self, watcher: Any) -> list[str]:
         """Return the components beyond OK that `watcher` sees, with their levels."""
-        return [f'{name} {outcome.level.name}' for name, outcome in watcher.outcomes.items()
-                if outcome.level]
+        judged = self.judged(watcher.outcomes)
+        return [f'{name} {outcome.level.name}' for name, outcome in judged.items()
+                if outcome.level] or ['starting'] * (len(judged) < len(watcher.outcomes))
+
+    def judged(self, outcomes: Mapping[str, Outcome], joint: str = '') -> dict[str, Outcome]:
+        """Return the `outcomes` of a `joint` but a WARN of what was never OK: it is starting."""
+        self._judged |= {joint + name for name, outcome in outcomes.items()
+                         if outcome.level == Level.OK}
+        return {name: outcome for name, outcome in outcomes.items()
+                if joint + name in self._judged or outcome.level == Level.ERROR}
 
     def gap(self, watcher: Any) -> str:
         """Return the gap that `watcher` sees, '' where none was measured yet."""
@@ -449,14 +464,15 @@ class RobotDemoStatus(DemoStatus):
 
     def raised(self, watcher: Any) -> list[str]:
         """Return the worst component of each joint that `watcher` sees, with its level."""
-        highest = []
+        highest, starting = [], False
         for joint, outcomes in watcher.joints.items():
-            unmeasured = COMPONENTS if _gap(outcomes) is None else ()  # a dash shows it
-            level, name = max(((outcome.level, name) for name, outcome in outcomes.items()
-                               if name not in unmeasured), default=(Level.OK, ''))
+            judged = self.judged(outcomes, joint)
+            starting |= len(judged) < len(outcomes)
+            level, name = max(((outcome.level, name) for name, outcome in judged.items()),
+                              default=(Level.OK, ''))
             if level:
                 highest.append(f'{joint} {name} {level.name}')
-        return highest
+        return highest or ['starting'] * starting
 
 
 def _gap(outcomes: Mapping[str, Outcome]) -> str | None:

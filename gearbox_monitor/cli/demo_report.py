@@ -125,30 +125,31 @@ def text(data: Mapping[str, Any]) -> str:
     """Return the summary `data` in words."""
     comparison = data.get('comparison', {})
     lines = [
-        f'samples      {data["samples"]} of {data["samples_expected"]} recorded, '
-        f'{data["rate_hz"]:.1f} Hz, {data["estimates"]} estimates, filter {data["filter"]}',
-        f'dropped      {data["samples_missing"]} samples, {data["estimates_missing"]} estimates '
-        f'(by their stamps); the recorder lost {data["recorder_losses"]} messages']
+        f'samples      {data["samples"]} of {data["samples_expected"]} at '
+        f'{data["rate_hz"]:.1f} Hz, filter {data["filter"]}; dropped: '
+        f'{data["samples_missing"]} samples, '
+        f'{data["estimates_missing"]} estimates, {data["recorder_losses"]} messages']
     if data.get('tau_k_error') is not None:
         lines.append(
             f'tau_K error  {data["tau_k_error"]:.3f} N m rms filtered, '
             f'{data["tau_k_error_smoothed"]:.3f} smoothed; tau_K itself {data["tau_k_rms"]:.3f}; '
-            f'{100 * data["coverage_1_sigma"]:.0f} % within 1 sigma (68 % expected)')
-    if data['nis'] is not None:
-        lines.append(f'NIS          {data["nis"]:.3f} (2 expected)')
+            f'{100 * data["coverage_1_sigma"]:.0f} % within 1 sigma (68 % expected); '
+            f'NIS {data["nis"]:.3f} (2 expected)')
     gaps = ', '.join(f'{gap:.3f}' for gap in data['gap_rad'])
-    lines.append(f'gap          {gaps} rad, window by window' if gaps else 'gap          not seen')
     lines += [f'alarm        {alarm["t"]:.1f} s {alarm["component"]} {alarm["level"]}: '
-              f'{alarm["message"]}' for alarm in data['alarms']] or ['alarms       none']
-    lines += [f'drift alert  {alert["t"]:.1f} s {alert["level"]}: {alert["message"]}'
-              for alert in data['alerts']]
-    lines += [f'bag          {data["bag"]}',
-              f'replay       identical: {data.get("replay_identical", "not compared")} '
+              f'{alarm["message"]}' for alarm in data['alarms']
+              if alarm['component'] != 'backlash']
+    lines += [f'replay       identical: {data.get("replay_identical", "not compared")} '
               f'({comparison.get("identical", 0)} of {comparison.get("compared", 0)} messages bit '
-              'for bit)',
-              f'picture      {data["picture"]}']
+              'for bit)', f'picture      {data["picture"]}']
     lines += [f'note         {note}' for note in data['notes']]
-    return '\n'.join(lines)
+    worn = [alarm for alarm in data['alarms'] if alarm['component'] == 'backlash']
+    return '\n'.join([
+        *lines, f'backlash     {gaps} rad, window by window' if gaps else
+        'backlash     not measured',
+        f'verdict      {worn[-1]["message"]}; first alarm at {worn[0]["t"]:.1f} s' if worn else
+        'verdict      no alarm of the backlash' if gaps else 'verdict      not known',
+        f'next         gearbox_monitor report {data["bag"]}'])
 
 
 # ---------------------------------------------------------------------- picture
