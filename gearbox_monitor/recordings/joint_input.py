@@ -101,21 +101,21 @@ class StampMatcher:
 
     def pairs(self) -> tuple[Integers, Array, Array]:
         """Return (stamps, left values, right values) of the rows matched since the last call."""
-        left, right = self._sides
-        i, j = match_stamps(left.stamps, right.stamps)
+        ours, theirs = self._sides
+        i, j = match_stamps(ours.stamps, theirs.stamps)
         for side, rows in enumerate((i, j)):
             waiting = np.ones(len(self._sides[side].stamps), bool)
             waiting[rows] = False
             self._sides[side] = self._sides[side].take(waiting)
-        return left.stamps[i], left.values[i], right.values[j]
+        return ours.stamps[i], ours.values[i], theirs.values[j]
 
     def expired(self, log_ns: int | None = None) -> tuple[Integers, Integers]:
         """Remove rows that waited for MATCH_WAIT at `log_ns` (None: all); return their stamps."""
         overdue = [np.ones(len(side.arrival), bool) if log_ns is None else
                    side.arrival < log_ns - MATCH_WAIT for side in self._sides]
-        left, right = (side.stamps[rows] for side, rows in zip(self._sides, overdue))
+        ours, theirs = (side.stamps[rows] for side, rows in zip(self._sides, overdue))
         self._sides = [side.take(~rows) for side, rows in zip(self._sides, overdue)]
-        return left, right
+        return ours, theirs
 
 
 WAIT = 1_000_000_000  # ns of stamps that a message waits for its partner

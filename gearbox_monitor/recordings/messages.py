@@ -456,8 +456,8 @@ def paired_bag(reader: BagReader, parameters: EstimatorParameters, topic: str) -
         for block in reader.blocks(dict.fromkeys(sources)):
             samples = list(_joined_samples(block, sources, decoders, joiner))
             if samples:
-                logged, stamps, left, right = zip(*samples)
-                values = np.array([(m, a or NOT_MEASURED) for m, a in zip(left, right)])
+                logged, stamps, *sides = zip(*samples)
+                values = np.array([(m, a or NOT_MEASURED) for m, a in zip(*sides)])
                 yield [Frames(f'{namespace}/{JOINT_STATES}', joints, np.array(stamps, np.int64),
                               np.array(logged, np.int64),
                               {'position': values[..., 0], 'effort': values[..., 1]})]

@@ -26,14 +26,14 @@ from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TAU_K_STD, S_TWIST
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.kernel import KERNELS
-from gearbox_monitor.kernels.types import Array, Bytes, Integers
-from gearbox_monitor.recordings.cdr import (
-    block_of, compact, FIELDS, joined_blocks, joint_state_rows, MessageBlock)
+from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.recordings.cdr import block_of, compact, joined_blocks, MessageBlock
 from gearbox_monitor.recordings.joint_input import DIAGNOSTIC_ARRAY, GEARBOX
 from gearbox_monitor.recordings.player import EstimatePlayer, ReplayPart
 from gearbox_monitor.recordings.read import BagReader, JOINT_STATE
 from gearbox_monitor.recordings.topics import (
     ARM, DIAGNOSTICS, DRIFT_ALERTS, MOTOR, Signal, signal_values, SIGNALS, SNAPSHOT, TRANSMISSION)
+from gearbox_monitor.recordings.virtual_bag import block_of_frames, Frames
 from gearbox_monitor.recordings.write import BagWriter
 
 COLUMNS = ('x1', 'x2', 'x3', 'x4', 'tau_k', 'tau_k_std', 'innovation_motor', 'innovation_arm',
@@ -244,11 +244,12 @@ class BagOutput:
         recent = self._log_ns >= part.end_ns - RECENT
         self._stamps = np.concatenate([self._stamps[recent], part.samples.stamp_ns])
         self._log_ns = np.concatenate([self._log_ns[recent], part.log_ns])
-        blocks = [self._waiting, self._copied(part.block)]
         order = np.argsort(self._stamps, kind='stable')
         samples = self._stamps[order], self._log_ns[order]
-        blocks += [self._messages_of(signal, part.estimates, samples) for signal in SIGNALS]
-        waiting = joined_blocks(blocks)
+        frames = [frame for signal in SIGNALS
+                  for frame in self._frames_of(signal, part.estimates, samples)]
+        waiting = joined_blocks([self._waiting, self._copied(part.block),
+                                 block_of_frames(self._topics, frames, whole=True)])
         waiting = waiting.take(np.argsort(waiting.log_ns, kind='stable'))
         done = int(np.searchsorted(waiting.log_ns, part.end_ns - self._lag))
         self._writer.write_block(waiting.take(slice(0, done)))
@@ -292,8 +293,8 @@ class BagOutput:
         self._writer.write_message(topic, reader.start_ns or 0,
                                    types[DIAGNOSTIC_ARRAY](header, [status]))
 
-    def _messages_of(self, signal: Signal, estimates: Estimates,
-                     samples: tuple[Integers, Integers]) -> MessageBlock:
+    def _frames_of(self, signal: Signal, estimates: Estimates, samples: tuple[Integers, Integers]
+                   ) -> list[Frames]:
         """
         Return the messages of a signal.
 
@@ -301,13 +302,10 @@ class BagOutput:
             signal: one of SIGNALS.
             estimates: what it is taken from.
             samples: (stamps, log times) of the latest samples, by stamp.
-
-        Returns:
-            Its messages, by log time.
         """
         stamps, values = signal_values(signal, estimates, self._gear_ratio)
         if not len(stamps):
-            return block_of(self._topics, [])
+            return []
         topic = self._input.name(signal.topic)
         place = np.searchsorted(samples[0], stamps)
         log_ns = samples[1][np.minimum(place, len(samples[0]) - 1)]
@@ -315,21 +313,11 @@ class BagOutput:
         log_ns = np.maximum.accumulate(log_ns)
         self._last[topic] = log_ns[-1]
         present = ~np.isnan(values['position']) | (np.array(signal.joints) == TRANSMISSION)
-        patterns = present @ (1 << np.arange(len(signal.joints)))  # a bit for each joint
-        pieces: list[Bytes] = []
-        offset, size = np.empty((2, len(stamps)), np.int64)
-        for pattern in np.flatnonzero(np.bincount(patterns)):
-            rows = np.flatnonzero(patterns == pattern)
-            measured = present[rows[0]]
-            joints = [self._names.get(signal.joints[k], signal.joints[k])
-                      for k in np.flatnonzero(measured)]
-            position, velocity, effort = (values[field][rows][:, measured] if field in values
-                                          else None for field in FIELDS)
-            encoded = joint_state_rows(stamps[rows], joints, position, velocity, effort)
-            begin = sum(piece.size for piece in pieces)
-            size[rows] = encoded.shape[1]
-            offset[rows] = begin + encoded.shape[1] * np.arange(len(rows))
-            pieces.append(encoded)
-        data = np.concatenate([piece.ravel() for piece in pieces])
-        number = np.full(len(stamps), self._topics.index(topic), np.int32)
-        return MessageBlock(self._topics, data, offset, size, number, log_ns, log_ns)
+        frames = []
+        for measured in np.unique(present, axis=0):
+            rows = np.flatnonzero((present == measured).all(axis=1))
+            joints = tuple(self._names.get(joint, joint)
+                           for joint, is_there in zip(signal.joints, measured) if is_there)
+            frames.append(Frames(topic, joints, stamps[rows], log_ns[rows], {
+                field: column[rows][:, measured] for field, column in values.items()}))
+        return frames

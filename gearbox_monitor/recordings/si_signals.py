@@ -270,11 +270,6 @@ def _date_ns(text: str) -> int:
 
 
 def _decimal_ns(text: str, unit: float, scale: float) -> int:
-    whole, point, digits = text.replace(',', '.').partition('.')
-    if scale == 1.0 and whole.isdigit() and (not point or digits.isdigit()) and len(whole) < 20:
-        places = len(str(int(unit))) - 1 if unit in (1, 1000, 10 ** 6, 10 ** 9) else -1
-        if places >= len(digits):
-            return int(whole) * int(unit) + int(digits.ljust(places, '0') or 0)
     number = Decimal(text.replace(',', '.'))
     if not number.is_finite() or abs(number) > LAST:
         raise ValueError('no finite number')

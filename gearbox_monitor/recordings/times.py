@@ -228,20 +228,20 @@ def _motions_beside(table: Table, setpoints: bool) -> list[Motion]:
     own = _motion_of(table, SETPOINT if setpoints else None) if files else None
     for file in files if own else ():
         try:
-            other = _motion_of(load_table(file, whole=True))
+            sibling = _motion_of(load_table(file, whole=True))
         except InputError:
             continue
-        if own and other and len(own[2]) > 1 and set(other[2]) == set(own[2]):
+        if own and sibling and len(own[2]) > 1 and set(sibling[2]) == set(own[2]):
             (begin, end), (first, last) = (
-                (time.start, time.start + float(time.t[-1])) for time in (own[1], other[1]))
+                (time.start, time.start + float(time.t[-1])) for time in (own[1], sibling[1]))
             if min(last, end) - max(first, begin) >= OVERLAP * (end - begin):
-                fitting.append(other)
+                fitting.append(sibling)
     return fitting
 
 
 def states_beside(table: Table) -> str:
     """Return the name of a file with the states whose setpoints a table holds, '' for none."""
-    return next((other.path.name for other, *_ in _motions_beside(table, False)), '')
+    return next((sibling.path.name for sibling, *_ in _motions_beside(table, False)), '')
 
 
 def with_setpoints(table: Table) -> Table:
@@ -251,14 +251,14 @@ def with_setpoints(table: Table) -> Table:
     The names of their columns begin with BESIDE. Raises Undecided: several files have them.
     """
     fitting = _motions_beside(table, True)
-    names = ', '.join(other.path.name for other, *_ in fitting)
+    names = ', '.join(sibling.path.name for sibling, *_ in fitting)
     if len(fitting) > 1:
         raise Undecided(f'{table.path}: {names}: setpoints of the same joints and time beside it, '
                         'expected --use setpoint=none, or one of the files')
-    for other, time, positions in fitting:
+    for sibling, time, positions in fitting:
         table = load_table(table.path, whole=True) if table.streamed else table
         table = replace(table, rows=None, streamed=False, columns=(
-            *table.columns, *(replace(c, name=BESIDE + c.name) for c in other.columns
+            *table.columns, *(replace(c, name=BESIDE + c.name) for c in sibling.columns
                               if c.name in time.labels),
             *(replace(c, name=BESIDE + c.name, clock=BESIDE + time.labels[0])
               for c in positions.values())),

@@ -70,11 +70,16 @@ class VirtualBag(BagReader):
                 yield block.take(slice(begin, begin + BLOCK_MESSAGES))
 
 
-def block_of_frames(topics: Sequence[str], frames: Sequence[Frames]) -> MessageBlock:
-    """Return the messages of all `frames` on `topics`, by log time, then in the given order."""
+def block_of_frames(topics: Sequence[str], frames: Sequence[Frames], whole: bool = False
+                    ) -> MessageBlock:
+    """
+    Return the messages of all `frames` on `topics`, by log time, then in the given order.
+
+    whole: fields that were measured of no joint are written, too.
+    """
     def measured(f: Frames, field: str) -> Array | None:
-        return f.values[field] if field in f.values and not np.isnan(
-            f.values[field]).all() else None
+        return f.values[field] if field in f.values and (
+            whole or not np.isnan(f.values[field]).all()) else None
     rows = [joint_state_rows(f.stamp_ns, f.joints, measured(f, 'position'), measured(
         f, 'velocity'), measured(f, 'effort')) for f in frames]
     sizes = [np.full(len(data), data.shape[1], np.int64) for data in rows]
