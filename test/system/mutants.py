@@ -38,12 +38,19 @@ TIMEOUT = 900  # s: a mutant that never ends is noticed
 # Room -> {module: its tests}.
 ROOMS = MappingProxyType({
     'filters': {
-        'estimation/process_model.py': ('test_laws.py', 'estimation/test_filter.py'),
-        'estimation/filters/ekf.py': ('estimation/test_filter.py', 'test_laws.py'),
-        'estimation/filters/aekf.py': ('estimation/test_aekf.py', 'test_laws.py'),
-        'estimation/filters/ukf.py': ('estimation/test_sigma_filters.py', 'test_laws.py'),
-        'estimation/filters/srukf.py': ('estimation/test_sigma_filters.py', 'test_laws.py'),
-        'estimation/rts_smoother.py': ('estimation/test_smoother.py', 'estimation/test_filter.py',
+        'estimation/process_model.py': ('test_traces.py', 'test_laws.py',
+                                        'estimation/test_filter.py',
+                                        'estimation/test_sigma_filters.py'),
+        'estimation/filters/ekf.py': ('test_traces.py', 'estimation/test_filter.py',
+                                      'test_laws.py'),
+        'estimation/filters/aekf.py': ('test_traces.py', 'estimation/test_aekf.py',
+                                       'test_laws.py'),
+        'estimation/filters/ukf.py': ('test_traces.py', 'estimation/test_sigma_filters.py',
+                                      'test_laws.py'),
+        'estimation/filters/srukf.py': ('test_traces.py', 'estimation/test_sigma_filters.py',
+                                        'test_laws.py'),
+        'estimation/rts_smoother.py': ('test_traces.py', 'estimation/test_smoother.py',
+                                       'estimation/test_filter.py',
                                        'estimation/test_consider.py')},
     'likelihood': {
         'estimation/innovation_filter.py': ('estimation/test_innovation_filter.py',
