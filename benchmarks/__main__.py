@@ -31,6 +31,7 @@ BENCHMARKS = {
     'emps': ('emps', 'free run over a public test recording, beside published figures'),
     'bam': ('bam', 'servos by their setpoints, beside Better Actuator Models'),
     'wear': ('wear', 'backlash and its growth from the motor encoder alone'),
+    'watch': ('watch_robots', 'watch of random arms: false alarms, changes in the right joint'),
     'histories': ('histories', 'wear over drawn histories: pairs of events, jumps, health'),
     'naming': ('naming', 'what changed between two recordings, named as after an alert'),
     'real_gap': ('real_gap', 'diagnosis of pairs of real logs whose truth stays sealed'),

@@ -12,6 +12,8 @@ EXIT_CODES = {
     'demo': {0: 'done', 1: 'a node failed, the replay differed, or the fault was not detected '
              '(with --no-fault: there was an alarm)'},
     'example': {0: 'done'},
+    'watch': {0: 'nothing has changed', 1: 'something has changed',
+              3: 'still learning, or no joint could be judged'},
     'live': {0: 'ended by Ctrl-C'},
     'replay': {0: 'done', 1: 'replayed and recorded estimates differ'},
     'play': {0: 'done, or ended by Ctrl-C'},

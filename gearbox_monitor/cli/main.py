@@ -27,6 +27,7 @@ GROUPS = {
         'report': ('report', 'write one page about a recording'),
         'explain': ('explain', 'explain an effect, a condition or a level')},
     'watch': {
+        'watch': ('watch', 'learn a robot from its joint states, and say what changes'),
         'live': ('live', 'show a running estimator in the browser'),
         'replay': ('replay', 'run a bag through the estimator, offline'),
         'play': ('play', 'publish a bag to live nodes, with /clock'),

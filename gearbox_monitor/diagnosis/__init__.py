@@ -30,16 +30,17 @@ Public names, by module:
     robot: knowledge, verdict
     robot.candidates: Candidate
     robot.conventions: columns_as_read, log_as_read, misfit, named_readings, NamedReading,
-        RobotReading
-    robot.evidence: Prior, RobotEvidence
-    robot.knowledge: Knowledge, States, VERSION, Visits
+        ReadingScore, RobotReading
+    robot.evidence: Prior, RobotEvidence, RobotFit
+    robot.knowledge: another_day_of, farther, Knowledge, learn, States, VERSION, Visits,
+        with_unvisited
     robot.payload: PayloadEstimate, PayloadTracker, SECOND
     robot.power: UNDECIDED
     robot.robot_effects: BASE, BASE_TILT, INERTIA_NAMES, JOINT, LINK_INERTIA, PAYLOAD,
         ROBOT_EFFECTS, RobotEffect, tilted
     robot.robot_log: checked_log, continuous, CURRENT, jump_words, raw_log, RawLog, read_by,
         RobotLog, SETPOINT, TORQUE, TURNED
-    robot.rows: RobotModel, rows_of
+    robot.rows: NuisanceColumn, RobotModel, Rows, rows_of
     robot.settings: SETTINGS
     robot.verdict: RobotVerdict, sampled_early, verdict_data
 """

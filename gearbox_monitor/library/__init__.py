@@ -18,4 +18,5 @@ Public names, by module:
     simulator_file: CatalogueActuator, export_model, is_actuator, load_actuator, load_model,
         NAMES, SimulatorFile, SIMULATORS, TARGETS, with_backlash
     views: columns
+    watch: watch
 """

@@ -15,8 +15,8 @@ Public names, by module:
         write_robot_pair
     from_bag: ANY, drive_recording, robot_recording
     guess: Answers, Guess, Unsettled
-    joint_input: bag_arguments, DIAGNOSTIC_ARRAY, find_input, GEARBOX, Joiner, JointInput,
-        match_stamps, PAYLOAD_CHANGE, recorded_inputs, StampMatcher, topics_called
+    joint_input: bag_arguments, DIAGNOSTIC_ARRAY, find_input, find_topic, GEARBOX, Joiner,
+        JointInput, match_stamps, PAYLOAD_CHANGE, recorded_inputs, StampMatcher, topics_called
     messages: converted_bag, paired_bag
     player: EstimatePlayer, Player, recorded_robot
     read: BagReader, JOINT_STATE, natural, open_bag

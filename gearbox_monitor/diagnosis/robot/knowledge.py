@@ -352,13 +352,13 @@ def learn(robot: RobotModel, logs: Sequence[RobotLog], model: str = '',
         progress: called with (steps done, steps in sum).
     """
     shapes = _shapes(robot, logs, progress)
-    recordings = [rows_of(log, robot, shapes) for log in logs]
+    recordings = _references(robot, logs, shapes)
     noisy = _noisy(recordings)
     for _ in range(2):     # the second time with the torque that the first one taught
         evidence = RobotEvidence(recordings, variance=noisy)
         prior = evidence.posterior(evidence.fit())
         mean = dict(zip(prior.labels, prior.mean.tolist()))
-        recordings = [rows_of(log, robot, shapes, mean) for log in logs]
+        recordings = _references(robot, logs, shapes, mean)
     evidence = RobotEvidence(recordings, variance=noisy)
     fit = evidence.fit()
     candidates = [c for c in library(recordings) + free_functions(recordings)
@@ -378,6 +378,14 @@ def learn(robot: RobotModel, logs: Sequence[RobotLog], model: str = '',
         float(np.median([log.rate for log in logs])), tuple(log.name for log in logs),
         sum(log.seconds for log in logs), parts,
         states_of(recordings), _unjudged(evidence, fit), model)
+
+
+def _references(robot: RobotModel, logs: Sequence[RobotLog],
+                shapes: Sequence[tuple[int, str]] = (), mean: Mapping[str, float] | None = None
+                ) -> list[Rows]:
+    """Return the Rows of references: what a robot holds in the first one is no load."""
+    return [rows_of(log, replace(robot, carries=robot.carries if k else ()), shapes, mean)
+            for k, log in enumerate(logs)]
 
 
 def _unjudged(evidence: RobotEvidence, fit: RobotFit) -> tuple[str, ...]:
@@ -439,7 +447,7 @@ def _shapes(robot: RobotModel, logs: Sequence[RobotLog],
     differ, what one of them needs is no property of the joint.
     """
     shapes: list[tuple[int, str]] = []
-    recordings = [rows_of(log, robot) for log in logs]
+    recordings = _references(robot, logs)
     joints, names = range(len(robot.chain.links)), list(dictionary())
     offers: list[list[Candidate]] = []
     for j in joints:
@@ -488,16 +496,21 @@ def another_day(evidence: RobotEvidence, fit: RobotFit, dispersion: Array) -> Pr
     column by column; the lag of a recording is its own.
     """
     prior = evidence.posterior(fit, dispersion)
-    groups = [column.group for column in evidence.nuisance.values()]
-    covariance = prior.covariance.copy()
-    for group in {g for g in groups if g is not None}:
-        whole = np.where([g == group for g in groups], prior.mean, 0.0)
-        covariance += SETTINGS.drift ** 2 * np.outer(whole, whole)
-    own = np.array([g is not None for g in groups])
-    covariance += np.diag(np.where(own, SETTINGS.drift_own * prior.mean, 0.0) ** 2)
-    keep = np.array([not column.own for column in evidence.nuisance.values()])
+    columns = evidence.nuisance.values()
+    covariance = prior.covariance + another_day_of([c.group for c in columns], prior.mean)
+    keep = np.array([not column.own for column in columns])
     return Prior(tuple(label for label, k in zip(prior.labels, keep) if k), prior.mean[keep],
                  covariance[np.ix_(keep, keep)])
+
+
+def another_day_of(groups: Sequence[tuple[int, str] | None], mean: Array) -> Array:
+    """Return the covariance [K, K] by which friction of `groups` [K] with a `mean` [K] drifts."""
+    covariance = np.zeros((len(mean), len(mean)))
+    for group in {g for g in groups if g is not None}:
+        whole = np.where([g == group for g in groups], mean, 0.0)
+        covariance += SETTINGS.drift ** 2 * np.outer(whole, whole)
+    own = np.array([g is not None for g in groups])
+    return covariance + np.diag(np.where(own, SETTINGS.drift_own * mean, 0.0) ** 2)
 
 
 def partitions(evidence: RobotEvidence) -> list[list[Array]]:

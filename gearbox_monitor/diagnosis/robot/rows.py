@@ -110,7 +110,7 @@ class RobotModel:
     friction and armature. learnt: friction of any shape and armature come from a reference.
     kp N m/rad, kd N m s/rad [J]: servo, where setpoints are logged; compensated: it adds the
     weight of the model. gain_tolerance: relative, of kp and kd; torque_tolerance: of the scale of
-    each joint's effort.
+    each joint's effort. carries: links that may hold a load while the robot is learnt.
     """
 
     chain: Chain
@@ -122,6 +122,7 @@ class RobotModel:
     compensated: bool = False
     gain_tolerance: float = SETTINGS.gain_tolerance
     torque_tolerance: float = 0.0
+    carries: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -349,11 +350,15 @@ def nuisance_of(rows: Rows, shapes: Sequence[tuple[int, str]]) -> list[NuisanceC
     robot, chain, s = rows.robot, rows.robot.chain, SETTINGS
     columns: list[NuisanceColumn] = []
     for i, link in enumerate(chain.links):
-        reach = link.reach + 0.03
+        length = link.reach + 0.03
         for p in range(PER_LINK) if link.mass > 0.0 else ():
-            size = robot.tolerance[i] * link.mass * (1.0, reach, reach ** 2)[(p > 0) + (p > 3)]
+            size = robot.tolerance[i] * link.mass * (1.0, length, length ** 2)[(p > 0) + (p > 3)]
             columns.append(NuisanceColumn(
                 f'{link.name} {p}', {j: rows.inertial[i, j][:, p] for j in chain.movers[i]}, size))
+    reach = (1.0,) + (s.farthest,) * 3 + (s.farthest ** 2,) * 6
+    columns += [NuisanceColumn(f'load {chain.links[k].name} {p}', {
+        j: rows.inertial[k, j][:, p] for j in chain.movers[k]}, s.heaviest * size, own=True)
+        for k in robot.carries for p, size in enumerate(reach)]
     delays = {}
     for j, name in enumerate(chain.joints):
         m, torque = rows.joints[j], float(np.std(rows.joints[j].effort)) + 1e-9

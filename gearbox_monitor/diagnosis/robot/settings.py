@@ -44,6 +44,8 @@ class Settings:
     tolerance_examined: float = 0.1  # of the file that references are held against
     learnt: float = 0.5
     armature_learnt: float = 1.0  # kg m^2 at 20 N m of rms torque, in proportion
+    heaviest: float = 5.0        # kg, and farthest m: deviation of a load while a robot is learnt
+    farthest: float = 0.2
     lag: float = 0.004           # s: the log's effort behind its positions, one of a recording
     lag_joint: float = 0.0015    # s: of one joint beside it; at least a quarter of the period
     creep: float = 0.03          # rad/s: friction of slower motion is any part of Coulomb's

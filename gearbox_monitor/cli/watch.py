@@ -1,0 +1,47 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Watch a robot over recordings of joint_states: learn it, then say what changes, and its payload.
+
+It is the fold of watch_node over bags. The description comes from the topic robot_description of
+a bag, or from --model. With --state it goes on where the last run ended.
+
+usage examples:
+  gearbox_monitor watch monday tuesday
+  gearbox_monitor watch today --state arm.watch
+  gearbox_monitor watch BAG --model robot.urdf --json findings.json
+"""
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+
+from gearbox_monitor.cli.exit_codes import UNDECIDED
+from gearbox_monitor.cli.options import show
+from gearbox_monitor.cli.progress import progress_bar
+from gearbox_monitor.files.watch_file import load_watch, save_watch
+from gearbox_monitor.files.yaml_files import expect_new_file
+from gearbox_monitor.library.watch import watch
+from gearbox_monitor.report.watch_words import watch_data, watch_text
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Declare the options in `parser`."""
+    parser.add_argument('bag', nargs='+', metavar='BAG',
+                        help='recording of joint_states, several in order of time')
+    parser.add_argument('--model', metavar='FILE', help='URDF file of the robot')
+    parser.add_argument('--state', metavar='FILE',
+                        help='state of the watch: read if it exists, written at the end')
+    parser.add_argument('--topic', default='joint_states', help='topic of the joints')
+    parser.add_argument('--json', metavar='FILE', help='write the findings as JSON')
+
+
+def run(args: Namespace) -> int:
+    """Run the command with the options `args`; returns the exit code."""
+    expect_new_file(args.json)
+    known = load_watch(args.state) if args.state and Path(args.state).exists() else None
+    with progress_bar('watch') as progress:
+        result, _ = watch(args.bag, args.model, state=known, topic=args.topic, progress=progress)
+    if args.state:
+        save_watch(args.state, result)
+    show(args, watch_data(result), lambda: watch_text(result))
+    return UNDECIDED if result.level is None else int(result.level > 0)

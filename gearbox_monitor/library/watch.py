@@ -1,0 +1,79 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The watch of a robot over recordings: the same fold as the live node's, the same bits."""
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.recordings.joint_input import find_topic
+from gearbox_monitor.recordings.read import BagReader, open_bag
+from gearbox_monitor.recordings.topics import JOINT_STATES
+from gearbox_monitor.robot.description import LONGEST
+from gearbox_monitor.watch.block import Block, Cutter
+from gearbox_monitor.watch.fold import begin, step
+from gearbox_monitor.watch.record import Watch, WatchEvent
+
+DESCRIPTION = 'robot_description'
+STRING = 'std_msgs/msg/String'
+
+
+def watch(bags: str | Path | Sequence[str | Path], model: str | Path | None = None, *,
+          state: Watch | None = None, topic: str = JOINT_STATES,
+          progress: Callable[[int, int], None] = lambda done, total: None
+          ) -> tuple[Watch, list[WatchEvent]]:
+    """
+    Return the Watch of a robot after recordings, and what happened on the way.
+
+    Args:
+        bags: recordings of joint states, in order of time.
+        model: URDF file; None: a message on robot_description in one of the bags.
+        state: of an earlier watch of this robot, which goes on; None: it begins to learn.
+        topic: of the joint states.
+        progress: called with (bags done, bags).
+
+    Raises:
+        InputError: a recording cannot be read, or there is no description.
+    """
+    paths = [Path(path) for path in ([bags] if isinstance(bags, (str, Path)) else bags)]
+    if not paths:
+        raise InputError('bags: none, expected at least one recording')
+    known, events = state, list[WatchEvent]()
+    if known is None:
+        known = begin(_description(paths, model))
+    cutter = Cutter()       # a block may end in the next bag
+    for number, path in enumerate(paths):
+        progress(number, len(paths))
+        with open_bag(path) as reader:
+            blocks = blocks_of(reader, cutter, topic)
+        for block in blocks if path is not paths[-1] else [*blocks, *cutter.end()]:
+            known, happened = step(known, block)
+            events += happened
+    progress(len(paths), len(paths))
+    return known, events
+
+
+def blocks_of(reader: BagReader, cutter: Cutter, topic: str = JOINT_STATES) -> list[Block]:
+    """Return the blocks that an open bag completes. Raises InputError: it has no such topic."""
+    topic = find_topic(reader, topic)
+    names = reader.joint_names(topic)
+    states, out = reader.joint_states(topic, names), list[Block]()
+    for row, stamp in enumerate(states.stamp_ns.tolist()):
+        out += cutter.take(stamp, names, states.position[row], states.velocity[row],
+                           states.effort[row])
+    return out
+
+
+def _description(paths: Sequence[Path], model: str | Path | None) -> str:
+    """Return the URDF in the file `model`, or of the first bag that has one."""
+    if model is not None:
+        try:
+            return Path(model).read_bytes()[:LONGEST + 1].decode('utf-8', 'replace')
+        except OSError as error:
+            raise InputError(f'{model}: {error.strerror}, expected a URDF file') from None
+    for path in paths:
+        with open_bag(path) as reader:
+            found = [t for t in reader.topics if t.rpartition('/')[2] == DESCRIPTION]
+            for _, _, _, raw in reader.messages(found[:1]) if found else ():
+                return str(reader.decode(STRING, raw).data)
+    raise InputError(f'{paths[0]}: no message on {DESCRIPTION}, expected one or --model FILE')

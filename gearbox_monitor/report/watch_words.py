@@ -1,0 +1,132 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The watch of a robot in words, and as plain data for JSON."""
+from collections.abc import Sequence
+from datetime import datetime, UTC
+import math
+from typing import Any
+
+from gearbox_monitor.report.robot_words import reading_words
+from gearbox_monitor.report.words import counted
+from gearbox_monitor.watch.record import (
+    Change, DESCRIBE, LEARN, Payload, StateHealth, Watch, WATCH)
+from gearbox_monitor.watch.settings import (
+    FRICTION, RIPPLE, ROTOR, SCALE, SECOND, TILT, WEIGHT)
+
+NOUNS = {FRICTION: 'friction', SCALE: 'torque scale', ROTOR: 'rotor inertia', WEIGHT: 'weight',
+         RIPPLE: 'ripple', TILT: 'tilt'}
+# The effect of the library that a state stands for.
+EFFECTS = {FRICTION: 'motor_coulomb', SCALE: 'torque_gain', ROTOR: 'motor_inertia',
+           WEIGHT: 'payload', RIPPLE: 'cogging', TILT: 'base_tilt'}
+GRAVITY = 9.81
+
+
+def when(stamp_ns: int) -> str:
+    """Return a stamp in words, UTC."""
+    return datetime.fromtimestamp(stamp_ns / SECOND, UTC).strftime('%Y-%m-%d %H:%M:%S')
+
+
+def size_words(state: Change | StateHealth) -> str:
+    """Return the size of a state or a change with its deviation."""
+    if state.kind == TILT:
+        factor = 180.0 / math.pi / GRAVITY
+        return f'{factor * abs(state.size):.1f} ± {factor * state.std:.1f}°'
+    sign = '' if state.kind == RIPPLE else '+' if state.size >= 0.0 else '-'
+    of = ' of the effort' if state.kind == RIPPLE else ''
+    return f'{sign}{100.0 * abs(state.size):.0f} ± {100.0 * state.std:.0f} %{of}'
+
+
+def change_words(change: Change) -> str:
+    """Return a change in one sentence without a full stop."""
+    order = f' ({change.order} per turn)' if change.order else ''
+    over = f', over {when(change.over_ns)}' if change.over_ns else ''
+    return (f'{change.place}: {NOUNS[change.kind]} {size_words(change)}{order} since '
+            f'{when(change.since_ns)}{over}')
+
+
+def payload_words(payload: Payload) -> str:
+    """Return what a link holds in words, against what it held while it was learnt."""
+    if not abs(payload.mass) > 2.0 * payload.mass_std:
+        return f'{payload.link} holds nothing (± {payload.mass_std:.2g} kg)'
+    out = f'{payload.mass:.3g} ± {payload.mass_std:.2g} kg at {payload.link}'
+    reach = math.hypot(*payload.centre)
+    return out + (f', centre {100.0 * reach:.0f} cm out' if math.isfinite(reach) else '')
+
+
+def watch_headline(watch: Watch) -> str:
+    """Return what the watch knows in one sentence: the worst first."""
+    if watch.phase == DESCRIBE:
+        return f'Waiting for a minute of motion{": " * bool(watch.notes)}{"".join(watch.notes)}.'
+    if watch.phase == LEARN:
+        still = [j.name for j in watch.joints if j.name not in watch.locked and j.moved < 1.0]
+        waits = f'; {", ".join(still)} has not moved yet' if still else ''
+        return f'Learning the robot: {counted(len(watch.kept), "block")} of 20 s so far{waits}.'
+    found = [c for c in watch.standing if c.found_ns]
+    if found:
+        return '; '.join(change_words(c) for c in found) + '.'
+    judged = [j for j in watch.joints if j.level is not None]
+    if not judged:
+        return 'No joint could be judged.'
+    rest = len(watch.joints) - len(judged)
+    return (f'{counted(len(judged), "joint")} as learnt'
+            + (f', {rest} not judged' if rest else '') + '.')
+
+
+def watch_text(watch: Watch) -> str:
+    """Return the watch in some lines, the answer first."""
+    lines = [watch_headline(watch)]
+    lines += [f'  {words}' for words in readings_of(watch)]
+    if watch.phase == WATCH:
+        lines += [f'  {payload_words(p)}' for p in watch.payloads]
+        lines += [f'  earlier: {change_words(c)}' for c in watch.changes if c.over_ns][-3:]
+        for joint in watch.joints:
+            own = ', '.join(f'{NOUNS[s.kind]} {size_words(s)}' for s in joint.states if s.judged)
+            lines.append(f'  {joint.name}: ' + (f'not judged: {joint.why}' if joint.level is None
+                                                else own))
+    return '\n'.join(lines[:15])
+
+
+def readings_of(watch: Watch) -> list[str]:
+    """Return the conventions by which the stream is read, in words."""
+    names = [j.name for j in watch.joints if j.name not in watch.locked]
+    return [reading_words(named, names) for named in watch.readings]
+
+
+def watch_data(watch: Watch) -> dict[str, Any]:
+    """Return the watch as plain data, with the keys of a diagnosis of a robot."""
+    found = [c for c in watch.standing if c.found_ns]
+    silent = [j.name for j in watch.joints if j.level is None]
+    return {
+        'summary': watch_headline(watch), 'phase': watch.phase, 'stamp_ns': watch.stamp_ns,
+        'verdict': 'effect' if found else 'none' if watch.level is not None else 'undecided',
+        'findings': [_finding(c) for c in found], 'remainder': None, 'remainders': [],
+        'not_judged': silent, 'cautions': list(watch.notes), 'readings': readings_of(watch),
+        'level': None if watch.level is None else int(watch.level),
+        'joints': {j.name: {
+            'level': None if j.level is None else int(j.level), 'why': j.why,
+            'rate_hz': j.rate, 'has': list(j.has), 'moved_s': j.moved,
+            'states': _states(j.states)} for j in watch.joints},
+        'tilt': None if watch.tilt is None else _states([watch.tilt])[TILT],
+        'payloads': [{'link': p.link, 'm': p.mass, 'm_std': p.mass_std,
+                      'centre': _finite(p.centre), 'centre_std': _finite(p.centre_std),
+                      'since_ns': p.since_ns, 'words': payload_words(p)} for p in watch.payloads],
+        'changes': [_finding(c) for c in watch.changes if c.found_ns],
+        'others': list(watch.others)}
+
+
+def _finding(change: Change) -> dict[str, Any]:
+    return {'effect': EFFECTS[change.kind], 'state': change.kind,
+            'joint': None if change.kind == TILT else change.place,
+            'link': change.place if change.kind == TILT else None,
+            'values': {'relative': change.size}, 'deviations': {'relative': change.std},
+            'since_ns': change.since_ns, 'found_ns': change.found_ns, 'over_ns': change.over_ns,
+            'words': change_words(change)}
+
+
+def _states(states: Sequence[StateHealth]) -> dict[str, Any]:
+    return {s.kind: {'size': s.size, 'std': s.std, 'judged': s.judged} for s in states}
+
+
+def _finite(values: Sequence[float]) -> list[float | None]:
+    return [x if math.isfinite(x) else None for x in values]

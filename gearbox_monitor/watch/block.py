@@ -1,0 +1,134 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Blocks: the samples of all joints in 20 s, cut by their stamps alone.
+
+A live node and a replay hand over the same messages in other portions; what a Watch takes is the
+same to the bit.
+"""
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gearbox_monitor.diagnosis.robot.robot_log import RawLog, TORQUE
+from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.watch.settings import SECOND, WATCH_SETTINGS
+
+Row = tuple[int, Sequence[str], Sequence[float], Sequence[float], Sequence[float]]
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """
+    Samples of 20 s.
+
+    begin_ns: a multiple of the length of a block; joints: by name in order of the alphabet;
+    stamps int64 [N], rising; position, velocity, effort [N, J], NaN where a joint has none.
+    """
+
+    begin_ns: int
+    joints: tuple[str, ...]
+    stamps: Integers
+    position: Array
+    velocity: Array
+    effort: Array
+
+    @property
+    def end_ns(self) -> int:
+        """Return where the next block begins."""
+        return self.begin_ns + WATCH_SETTINGS.block_ns
+
+
+class Cutter:
+    """
+    Collects messages and returns each Block as soon as it is whole.
+
+    A block is whole once a stamp is later than its end by `late`. Messages that come later still
+    are dropped and counted in `dropped`; after a clock that was set back all begins anew.
+    """
+
+    def __init__(self) -> None:
+        self.dropped = 0
+        self._rows: list[Row] = []
+        self._begin: int | None = None
+
+    def take(self, stamp_ns: int, names: Sequence[str], position: Sequence[float],
+             velocity: Sequence[float], effort: Sequence[float]) -> list[Block]:
+        """
+        Return the blocks that a message completes, mostly none.
+
+        Args:
+            stamp_ns: of the measurement.
+            names: of the joints in the message.
+            position: of each, rad or m; empty or NaN: none.
+            velocity: of each, rad/s or m/s; empty or NaN: none.
+            effort: of each, N m, N or A; empty or NaN: none.
+        """
+        length, late = WATCH_SETTINGS.block_ns, WATCH_SETTINGS.late_ns
+        begin = stamp_ns // length * length
+        out: list[Block] = []
+        if self._begin is not None and stamp_ns < self._begin:
+            if self._begin - stamp_ns < WATCH_SETTINGS.back_ns:
+                self.dropped += 1
+                return out
+            out, self._begin = self.end(), None
+        if self._begin is None:
+            self._begin = begin
+        while stamp_ns >= self._begin + length + late:
+            out += self._cut()
+            self._begin = begin if not self._rows else self._begin + length
+        self._rows.append((stamp_ns, names, position, velocity, effort))
+        return out
+
+    def end(self) -> list[Block]:
+        """Return what is left, at the end of a recording."""
+        out: list[Block] = []
+        while self._rows and self._begin is not None:
+            out += self._cut()
+            self._begin += WATCH_SETTINGS.block_ns
+        return out
+
+    def _cut(self) -> list[Block]:
+        """Return the Block that begins now, if it has samples; keep later rows."""
+        assert self._begin is not None
+        end = self._begin + WATCH_SETTINGS.block_ns
+        rows = sorted((r for r in self._rows if r[0] < end), key=lambda r: r[0])
+        self._rows = [r for r in self._rows if r[0] >= end]
+        return [_block(self._begin, rows)] if rows else []
+
+
+def _block(begin_ns: int, rows: Sequence[Row]) -> Block:
+    """Return the Block of messages in order of their stamps; equal stamps are one sample."""
+    joints = sorted({name for _, names, *_ in rows for name in names})
+    place = {name: k for k, name in enumerate(joints)}
+    stamps, at = np.unique([r[0] for r in rows], return_inverse=True)
+    values = np.full((3, len(stamps), len(joints)), np.nan)
+    for row, (_, names, *columns) in zip(at.tolist(), rows):
+        where = [place[name] for name in names]
+        for table, x in zip(values, columns):
+            if len(x) == len(where):
+                table[row, where] = x
+    return Block(begin_ns, tuple(joints), stamps.astype(np.int64), *values)
+
+
+def raw_log(blocks: Sequence[Block], joints: Mapping[str, str] | Sequence[str], name: str
+            ) -> RawLog:
+    """
+    Return `blocks` as a log of some `joints`, called `name`.
+
+    Args:
+        blocks: in order of time.
+        joints: of the model; a joint that a block has not is NaN there.
+        name: for notes.
+    """
+    columns: dict[str, dict[str, Array]] = {'position': {}, 'effort': {}}
+    for quantity, table in columns.items():
+        for joint in joints:
+            table[joint] = np.concatenate([
+                getattr(b, quantity)[:, b.joints.index(joint)] if joint in b.joints else
+                np.full(len(b.stamps), np.nan) for b in blocks])
+    stamps = np.concatenate([b.stamps for b in blocks])
+    return RawLog(name, (stamps - stamps[0]) / SECOND, columns['position'], columns['effort'],
+                  TORQUE)

@@ -1,0 +1,217 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+The states of a robot in one block: shares by which joints, links and base are not as learnt.
+
+All of them are coefficients of one balance of all joints, whose other terms are those that the
+references taught. A block tells a vector of them with its covariance.
+"""
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy
+
+from gearbox_monitor.diagnosis.robot.candidates import Candidate
+from gearbox_monitor.diagnosis.robot.evidence import Prior, RobotEvidence, RobotFit
+from gearbox_monitor.diagnosis.robot.knowledge import (
+    another_day_of, farther, Knowledge, with_unvisited)
+from gearbox_monitor.diagnosis.robot.robot_effects import BASE
+from gearbox_monitor.diagnosis.robot.robot_log import RobotLog
+from gearbox_monitor.diagnosis.robot.rows import NuisanceColumn, RobotModel, Rows, rows_of
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.effects.balance_column import waves
+from gearbox_monitor.watch.levels import Levels, levels_of, Told
+from gearbox_monitor.watch.settings import (
+    FRICTION, RIPPLE, ROTOR, SCALE, TILT, WATCH_SETTINGS, WEIGHT)
+
+WIDTHS = {FRICTION: 2, SCALE: 1, ROTOR: 1, WEIGHT: 4, TILT: 2, RIPPLE: 2}
+ORDERS = tuple(range(2, 41))  # of ripple, waves per turn
+LEAST = 1e-3     # of a joint's effort: less friction than this was not learnt
+UNKNOWN = 1e6    # variance of a state that a block does not show
+LIKELY = 9.0     # gain per coefficient from which one of FITTED candidates is fitted whole
+FITTED = 8
+FARTHER = 3.0    # as verdict: times as far from the references as their own parts
+
+
+@dataclass(frozen=True)
+class Group:
+    """
+    A state of a `kind` at a `place` (joint number `index`), with `width` coefficients.
+
+    order: of a ripple, waves per turn.
+    """
+
+    kind: str
+    place: str
+    index: int
+    width: int
+    order: int = 0
+
+
+def groups_of(robot: RobotModel) -> tuple[Group, ...]:
+    """Return the states of a `robot`, ripples last."""
+    chain, tips = robot.chain, tips_of(robot)
+    joints = list(enumerate(chain.joints))
+    out = [Group(kind, name, j, WIDTHS[kind]) for j, name in joints
+           for kind in (FRICTION, SCALE, ROTOR, WEIGHT)
+           if kind != WEIGHT or (j not in tips and chain.links[j].mass > 0.0)]
+    return (*out, Group(TILT, BASE, 0, WIDTHS[TILT]),
+            *(Group(RIPPLE, name, j, WIDTHS[RIPPLE], n) for j, name in joints for n in ORDERS
+              if not chain.links[j].slides))
+
+
+def tips_of(robot: RobotModel) -> tuple[int, ...]:
+    """Return the links that carry no other one."""
+    links = robot.chain.links
+    return tuple(k for k in range(len(links)) if all(x.parent != k for x in links))
+
+
+def state_levels(robot: RobotModel, groups: Sequence[Group], effort: Array) -> Levels:
+    """Return the Levels of `groups` as learnt, of joints with an `effort` (rms [J], N m)."""
+    size = np.zeros((len(groups), max(WIDTHS.values())))
+    limits = [WATCH_SETTINGS.kinds[g.kind] for g in groups]
+    for row, g in zip(size, groups):
+        link = robot.chain.links[g.index]
+        row[:g.width] = (link.mass * np.repeat([1.0, link.reach + 0.05], [1, 3])
+                         if g.kind == WEIGHT else
+                         effort[g.index] + 1e-9 if g.kind == RIPPLE else 1.0)
+    jump, drift, apart = (np.array([getattr(x, name) for x in limits])[:, None] * size
+                          for name in ('jump', 'drift', 'apart'))
+    return levels_of(jump, drift, apart)
+
+
+@dataclass(frozen=True, eq=False)
+class Features:
+    """
+    What a block tells of the states of a robot.
+
+    told: of each group, by how much its states are beyond their level [k], and the covariance
+    [k, k], as if all others were healthy, None where the block says nothing. gains: deviance that
+    each group alone explains. sizes: of each group [k, k], so that x' sizes x is the mean square
+    of the torque that states x make; own: states of all that is there [k]. load {link: (values
+    [10], covariance [10, 10])}: what it holds.
+    """
+
+    told: tuple[Told | None, ...]
+    gains: Array
+    sizes: tuple[Array, ...]
+    own: tuple[Array, ...]
+    load: Mapping[str, Told]
+
+
+def features_of(log: RobotLog, robot: RobotModel, knowledge: Knowledge, groups: Sequence[Group],
+                level: Sequence[Told]) -> Features:
+    """
+    Return the Features of a block.
+
+    Args:
+        log: of the block.
+        robot: its model.
+        knowledge: what references taught.
+        groups: of `groups_of`.
+        level: of the states of each group, mean [k] and covariance [k, k], while it is healthy.
+    """
+    carrying = replace(robot, carries=tips_of(robot))
+    rows = with_unvisited(rows_of(log, carrying, knowledge.shapes, knowledge.mean),
+                          knowledge.visits, knowledge.sizes)
+    away = max(farther([rows], knowledge.states) / FARTHER, 1.0)
+    prior, variance = same_day(knowledge, rows), knowledge.variance * away
+    efforts = _explained(RobotEvidence([rows], prior, variance), rows)
+    candidates = [_candidate(rows, g, efforts) for g in groups]
+    states, kept = list[NuisanceColumn](), [k for k, g in enumerate(groups) if g.kind != RIPPLE]
+    for k in kept:
+        states += [NuisanceColumn(
+            f'{groups[k].kind} {groups[k].place} {i}',
+            {j: x[:, i] for j, x in candidates[k].columns.items()},
+            float(np.sqrt(level[k][1][i, i]))) for i in range(groups[k].width)]
+    prior = Prior((*prior.labels, *(c.label for c in states)),
+                  np.concatenate([prior.mean, *(level[k][0] for k in kept)]),
+                  scipy.linalg.block_diag(prior.covariance, *(level[k][1] for k in kept)))
+    rows = replace(rows, nuisance=(*rows.nuisance, *states))
+    evidence = RobotEvidence([rows], prior, variance)
+    fit = evidence.fit()
+    told, gains = _told(evidence, fit, candidates, knowledge.dispersion)
+    sizes, own = list[Array](), list[Array]()
+    for g, c in zip(groups, candidates):
+        simple = g.kind in (TILT, RIPPLE)
+        sizes.append(np.eye(2) if simple else
+                     sum(x.T @ x for x in c.columns.values()) + 1e-12 * np.eye(g.width))
+        effort = float(np.sqrt(np.mean(rows.joints[g.index].effort ** 2)))
+        own.append(robot.chain.links[g.index].theta[:4] if g.kind == WEIGHT else
+                   np.array([effort if g.kind == RIPPLE else 1.0, 0.0]) if simple else
+                   np.ones(g.width))
+    taught = evidence.posterior(fit, knowledge.dispersion)
+    load = {}
+    for k in carrying.carries:
+        name = robot.chain.links[k].name
+        at = [i for i, label in enumerate(taught.labels) if label.startswith(f'load {name} ')]
+        load[name] = (taught.mean[at], taught.covariance[np.ix_(at, at)])
+    return Features(told, gains, tuple(sizes), tuple(own), load)
+
+
+def _told(evidence: RobotEvidence, fit: RobotFit, candidates: Sequence[Candidate],
+          dispersion: Array) -> tuple[tuple[Told | None, ...], Array]:
+    """
+    Return values and covariance of each of `candidates`, added alone to a `fit`; and their gains.
+
+    Where something has changed, all else is less certain than it will be with that explained: the
+    likeliest candidates are fitted with the noise that they leave, and the right one stands out.
+    """
+    estimates = evidence.estimates(fit, candidates)
+    told, k = [(e.values, e.covariance) for e in estimates], len(evidence.labels)
+    gains = np.array([e.gain for e in estimates])
+    for i in np.argsort(-gains, kind='stable')[:FITTED].tolist():
+        if gains[i] > LIKELY * candidates[i].width:
+            own = evidence.fit([candidates[i]], fit.weights)
+            told[i] = own.values, own.covariance[k:, k:] / np.outer(own.scale, own.scale)
+            gains[i] = fit.deviance - own.deviance
+    out = list[Told | None]()
+    for c, (values, covariance) in zip(candidates, told):
+        covariance = covariance * float(np.mean(dispersion[list(c.columns)]))
+        known = c.acting.all() and float(np.trace(covariance)) < UNKNOWN
+        out.append((values, covariance) if known else None)
+    return tuple(out), gains
+
+
+def _explained(evidence: RobotEvidence, rows: Rows) -> list[Array]:
+    """Return what is explained of the effort of each joint [R], with any load, without noise."""
+    out = list[Array]()
+    for a, target, model, left in zip(evidence.at, rows.target, rows.model,
+                                      evidence.fit().residual):
+        effort = np.zeros(len(target))
+        effort[a.order] = (target + model)[a.order] - left
+        out.append(effort)
+    return out
+
+
+def _candidate(rows: Rows, group: Group, efforts: Sequence[Array]) -> Candidate:
+    """Return the columns of the states of a group; `efforts` of each joint are without noise."""
+    j, kind, columns = group.index, group.kind, dict[int, Array]()
+    m = rows.joints[j]
+    if kind == FRICTION:
+        size = float(np.sqrt(np.mean(m.effort ** 2))) + 1e-9
+        parts = [x if np.sqrt(np.mean(x ** 2)) > LEAST * size else LEAST * size * shape
+                 for x, shape in ((m.dry, m.sign), (m.wet, m.v))]
+        columns[j] = rows.tested(j, np.stack(parts, axis=1))
+    elif kind == SCALE:
+        columns[j] = efforts[j][:, None]
+    elif kind == ROTOR:
+        inertia = float(np.mean(rows.inertia[:, j, j]))
+        columns[j] = rows.tested(j, inertia * m.v[:, None], momentum=True)
+    elif kind == RIPPLE:
+        columns[j] = rows.tested(j, waves(group.order * rows.motion.q[:, j, None])[:, :, 0])
+    elif kind == TILT:
+        columns = {k: x[:, :2] for k, x in rows.tilt.items()}
+    else:
+        columns = {k: rows.inertial[j, k][:, :4] for k in rows.robot.chain.movers[j]}
+    return Candidate(kind, columns, joint=group.place)
+
+
+def same_day(knowledge: Knowledge, rows: Rows) -> Prior:
+    """Return the prior without what friction drifts by from day to day: a state has that."""
+    groups = {c.label: c.group for c in rows.nuisance}
+    prior = knowledge.prior
+    drift = another_day_of([groups.get(label) for label in prior.labels], prior.mean)
+    return replace(prior, covariance=prior.covariance - drift)

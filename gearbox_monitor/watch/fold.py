@@ -1,0 +1,417 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+The fold of a watch: a Watch and a block in, a Watch and what happened out.
+
+It describes the stream, learns the robot while it works, and then compares each block with what
+was learnt.
+"""
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import lru_cache
+import math
+
+import numpy as np
+
+from gearbox_monitor.diagnosis.robot.conventions import columns_as_read, named_readings
+from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence
+from gearbox_monitor.diagnosis.robot.knowledge import learn
+from gearbox_monitor.diagnosis.robot.robot_effects import BASE
+from gearbox_monitor.diagnosis.robot.robot_log import checked_log, continuous, RobotLog
+from gearbox_monitor.diagnosis.robot.rows import RobotModel, rows_of
+from gearbox_monitor.diagnosis.robot.settings import SETTINGS
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.kernels.types import Array, Flags
+from gearbox_monitor.robot.chain import chain_of, joint_losses, ranges_in
+from gearbox_monitor.robot.description import parse
+from gearbox_monitor.watch.block import Block, raw_log
+from gearbox_monitor.watch.features import (
+    Features, features_of, Group, groups_of, state_levels, tips_of)
+from gearbox_monitor.watch.levels import level_of, Levels, now, step_in, stepped, taken
+from gearbox_monitor.watch.record import (
+    Change, DESCRIBE, Held, JointWatch, LEARN, Payload, StateHealth, Watch, WATCH, WatchEvent)
+from gearbox_monitor.watch.settings import FRICTION, RIPPLE, SCALE, SECOND, WATCH_SETTINGS
+
+SOURCE = 'robot_description'
+PART = 3        # blocks of a part of the knowledge
+STEP = 0.1      # s over which a speed is taken to see whether a joint moves
+CERTAIN = 2.33  # deviations by which the size of an alarm exceeds its limit
+NOUNS = {FRICTION: 'friction', SCALE: 'torque scale'}    # of what must be known of a joint
+NOTICED = 5.0   # deviations by which a mass was taken or put down
+TAKEN = 35.0    # chi squared of mass and first moments, from which another load is held
+
+
+@lru_cache(maxsize=4)
+def robot_of(description: str, locked: tuple[tuple[str, float], ...]
+             ) -> tuple[RobotModel, tuple[Array, Array]]:
+    """Return the model in a URDF with `locked` joints, and the ranges of its joints."""
+    chain = chain_of(parse(description, SOURCE, dict(locked)), joint_losses(description, SOURCE),
+                     SOURCE)
+    robot = RobotModel(chain, np.full(len(chain.links), SETTINGS.tolerance_learnt), 0.0, True)
+    return robot, ranges_in(description, chain.joints, SOURCE)
+
+
+def begin(description: str) -> Watch:
+    """Return the Watch of the robot in a URDF `description`. Raises InputError: it is none."""
+    joints = parse(description, SOURCE).joints
+    return Watch(description, joints=tuple(JointWatch(
+        name, why='no sample yet') for name in joints))
+
+
+def step(watch: Watch, block: Block) -> tuple[Watch, tuple[WatchEvent, ...]]:
+    """
+    Return the watch after one more block, and what happened with it.
+
+    Args:
+        watch: before; it stays as it is.
+        block: of the same robot, later than those before.
+    """
+    if block.end_ns <= watch.stamp_ns:
+        return watch, ()
+    watch = replace(_described(watch, block), stamp_ns=block.end_ns, blocks=watch.blocks + 1)
+    if watch.phase == WATCH:
+        return _watched(watch, block)
+    if not _moves(block, [j.name for j in watch.joints]).any():
+        return watch, ()
+    watch = replace(watch, kept=(*watch.kept, block))
+    if watch.phase == DESCRIBE:
+        return _settled(watch) if len(watch.kept) >= PART else (watch, ())
+    return _learnt(watch) if _enough(watch) else (watch, ())
+
+
+def learn_again(watch: Watch) -> Watch:
+    """Return the watch that forgets what it learnt, and learns the robot as it is now."""
+    return replace(begin(watch.description), stamp_ns=watch.stamp_ns, blocks=watch.blocks,
+                   joints=tuple(replace(j, moved=0.0, level=None, why='learns again', states=())
+                                for j in watch.joints))
+
+
+def tare(watch: Watch) -> Watch:
+    """Return the watch that takes what the robot holds now for nothing."""
+    empty = tuple(tuple(held.values[:4].tolist()) for held in watch.held)
+    watch = replace(watch, empty=empty or watch.empty)
+    return replace(watch, payloads=_payloads(watch))
+
+
+def save_baseline(watch: Watch) -> Watch:
+    """Return the watch that takes all states as they are now for healthy; its alarms end."""
+    if watch.states is None:
+        return watch
+    over = tuple(replace(c, over_ns=c.over_ns or watch.stamp_ns) for c in watch.changes)
+    return replace(watch, baseline=_baseline(watch.states), changes=over)
+
+
+def _baseline(states: Levels) -> tuple[tuple[float, ...], ...]:
+    return tuple(tuple(row) for row in states.level.tolist())
+
+
+# --- describe and learn -------------------------------------------------------------------------
+def _described(watch: Watch, block: Block) -> Watch:
+    """Return the watch with what a block has of each joint."""
+    names = [j.name for j in watch.joints]
+    seconds, joints = _moved(block, names), []
+    for joint, moved in zip(watch.joints, seconds):
+        if joint.name not in block.joints:
+            joints.append(replace(joint, has=(), why='not in joint_states'))
+            continue
+        k = block.joints.index(joint.name)
+        has = tuple(q for q in ('position', 'velocity', 'effort')
+                    if np.isfinite(getattr(block, q)[:, k]).any())
+        stamps = block.stamps[np.isfinite(block.position[:, k])]
+        rate = SECOND / float(np.median(np.diff(stamps))) if len(stamps) > 2 else 0.0
+        total = joint.moved + float(moved)
+        why = (f'no {"position" if "position" not in has else "effort"}'
+               if not {'position', 'effort'} <= set(has) else
+               'has not moved yet' if total < 1.0 else joint.why if joint.states else 'learns')
+        joints.append(replace(joint, has=has, rate=rate, moved=total, why=why))
+    return replace(watch, joints=tuple(joints), others=tuple(
+        sorted({*watch.others, *(n for n in block.joints if n not in names)})))
+
+
+def _moved(block: Block, names: Sequence[str]) -> Array:
+    """Return the seconds of a block in which each of the joints `names` moves."""
+    out = np.zeros(len(names))
+    at = np.searchsorted(block.stamps, np.arange(
+        block.stamps[0], block.stamps[-1], round(STEP * SECOND)))
+    for i, name in enumerate(names):
+        if name in block.joints and len(at) > 1:
+            q = block.position[:, block.joints.index(name)]
+            rows = np.flatnonzero(np.isfinite(q))
+            if len(rows) > 1:
+                t = (block.stamps - block.stamps[0]) / SECOND
+                speed = np.diff(np.interp(t[at], t[rows], q[rows])) / np.diff(t[at])
+                out[i] = STEP * float(np.sum(np.abs(speed) > SETTINGS.slow))
+    return out
+
+
+def _moves(block: Block, names: Sequence[str]) -> Flags:
+    """Return which of the joints `names` move for a share of the block."""
+    return _moved(block, names) > WATCH_SETTINGS.share * WATCH_SETTINGS.block
+
+
+def _settled(watch: Watch) -> tuple[Watch, tuple[WatchEvent, ...]]:
+    """Return the watch that knows which joints have an effort, and how they are read."""
+    locked = {j.name: _usual(watch.kept, j.name) for j in watch.joints
+              if not {'position', 'effort'} <= set(j.has)}
+    if len(locked) == len(watch.joints):
+        return replace(watch, kept=watch.kept[1:], notes=(
+            'no joint of the description has both position and effort',)), ()
+    watch = replace(watch, phase=LEARN, locked=locked)
+    robot, limits = _robot(watch)
+    stated = replace(robot, learnt=False, friction_tolerance=SETTINGS.tolerance,
+                     tolerance=np.full(len(robot.tolerance), SETTINGS.tolerance))
+    try:
+        log = _log(watch, watch.kept)
+        readings = tuple(named_readings(log, stated, limits))
+    except InputError as error:
+        return replace(watch, phase=DESCRIBE, kept=watch.kept[1:], notes=(str(error),)), ()
+    return replace(watch, readings=readings, notes=log.notes), (WatchEvent(
+        'phase', watch.stamp_ns, 'robot', 'learns the robot while it works'),)
+
+
+def _usual(blocks: Sequence[Block], joint: str) -> float:
+    """Return the median position of a joint, 0 without any."""
+    values = np.concatenate([b.position[:, b.joints.index(joint)] for b in blocks
+                             if joint in b.joints] or [np.zeros(1)])
+    values = values[np.isfinite(values)]
+    return float(np.median(values)) if len(values) else 0.0
+
+
+def _robot(watch: Watch) -> tuple[RobotModel, tuple[Array, Array]]:
+    """Return the model of a watch and the ranges of its joints."""
+    return robot_of(watch.description, tuple(sorted(watch.locked.items())))
+
+
+def _log(watch: Watch, blocks: Sequence[Block]) -> RobotLog:
+    """Return blocks as the log of the joints that are judged. Raises InputError."""
+    joints = _robot(watch)[0].chain.joints
+    raw = columns_as_read(raw_log(blocks, joints, 'joint_states'),
+                          [n.reading for n in watch.readings])
+    return checked_log(continuous(raw), joints)
+
+
+def _enough(watch: Watch) -> bool:
+    """Return whether all joints that move have moved enough to be learnt."""
+    s, judged = WATCH_SETTINGS, [j for j in watch.joints if j.name not in watch.locked]
+    waiting = [j.name for j in judged if j.moved < s.moved]
+    return len(watch.kept) >= s.parts * PART and len(watch.kept) % PART == 0 and (
+        not waiting or len(watch.kept) >= s.patience)
+
+
+def _learnt(watch: Watch) -> tuple[Watch, tuple[WatchEvent, ...]]:
+    """Return the watch that has learnt the robot."""
+    robot = _robot(watch)[0]
+    carrying = replace(robot, carries=tips_of(robot))
+    try:
+        logs = [replace(_log(watch, [block]), name=f'block {k + 1}')
+                for k, block in enumerate(watch.kept)]
+        logs = _alike(carrying, logs)
+    except InputError as error:
+        return replace(watch, kept=watch.kept[1:], notes=(str(error),)), ()
+    if len(logs) < WATCH_SETTINGS.least:
+        return watch, ()
+    knowledge = learn(carrying, logs)
+    effort = np.array([np.sqrt(np.mean(np.concatenate(
+        [section.input[:, j] for log in logs for section in log.sections]) ** 2))
+                       for j in range(len(robot.chain.joints))])
+    states = state_levels(robot, groups_of(robot), effort)
+    watch = replace(watch, phase=WATCH, knowledge=knowledge, kept=(), baseline=_baseline(states),
+                    empty=((0.0,) * 4,) * len(carrying.carries), states=states)
+    return watch, (WatchEvent('phase', watch.stamp_ns, 'robot', 'watches'),)
+
+
+def _alike(robot: RobotModel, logs: Sequence[RobotLog]) -> list[RobotLog]:
+    """Return the logs without those in which much more is unexplained: a load that changed."""
+    recordings = [rows_of(log, replace(robot, carries=robot.carries if k else ()))
+                  for k, log in enumerate(logs)]
+    evidence = RobotEvidence(recordings)
+    fit = evidence.fit()
+    logarithms = []
+    for a, residual in zip(evidence.at, fit.residual):
+        number = a.spread(a.recording.astype(float)).astype(int)
+        rows = np.maximum(np.bincount(number, minlength=len(logs)), 1)
+        power = np.bincount(number, residual ** 2, len(logs)) / rows
+        logarithms.append(np.log(power + 1e-12) - np.median(np.log(power + 1e-12)))
+    worst = np.max(logarithms, axis=0)
+    return [log for log, x in zip(logs, worst) if x < math.log(WATCH_SETTINGS.alike)]
+
+
+# --- watch --------------------------------------------------------------------------------------
+def _watched(watch: Watch, block: Block) -> tuple[Watch, tuple[WatchEvent, ...]]:
+    """Return the watch that has compared a block with what it learnt."""
+    robot = _robot(watch)[0]
+    groups, before = groups_of(robot), watch
+    assert watch.knowledge is not None and watch.states is not None
+    if not _moves(block, robot.chain.joints).any():
+        return watch, ()
+    try:
+        log = _log(watch, [block])
+    except InputError as error:
+        return replace(watch, notes=(str(error),)), ()
+    features = features_of(log, robot, watch.knowledge, groups,
+                           [level_of(watch.states, i, g.width) for i, g in enumerate(groups)])
+    watch = replace(watch, states=taken(watch.states, features.told, features.gains,
+                                        block.begin_ns))
+    watch = _with_payloads(_with_changes(_stepped(watch, groups), features, groups), features,
+                           block.begin_ns)
+    watch = _with_states(watch, features, groups)
+    return watch, _events(before, watch)
+
+
+def _stepped(watch: Watch, groups: Sequence[Group]) -> Watch:
+    """Return the watch with the step of a state, if one is sure."""
+    assert watch.states is not None
+    found = step_in(watch.states)
+    if found is None:
+        return watch
+    g = groups[found.state]
+    changes = watch.changes     # a ripple of several orders is one
+    if not any((c.kind, c.place) == (g.kind, g.place) for c in watch.standing):
+        changes = (*changes, Change(g.kind, g.place, 0.0, 0.0, found.since_ns, 0,
+                                    before=tuple(found.before.tolist()), order=g.order))
+    return replace(watch, states=stepped(watch.states, found), changes=changes)
+
+
+def _size(change: Array, covariance: Array, features: Features, number: int, kind: str
+          ) -> tuple[float, float]:
+    """
+    Return by how much a state differs, as a share of what is there, and the deviation.
+
+    Args:
+        change: of its coefficients [k].
+        covariance: of it [k, k].
+        features: of the newest block, which tells what torque the state makes.
+        number: of the state.
+        kind: of it.
+    """
+    inner, own = features.sizes[number], features.own[number]
+    whole = math.sqrt(max(float(own @ inner @ own), 1e-30))
+    size = math.sqrt(max(float(change @ inner @ change), 0.0))
+    slope = inner @ (change if size > 0.0 else own)
+    slope = slope / math.sqrt(max(float(slope @ np.linalg.pinv(inner) @ slope), 1e-30))
+    std = math.sqrt(max(float(slope @ covariance @ slope), 0.0)) / whole
+    share = math.copysign(size / whole, float(own @ inner @ change))
+    if kind == SCALE:           # a share of the effort as it is now
+        share, std = share / (1.0 - share), std / (1.0 - share) ** 2
+    return share, std
+
+
+def _with_changes(watch: Watch, features: Features, groups: Sequence[Group]) -> Watch:
+    """Return the watch with the sizes of its changes, and with those without a step."""
+    assert watch.states is not None
+    changes, s = [], WATCH_SETTINGS
+    number = {(g.kind, g.place, g.order): i for i, g in enumerate(groups)}
+    for c in watch.changes:
+        if not c.over_ns:
+            size, std = _level_size(watch.states, c.before, features, groups,
+                                    number[c.kind, c.place, c.order])
+            c = replace(c, size=size, std=std)
+            limit = s.kinds[c.kind].limit
+            if not c.found_ns and abs(c.size) - CERTAIN * c.std > limit:
+                c = replace(c, found_ns=watch.stamp_ns)
+            elif not c.found_ns and abs(c.size) + CERTAIN * c.std < limit:
+                continue                # too small to be told
+            elif c.found_ns and abs(c.size) + c.std < s.over * limit:
+                c = replace(c, over_ns=watch.stamp_ns)
+        changes.append(c)
+    standing = {(c.kind, c.place) for c in changes if not c.over_ns}
+    for i, (g, baseline) in enumerate(zip(groups, watch.baseline)):
+        size, std = _level_size(watch.states, baseline, features, groups, i)
+        if (g.kind, g.place) not in standing and (
+                abs(size) - CERTAIN * std > s.kinds[g.kind].slow):
+            changes.append(Change(g.kind, g.place, size, std, watch.stamp_ns, watch.stamp_ns,
+                                  before=baseline, order=g.order))
+    return replace(watch, changes=tuple(changes))
+
+
+def _level_size(states: Levels, before: Sequence[float], features: Features,
+                groups: Sequence[Group], number: int) -> tuple[float, float]:
+    """Return by how much the level of a state differs from that `before`, and the deviation."""
+    g = groups[number]
+    mean, covariance = level_of(states, number, g.width)
+    return _size(mean - np.array(before)[:g.width], covariance, features, number, g.kind)
+
+
+def _with_states(watch: Watch, features: Features, groups: Sequence[Group]) -> Watch:
+    """Return the watch with the states of each joint, and its level."""
+    s, bad = WATCH_SETTINGS, {c.place for c in watch.standing if c.found_ns}
+    assert watch.knowledge is not None and watch.states is not None
+    states: dict[str, list[StateHealth]] = {}
+    for i, (g, baseline) in enumerate(zip(groups, watch.baseline)):
+        if g.kind == RIPPLE:
+            continue
+        mean, covariance = now(watch.states, i, g.width)
+        size, std = _size(mean - np.array(baseline)[:g.width], covariance, features, i, g.kind)
+        judged = std < s.power * s.kinds[g.kind].limit and watch.states.seen[i] >= s.settle
+        states.setdefault(g.place, []).append(StateHealth(g.kind, size, std, judged))
+    joints = []
+    for joint in watch.joints:
+        own = tuple(states.get(joint.name, ()))
+        why = ''
+        if joint.name in watch.locked:
+            why = joint.why
+        elif joint.name in watch.knowledge.unjudged:
+            why = 'the description leaves more than half of its effort unexplained'
+        elif unknown := [NOUNS[x.kind] for x in own if x.kind in NOUNS and not x.judged]:
+            why = f'{" and ".join(unknown)} not known well enough: it moves too little'
+        level = Level.WARN if joint.name in bad else None if why else Level.OK
+        joints.append(replace(joint, states=own, level=level, why=why))
+    levels = [j.level for j in joints if j.level is not None]
+    level = Level.WARN if bad else Level.OK if levels else None
+    return replace(watch, joints=tuple(joints), tilt=states[BASE][0], level=level)
+
+
+def _with_payloads(watch: Watch, features: Features, begin_ns: int) -> Watch:
+    """Return the watch with what each link holds after a block."""
+    out = []
+    for number, (link, (values, covariance)) in enumerate(features.load.items()):
+        since = begin_ns
+        if number < len(watch.held):
+            known = watch.held[number]
+            apart = (values - known.values)[:4]
+            spread = (covariance + known.covariance)[:4, :4]
+            if apart @ np.linalg.solve(spread, apart) < TAKEN and (
+                    abs(apart[0]) < NOTICED * math.sqrt(spread[0, 0])):
+                before, new = (np.linalg.inv(c) for c in (2.0 * known.covariance, covariance))
+                covariance = np.linalg.inv(before + new)
+                values = covariance @ (before @ known.values + new @ values)
+                since = known.since_ns
+        out.append(Held(link, values, covariance, since))
+    watch = replace(watch, held=tuple(out))
+    return replace(watch, payloads=_payloads(watch))
+
+
+def _payloads(watch: Watch) -> tuple[Payload, ...]:
+    """Return what each link holds, against what it held when it was tared."""
+    out = []
+    for held, empty in zip(watch.held, watch.empty):
+        b, spread = held.values[:4] - np.array(empty), held.covariance[:4, :4]
+        std = math.sqrt(float(spread[0, 0]))
+        centre = centre_std = np.full(3, math.nan)
+        if abs(b[0]) > 2.0 * std:
+            centre = b[1:] / b[0]
+            slopes = np.column_stack([-centre, np.eye(3)]) / b[0]
+            centre_std = np.sqrt(np.diag(slopes @ spread @ slopes.T))
+        out.append(Payload(held.link, float(b[0]), std, tuple(centre.tolist()),
+                           tuple(centre_std.tolist()), held.since_ns))
+    return tuple(out)
+
+
+def _events(before: Watch, after: Watch) -> tuple[WatchEvent, ...]:
+    """Return what happened between two states of a watch."""
+    out = []
+    old = {(c.kind, c.place, c.since_ns): c for c in before.changes}
+    for c in after.changes:
+        known = old.get((c.kind, c.place, c.since_ns))
+        size = f'{c.kind} {100.0 * c.size:+.0f} ± {100.0 * c.std:.0f} %'
+        if c.found_ns and not (known and known.found_ns):
+            out.append(WatchEvent('raised', after.stamp_ns, c.place, size))
+        if c.over_ns and known and not known.over_ns:
+            out.append(WatchEvent('over', after.stamp_ns, c.place, size))
+    for p, known_p in zip(after.payloads, before.payloads or after.payloads):
+        if p.since_ns != known_p.since_ns:
+            out.append(WatchEvent('payload', after.stamp_ns, p.link,
+                                  f'{p.mass:.2f} ± {p.mass_std:.2f} kg'))
+    return tuple(out)

@@ -1,0 +1,261 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The watch of an arm whose torques follow from its equations; no file knows its friction."""
+import json
+
+import numpy as np
+import pytest
+from rosbags.typesys import get_typestore, Stores
+from scipy.interpolate import CubicSpline
+
+from gearbox_monitor.cli.main import main
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.watch_file import load_watch, save_watch, watch_bytes
+from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.recordings.cdr import encode_joint_states
+from gearbox_monitor.recordings.read import JOINT_STATE
+from gearbox_monitor.recordings.write import BagWriter
+from gearbox_monitor.robot.chain import chain_of, inertial, joint_losses
+from gearbox_monitor.robot.description import parse
+from gearbox_monitor.watch.block import Cutter
+from gearbox_monitor.watch.fold import begin, learn_again, save_baseline, step, tare
+from gearbox_monitor.watch.record import WATCH
+from gearbox_monitor.watch.settings import SECOND
+
+AXES, LENGTH, MASS = ('0 0 1', '0 1 0', '0 1 0'), (0.15, 0.4, 0.35), (8.0, 6.0, 3.0)
+NAMES = ['joint1', 'joint2', 'joint3']
+BLOCK, RATE, START = 20, 100, 1_700_000_000 * SECOND
+LEARN, SETTLED = 9, 24  # blocks
+DRY, WET = np.array([4.0, 6.0, 3.0]), np.array([3.0, 4.0, 2.0])
+LOAD, AT = 1.5, np.array([0.0, 0.02, 0.3])
+
+
+def urdf(masses=MASS):
+    text = '<robot name="arm"><link name="base"/>'
+    for k, (axis, length, mass) in enumerate(zip(AXES, LENGTH, masses)):
+        side = mass * length ** 2 / 12.0 + 0.01
+        text += (
+            f'<link name="link{k + 1}"><inertial><origin xyz="0.01 0 {length / 2}"/>'
+            f'<mass value="{mass}"/><inertia ixx="{side}" iyy="{side}" izz="0.01" ixy="0" ixz="0" '
+            f'iyz="0"/></inertial></link><joint name="{NAMES[k]}" type="revolute"><parent '
+            f'link="{f"link{k}" if k else "base"}"/><child link="link{k + 1}"/><origin '
+            f'xyz="0 0 {LENGTH[k - 1] if k else 0.2}"/><axis xyz="{axis}"/><limit lower="-2.9" '
+            'upper="2.9" effort="300" velocity="4"/></joint>')
+    return text + '</robot>'
+
+
+class Arm:
+    """An arm that moves between postures; its load (kg), friction and gains may change."""
+
+    def __init__(self, seed=3):
+        text = urdf([m * x for m, x in zip(MASS, (1.05, 0.96, 1.03))])
+        self.chain = chain_of(parse(text, 'arm', {}), joint_losses(text, 'arm'), 'arm')
+        self.rng = np.random.default_rng(seed)
+        self.load, self.friction, self.gain, self.still = 0.0, np.ones(3), np.ones(3), ()
+        self.goals, self.noise, self.number = self.rng.uniform(-1.0, 1.0, (5, 3)), 0.1, 0
+        self.at = np.zeros(3)
+
+    def block(self):
+        """Return the messages of the next 20 s."""
+        t = (np.arange(BLOCK * RATE) + 0.5) / RATE
+        knots = np.arange(0.0, BLOCK + 1.0, 2.0)
+        goals = self.goals[self.rng.integers(5, size=len(knots))]
+        goals += self.rng.normal(0.0, 0.2, goals.shape)
+        goals[:, list(self.still)] = self.at[list(self.still)]
+        goals[0], self.at = self.at, goals[-1]
+        curve = CubicSpline(knots, goals, bc_type='clamped')
+        q, v, theta = curve(t), curve(t, 1), self.chain.theta.copy()
+        theta[-1] += inertial(self.load, AT, np.zeros((3, 3))) if self.load else 0.0
+        momentum, effort = np.zeros_like(q), np.zeros_like(q)
+        for r in self.chain.regressors(q, v):
+            momentum[:, r.joint] += r.p @ theta[r.link]
+            effort[:, r.joint] += (r.g - r.k) @ theta[r.link]
+        effort += CubicSpline(t, momentum)(t, 1)
+        effort += self.friction * (DRY * np.tanh(v / 0.01) + WET * v)
+        effort = self.gain * effort + self.rng.normal(0.0, self.noise, q.shape)
+        stamps = START + self.number * BLOCK * SECOND + np.round(t * SECOND).astype(np.int64)
+        q = q + self.rng.normal(0.0, 2e-5, q.shape)
+        self.number += 1
+        return list(zip(stamps.tolist(), q, v, effort))
+
+
+def messages(arm, blocks):
+    return [m for _ in range(blocks) for m in arm.block()]
+
+
+def watched(watch, stream, cutter=None):
+    """Return the watch after messages, and what happened."""
+    cutter, events = cutter or Cutter(), []
+    for stamp, q, v, effort in stream:
+        for block in cutter.take(stamp, NAMES, q, v, effort):
+            watch, happened = step(watch, block)
+            events += happened
+    for block in cutter.end():
+        watch, happened = step(watch, block)
+        events += happened
+    return watch, events
+
+
+@pytest.fixture(scope='module')
+def settled():
+    """Return (arm, watch) after it has learnt with a load that came, and compared some blocks."""
+    arm = Arm()
+    stream = messages(arm, 5)
+    arm.load = 0.8
+    stream += messages(arm, 4)
+    arm.load = 0.0
+    watch, events = watched(begin(urdf()), stream + messages(arm, SETTLED - LEARN))
+    assert [e.kind for e in events if e.kind != 'payload'] == ['phase', 'phase']
+    assert watch.phase == WATCH and watch.level == Level.OK, watch.joints
+    return arm, watch
+
+
+@pytest.fixture
+def arm(settled):
+    """Return an arm at work where the watch of `settled` ended."""
+    out = Arm(seed=8)
+    out.number, out.goals, out.at = settled[0].number, settled[0].goals, settled[0].at
+    return out
+
+
+def test_loads_that_come_and_go_are_weighed_and_raise_no_alarm(settled, arm):
+    """Nor do other postures, with friction that follows temperature."""
+    watch = settled[1]
+    for number in range(12):
+        arm.load = (0.0, LOAD, 0.7)[number // 2 % 3]
+        arm.friction = np.ones(3) * (1.0 - 0.01 * number)
+        if number == 6:
+            arm.goals = arm.rng.uniform(-1.0, 1.0, (5, 3))
+        watch, _ = watched(watch, arm.block())
+        held, = watch.payloads
+        assert held.link == 'link3' and held.mass_std < 0.1
+        assert abs(held.mass - arm.load) < 3.0 * held.mass_std + 0.01
+        if arm.load:
+            assert np.all(np.abs(held.centre - AT) < 3.0 * np.array(held.centre_std) + 0.01)
+            taken = START + (arm.number - 1 - number % 2) * BLOCK * SECOND
+            assert held.since_ns == taken
+    assert not watch.changes and watch.level == Level.OK
+
+
+CHANGES = [('friction', 'friction', 1, 1.4, 0.4), ('torque_scale', 'gain', 2, 0.85, -0.15)]
+
+
+@pytest.mark.parametrize('kind, attribute, joint, factor, size', CHANGES)
+def test_a_change_that_lasts_is_raised_at_its_joint_and_ends(
+        settled, arm, kind, attribute, joint, factor, size):
+    begun = arm.number
+    getattr(arm, attribute)[joint] = factor
+    watch, events = watched(settled[1], messages(arm, 9))
+    raised, = (e for e in events if e.kind == 'raised')
+    change, = watch.standing
+    assert (change.kind, change.place, raised.place) == (kind, NAMES[joint], NAMES[joint])
+    assert abs(change.size - size) < 3.0 * change.std + 0.02 and change.std < 0.06
+    assert change.since_ns == START + begun * BLOCK * SECOND
+    assert [j.level for j in watch.joints] == [
+        Level.WARN if k == joint else Level.OK for k in range(3)] and watch.level == Level.WARN
+    assert not save_baseline(watch).standing
+    getattr(arm, attribute)[joint] = 1.0
+    watch, events = watched(watch, messages(arm, 9))
+    assert [e.place for e in events if e.kind == 'over'] == [NAMES[joint]] and not watch.standing
+
+
+def test_a_step_that_does_not_last_is_no_change(settled, arm):
+    """A block with a collision, or two with a cable in the way."""
+    watch = settled[1]
+    for length in (1, 2):
+        arm.friction[1] = 2.0
+        watch, _ = watched(watch, messages(arm, length))
+        arm.friction[1] = 1.0
+        watch, _ = watched(watch, messages(arm, 9))
+    assert not watch.changes
+
+
+def test_what_does_not_move_or_drowns_in_noise_is_not_judged(settled, arm):
+    arm.still = (0,)
+    watch, _ = watched(settled[1], messages(arm, 9))
+    assert watch.joints[0].level is None
+    assert watch.joints[1].level == Level.OK
+    arm.still, arm.noise = (), 40.0
+    watch, _ = watched(watch, messages(arm, 9))
+    assert [j.level for j in watch.joints] == [None] * 3 and watch.level is None
+    assert not watch.changes
+
+
+def test_same_bits_however_messages_arrive_and_after_a_restart(settled, arm, tmp_path):
+    """Late by less than a second, twice, in other portions, saved and loaded in the middle."""
+    arm.friction[1] = 1.4
+    stream = messages(arm, 5)
+    once, events = watched(settled[1], stream)
+    late = [stream[k] for k in np.argsort(np.arange(len(stream)) // 50 * 50
+                                          + arm.rng.uniform(0.0, 50.0, len(stream)))]
+    save_watch(tmp_path / 'state', settled[1])
+    again, cutter = load_watch(tmp_path / 'state'), Cutter()
+    happened = []
+    for number, (stamp, q, v, effort) in enumerate([*late, *late[-30:]]):
+        for block in cutter.take(stamp, NAMES[::-1], q[::-1], v[::-1], effort[::-1]):
+            again, more = step(again, block)
+            happened += more
+            save_watch(tmp_path / 'state', again)
+            again = load_watch(tmp_path / 'state')
+    for block in cutter.end():
+        again, more = step(again, block)
+        happened += more
+    assert happened == events and watch_bytes(again) == watch_bytes(once)
+
+
+def test_tare_and_learning_again(settled, arm):
+    arm.load = LOAD
+    watch, _ = watched(settled[1], messages(arm, 3))
+    assert abs(tare(watch).payloads[0].mass) < 1e-9 < LOAD / 2 < watch.payloads[0].mass
+    assert learn_again(watch).level is None and learn_again(watch).knowledge is None
+
+
+def test_a_damaged_state_is_refused(settled, tmp_path):
+    content = bytearray(watch_bytes(settled[1]))
+    for place in np.random.default_rng(1).integers(len(content), size=20).tolist():
+        damaged = bytes(content[:place]) + bytes([content[place] ^ 1]) + bytes(
+            content[place + 1:])
+        (tmp_path / 'state').write_bytes(damaged)
+        try:
+            assert watch_bytes(load_watch(tmp_path / 'state')) == bytes(content)
+        except InputError:
+            pass
+
+
+def write_bag(path, stream, description=None):
+    with BagWriter(path) as writer:
+        writer.add_topic('/joint_states', JOINT_STATE)
+        if description:
+            store = get_typestore(Stores.ROS2_JAZZY)
+            kind = 'std_msgs/msg/String'
+            writer.add_topic('/robot_description', kind)
+            writer.write('/robot_description', stream[0][0], bytes(store.serialize_cdr(
+                store.types[kind](description), kind)))
+        stamps, q, v, effort = (np.array(x) for x in zip(*stream))
+        for stamp, raw in zip(stamps.tolist(), encode_joint_states(
+                stamps, NAMES, q, velocity=v, effort=effort)):
+            writer.write('/joint_states', stamp, raw)
+    return str(path)
+
+
+def test_the_command_goes_on_from_its_state_and_says_what_changed(settled, arm, tmp_path, capsys):
+    """Two bags are one stream, wherever the robot was cut off."""
+    state, data = str(tmp_path / 'arm.watch'), tmp_path / 'findings.json'
+    first = write_bag(tmp_path / 'first', messages(Arm(), 3), urdf())
+    assert main(['watch', first]) == 3
+    assert 'Learning the robot' in capsys.readouterr().out
+    save_watch(state, settled[1])
+    arm.gain[1] = 0.8
+    stream = messages(arm, 4)
+    once, _ = watched(settled[1], stream)
+    bags = [write_bag(tmp_path / f'bag{k}', part) for k, part in enumerate(
+        (stream[:3100], stream[3100:]))]
+    assert main(['watch', *bags, '--state', state, '--json', str(data)]) == 1
+    assert watch_bytes(load_watch(state)) == watch_bytes(once)
+    found = json.loads(data.read_text())
+    assert found['verdict'] == 'effect' and found['findings'][0]['joint'] == 'joint2'
+    assert found['summary'] == found['findings'][0]['words'] + '.'
+    assert 'joint2: torque scale -' in found['summary'] and found['joints']['joint1']['level'] == 0
+    assert main(['watch', bags[0]]) == 2
+    assert 'no message on robot_description' in capsys.readouterr().err
