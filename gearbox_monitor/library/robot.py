@@ -255,7 +255,7 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
     model = robot_model(file, values, knowledge is not None)
     read = robot_logs(logs, robot, recorded=recorded, topic=topic, reading=reading,
                       learnt=knowledge is not None)
-    notes += [f'{log.name}: {note}' for log in read for note in log.notes]
+    notes += [*_unread(file), *(f'{log.name}: {note}' for log in read for note in log.notes)]
     read, readings = as_named(read, robot, reading, left)
     if knowledge is not None:
         if knowledge.kind != read[0].kind:
@@ -289,6 +289,12 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
                           tuple(data['lacking']))
 
 
+def _unread(file: ChainFile) -> list[str]:
+    """Return a note on each joint of a robot's `file` that its balance has not."""
+    return [f'{joint}: moves no mass in {file.path.name}: it is taken for fixed and not judged'
+            for joint in file.unread]
+
+
 def check_robot(log: str | Path, robot: Robot, *, recorded: Mapping[str, str] | None = None,
                 topic: str = JOINT_STATES, reading: ReadOptions = BY_NAMES) -> list[DataFinding]:
     """
@@ -310,7 +316,7 @@ def check_robot(log: str | Path, robot: Robot, *, recorded: Mapping[str, str] | 
         'log', 'length', f'{found.seconds:.4g} s of {found.kind} at {found.rate:.4g} samples/s in '
         f'{counted(len(found.sections), "part")}', values={
             'seconds': found.seconds, 'rate_hz': found.rate, 'parts': len(found.sections)})]
-    for note in found.notes:
+    for note in (*_unread(robot.file), *found.notes):
         joint, colon, words = note.partition(': ')
         of_joint = bool(colon) and joint in robot.joints
         advice, grade = '', WARN

@@ -148,7 +148,7 @@ def write_robot_pair(folder: Path, seconds: float, seed: int) -> list[str]:
         InputError: they cannot be written.
     """
     text = config_path('arm6.urdf').read_text(encoding='utf-8')
-    chain = chain_of(parse(text, 'arm6.urdf'), joint_losses(text), 'arm6.urdf')
+    chain = chain_of(parse(text, 'arm6.urdf'), joint_losses(text))
     rng = np.random.default_rng(seed)
     try:
         folder.mkdir()

@@ -21,10 +21,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.robot.description import (
-    finite_number, LOCKED_IN_VALUES, RobotDescription, rotations)
+    finite_number, RobotDescription, rotations)
 from gearbox_monitor.robot.dynamics import GRAVITY
 
 PER_LINK = 10
@@ -300,24 +299,14 @@ def body_of(theta: Array) -> tuple[float, Array, Array]:
     return mass, com, at - mass * (com @ com * np.eye(3) - np.outer(com, com))
 
 
-def chain_of(description: RobotDescription, losses: Mapping[str, tuple[float, float]],
-             source: str) -> Chain:
+def chain_of(description: RobotDescription, losses: Mapping[str, tuple[float, float]]) -> Chain:
     """
     Return the Chain of a URDF.
 
     Args:
-        description: of the robot.
+        description: of a robot whose joints all move by themselves, parsed as a whole.
         losses: {joint: (damping, friction)} as joint_losses reads them.
-        source: name of the file, for messages.
-
-    Raises:
-        InputError: joints mimic others, which is no open chain of independent joints.
     """
-    if len(description.source) != len(description.joints):
-        twice = [name for i, name in enumerate(description.joints)
-                 if list(description.source).count(i) > 1]
-        raise InputError(f'{source}: joints mimic {", ".join(twice)}, expected joints that move '
-                         f'by themselves, {LOCKED_IN_VALUES}')
     order = [int(i) for i in description.source]     # row of the tree -> joint
     names: dict[int, str] = {}
     for name, (row, _, _) in description.links.items():

@@ -71,15 +71,30 @@ class RobotDescription:
             for name, (joint, rotation, origin) in data['links'].items()})
 
 
-def parse(text: str, source: str, locked: Mapping[str, float] | None = None) -> RobotDescription:
+def parse(text: str, source: str, locked: Mapping[str, float] | None = None,
+          whole: bool = False) -> RobotDescription:
     """
-    Return the description in the URDF `text`, called `source`. Raises InputError.
+    Return the description in a URDF.
 
-    locked {joint: position rad or m}: joints that stand still, and those that mimic them.
+    Args:
+        text: of the file.
+        source: its name, for messages.
+        locked: {joint that stands still, as do those that mimic it: position, rad or m}.
+        whole: for the balance of all joints: those that move no mass are taken for fixed, unless
+            all do; none may mimic another one.
+
+    Raises:
+        InputError: naming what the file holds and what was expected.
     """
     if len(text) > LONGEST:
         raise InputError(f'{source}: {len(text)} characters, expected a URDF of at most {LONGEST}')
-    return _Parser(expanded_root(text, source), source, locked or {}).description()
+    root, still = expanded_root(text, source), dict(locked or {})
+    parser = _Parser(root, source, still, whole)
+    description = parser.description()
+    idle = [name for name in description.joints if name in parser.idle]
+    if idle and len(idle) < len(description.joints):
+        return _Parser(root, source, {**still, **dict.fromkeys(idle, 0.0)}, whole).description()
+    return description
 
 
 def expanded_root(text: str | bytes, source: str) -> ElementTree.Element:
@@ -111,11 +126,16 @@ def expanded_root(text: str | bytes, source: str) -> ElementTree.Element:
 
 
 class _Parser:
-    """Walks the tree of the element `root` of a URDF called `source`, with joints `locked`."""
+    """
+    Walks the tree of the element `root` of a URDF called `source`, with joints `locked`.
 
-    def __init__(self, root: ElementTree.Element, source: str, locked: Mapping[str, float]
-                 ) -> None:
-        self._source, self._locked = source, locked
+    whole: see parse. idle: joints that move no mass.
+    """
+
+    def __init__(self, root: ElementTree.Element, source: str, locked: Mapping[str, float],
+                 whole: bool = False) -> None:
+        self._source, self._locked, self._whole = source, locked, whole
+        self.idle: list[str] = []
         self._links = self._named(root, 'link')
         self._joints = self._named(root, 'joint')
         movable = [name for name, joint in self._joints.items() if joint.get('type') != 'fixed']
@@ -158,6 +178,10 @@ class _Parser:
             of, factor, shift = row['name'], 1.0, 0.0
             if row['mimics'] is not None:
                 of, factor, shift = row['mimics']
+                if self._whole:
+                    self._fail(f'joint {row["name"]}',
+                               f'<mimic joint="{of}" multiplier="{factor:g}" offset="{shift:g}">',
+                               f'joints that move by themselves, {LOCKED_IN_VALUES}')
                 if of not in free:
                     self._unknown(f'joint {row["name"]}: mimic', of, free)
             source.append(free.index(of))
@@ -165,8 +189,11 @@ class _Parser:
             offset.append(shift)
         joints, masses, coms, inertias = zip(*self._bodies) if self._bodies else ([],) * 4
         for i, row in enumerate(rows):
-            if not any(self._hangs_on(i, int(joint)) for joint in joints):
-                self._fail(f'joint {row["name"]}', 'moves no mass',
+            if any(self._hangs_on(i, int(joint)) for joint in joints):
+                continue
+            self.idle.append(row['name'])
+            if not self._whole or len(self.idle) == len(rows):
+                self._fail(f'joint {self.idle[0]}', 'moves no mass',
                            f'an <inertial> in a link behind it, {LOCKED_IN_VALUES}')
         return RobotDescription(
             tuple(free), np.array([row['parent'] for row in rows]), np.array(source),

@@ -29,6 +29,7 @@ from gearbox_monitor.removed import refusal
 from gearbox_monitor.robot.compiled_model import (
     actuator_law, actuator_losses, ActuatorLaw, actuators_on, at_rest, disabled, DRAG, enabled,
     is_off, kind_of, mujoco_module, name_of, open_loop, Refusal, scalar_joints, undecided, Unread)
+from gearbox_monitor.robot.description import parse
 from gearbox_monitor.simulators.compiling import compiled_model
 from gearbox_monitor.simulators.mjcf import (
     ARM, COGGING, LUGRE, MjcfValues, model_values, MOTOR, Passive, Servo, steady, TENDON)
@@ -224,7 +225,12 @@ def compiled_file(data: bytes, path: Path, root: Path | None = None) -> RobotFil
     elif document.root.tag != 'mujoco':
         raise InputError(f'{path}: line {document.root.line}: <{document.root.tag}>, expected '
                          '<mujoco>, or <robot> of a URDF file')
-    compiled = compiled_model(data, path, root)
+    try:
+        compiled = compiled_model(data, path, root)
+    except InputError:
+        if document.root.tag == 'robot':
+            parse(document.data.decode('utf-8', 'replace'), str(path))  # in the file's own words
+        raise
     if not compiled.njnt:
         raise InputError(f'{path}: no joint that moves, expected at least one')
     return RobotFile(path, document, compiled, tuple(notes), spoilt)

@@ -35,11 +35,11 @@ class ChainFile:
     A robot in a file.
 
     chain: its balance; kp N m/rad, kd N m s/rad [J] of its position actuators, None where a joint
-    has none, and no_servo says which; digest: hash of the file and of `locked`; compiled:
-    mujoco.MjModel of an MJCF, None of a URDF; root: folder of files that an MJCF names, None for
-    its own; locked {joint: position, rad or m}: joints that
-    stand still, which the chain has not. low, high [J]: ends of the range of each joint, rad or m,
-    infinite where the file states none.
+    has none, and no_servo says which; unread: joints that move no mass, which the chain has not;
+    digest: hash of the file and of `locked`; compiled: mujoco.MjModel of an MJCF, None of a URDF;
+    root: folder of files that an MJCF names, None for its own; locked {joint: position, rad or m}:
+    joints that stand still, which the chain has not. low, high [J]: ends of the range of each
+    joint, rad or m, infinite where the file states none.
     """
 
     path: Path
@@ -53,6 +53,7 @@ class ChainFile:
     locked: Mapping[str, float] = field(default_factory=dict)
     low: Array = field(default_factory=lambda: np.array([-math.inf]))
     high: Array = field(default_factory=lambda: np.array([math.inf]))
+    unread: tuple[str, ...] = ()
 
 
 def read_robot(path: str | Path, root: str | Path | None = None,
@@ -80,10 +81,14 @@ def read_robot(path: str | Path, root: str | Path | None = None,
             raise InputError(f'--root: {root}: of a URDF no other file is read, expected it with '
                              'an MJCF')
         text = data.decode('utf-8', 'replace')
-        chain = chain_of(parse(text, str(path), locked), joint_losses(text, str(path)), str(path))
+        losses = joint_losses(text, str(path))
+        chain = chain_of(parse(text, str(path), locked, whole=True), losses)
         low, high = ranges_in(text, chain.joints, str(path))
+        unread = tuple(joint.attributes.get('name', '') for joint in element.all('joint')
+                       if joint.attributes.get('type') != 'fixed' and not joint.all('mimic'))
         return ChainFile(path, chain, None, None, digest, no_servo='a URDF has no actuators',
-                         locked=locked, low=low, high=high)
+                         locked=locked, low=low, high=high, unread=tuple(
+                             name for name in unread if name not in (*chain.joints, *locked)))
     if element.tag != 'mujoco':
         raise InputError(f'{path}: line {element.line}: <{element.tag}>, expected <mujoco> or '
                          '<robot> of a URDF file')

@@ -127,7 +127,7 @@ def test_a_link_spoils_its_own_joints_only(tmp_path, capsys):
     assert code == 1 and '5 of 6 joints are read' in out and 'flange, tool: no mass' in out
 
 
-def test_what_xacro_has_to_expand_is_refused(tmp_path, capsys):
+def test_what_is_no_urdf_is_refused_in_its_own_words(tmp_path, capsys):
     for old, new in (('name="joint2"', 'name="${prefix}joint2"'), (
             '<link name="base', '<xacro:arm xmlns:xacro="http://www.ros.org/wiki/xacro"/>'
             '<link name="base')):
@@ -136,6 +136,8 @@ def test_what_xacro_has_to_expand_is_refused(tmp_path, capsys):
     code, out = described(tmp_path / 'arm.urdf', capsys, ARM[ARM.index('<joint'):ARM.rindex(
         '</robot>')], '')
     assert code == 2 and 'joint' in out
+    code, out = described(tmp_path / 'arm.urdf', capsys, 'type="revolute"', 'type="ball"')
+    assert code == 2 and "joint joint1: type 'ball', expected one of revolute" in out
 
 
 def test_healthy_robots_are_not_doubted():

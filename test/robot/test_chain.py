@@ -60,7 +60,7 @@ def test_slopes_of_weights_are_those_of_a_difference():
 def test_urdf_balance_is_that_of_the_newton_euler_kernels():
     text = config_path('arm6.urdf').read_text(encoding='utf-8')
     description = parse(text, 'arm6.urdf')
-    chain = chain_of(description, joint_losses(text), 'arm6.urdf')
+    chain = chain_of(description, joint_losses(text))
     motion = np.random.default_rng(1).normal(size=(3, len(chain.links)))
     arrays = arrays_of(description)
     move(arrays, motion)
@@ -146,8 +146,27 @@ def test_mimic_joints_are_refused_by_name():
     text = '<robot name="r">' + ''.join(link.format(x) for x in 'abc') + joint.format(
         'first', 'a', 'b', '') + joint.format(
             'second', 'b', 'c', '<mimic joint="first"/>') + '</robot>'
-    with pytest.raises(InputError, match='mimic first.*locked in --values'):
-        chain_of(parse(text, 'hand.urdf'), {}, 'hand.urdf')
+    with pytest.raises(InputError, match='joint second: <mimic joint="first" .*locked in --val'):
+        parse(text, 'hand.urdf', whole=True)
+
+
+def test_a_joint_that_moves_no_mass_spoils_itself_alone(tmp_path):
+    """A whole arm was refused for a tool without <inertial>."""
+    text = config_path('arm6.urdf').read_text(encoding='utf-8')
+    empty = ('<link name="{0}"/><joint name="{0}_joint" type="revolute"><parent link="{1}"/>'
+             '<child link="{0}"/></joint>')
+    path = tmp_path / 'arm.urdf'
+    path.write_text(text.replace('</robot>', empty.format('tip', 'flange')
+                                 + empty.format('claw', 'tip') + '</robot>'))
+    arm, whole = read_robot(path), read_robot(config_path('arm6.urdf'))
+    assert arm.unread == ('tip_joint', 'claw_joint') and not whole.unread
+    assert arm.chain.joints == whole.chain.joints
+    np.testing.assert_array_equal(arm.chain.theta, whole.chain.theta)
+    path.write_text('<robot name="r"><link name="a"/><link name="b"/>' + empty.format('c', 'b')
+                    + '<joint name="j" type="fixed"><parent link="a"/><child link="b"/></joint>'
+                    '</robot>')
+    with pytest.raises(InputError, match='joint c_joint: moves no mass'):
+        read_robot(path)
 
 
 HAND = """<mujoco><worldbody><body name="a" euler="20 30 0"><freejoint/><geom size=".1"/>
@@ -208,11 +227,11 @@ def test_locked_joints_in_a_urdf_weigh_as_before_and_move_no_more():
         'link="{2}"/><child link="{0}"/><axis xyz="1 1 0"/>{3}</joint>').format(
             'thumb', 'follows', 'flange', '{}') + '</robot>')
     both = text.format('')
-    whole = chain_of(parse(both, 'arm'), {}, 'arm')
+    whole = chain_of(parse(both, 'arm'), {})
     names = whole.joints
     locked = {names[2]: 0.7, 'grip': 0.03}
     fewer = chain_of(parse(text.format(
-        '<mimic joint="grip" multiplier="-2" offset="0.1"/>'), 'arm', locked), {}, 'arm')
+        '<mimic joint="grip" multiplier="-2" offset="0.1"/>'), 'arm', locked), {})
     moving = [i for i, name in enumerate(names) if name in fewer.joints]
     assert len(moving) == len(names) - 3
     motion = np.zeros((3, len(names)))
