@@ -21,7 +21,7 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.recordings.cdr import encode_joint_states
-from gearbox_monitor.recordings.player import EstimatePlayer, Player
+from gearbox_monitor.recordings.player import Player
 from gearbox_monitor.recordings.read import open_bag
 from gearbox_monitor.recordings.replay import ReplaySummary
 from gearbox_monitor.recordings.replay_output import BagOutput, CsvTable, ParquetTable
@@ -60,7 +60,7 @@ def write_recording(path: Path, seconds: float, compression: str = 'lz4') -> Non
 
 
 def replayed(bag: str | Path, whole: bool, parameters: Mapping[str, Any] | None = None,
-             kind: Callable[[Path, EstimatePlayer], Any] = ParquetTable) -> int:
+             kind: Callable[[Path, Player], Any] = ParquetTable) -> int:
     """
     Replay a bag into a temporary output; return the number of samples.
 
@@ -71,7 +71,7 @@ def replayed(bag: str | Path, whole: bool, parameters: Mapping[str, Any] | None 
         kind: of the output.
     """
     with tempfile.TemporaryDirectory() as folder, open_bag(bag) as reader:
-        player = (Player if whole else EstimatePlayer)(reader, None, parameters)
+        player = Player(reader, None, parameters, whole=whole)
         summary = ReplaySummary(player)
         output = kind(Path(folder) / 'out', player)
         player.run([summary, output])

@@ -40,7 +40,7 @@ from gearbox_monitor.files.yaml_files import expect_new_file, load_model
 from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.plant.units import on_axis
-from gearbox_monitor.recordings.player import EstimatePlayer, Player
+from gearbox_monitor.recordings.player import Player
 from gearbox_monitor.recordings.replay import (
     Comparer, Comparison, interval_error, ReplayCollector, ReplaySummary, smoothed)
 from gearbox_monitor.recordings.replay_output import BagOutput, CsvTable, ParquetTable
@@ -79,8 +79,7 @@ def run(args: Namespace) -> int:
     expect_new_file(args.out, args.csv)
     with opened(args) as reader:
         model = load_model(model_file) if model_file else None
-        kind = EstimatePlayer if args.estimates_only else Player
-        player = kind(reader, model, parameters, args.topic)
+        player = Player(reader, model, parameters, args.topic, not args.estimates_only)
         data, comparison = _play(args, player)
         data = {'summary': summary(data, player.estimator.model.axis), **data}
     warn(args, data['notes'])
@@ -88,7 +87,7 @@ def run(args: Namespace) -> int:
     return 1 if comparison and comparison.different else 0
 
 
-def _play(args: Namespace, player: EstimatePlayer) -> tuple[dict[str, Any], Comparison | None]:
+def _play(args: Namespace, player: Player) -> tuple[dict[str, Any], Comparison | None]:
     """Run `player` into all outputs of the options; return the summary and the comparison."""
     summary = ReplaySummary(player)
     comparer = Comparer(player) if player.compared else None

@@ -18,7 +18,7 @@ Public names, by module:
     joint_input: bag_arguments, DIAGNOSTIC_ARRAY, find_input, find_topic, GEARBOX, Joiner,
         JointInput, match_stamps, PAYLOAD_CHANGE, recorded_inputs, StampMatcher, topics_called
     messages: converted_bag, paired_bag
-    player: EstimatePlayer, Player, recorded_robot
+    player: Player, recorded_robot
     read: BagReader, JOINT_STATE, natural, open_bag
     reading: BY_NAMES, is_bag, open_recording, read_mapping, ReadOptions
     recorded_samples: joined_samples, NO_MODEL, NO_SERIAL, read_snapshots, RecordedSamples,

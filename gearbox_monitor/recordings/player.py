@@ -86,9 +86,9 @@ class _SnapshotPlaces:
     count: int
 
 
-class EstimatePlayer:
+class Player:
     """
-    Replays a bag part by part: the estimates alone, without fixed-lag smoother, trust and drift.
+    Replays a bag part by part: estimates, and where `whole` fixed-lag smoother, trust and drift.
 
     Without `model` and `parameters` the recorded ones apply, and the estimates can be compared
     with the recorded ones (`compared`).
@@ -98,6 +98,7 @@ class EstimatePlayer:
         model: replaces the recorded model.
         parameters: {name: value} that replace recorded or default parameters of the estimator.
         topic: see find_input.
+        whole: whether more than the estimates is computed.
 
     Attributes: `early_inputs`, number of samples that were recorded before the estimator ran;
     `notes`, sentences for the user.
@@ -107,9 +108,10 @@ class EstimatePlayer:
     """
 
     def __init__(self, reader: BagReader, model: DriveModel | None = None,
-                 parameters: Mapping[str, Any] | None = None, topic: str = 'joint_states'
-                 ) -> None:
-        self.reader = reader
+                 parameters: Mapping[str, Any] | None = None, topic: str = 'joint_states',
+                 whole: bool = True) -> None:
+        self.reader, self.whole = reader, whole
+        self._judged: list[Window] = []  # of Monitors that a snapshot has replaced
         self.input = find_input(reader, topic)
         self.topic, self.namespace = self.input.topic, self.input.namespace
         self.notes: list[str] = []
@@ -150,9 +152,15 @@ class EstimatePlayer:
         return self._engine if isinstance(self._engine, Estimator) else self._engine.estimator
 
     @property
-    def monitor(self) -> Monitor | None:
-        """The Monitor, in its present state; None in a player of estimates alone."""
-        return None
+    def monitor(self) -> Monitor:
+        """The Monitor of a whole replay, in its present state."""
+        return cast(Monitor, self._engine)
+
+    def judged(self) -> list[Window]:
+        """Return the Windows that were judged since the last call, in order of time."""
+        windows, self._judged = [*self._judged, *self.monitor.judged], []
+        self.monitor.judged.clear()
+        return windows
 
     def run(self, sinks: Sequence[ReplaySink]) -> None:
         """Hand all parts to each of `sinks`, then finish them."""
@@ -211,19 +219,31 @@ class EstimatePlayer:
             self._engine.set_parameters({name: values[name] for name in PAYLOAD})
         if self._running and self._continues(snapshot):
             return
+        if self.whole:
+            self._judged += self.monitor.judged
         self._engine, self._running = self._restored(snapshot), True
 
     def _continues(self, snapshot: RecordedSnapshot) -> bool:
-        """Return whether the engine is exactly in the state of `snapshot`."""
-        return (snapshot.content.get('reason') in STATE_UNCHANGED
-                and _same_state(self._engine.snapshot(), self._restored(snapshot).snapshot()))
+        """Return whether the engine is exactly in the state of `snapshot`; adopt its baseline."""
+        if snapshot.content.get('reason') not in STATE_UNCHANGED:
+            return False
+        recorded = snapshot.content if self.whole else self._restored(snapshot).snapshot()
+        same = _same_state(self._engine.snapshot(), recorded)
+        if same and self.whole:
+            self.monitor.adopt_baseline(snapshot.content)
+        return same
 
     def _started(self, model: DriveModel, parameters: Mapping[str, Any]) -> Estimator | Monitor:
-        return Estimator(model, unsmoothed(parameters), self._robot)
+        if not self.whole:
+            return Estimator(model, unsmoothed(parameters), self._robot)
+        known, note = earlier(parameters) if self._is_fresh else (None, '')
+        self.notes += [note] if note else []
+        return Monitor(model, parameters, known, self._robot)
 
     def _restored(self, snapshot: RecordedSnapshot) -> Estimator | Monitor:
-        return Estimator.restore(snapshot.content, f'{self.reader.path}: snapshot',
-                                 {'smoother_lag': 0.0})
+        source = f'{self.reader.path}: snapshot'
+        return Monitor.restore(snapshot.content, source) if self.whole else Estimator.restore(
+            snapshot.content, source, {'smoother_lag': 0.0})
 
     def _place(self, snapshots: list[RecordedSnapshot]) -> None:
         """Find the first sample that follows each of `snapshots`. Raises SnapshotError."""
@@ -280,45 +300,6 @@ class EstimatePlayer:
         matched = (place >= 0) & (own > 0)
         index = np.where(matched, place, np.where((own == 0) & (counters == 0), 0, by_log_time))
         return _SnapshotPlaces(index, matched, first, count)
-
-
-class Player(EstimatePlayer):
-    """An EstimatePlayer that also smooths, and monitors trust and drift."""
-
-    _judged: Sequence[Window] = ()  # of Monitors in whose place a snapshot has put another one
-
-    @property
-    def monitor(self) -> Monitor:
-        """The Monitor, in its present state."""
-        return cast(Monitor, self._engine)
-
-    def judged(self) -> list[Window]:
-        """Return the Windows that were judged since the last call, in order of time."""
-        windows, self._judged = [*self._judged, *self.monitor.judged], ()
-        self.monitor.judged.clear()
-        return windows
-
-    def _resume(self, snapshot: RecordedSnapshot) -> None:
-        before = self.monitor
-        super()._resume(snapshot)
-        if self.monitor is not before:
-            self._judged = [*self._judged, *before.judged]
-
-    def _continues(self, snapshot: RecordedSnapshot) -> bool:
-        """Return whether the Monitor is exactly in the state of `snapshot`; adopt its baseline."""
-        same = (snapshot.content.get('reason') in STATE_UNCHANGED
-                and _same_state(self.monitor.snapshot(), snapshot.content))
-        if same:
-            self.monitor.adopt_baseline(snapshot.content)
-        return same
-
-    def _started(self, model: DriveModel, parameters: Mapping[str, Any]) -> Monitor:
-        known, note = earlier(parameters) if self._is_fresh else (None, '')
-        self.notes += [note] if note else []
-        return Monitor(model, parameters, known, self._robot)
-
-    def _restored(self, snapshot: RecordedSnapshot) -> Monitor:
-        return Monitor.restore(snapshot.content, f'{self.reader.path}: snapshot')
 
 
 def recorded_robot(settings: Mapping[str, Any], recorded: Mapping[str, Any],

@@ -24,7 +24,7 @@ from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.cdr import Decoder
 from gearbox_monitor.recordings.joint_input import match_stamps, MATCH_WAIT, StampMatcher
-from gearbox_monitor.recordings.player import EstimatePlayer, joined_estimates, Player, ReplayPart
+from gearbox_monitor.recordings.player import joined_estimates, Player, ReplayPart
 from gearbox_monitor.recordings.read import BagReader, JOINT_STATE
 from gearbox_monitor.recordings.recorded_samples import joined_samples, NO_SAMPLES, RecordedSamples
 from gearbox_monitor.recordings.topics import (
@@ -91,7 +91,7 @@ class Comparer:
     An estimate that is recorded WAIT after its sample, or later, counts as lost.
     """
 
-    def __init__(self, player: EstimatePlayer) -> None:
+    def __init__(self, player: Player) -> None:
         self._player, self._log_ns = player, 0
         self.comparison = Comparison(early_inputs=player.early_inputs)
         names = {**player.input.joints, MOTOR: player.estimator.parameters.motor_joint,
@@ -220,7 +220,7 @@ class ReplaySummary:
     Errors are root mean squares in N m against the true torque, if the bag holds it.
     """
 
-    def __init__(self, player: EstimatePlayer) -> None:
+    def __init__(self, player: Player) -> None:
         self._player = player
         self._truth = truth_of(player.reader, player.topic.rsplit('/', 1)[0],
                                player.input.transmission)
@@ -307,10 +307,10 @@ class ReplaySummary:
                         if estimator.counts[code]},
             'nis': self._nis / counted if counted else None,
             'nis_expected': self._nis_expected / counted if counted else None,
-            'gap_rad': [round(w.gap, 6) for w in player.monitor.windows] if player.monitor else [],
+            'gap_rad': [round(w.gap, 6) for w in player.monitor.windows] if player.whole else [],
             'levels': {k: f.level.name for k, f in player.monitor.outcomes.items()}
-            if player.monitor else {},
-            'wear': health_words.figures(player.monitor.health) if player.monitor else None,
+            if player.whole else {},
+            'wear': health_words.figures(player.monitor.health) if player.whole else None,
         }
         if self._truth and counted:
             n, error, true, covered = self._sums
@@ -406,7 +406,7 @@ class ReplayCollector:
 
     topics = ()
 
-    def __init__(self, player: EstimatePlayer) -> None:
+    def __init__(self, player: Player) -> None:
         self._player = player
         self._samples, self._log_ns = [NO_SAMPLES], [np.empty(0, np.int64)]
         self._estimates: list[Estimates] = []
@@ -427,7 +427,8 @@ class ReplayCollector:
         recording = RecordedSamples(joined_samples(self._samples), np.concatenate(self._log_ns),
                                     player.topic, player.input.transmission)
         estimates = joined_estimates(self._estimates or [player.estimator.run(NO_SAMPLES)])
-        return Replay(recording, estimates, player.estimator, player.monitor, comparison, summary)
+        monitor = player.monitor if player.whole else None
+        return Replay(recording, estimates, player.estimator, monitor, comparison, summary)
 
 
 def truth(reader: BagReader, recording: RecordedSamples) -> tuple[Integers, Array] | None:

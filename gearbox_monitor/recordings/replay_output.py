@@ -29,7 +29,7 @@ from gearbox_monitor.kernels.kernel import KERNELS
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.recordings.cdr import block_of, compact, joined_blocks, MessageBlock
 from gearbox_monitor.recordings.joint_input import DIAGNOSTIC_ARRAY, GEARBOX
-from gearbox_monitor.recordings.player import EstimatePlayer, ReplayPart
+from gearbox_monitor.recordings.player import Player, ReplayPart
 from gearbox_monitor.recordings.read import BagReader, JOINT_STATE
 from gearbox_monitor.recordings.topics import (
     ARM, DIAGNOSTICS, DRIFT_ALERTS, MOTOR, Signal, signal_values, SIGNALS, SNAPSHOT, TRANSMISSION)
@@ -65,7 +65,7 @@ class EstimateTable:
 
     topics = ()
 
-    def __init__(self, path: str | Path, player: EstimatePlayer, smoothed: bool = False) -> None:
+    def __init__(self, path: str | Path, player: Player, smoothed: bool = False) -> None:
         self._path, self._part = Path(path), Path(f'{path}.part')
         learns = bool(player.estimator.learned_curve())
         self._columns_of_row = COLUMNS + (LEARNED_COLUMNS if learns else ())
@@ -104,7 +104,7 @@ class EstimateTable:
             raise InputError(f'{self._path}: {error.strerror or error}, expected a new, writable '
                              'file') from None
 
-    def _open(self, player: EstimatePlayer) -> None:
+    def _open(self, player: Player) -> None:
         raise NotImplementedError
 
     def _write(self, stamps: Integers, columns: Sequence[Array]) -> None:
@@ -121,7 +121,7 @@ class CsvTable(EstimateTable):
     pyarrow, where it is installed, prints them five times as fast: `1` then stands for `1.0`.
     """
 
-    def _open(self, player: EstimatePlayer) -> None:
+    def _open(self, player: Player) -> None:
         try:
             import pyarrow
             from pyarrow import csv
@@ -149,7 +149,7 @@ class CsvTable(EstimateTable):
 class ParquetTable(EstimateTable):
     """Parquet file of float64 columns; model, parameters and versions are its metadata."""
 
-    def _open(self, player: EstimatePlayer) -> None:
+    def _open(self, player: Player) -> None:
         try:
             import pyarrow
             from pyarrow import parquet
@@ -201,7 +201,7 @@ class BagOutput:
     An estimate is logged with its sample's message. Raises InputError if `path` cannot be written.
     """
 
-    def __init__(self, path: str | Path, player: EstimatePlayer) -> None:
+    def __init__(self, path: str | Path, player: Player) -> None:
         reader, self._input = player.reader, player.input
         estimator = player.estimator
         ours = {self._input.name(signal.topic) for signal in SIGNALS}
@@ -225,7 +225,7 @@ class BagOutput:
             self.abandon()
             raise
 
-    def _announce(self, player: EstimatePlayer, ours: Iterable[str]) -> None:
+    def _announce(self, player: Player, ours: Iterable[str]) -> None:
         """Write metadata, topics and the first snapshot; ours: topics of the estimates."""
         reader, estimator = player.reader, player.estimator
         self._writer.add_metadata('gearbox_monitor', {

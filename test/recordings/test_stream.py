@@ -27,7 +27,7 @@ from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.recordings import cdr, joint_input, read, replay_output
 from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.joint_input import match_stamps, StampMatcher
-from gearbox_monitor.recordings.player import EstimatePlayer
+from gearbox_monitor.recordings.player import Player
 from gearbox_monitor.recordings.read import open_bag
 from gearbox_monitor.recordings.replay import replay
 from gearbox_monitor.recordings.topics import ARM, joint_values, MOTOR, SIGNALS
@@ -159,7 +159,7 @@ def test_blocks_give_the_bits_of_single_samples(drive, tmp_path, monkeypatch, co
         assert result.monitor.snapshot() == monitor.snapshot()
         assert len(result.recording.samples.stamp_ns) == len(single)
     with open_bag(tmp_path / 'bag') as reader:
-        player = EstimatePlayer(reader, model, parameters)
+        player = Player(reader, model, parameters, whole=False)
         found = [part.estimates for part in player.parts()]
     np.testing.assert_array_equal(np.concatenate([e.rows for e in found]), estimates.rows)
     assert not any(len(e.smoothed) for e in found)

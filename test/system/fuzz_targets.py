@@ -33,7 +33,7 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.recordings.cdr import encode_joint_states
-from gearbox_monitor.recordings.player import EstimatePlayer
+from gearbox_monitor.recordings.player import Player
 from gearbox_monitor.recordings.read import open_bag
 from gearbox_monitor.recordings.reading import open_recording, read_mapping, ReadOptions
 from gearbox_monitor.recordings.recovery import recover
@@ -104,7 +104,7 @@ def _read_bag(folder):
                     reader.joint_states(topic, reader.joint_names(topic))
                 except InputError as error:
                     one_line(error)
-        player = EstimatePlayer(reader)
+        player = Player(reader, whole=False)
         summary = ReplaySummary(player)
         player.run([summary])
         summary.data()
