@@ -386,13 +386,13 @@ class Decoder:
             if len(raw) > MAX_BYTES:
                 raise InputError(f'{self._source}joint state of {len(raw)} bytes, expected at '
                                  f'most {MAX_BYTES}')
-            found = read_layout(raw, self._ros1) if len(self._layouts) < MAX_LAYOUTS else None
-            if found is None:
+            new = read_layout(raw, self._ros1) if len(self._layouts) < MAX_LAYOUTS else None
+            if new is None:
                 self._decode_one(raw, pending[0], states)
                 pending = pending[1:]
                 continue
-            self._layouts.insert(0, (found, found.columns(self.names)))
-            self.joints.update(dict.fromkeys(found.names))
+            self._layouts.insert(0, (new, new.columns(self.names)))
+            self.joints.update(dict.fromkeys(new.names))
             pending = self._read(block, pending, self._layouts[0], states, values)
         return states
 

@@ -44,12 +44,9 @@ def drive_recording(reader: BagReader, topic: str, motor: str, arm: str, setpoin
     """
     topic = find_input(reader, topic).topic
     names = [motor, arm, *([setpoint] if setpoint else [])]
-    states = reader.joint_states(topic, names)
-    rows = np.flatnonzero(states.named.any(axis=1))
-    whole = len(rows) == len(states.stamp_ns)
-    stamps = states.stamp_ns if whole else states.stamp_ns[rows]
-    position, velocity, effort = (x if whole else x[rows] for x in (
-        states.position, states.velocity, states.effort))
+    states = reader.joint_states(topic, names).of_named()
+    stamps, position, velocity, effort = (
+        states.stamp_ns, states.position, states.velocity, states.effort)
     joints = {motor: JointSignals(
         stamps, position=position[:, 0], velocity=velocity[:, 0], effort=effort[:, 0],
         setpoint=position[:, 2] if setpoint else _setpoints(reader, topic, [motor], stamps).get(

@@ -292,10 +292,10 @@ def _frames(reader: BagReader, topics: Sequence[_Topic], received: bool
 
 
 def _selected(part: Frames, topic: str, joints: Sequence[str], fields: Mapping[str, str],
-              others: Sequence[str] = ()) -> list[Frames]:
+              extra: Sequence[str] = ()) -> list[Frames]:
     """Return those of `joints` in `part` for a `topic`, whose `fields` are {field: its name}."""
     rows = [k for k, joint in enumerate(part.joints) if joint in joints]
-    if not rows or part.values.keys().isdisjoint((*fields.values(), *others)):
+    if not rows or part.values.keys().isdisjoint((*fields.values(), *extra)):
         return []
     none = np.full((len(part.stamp_ns), len(part.joints)), np.nan)
     return [Frames(topic, tuple(part.joints[k] for k in rows), part.stamp_ns, part.log_ns, {
@@ -397,14 +397,14 @@ def _chosen_topics(reader: BagReader, topic: str) -> tuple[list[str], list[str]]
     """
     of_joints = {kind: sorted(name for name, (declared, count) in reader.topics.items()
                               if count and _ros2_name(declared) == kind) for kind in STATES}
-    every = [name for names in of_joints.values() for name in names]
+    topics = [name for names in of_joints.values() for name in names]
     setpoints = _called('joint_setpoints', of_joints[JOINT_STATE])
-    candidates = _called(topic, every) if topic else _called(
+    candidates = _called(topic, topics) if topic else _called(
         JOINT_STATES, of_joints[JOINT_STATE]) or next(filter(None, (
             [name for name in of_joints[kind] if name not in setpoints] for kind in STATES)), [])
-    if topic and every and not candidates:
+    if topic and topics and not candidates:
         raise InputError(f'{reader.path}: --topic {topic}: no topic of joints, expected one of '
-                         + ', '.join(every))
+                         + ', '.join(topics))
     if not candidates:
         raise _without_joints(reader, topic)
     if len(candidates) > 1:
@@ -415,7 +415,7 @@ def _chosen_topics(reader: BagReader, topic: str) -> tuple[list[str], list[str]]
     names = [state, *(name for name in (
         *(same or setpoints * (len(setpoints) == 1)), *of_joints[CONTROLLER]) if name != state)]
     return names, [f'{name}: {reader.count(name)} messages left out; the states are those of '
-                   f'{state} (--topic)' for name in every if name not in names]
+                   f'{state} (--topic)' for name in topics if name not in names]
 
 
 def _called(name: str, topics: Sequence[str]) -> list[str]:

@@ -106,16 +106,8 @@ def _files_of(path: Path) -> tuple[list[Path], bool]:
 
 def named_files(path: Path, content: Mapping[str, Any]) -> list[Path]:
     """Return the files of the bag directory `path` that its information `content` names."""
-    return [_inside(path, str(name)) for name in content.get('relative_file_paths', ())]
-
-
-def _inside(path: Path, name: str) -> Path:
-    """Return the file `name` of the bag directory `path`, never one outside of it."""
-    file = path / name
-    if '..' not in file.parts and file.is_relative_to(path) and os.path.exists(file):
-        return file
     # Before 2020 these paths were relative to the directory that holds the bag.
-    return path / Path(name).name
+    return [path / Path(str(name)).name for name in content.get('relative_file_paths', ())]
 
 
 def natural(path: str | Path) -> list[int | str]:
