@@ -53,14 +53,16 @@ def test_a_veto_is_of_a_finding_and_not_of_its_name(tmp_path, capsys, monkeypatc
     """The body of the load and the joint that rubs have one name; the load alone is vetoed."""
     monkeypatch.chdir(tmp_path)
     simulated(tmp_path, 10, ['payload', 'motor_coulomb'], {'link2': 'j1'})
-    monkeypatch.setattr(mujoco_run, '_runs', lambda file, verdict, closed: (
-        np.array([9.0, 0.5, 1.0]) if closed else np.ones(3), []))
+    runs = iter((np.ones(3), np.array([9.0, 0.5, 1.0]), np.full(3, 0.5)))  # the last: as written
+    monkeypatch.setattr(mujoco_run, '_runs', lambda model, verdict, added: next(runs))
     assert main(['diagnose', 'log.csv', '--model', 'robot.xml', '--out', 'gap']) == 1
     data = json.loads((tmp_path / 'gap/verdict.json').read_text())
     assert {f['effect']: f['confirmed'] for f in data['findings']} == {
         'payload': False, 'motor_coulomb': True}
     assert data['rollouts'].keys() == {'window', 'joints', 'confirmed', 'vetoed', 'without'}
     assert data['rollouts']['vetoed'] == ['payload of j1']
+    assert [gap['after'] for gap in data['rollouts']['joints'].values()] == [0.5, 0.5, 0.5]
+    assert data['lacking'] == ['payload of j1: free runs are farther off with it than without']
     words = 'payload of j1: free runs in MuJoCo are farther off with it than without'
     assert words in data['cautions']
     capsys.readouterr()
