@@ -20,7 +20,7 @@ from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_INERTI
 from gearbox_monitor.robot.chain import inertial, PER_LINK
 from gearbox_monitor.robot.compiled_model import disabled
 from gearbox_monitor.simulators.file_edits import (
-    Body, compiled_body, in_frame, MjcfEdits, UrdfEdits, with_added)
+    compiled_body, in_frame, MjcfEdits, UrdfEdits, with_added)
 from gearbox_monitor.simulators.mjcf import EXPRESSIONS, REFUSED
 from gearbox_monitor.simulators.mjcf_file import read_file
 from gearbox_monitor.simulators.robot_model import ChainFile
@@ -82,9 +82,7 @@ def closed_file(file: ChainFile, findings: Sequence[Mapping[str, Any]], author: 
     Returns:
         The text, None if nothing of them can stand in it, and {title of what cannot: reason}.
     """
-    document = parse_xml(read_file(file.path), str(file.path))
-    closing: _Closing = (_ClosingUrdf(file, UrdfEdits(document)) if document.root.tag == 'robot'
-                         else _ClosingMjcf(file, MjcfEdits(document, file.compiled)))
+    closing = _Closing(file)
     omitted: dict[str, str] = {}
     for finding in findings:
         name = title_of(finding)
@@ -107,9 +105,11 @@ def closed_file(file: ChainFile, findings: Sequence[Mapping[str, Any]], author: 
 class _Closing:
     """The edits of a file for findings: those of one attribute or body add up."""
 
-    edits: MjcfEdits | UrdfEdits
-
     def __init__(self, file: ChainFile) -> None:
+        document = parse_xml(read_file(file.path), str(file.path))
+        self.edits: MjcfEdits | UrdfEdits = (
+            UrdfEdits(document) if document.root.tag == 'robot'
+            else MjcfEdits(document, file.compiled))
         self._file = file
         self._joints: dict[tuple[int, str], float] = {}
         self._links: dict[str, Array] = {}
@@ -132,14 +132,26 @@ class _Closing:
             self._inertial(finding['link'], theta)
             self._links[finding['link']] = theta
         elif effect == BASE_TILT.id:
-            self._gravity(values)
+            if isinstance(self.edits, UrdfEdits):
+                raise InputError('a URDF has no gravity')
+            self.edits.put_gravity(tilted(chain.gravity, values['ax'], values['ay']))
         else:
             row = EXPRESSIONS.get(effect)
             raise InputError(row.words if row is not None and row.kind == REFUSED
                              else 'no attribute of a joint or body has it')
 
     def _joint(self, joint: int, place: JointPlace, finding: Mapping[str, Any]) -> None:
-        attribute, nominal = self._attribute(joint, place)
+        """Add a finding to the attribute at its `place` of a `joint`. Raises InputError."""
+        edits, chain, m = self.edits, self._file.chain, self._file.compiled
+        if isinstance(edits, UrdfEdits):
+            attribute, nominal = place.urdf, float(getattr(chain, place.field)[joint])
+            if not attribute:
+                raise InputError('a URDF has no rotors')
+        else:
+            attribute, nominal = place.mjcf, float(getattr(m, f'dof_{place.mjcf}')[joint])
+            edits.joint(joint)
+            if place.flags and disabled(m, *place.flags):
+                raise InputError(f'{attribute}: a flag of <option> switches it off')
         change = finding['values'][place.value]
         unsure = finding['deviations'][place.value] or 0.0
         changed = self._joints.get((joint, attribute), nominal) + change
@@ -147,86 +159,20 @@ class _Closing:
             raise InputError(f'{attribute} {nominal:.3g} in the file, {change:+.3g}, expected '
                              'a sum of 0 or more')
         self._joints[joint, attribute] = max(changed, 0.0)
-        self._write(joint, {attribute: max(changed, 0.0)})
-
-    def _attribute(self, joint: int, place: JointPlace) -> tuple[str, float]:
-        """Return the attribute at `place` of a `joint`, and its value. Raises InputError."""
-        raise NotImplementedError
-
-    def _write(self, joint: int, values: Mapping[str, float]) -> None:
-        """Give a `joint` the attributes `values`."""
-        raise NotImplementedError
+        written = {attribute: max(changed, 0.0)}
+        if isinstance(edits, UrdfEdits):
+            edits.put_joint(chain.joints[joint], written)
+        else:
+            edits.put_joint(joint, written)
 
     def _inertial(self, link: str, theta: Array) -> None:
-        """Add `theta` [10], in the frame of the joint, to what a `link` has in the file."""
-        raise NotImplementedError
-
-    def _gravity(self, values: Mapping[str, float]) -> None:
-        """Turn gravity by the `values` of a tilt. Raises InputError without a place for it."""
-        raise NotImplementedError
-
-
-class _ClosingMjcf(_Closing):
-    def __init__(self, file: ChainFile, edits: MjcfEdits) -> None:
-        super().__init__(file)
-        self.edits: MjcfEdits = edits
-
-    def _attribute(self, joint: int, place: JointPlace) -> tuple[str, float]:
-        m = self._file.compiled
-        self.edits.joint(joint)
-        if place.flags and disabled(m, *place.flags):
-            raise InputError(f'{place.mjcf}: a flag of <option> switches it off')
-        return place.mjcf, float(getattr(m, f'dof_{place.mjcf}')[joint])
-
-    def _write(self, joint: int, values: Mapping[str, float]) -> None:
-        self.edits.put_joint(joint, values)
-
-    def _inertial(self, link: str, theta: Array) -> None:
-        self.edits.put_body(*body_with(self._file, link, theta))
-
-    def _gravity(self, values: Mapping[str, float]) -> None:
-        self.edits.put_gravity(tilted(self._file.chain.gravity, values['ax'], values['ay']))
-
-
-def body_with(file: ChainFile, link: str, added: Array) -> tuple[int, Body]:
-    """
-    Return the body of a link in a compiled model with something added.
-
-    Args:
-        file: of the robot, an MJCF.
-        link: its name.
-        added: inertial parameters [10], in the frame of the joint that moves the link.
-
-    Returns:
-        Number of the body, and the Body, in its frame.
-
-    Raises:
-        InputError: see with_added.
-    """
-    m: Any = file.compiled
-    # A body with several joints is several links of one name, of which the last has the mass.
-    joint = max(i for i, of in enumerate(file.chain.links) if of.name == link)
-    index = int(m.jnt_bodyid[joint])
-    return index, with_added(compiled_body(m, index), in_frame(added, m.jnt_pos[joint]),
-                             f'{file.path}: body {link}')
-
-
-class _ClosingUrdf(_Closing):
-    def __init__(self, file: ChainFile, edits: UrdfEdits) -> None:
-        super().__init__(file)
-        self.edits: UrdfEdits = edits
-
-    def _attribute(self, joint: int, place: JointPlace) -> tuple[str, float]:
-        if not place.urdf:
-            raise InputError('a URDF has no rotors')
-        return place.urdf, float(getattr(self._file.chain, place.field)[joint])
-
-    def _write(self, joint: int, values: Mapping[str, float]) -> None:
-        self.edits.put_joint(self._file.chain.joints[joint], values)
-
-    def _inertial(self, link: str, theta: Array) -> None:
-        self.edits.put_body(link, with_added(self.edits.own(link), theta,
-                                             f'{self._file.path}: link {link}'))
-
-    def _gravity(self, values: Mapping[str, float]) -> None:
-        raise InputError('a URDF has no gravity')
+        """Add `theta` [10], in the frame of its joint, to what a `link` has in the file."""
+        edits, m, path = self.edits, self._file.compiled, self._file.path
+        if isinstance(edits, UrdfEdits):
+            edits.put_body(link, with_added(edits.own(link), theta, f'{path}: link {link}'))
+            return
+        # A body with several joints is several links of one name, of which the last has the mass.
+        joint = max(i for i, of in enumerate(self._file.chain.links) if of.name == link)
+        body = int(m.jnt_bodyid[joint])
+        edits.put_body(body, with_added(compiled_body(m, body), in_frame(
+            theta, m.jnt_pos[joint]), f'{path}: body {link}'))
