@@ -47,8 +47,8 @@ TAKEN = 35.0    # chi squared of mass and first moments, from which another load
 def robot_of(description: str, locked: tuple[tuple[str, float], ...]
              ) -> tuple[RobotModel, tuple[Array, Array]]:
     """Return the model in a URDF with `locked` joints, and the ranges of its joints."""
-    chain = chain_of(parse(description, SOURCE, dict(locked)), joint_losses(description, SOURCE),
-                     SOURCE)
+    chain = chain_of(parse(description, SOURCE, dict(locked), whole=True),
+                     joint_losses(description, SOURCE))
     robot = RobotModel(chain, np.full(len(chain.links), SETTINGS.tolerance_learnt), 0.0, True)
     return robot, ranges_in(description, chain.joints, SOURCE)
 

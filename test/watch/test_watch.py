@@ -50,7 +50,7 @@ class Arm:
 
     def __init__(self, seed=3):
         text = urdf([m * x for m, x in zip(MASS, (1.05, 0.96, 1.03))])
-        self.chain = chain_of(parse(text, 'arm', {}), joint_losses(text, 'arm'), 'arm')
+        self.chain = chain_of(parse(text, 'arm', {}), joint_losses(text, 'arm'))
         self.rng = np.random.default_rng(seed)
         self.load, self.friction, self.gain, self.still = 0.0, np.ones(3), np.ones(3), ()
         self.goals, self.noise, self.number = self.rng.uniform(-1.0, 1.0, (5, 3)), 0.1, 0

@@ -23,7 +23,7 @@ def robot(name):
     """Return the RobotModel of a URDF whose friction is learnt."""
     path = DATA / name
     text = path.read_text()
-    chain = chain_of(parse(text, path.name), joint_losses(text), path.name)
+    chain = chain_of(parse(text, path.name), joint_losses(text))
     return RobotModel(chain, np.full(len(chain.links), 0.4), 0.0, learnt=True)
 
 
