@@ -26,7 +26,7 @@ from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_VISCOU
 from gearbox_monitor.robot.compiled_model import mujoco_module
 from gearbox_monitor.simulators.compiling import compiled_model
 from gearbox_monitor.simulators.mjcf_file import MjcfDrive
-from gearbox_monitor.simulators.robot_model import ChainFile
+from gearbox_monitor.simulators.robot_model import ChainFile, servo_of
 from gearbox_monitor.simulators.robot_patch import closed_file, finding_title, title_of
 from gearbox_monitor.simulators.user_simulator import fitted_start, STEPS
 
@@ -230,7 +230,9 @@ def _runs(model: Any, verdict: RobotVerdict, added: Collection[str]) -> Array:
     m.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_ACTUATION) | int(
         mujoco.mjtDisableBit.mjDSBL_CONTACT)
     robot, motion, joints = rows.robot, rows.motion, rows.joints
-    kp, kd = (np.zeros(len(joints)) if x is None else x for x in (robot.kp, robot.kd))
+    gains = servo_of(model)[:2]   # a finding may have changed them
+    kp, kd = (np.zeros(len(joints)) if x is None else x for x in (
+        (robot.kp, robot.kd) if gains[0] is None else gains))
     torque = np.zeros_like(motion.q)
     if robot.learnt:   # friction of the file is not used: that of the references acts
         m.dof_frictionloss[:] = 0.0

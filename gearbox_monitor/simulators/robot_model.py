@@ -95,7 +95,7 @@ def read_robot(path: str | Path, root: str | Path | None = None,
     folder = Path(root) if root else None
     m = compiled_model(data, path, folder, locked)
     _refuse(m, path)
-    kp, kd, missing = _servo(m)
+    kp, kd, missing = servo_of(m)
     limited = m.jnt_limited.astype(bool)
     return ChainFile(path, chain_of_compiled(m, path), kp, kd, digest, m, folder, missing, locked,
                      np.where(limited, m.jnt_range[:, 0], -math.inf),
@@ -150,8 +150,8 @@ def _is_rigid(m: Any, equality: int) -> bool:
     return bool(first == second)
 
 
-def _servo(m: Any) -> tuple[Array | None, Array | None, str]:
-    """Return kp and kd [J] of position actuators, or why a setpoint makes no torque of all."""
+def servo_of(m: Any) -> tuple[Array | None, Array | None, str]:
+    """Return kp and kd [J] of the position actuators of `m`, or why setpoints are no torques."""
     kp, kd = np.zeros(m.njnt), np.zeros(m.njnt)
     for joint in range(m.njnt):
         name, laws = name_of(m, 'joint', joint), []

@@ -16,11 +16,12 @@ from gearbox_monitor.diagnosis.robot.robot_effects import (
     BASE, BASE_TILT, INERTIA_NAMES, LINK_INERTIA, PAYLOAD, tilted)
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.effects.controller import SERVO_GAIN
 from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_INERTIA, MOTOR_VISCOUS
 from gearbox_monitor.robot.chain import inertial, PER_LINK
-from gearbox_monitor.robot.compiled_model import disabled
+from gearbox_monitor.robot.compiled_model import actuators_on, disabled
 from gearbox_monitor.simulators.file_edits import (
-    compiled_body, in_frame, MjcfEdits, UrdfEdits, with_added)
+    compiled_body, in_frame, MjcfEdits, number, UrdfEdits, with_added)
 from gearbox_monitor.simulators.mjcf import EXPRESSIONS, REFUSED
 from gearbox_monitor.simulators.mjcf_file import read_file
 from gearbox_monitor.simulators.robot_model import ChainFile
@@ -56,7 +57,8 @@ OF_LINK: dict[str, Callable[[Mapping[str, float]], Array]] = {
     LINK_INERTIA.id: lambda v: np.array([*np.zeros(4), *(v[name] for name in INERTIA_NAMES)])}
 
 NEEDED = {**{name: (place.value,) for name, place in OF_JOINT.items()},
-          **{e.id: tuple(e.units) for e in (PAYLOAD, LINK_INERTIA, BASE_TILT)}}
+          **{e.id: tuple(e.units) for e in (PAYLOAD, LINK_INERTIA, BASE_TILT)},
+          SERVO_GAIN.id: ('kp_factor',)}
 
 
 def finding_title(effect: str, place: str) -> str:
@@ -131,6 +133,8 @@ class _Closing:
             theta = OF_LINK[effect](values) + self._links.get(finding['link'], np.zeros(PER_LINK))
             self._inertial(finding['link'], theta)
             self._links[finding['link']] = theta
+        elif effect == SERVO_GAIN.id:
+            self._gain(chain.joints.index(finding['joint']), values['kp_factor'])
         elif effect == BASE_TILT.id:
             if isinstance(self.edits, UrdfEdits):
                 raise InputError('a URDF has no gravity')
@@ -164,6 +168,18 @@ class _Closing:
             edits.put_joint(chain.joints[joint], written)
         else:
             edits.put_joint(joint, written)
+
+    def _gain(self, joint: int, factor: float) -> None:
+        """Multiply kp of the servo of a `joint` by `factor`. Raises InputError."""
+        edits, m = self.edits, self._file.compiled
+        if isinstance(edits, UrdfEdits):
+            raise InputError('a URDF has no actuators')
+        servos = [(i, edits.listed('actuator', i)) for i in actuators_on(m, joint)]
+        if [element.tag for _, element in servos] != ['position']:
+            raise InputError('kp: expected one actuator <position> of the joint')
+        (i, element), = servos
+        edits.put(element, {'kp': number(factor * m.actuator_gainprm[i, 0]),
+                            'kv': number(-m.actuator_biasprm[i, 2]), 'dampratio': None})
 
     def _inertial(self, link: str, theta: Array) -> None:
         """Add `theta` [10], in the frame of its joint, to what a `link` has in the file."""

@@ -30,7 +30,8 @@ def simulated(folder, seed, kinds, renamed=()):
 
 
 @pytest.mark.parametrize('seed, kinds', [
-    (10, ['motor_inertia']), (10, ['payload', 'motor_coulomb'])])
+    (10, ['motor_inertia']), (10, ['payload', 'motor_coulomb']), (12, ['base_tilt']),
+    (10, ['motor_viscous'])])
 def test_no_gap_remains_with_the_written_file(tmp_path, capsys, monkeypatch, seed, kinds):
     monkeypatch.chdir(tmp_path)
     simulated(tmp_path, seed, kinds)

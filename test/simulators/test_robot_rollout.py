@@ -3,11 +3,13 @@
 
 """Free runs in MuJoCo: nearer with what is right, and a veto for what is wrong."""
 from dataclasses import replace
+import re
 
 import numpy as np
 import pytest
 
-from gearbox_monitor.diagnosis.robot.robot_log import LogSection, RobotLog, TORQUE
+from gearbox_monitor.diagnosis.robot.robot_log import (
+    LogSection, RobotLog, SETPOINT, TORQUE)
 from gearbox_monitor.diagnosis.robot.rows import RobotModel
 from gearbox_monitor.diagnosis.robot.verdict import diagnose
 from gearbox_monitor.robot.compiled_model import mujoco_module
@@ -85,7 +87,7 @@ SERVOS = """<mujoco><option timestep=".002"/><worldbody><body pos="0 0 .3">
 LOAD = '<body pos=".25 0 0"><inertial pos="0 0 0" mass=".5" diaginertia="1e-4 1e-4 1e-4"/></body>'
 
 
-def sampled(xml, joints, sample):
+def sampled(xml, joints, sample, setpoints=False):
     """Return a log of position servos: setpoints held for 10 ms, the `sample` of five steps."""
     mujoco = mujoco_module()
     m = mujoco.MjModel.from_xml_string(xml)
@@ -101,10 +103,10 @@ def sampled(xml, joints, sample):
             mujoco.mj_step(m, data)
             steps.append((position, data.actuator_force.copy()))
         q.append(steps[sample][0])
-        effort.append(steps[sample][1])
+        effort.append(data.ctrl.copy() if setpoints else steps[sample][1])
     section = LogSection(0.01 * np.arange(2000), np.array(q) + rng.normal(0.0, 2e-5, (2000, 3)),
                          np.array(effort))
-    return RobotLog('log', joints, TORQUE, (section,), 100.0)
+    return RobotLog('log', joints, SETPOINT if setpoints else TORQUE, (section,), 100.0)
 
 
 @pytest.mark.parametrize('sample, end', [(0, 'start'), (-1, 'end')])
@@ -124,3 +126,20 @@ def test_torque_sampled_at_an_end_of_a_held_setpoint_is_no_friction(tmp_path, sa
                                      joints, sample)]).findings
     assert load.effect == 'payload'
     assert load.values['m'] == pytest.approx(0.5, abs=2.0 * load.deviations['m'])
+
+
+def test_a_gain_found_in_setpoints_is_written_and_run(tmp_path):
+    """The gap after was that of fitted gains, 24 times less than that of the file."""
+    (tmp_path / 'robot.xml').write_text(SERVOS)
+    file = read_robot(tmp_path / 'robot.xml')
+    robot = RobotModel(file.chain, np.full(3, 0.05), 0.05, kp=file.kp, kd=file.kd,
+                       gain_tolerance=0.05)
+    softer = SERVOS.replace('"lift" kp="200"', '"lift" kp="90"')
+    verdict = diagnose(robot, [sampled(softer, file.chain.joints, 0, setpoints=True)])
+    finding, = verdict.findings
+    text, lacking = closed_file(file, [finding.to_dict()], 'test')
+    assert (finding.effect, finding.joint) == ('servo_gain', 'lift') and not lacking
+    kp = float(re.search('joint="lift" kp="(.*?)"', text)[1])
+    assert kp == pytest.approx(90.0, rel=0.1) and SERVOS.split('<position')[0] in text
+    gap = rollouts(file, verdict)['joints']['lift']
+    assert gap['after'] < 0.15 * gap['before']
