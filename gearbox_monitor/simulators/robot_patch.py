@@ -125,7 +125,7 @@ class _Closing:
             raise InputError(f'{kind}: {finding.get(kind)!r} is not in {self._file.path}, '
                              + unknown(finding.get(kind), names))
         lacking = [name for name in NEEDED.get(effect, ()) if name not in values]
-        if lacking or (effect in OF_JOINT) > (kind == 'joint'):
+        if lacking or (effect in (*OF_JOINT, SERVO_GAIN.id)) > (kind == 'joint'):
             raise InputError(f'no {", ".join(lacking) or "joint"}, expected it in the finding')
         if effect in OF_JOINT:
             self._joint(chain.joints.index(finding['joint']), OF_JOINT[effect], finding)
@@ -175,6 +175,8 @@ class _Closing:
         if isinstance(edits, UrdfEdits):
             raise InputError('a URDF has no actuators')
         servos = [(i, edits.listed('actuator', i)) for i in actuators_on(m, joint)]
+        if not factor > 0.0:
+            raise InputError(f'kp_factor: {factor:g}, expected more than 0')
         if [element.tag for _, element in servos] != ['position']:
             raise InputError('kp: expected one actuator <position> of the joint')
         (i, element), = servos

@@ -105,13 +105,17 @@ def test_bad_input_is_one_line(tmp_path, capsys):
 def test_what_the_file_has_no_place_for_is_said_and_the_rest_is_written(tmp_path, capsys):
     path = config_path('arm6.urdf')
     joint = read_robot(path).chain.joints[0]
+    link = read_robot(path).chain.links[0].name
     own = {**FINDING, 'joint': joint}
+    gain = {'effect': 'servo_gain', 'values': {'kp_factor': 0.5}, 'deviations': {'kp_factor': 0.1}}
     findings = [own, {**own, 'joint': 'nobody'}, {**own, 'values': {}},
-                {**own, 'effect': 'payload'}, {**own, 'effect': 'plug_in'}]
+                {**own, 'effect': 'payload'}, {**own, 'effect': 'plug_in'},
+                {**own, **gain}, {**own, **gain, 'joint': None, 'link': link}]
     (tmp_path / 'v.json').write_text(json.dumps(
         {'findings': findings, 'ranked': [], 'remainders': []}))
     assert main(['export', str(tmp_path / 'v.json'), '--to', 'urdf', '--into', str(path)]) == 1
     out = capsys.readouterr().out
-    assert out.count('not in the file: ') == 4 and '<dynamics' in out
+    assert out.count('not in the file: ') == 6 and '<dynamics' in out
+    assert 'a URDF has no actuators' in out and 'servo_gain of ' + link in out
     assert "motor_coulomb of nobody: joint: 'nobody' is not in" in out
     assert f'of {joint}: no Cc_change, expected it in the finding' in out
