@@ -16,7 +16,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 from gearbox_monitor.cli.exit_codes import UNDECIDED
-from gearbox_monitor.cli.options import show
+from gearbox_monitor.cli.options import add_reading_arguments, reading_of, show
 from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.files.watch_file import load_watch, save_watch
 from gearbox_monitor.files.yaml_files import expect_new_file
@@ -27,11 +27,12 @@ from gearbox_monitor.report.watch_words import watch_data, watch_text
 def add_arguments(parser: ArgumentParser) -> None:
     """Declare the options in `parser`."""
     parser.add_argument('bag', nargs='+', metavar='BAG',
-                        help='recording of joint_states, several in order of time')
+                        help='recording of all joints, of any kind; several in order of time')
     parser.add_argument('--model', metavar='FILE', help='URDF file of the robot')
     parser.add_argument('--state', metavar='FILE',
                         help='state of the watch: read if it exists, written at the end')
-    parser.add_argument('--topic', default='joint_states', help='topic of the joints')
+    parser.add_argument('--topic', default='joint_states', help='topic of the joints, in bags')
+    add_reading_arguments(parser)
     parser.add_argument('--json', metavar='FILE', help='write the findings as JSON')
 
 
@@ -40,7 +41,8 @@ def run(args: Namespace) -> int:
     expect_new_file(args.json)
     known = load_watch(args.state) if args.state and Path(args.state).exists() else None
     with progress_bar('watch') as progress:
-        result, _ = watch(args.bag, args.model, state=known, topic=args.topic, progress=progress)
+        result, _ = watch(args.bag, args.model, state=known, topic=args.topic,
+                          reading=reading_of(args), progress=progress)
     if args.state:
         save_watch(args.state, result)
     show(args, watch_data(result), lambda: watch_text(result))

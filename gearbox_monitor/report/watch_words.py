@@ -12,7 +12,7 @@ from gearbox_monitor.report.words import counted
 from gearbox_monitor.watch.record import (
     Change, DESCRIBE, LEARN, Payload, StateHealth, Watch, WATCH)
 from gearbox_monitor.watch.settings import (
-    FRICTION, RIPPLE, ROTOR, SCALE, SECOND, TILT, WEIGHT)
+    DATED, FRICTION, RIPPLE, ROTOR, SCALE, SECOND, TILT, WEIGHT)
 
 NOUNS = {FRICTION: 'friction', SCALE: 'torque scale', ROTOR: 'rotor inertia', WEIGHT: 'weight',
          RIPPLE: 'ripple', TILT: 'tilt'}
@@ -20,10 +20,13 @@ NOUNS = {FRICTION: 'friction', SCALE: 'torque scale', ROTOR: 'rotor inertia', WE
 EFFECTS = {FRICTION: 'motor_coulomb', SCALE: 'torque_gain', ROTOR: 'motor_inertia',
            WEIGHT: 'payload', RIPPLE: 'cogging', TILT: 'base_tilt'}
 GRAVITY = 9.81
+FINE = 0.01     # deviation below which a share has a digit after the point
 
 
 def when(stamp_ns: int) -> str:
-    """Return a stamp in words, UTC."""
+    """Return a stamp in words, UTC; of a recording without a date in seconds."""
+    if stamp_ns < DATED:
+        return f'{stamp_ns / SECOND:.0f} s'
     return datetime.fromtimestamp(stamp_ns / SECOND, UTC).strftime('%Y-%m-%d %H:%M:%S')
 
 
@@ -34,7 +37,8 @@ def size_words(state: Change | StateHealth) -> str:
         return f'{factor * abs(state.size):.1f} ± {factor * state.std:.1f}°'
     sign = '' if state.kind == RIPPLE else '+' if state.size >= 0.0 else '-'
     of = ' of the effort' if state.kind == RIPPLE else ''
-    return f'{sign}{100.0 * abs(state.size):.0f} ± {100.0 * state.std:.0f} %{of}'
+    digits = 1 if state.std < FINE else 0
+    return f'{sign}{100.0 * abs(state.size):.{digits}f} ± {100.0 * state.std:.{digits}f} %{of}'
 
 
 def change_words(change: Change) -> str:

@@ -14,5 +14,5 @@ Public names, by module:
     fold: begin, step
     plain: from_data, to_data
     record: Change, DESCRIBE, LEARN, Payload, StateHealth, WATCH, Watch, WatchEvent
-    settings: FRICTION, RIPPLE, ROTOR, SCALE, SECOND, TILT, WEIGHT
+    settings: DATED, FRICTION, RIPPLE, ROTOR, SCALE, SECOND, TILT, WATCH_SETTINGS, WEIGHT
 """

@@ -355,7 +355,7 @@ def _with_states(watch: Watch, features: Features, groups: Sequence[Group]) -> W
         elif joint.name in watch.knowledge.unjudged:
             why = 'the description leaves more than half of its effort unexplained'
         elif unknown := [NOUNS[x.kind] for x in own if x.kind in NOUNS and not x.judged]:
-            why = f'{" and ".join(unknown)} not known well enough: it moves too little'
+            why = f'{" and ".join(unknown)} not known well enough yet'
         level = Level.WARN if joint.name in bad else None if why else Level.OK
         joints.append(replace(joint, states=own, level=level, why=why))
     levels = [j.level for j in joints if j.level is not None]

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 
 SECOND = 1_000_000_000
+DATED = 10 ** 9 * 86400 * 365  # ns from which a stamp is a date
 FRICTION, SCALE, ROTOR, WEIGHT, RIPPLE, TILT = KINDS = (
     'friction', 'torque_scale', 'rotor', 'weight', 'ripple', 'tilt')
 

@@ -257,5 +257,21 @@ def test_the_command_goes_on_from_its_state_and_says_what_changed(settled, arm, 
     assert found['verdict'] == 'effect' and found['findings'][0]['joint'] == 'joint2'
     assert found['summary'] == found['findings'][0]['words'] + '.'
     assert 'joint2: torque scale -' in found['summary'] and found['joints']['joint1']['level'] == 0
-    assert main(['watch', bags[0]]) == 2
-    assert 'no message on robot_description' in capsys.readouterr().err
+    for words, error in (([], 'no message on robot_description'),
+                         (['--state', state], 'expected a time after what was taken')):
+        assert main(['watch', bags[0], *words]) == 2
+        assert error in capsys.readouterr().err
+
+
+def test_a_text_file_without_a_date_follows_what_was_taken(settled, arm, tmp_path, capsys):
+    state, log = str(tmp_path / 'arm.watch'), tmp_path / 'log.csv'
+    save_watch(state, settled[1])
+    arm.gain[1] = 0.8
+    stamps, q, _, effort = (np.array(x) for x in zip(*messages(arm, 4)))
+    header = ','.join(['t', *(f'q_{n}' for n in NAMES), *(f'tau_{n}' for n in NAMES)])
+    np.savetxt(log, np.column_stack([(stamps - stamps[0]) / SECOND, q, effort]), '%.9g', ',',
+               header=header, comments='')
+    for seconds in (80, 160):
+        assert main(['watch', str(log), '--state', state]) == 1
+        assert capsys.readouterr().out.startswith('joint2: torque scale -')
+        assert load_watch(state).stamp_ns >= settled[1].stamp_ns + seconds * SECOND
