@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from gearbox_monitor.estimation.consider import ERROR_NAMES
 from gearbox_monitor.health.backlash.change_tests import ALONE, ChangeTest, size_name, TESTS
+from gearbox_monitor.health.monitor import ROW_CHECKS
 from gearbox_monitor.parameters import CURVES, ESTIMATOR, RANDOM_WALK
 
 
@@ -114,27 +115,9 @@ DIAGNOSTIC_KEYS = (
          ('test_ratio', '-', 'largest innovation over 5 predicted deviations, 1 s'),
          ('test_ratio_threshold', '-', 'WARN above'),
          ('window_samples', '-', 'samples in the window'),
-         ('torque_twist_correlation', '-', 'of smoothed torque and twist, 2 s'),
-         ('torque_twist_correlation_threshold', '-', 'WARN below'),
-         ('torque_twist_power', '-', 'mean of torque times twist rate, without what a spring '
-         'gives back, over their rms'),
-         ('torque_twist_power_threshold', '-', 'WARN below'),
-         ('twist_range', 'rad', 'range of the smoothed twist, 10 s'),
-         ('twist_range_threshold', 'rad', 'ERROR above'),
-         ('elastic_misfit_share', '-', 'smoothed tau_K that no elastic curve explains, 10 s'),
-         ('elastic_misfit_share_threshold', '-', 'WARN above'),
-         ('elastic_torque_share', '-', 'smoothed tau_K with an error of gain or friction, 10 s'),
-         ('elastic_torque_share_threshold', '-', 'WARN above'),
-         ('elastic_twist_share', '-', 'smoothed twist with an error of scale or delay, 10 s'),
-         ('elastic_twist_share_threshold', '-', 'WARN above'),
-         ('elastic_gain', '-', 'error of the torque gain'),
-         ('elastic_viscous', 'N m s/rad', 'error of the viscous friction'),
-         ('elastic_coulomb', 'N m', 'error of the Coulomb friction'),
-         ('elastic_scale', '-', 'error of scale between the encoders'),
-         ('elastic_delay_s', 's', 'delay between the encoders'),
-         *((f'{check}_{key}', '-', words) for check in ('torque_twist', 'twist_range', 'elastic')
-           for key, words in (
-               ('evaluations', f'evaluations of {check}...'),
+         *(key for check in ROW_CHECKS for key in check.keys),
+         *((f'{check.name}_{key}', '-', words) for check in ROW_CHECKS for key, words in (
+               ('evaluations', f'evaluations of {check.name}...'),
                ('results', 'evaluations that the motion permitted; only these count')))),
     *_of('covariance', _LASTS,
          ('tau_k_std', 'N m', 'median stated deviation of tau_K'),

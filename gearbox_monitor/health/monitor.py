@@ -65,12 +65,12 @@ AT_BOUND = Condition(
     'covariance', Level.WARN, 'adaptation at its bound',
     'an adapted parameter is at its bound (AEKF only)', 'the evaluation',
     'the model or a start value is wrong: check it', ('adapted_...',))
-CONDITIONS = (
-    *usability.CONDITIONS, *observability.CONDITIONS, *innovation.CONDITIONS,
-    *passivity.CONDITIONS, *twist_range.CONDITIONS, *elastic_curve.CONDITIONS,
-    *covariance.CONDITIONS, AT_BOUND, *model_mismatch.CONDITIONS, *learned_curve.CONDITIONS)
 # What smoothed torque and twist show, beside the prediction errors and in their component.
 ROW_CHECKS = (passivity.CHECK, twist_range.CHECK, elastic_curve.CHECK)
+CONDITIONS = (
+    *usability.CONDITIONS, *observability.CONDITIONS, *innovation.CONDITIONS,
+    *(condition for check in ROW_CHECKS for condition in check.conditions),
+    *covariance.CONDITIONS, AT_BOUND, *model_mismatch.CONDITIONS, *learned_curve.CONDITIONS)
 ROWS_KEPT = round(max(check.window for check in ROW_CHECKS) * SECOND)  # ns
 ESTIMATES_KEPT = round(LIMITS.error_window * SECOND)
 

@@ -76,7 +76,6 @@ OTHER_TWIST = Condition(
     'check gear_ratio, scale and delay of both encoders',
     ('elastic_twist_share', 'elastic_scale', 'elastic_delay_s'),
     ('elastic_twist_share_threshold',))
-CONDITIONS = (NO_CURVE, OTHER_TORQUE, OTHER_TWIST)
 
 
 def _friction_estimated(rows: Array) -> bool:
@@ -285,4 +284,15 @@ def check(rows: Array, drive: DriveModel) -> Result:
     return broken, values
 
 
-CHECK = RowCheck('elastic', LIMITS.curve_window, check, down=1, free_torque=True)
+CHECK = RowCheck('elastic', LIMITS.curve_window, check, (NO_CURVE, OTHER_TORQUE, OTHER_TWIST), (
+    ('elastic_misfit_share', '-', 'smoothed tau_K that no elastic curve explains, 10 s'),
+    ('elastic_misfit_share_threshold', '-', 'WARN above'),
+    ('elastic_torque_share', '-', 'smoothed tau_K with an error of gain or friction, 10 s'),
+    ('elastic_torque_share_threshold', '-', 'WARN above'),
+    ('elastic_twist_share', '-', 'smoothed twist with an error of scale or delay, 10 s'),
+    ('elastic_twist_share_threshold', '-', 'WARN above'),
+    ('elastic_gain', '-', 'error of the torque gain'),
+    ('elastic_viscous', 'N m s/rad', 'error of the viscous friction'),
+    ('elastic_coulomb', 'N m', 'error of the Coulomb friction'),
+    ('elastic_scale', '-', 'error of scale between the encoders'),
+    ('elastic_delay_s', 's', 'delay between the encoders')), down=1, free_torque=True)

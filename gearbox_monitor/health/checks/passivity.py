@@ -31,7 +31,6 @@ AGAINST = Condition(
     'friction of the model',
     ('torque_twist_correlation', 'torque_twist_power'),
     ('torque_twist_correlation_threshold', 'torque_twist_power_threshold'))
-CONDITIONS = (AGAINST,)
 
 
 def check(rows: Array, drive: DriveModel) -> Result:
@@ -56,4 +55,9 @@ def check(rows: Array, drive: DriveModel) -> Result:
     return [AGAINST] if correlation < LIMITS.correlation or power < LIMITS.power else [], values
 
 
-CHECK = RowCheck('torque_twist', LIMITS.passivity_window, check)
+CHECK = RowCheck('torque_twist', LIMITS.passivity_window, check, (AGAINST,), (
+    ('torque_twist_correlation', '-', 'of smoothed torque and twist, 2 s'),
+    ('torque_twist_correlation_threshold', '-', 'WARN below'),
+    ('torque_twist_power', '-', 'mean of torque times twist rate, without what a spring gives '
+     'back, over their rms'),
+    ('torque_twist_power_threshold', '-', 'WARN below')))

@@ -23,15 +23,19 @@ class RowCheck:
     """
     One check of the newest smoothed rows, registered in monitor.ROW_CHECKS.
 
-    name: what its keys begin with; window: s of rows that it looks at; check: takes `thinned` rows
-    [N, N_SMOOTHED] in order of time (columns rts_smoother.S_*) and the drive of the filter; down:
-    results in a row that lower its level, 1 where the windows overlap by far; free_torque: whether
-    it needs a tau_K that the filter does not take from the twist.
+    name: what the keys of its counters begin with; window: s of rows that it looks at; check:
+    takes `thinned` rows [N, N_SMOOTHED] in order of time (columns rts_smoother.S_*) and the drive
+    of the filter; conditions: that it can break, of `prediction error`; keys: of its values, with
+    unit and meaning, see diagnostic_keys; down: results in a row that lower its level, 1 where the
+    windows overlap by far; free_torque: whether it needs a tau_K that the filter does not take
+    from the twist.
     """
 
     name: str
     window: float
     check: Callable[[Array, DriveModel], Result]
+    conditions: tuple[Condition, ...] = ()
+    keys: tuple[tuple[str, str, str], ...] = ()
     down: int = 5
     free_torque: bool = False
 

@@ -20,7 +20,6 @@ BEYOND = Condition(
     f'{LIMITS.twist_window:g} s',
     'check sign, scale and delay of both encoders and whether motor and arm are swapped; then '
     'stiffness and half_gap of the model', ('twist_range',), ('twist_range_threshold',))
-CONDITIONS = (BEYOND,)
 
 
 def check(rows: Array, drive: DriveModel) -> Result:
@@ -41,4 +40,6 @@ def check(rows: Array, drive: DriveModel) -> Result:
             {'twist_range': twist, 'twist_range_threshold': allowed})
 
 
-CHECK = RowCheck('twist_range', LIMITS.twist_window, check, down=1)
+CHECK = RowCheck('twist_range', LIMITS.twist_window, check, (BEYOND,), (
+    ('twist_range', 'rad', 'range of the smoothed twist, 10 s'),
+    ('twist_range_threshold', 'rad', 'ERROR above')), down=1)
