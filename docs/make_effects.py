@@ -14,7 +14,7 @@ from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS  # noqa:
 from gearbox_monitor.plant.effects import EFFECTS, LOCATIONS  # noqa: E402
 from gearbox_monitor.report.explanation import (  # noqa: E402
     explained_effect, explained_robot_effect)
-from gearbox_monitor.simulators.mjcf import EXPRESSIONS  # noqa: E402
+from gearbox_monitor.simulators.mjcf import expression_of  # noqa: E402
 from gearbox_monitor.simulators.urdf_patch import in_urdf  # noqa: E402
 
 PAGE = ROOT / 'docs/effects.md'
@@ -75,7 +75,7 @@ def table():
     """Return the lines of the table of effects and simulators."""
     lines = ['| effect | | MuJoCo | URDF |', '|---|---|---|---|']
     for name, effect in EFFECTS.items():
-        mjcf = EXPRESSIONS[name]
+        mjcf = expression_of(name)
         words = in_urdf(effect)
         urdf = '-' if words.endswith('no parameter has its law: apply it in your code') else words
         lines.append(f'| `{name}` | {mjcf.kind} | {mjcf.words} | {urdf} |')

@@ -55,33 +55,7 @@ def nominal(random: np.random.Generator) -> dict[str, float]:
 
 
 # id -> (lowest, highest size); what a size means: see effect().
-SIZES = {
-    'motor_viscous': (0.02, 1.0), 'motor_coulomb': (0.02, 0.8), 'stribeck': (0.01, 0.4),
-    'lugre': (0.01, 0.3), 'coulomb_asymmetry': (0.005, 0.2), 'viscous_asymmetry': (0.005, 0.3),
-    'load_friction': (0.01, 0.4), 'motor_inertia': (0.01, 0.7), 'viscous_drift': (0.05, 1.0),
-    'cogging': (0.01, 0.5), 'arm_viscous': (0.0005, 0.1), 'arm_coulomb': (0.002, 0.3),
-    'gravity': (0.01, 1.5), 'load_torque': (0.005, 0.5), 'arm_inertia': (0.01, 1.5),
-    'disturbance': (0.1, 3.0), 'backlash_gap': (0.01, 0.8), 'stiffness': (0.02, 0.8),
-    'hardening': (0.02, 2.0), 'hysteresis_bouc_wen': (0.01, 0.5),
-    'hysteresis_branch': (0.01, 0.8),
-    'transmission_damping': (0.1, 10.0), 'mesh_error': (0.0005, 0.05),
-    'torque_gain': (0.005, 0.4), 'torque_offset': (0.005, 0.3), 'actuator_lag': (0.0005, 0.03),
-    'actuator_delay': (0.0005, 0.018), 'saturation': (0.05, 0.6), 'torque_ripple': (0.01, 0.5),
-    'motor_encoder_eccentricity': (0.001, 0.15), 'motor_encoder_quantisation': (0.7, 8.0),
-    'motor_encoder_delay': (0.0003, 0.018), 'arm_encoder_eccentricity': (0.001, 0.15),
-    'arm_encoder_quantisation': (0.7, 8.0), 'arm_encoder_delay': (0.0003, 0.018),
-    'encoder_offset': (0.001, 0.15),
-    'servo_gain': (0.02, 1.5), 'servo_limit': (0.05, 0.6), 'servo_deadband': (0.001, 0.2),
-    'servo_integrator': (0.1, 20.0), 'servo_delay': (0.001, 0.03),
-    'servo_feedforward': (0.002, 0.4),
-    'setpoint_delay': (0.001, 0.08), 'setpoint_lag': (0.001, 0.08),
-    'motor_quadratic': (0.0003, 0.02), 'motor_friction_angle': (0.05, 0.9),
-    'arm_spring': (0.01, 1.5), 'arm_quadratic': (0.0001, 0.01), 'arm_fan': (0.01, 0.5),
-    'stiffness_angle': (0.05, 0.7), 'gap_angle': (0.03, 0.7), 'stiffness_sides': (0.05, 1.0),
-    'contact_damping': (0.003, 0.3), 'torque_cubic': (0.001, 0.05), 'torque_rate': (0.05, 0.9),
-    'motor_encoder_harmonic': (0.001, 0.15), 'arm_encoder_harmonic': (0.001, 0.15),
-}
-assert set(SIZES) == {*EFFECTS, *OUTSIDE}
+SIZES = {name: sizes for name, (_, _, sizes) in {**EFFECTS, **OUTSIDE}.items()}
 
 
 def shape(random: np.random.Generator, duration: float) -> dict[str, Any]:

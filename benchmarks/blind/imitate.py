@@ -80,6 +80,9 @@ def probes(name: str, nominal: Nominal,
         peak = np.abs(recording['u']).max()
         return [[('umax', share * peak, 2e-3 * peak, 0.05 * peak, peak)]
                 for share in (0.9, 0.7, 0.5)]
+    if name not in _PROBES:  # of one parameter
+        _, (key,), (low, high) = plant.EFFECTS[name]
+        return [[(key, 3.0 * low, 0.01 * low, -high, 10.0 * high)]]
     return _PROBES[name]
 
 
@@ -94,7 +97,7 @@ def wave_effect(name: str, sine: float, cosine: float, n: int | None) -> dict[st
         n: number of the harmonic, None for a wave of one turn.
     """
     out: dict[str, Any] = {
-        'id': name, plant.EFFECTS[name][1][0]: float(np.hypot(sine, cosine)),
+        'id': name, next(iter(plant.EFFECTS[name][1])): float(np.hypot(sine, cosine)),
         'phi': float(np.arctan2(cosine, sine))}
     return out if n is None else {**out, 'N': n}
 

@@ -19,7 +19,7 @@ from its own encoder: u = clip(kp e + ki int e dt - kd q' + kff r', limit), e = 
 integral is within the limit, too; what is computed acts T later. r' is the difference of two
 setpoints, HELD after each other.
 """
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 import math
 from typing import Any, NamedTuple
 
@@ -48,69 +48,71 @@ HELD = 0.01     # s from setpoint to setpoint
 SUBSTEPS = 10   # per sample of 1 ms
 FASTEST = 0.4   # largest product of substep and rate of a memory
 
-# id -> (place, names of its parameters). OUTSIDE: effects that no vocabulary names.
-EFFECTS = {
-    'motor_viscous': ('motor_side', ('Cv',)),
-    'motor_coulomb': ('motor_side', ('Cc',)),
-    'stribeck': ('motor_side', ('Cs', 'vs')),
-    'lugre': ('motor_side', ('sigma0', 'sigma1', 'Cs', 'vs')),
-    'coulomb_asymmetry': ('motor_side', ('Ca',)),
-    'viscous_asymmetry': ('motor_side', ('Cva',)),
-    'load_friction': ('motor_side', ('Cl',)),
-    'motor_inertia': ('motor_side', ('m1',)),
-    'viscous_drift': ('motor_side', ('r', 'T')),
-    'cogging': ('motor_side', ('A', 'N', 'phi')),
-    'arm_viscous': ('arm_side', ('Cav',)),
-    'arm_coulomb': ('arm_side', ('Cac',)),
-    'gravity': ('arm_side', ('G', 'phi')),
-    'load_torque': ('arm_side', ('TL',)),
-    'arm_inertia': ('arm_side', ('m2',)),
-    'disturbance': ('arm_side', ()),
-    'backlash_gap': ('transmission', ('b',)),
-    'stiffness': ('transmission', ('K',)),
-    'hardening': ('transmission', ('K3',)),
-    'hysteresis_bouc_wen': ('transmission', ('Th', 'dh')),
-    'hysteresis_branch': ('transmission', ('h', 'ds')),
-    'transmission_damping': ('transmission', ('D',)),
-    'mesh_error': ('transmission', ('A', 'N', 'phi')),
-    'torque_gain': ('actuator', ('g',)),
-    'torque_offset': ('actuator', ('u0',)),
-    'actuator_lag': ('actuator', ('T',)),
-    'actuator_delay': ('actuator', ('T',)),
-    'saturation': ('actuator', ('umax',)),
-    'torque_ripple': ('actuator', ('A', 'N', 'phi')),
-    'motor_encoder_eccentricity': ('motor_sensor', ('A', 'phi')),
-    'motor_encoder_quantisation': ('motor_sensor', ('q',)),
-    'motor_encoder_delay': ('motor_sensor', ('T',)),
-    'arm_encoder_eccentricity': ('arm_sensor', ('A', 'phi')),
-    'arm_encoder_quantisation': ('arm_sensor', ('q',)),
-    'arm_encoder_delay': ('arm_sensor', ('T',)),
-    'encoder_offset': ('arm_sensor', ('c',)),
-    'servo_gain': ('controller', ('kp',)),
-    'servo_limit': ('controller', ('umax',)),
-    'servo_deadband': ('controller', ('d',)),
-    'servo_integrator': ('controller', ('ki',)),
-    'servo_delay': ('controller', ('T',)),
-    'servo_feedforward': ('controller', ('kff',)),
-    'setpoint_delay': ('controller', ('T',)),
-    'setpoint_lag': ('controller', ('T',)),
+# id -> (place, values by which a test compares it with the library, lowest and highest size that
+# is drawn, see draw.effect). OUTSIDE: effects that no vocabulary names.
+Row = tuple[str, Collection[str], tuple[float, float]]
+EFFECTS: dict[str, Row] = {
+    'motor_viscous': ('motor_side', {'Cv': 0.13}, (0.02, 1.0)),
+    'motor_coulomb': ('motor_side', {'Cc': 0.35}, (0.02, 0.8)),
+    'stribeck': ('motor_side', {'Cs': 0.15, 'vs': 0.5}, (0.01, 0.4)),
+    'lugre': ('motor_side', {'sigma0': 60.0, 'sigma1': 0.2, 'Cs': 0.1, 'vs': 0.5}, (0.01, 0.3)),
+    'coulomb_asymmetry': ('motor_side', {'Ca': 0.1}, (0.005, 0.2)),
+    'viscous_asymmetry': ('motor_side', {'Cva': 0.05}, (0.005, 0.3)),
+    'load_friction': ('motor_side', {'Cl': 0.1}, (0.01, 0.4)),
+    'motor_inertia': ('motor_side', {'m1': 0.008}, (0.01, 0.7)),
+    'viscous_drift': ('motor_side', {'r': 0.5, 'T': 1.0}, (0.05, 1.0)),
+    'cogging': ('motor_side', {'A': 0.3, 'N': 7, 'phi': 0.4}, (0.01, 0.5)),
+    'arm_viscous': ('arm_side', {'Cav': 0.05}, (0.0005, 0.1)),
+    'arm_coulomb': ('arm_side', {'Cac': 0.1}, (0.002, 0.3)),
+    'gravity': ('arm_side', {'G': 0.5, 'phi': 0.6}, (0.01, 1.5)),
+    'load_torque': ('arm_side', {'TL': 0.3}, (0.005, 0.5)),
+    'arm_inertia': ('arm_side', {'m2': 0.03}, (0.01, 1.5)),
+    'disturbance': ('arm_side', {}, (0.1, 3.0)),
+    'backlash_gap': ('transmission', {'b': 0.12}, (0.01, 0.8)),
+    'stiffness': ('transmission', {'K': 32.0}, (0.02, 0.8)),
+    'hardening': ('transmission', {'K3': 60.0}, (0.02, 2.0)),
+    'hysteresis_bouc_wen': ('transmission', {'Th': 0.5, 'dh': 0.03}, (0.01, 0.5)),
+    'hysteresis_branch': ('transmission', {'h': 0.03, 'ds': 0.04}, (0.01, 0.8)),
+    'transmission_damping': ('transmission', {'D': 0.05}, (0.1, 10.0)),
+    'mesh_error': ('transmission', {'A': 0.02, 'N': 5, 'phi': 1.0}, (0.0005, 0.05)),
+    'torque_gain': ('actuator', {'g': 0.1}, (0.005, 0.4)),
+    'torque_offset': ('actuator', {'u0': 0.2}, (0.005, 0.3)),
+    'actuator_lag': ('actuator', {'T': 0.004}, (0.0005, 0.03)),
+    'actuator_delay': ('actuator', {'T': 0.0036}, (0.0005, 0.018)),
+    'saturation': ('actuator', {'umax': 3.0}, (0.05, 0.6)),
+    'torque_ripple': ('actuator', {'A': 0.1, 'N': 6, 'phi': 0.3}, (0.01, 0.5)),
+    'motor_encoder_eccentricity': ('motor_sensor', {'A': 0.02, 'phi': 0.5}, (0.001, 0.15)),
+    'motor_encoder_quantisation': ('motor_sensor', {'q': 0.003}, (0.7, 8.0)),
+    'motor_encoder_delay': ('motor_sensor', {'T': 0.0034}, (0.0003, 0.018)),
+    'arm_encoder_eccentricity': ('arm_sensor', {'A': 0.02, 'phi': -0.5}, (0.001, 0.15)),
+    'arm_encoder_quantisation': ('arm_sensor', {'q': 0.004}, (0.7, 8.0)),
+    'arm_encoder_delay': ('arm_sensor', {'T': 0.0027}, (0.0003, 0.018)),
+    'encoder_offset': ('arm_sensor', {'c': 0.03}, (0.001, 0.15)),
+    'servo_gain': ('controller', {'kp': 4.5}, (0.02, 1.5)),
+    'servo_limit': ('controller', {'umax': 2.0}, (0.05, 0.6)),
+    'servo_deadband': ('controller', {'d': 0.05}, (0.001, 0.2)),
+    'servo_integrator': ('controller', {'ki': 12.0}, (0.1, 20.0)),
+    'servo_delay': ('controller', {'T': 0.012}, (0.001, 0.03)),
+    'servo_feedforward': ('controller', {'kff': 0.3}, (0.002, 0.4)),
+    'setpoint_delay': ('controller', {'T': 0.03}, (0.001, 0.08)),
+    'setpoint_lag': ('controller', {'T': 0.02}, (0.001, 0.08)),
 }
 # Of a torque that is recorded; within the loop of a servo they are other effects.
 TORQUE_ONLY = ('actuator_lag', 'actuator_delay', 'saturation')
-OUTSIDE = {
-    'motor_quadratic': ('motor_side', ('C2',)),             # tau_f += C2 x3 |x3|
-    'motor_friction_angle': ('motor_side', ('a', 'phi')),   # Cc (1 + a sin(x1 + phi))
-    'arm_spring': ('arm_side', ('k',)),                     # tau_arm += k x2
-    'arm_quadratic': ('arm_side', ('C2',)),                 # tau_arm += C2 x4 |x4|
-    'arm_fan': ('arm_side', ('A', 'f', 'phi')),             # tau_arm += A sin(2 pi f t + phi)
-    'stiffness_angle': ('transmission', ('a', 'phi')),      # K (1 + a sin(2 x1 + phi))
-    'gap_angle': ('transmission', ('a', 'phi')),            # b (1 + a sin(3 x1 + phi))
-    'stiffness_sides': ('transmission', ('a',)),            # K (1 + a) where delta > b
-    'contact_damping': ('transmission', ('Dc',)),           # tau_K += Dc (x3 - x4) in contact
-    'torque_cubic': ('actuator', ('c',)),                   # u + c u^3
-    'torque_rate': ('actuator', ('rate',)),                 # |u'| <= rate, N m/s
-    'motor_encoder_harmonic': ('motor_sensor', ('A', 'phi')),   # y1 + A sin(2 x1 + phi)
-    'arm_encoder_harmonic': ('arm_sensor', ('A', 'phi')),       # y2 + A sin(2 x2 + phi)
+OUTSIDE: dict[str, Row] = {
+    'motor_quadratic': ('motor_side', ('C2',), (0.0003, 0.02)),  # tau_f += C2 x3 |x3|
+    'motor_friction_angle': ('motor_side', ('a', 'phi'), (0.05, 0.9)),  # Cc (1 + a sin(x1 + phi))
+    'arm_spring': ('arm_side', ('k',), (0.01, 1.5)),  # tau_arm += k x2
+    'arm_quadratic': ('arm_side', ('C2',), (0.0001, 0.01)),  # tau_arm += C2 x4 |x4|
+    'arm_fan': ('arm_side', ('A', 'f', 'phi'), (0.01, 0.5)),  # tau_arm += A sin(2 pi f t + phi)
+    'stiffness_angle': ('transmission', ('a', 'phi'), (0.05, 0.7)),  # K (1 + a sin(2 x1 + phi))
+    'gap_angle': ('transmission', ('a', 'phi'), (0.03, 0.7)),  # b (1 + a sin(3 x1 + phi))
+    'stiffness_sides': ('transmission', ('a',), (0.05, 1.0)),  # K (1 + a) where delta > b
+    'contact_damping': ('transmission', ('Dc',), (0.003, 0.3)),  # tau_K += Dc (x3 - x4) in contact
+    'torque_cubic': ('actuator', ('c',), (0.001, 0.05)),  # u + c u^3
+    'torque_rate': ('actuator', ('rate',), (0.05, 0.9)),  # |u'| <= rate, N m/s
+    'motor_encoder_harmonic': ('motor_sensor', ('A', 'phi'), (0.001, 0.15)),  # y1 + A sin(2 x1)
+    'arm_encoder_harmonic': ('arm_sensor', ('A', 'phi'), (0.001, 0.15)),  # y2 + A sin(2 x2)
 }
 PLACES = ('motor_side', 'arm_side', 'transmission', 'controller', 'actuator', 'motor_sensor',
           'arm_sensor')
@@ -159,7 +161,7 @@ _SET = {
 SENSORS = {'motor_encoder_eccentricity', 'motor_encoder_quantisation', 'motor_encoder_delay',
            'arm_encoder_eccentricity', 'arm_encoder_quantisation', 'arm_encoder_delay',
            'encoder_offset', 'motor_encoder_harmonic', 'arm_encoder_harmonic'}
-SERVO = {name for name, (place, _) in EFFECTS.items() if place == 'controller'}
+SERVO = {name for name, (place, *_) in EFFECTS.items() if place == 'controller'}
 
 
 class PackedPlant(NamedTuple):

@@ -18,7 +18,7 @@ from gearbox_monitor.health.monitor import CONDITIONS
 from gearbox_monitor.plant.effects import Effect, EFFECTS, library, Parameter
 from gearbox_monitor.report.summary import PLACES
 from gearbox_monitor.report.words import sentence, SEPARATES
-from gearbox_monitor.simulators.mjcf import CONSTRUCT, EXPRESSIONS, NATIVE, REFUSED
+from gearbox_monitor.simulators.mjcf import CONSTRUCT, expression_of, NATIVE, REFUSED
 from gearbox_monitor.simulators.urdf_patch import in_urdf
 
 OF_EFFECT = ('What it is', 'In the data', 'Confused with', 'In simulators', 'Since')
@@ -80,10 +80,8 @@ def rivals(name: str) -> dict[str, str]:
 
 def in_simulators(effect: Effect) -> tuple[str, ...]:
     """Return what an effect becomes in the file of each simulator."""
-    mjcf = EXPRESSIONS.get(effect.id)
-    words = (f'{mjcf.words}{WAYS[mjcf.kind]}' if mjcf else
-             'an effect of a plug-in: add its torque in your code')
-    return f'MuJoCo: {words}', f'URDF: {in_urdf(effect)}'
+    mjcf = expression_of(effect.id)
+    return f'MuJoCo: {mjcf.words}{WAYS[mjcf.kind]}', f'URDF: {in_urdf(effect)}'
 
 
 def explained_effect(effect: Effect) -> Explanation:

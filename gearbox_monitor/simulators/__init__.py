@@ -10,7 +10,7 @@ close the gap. All else in the file stays as the user wrote it.
 Public names, by module:
 
     c99: firmware
-    mjcf: CONSTRUCT, Exported, EXPRESSIONS, NATIVE, REFUSED, refused, values_of
+    mjcf: CONSTRUCT, Exported, expression_of, NATIVE, REFUSED, refused, values_of
     mjcf_file: compiled_file, drive_of, MjcfDrive, model_of, read_file, read_mjcf, RobotFile,
         values_in
     mjcf_patch: Patch, patched

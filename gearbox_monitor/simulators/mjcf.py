@@ -2,11 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-What each effect is in an MJCF file: one row per id, for MuJoCo 4.0, which writes it and reads it.
+What effects are in an MJCF file, a row each, for MuJoCo 4.0, which writes and reads it.
 
 An effect is native where MJCF has an attribute or an element with its law, a construct where other
-elements come close to it, and refused where nothing in a file does what it does. MjcfValues stand
-between a model and a file: `values_of` makes them of a model, `model_values` a model of them.
+elements come close to it, and refused where nothing in a file does what it does, which is true of
+all without a row. MjcfValues stand between a model and a file: `values_of` makes them of a model,
+`model_values` a model of them.
 """
 import cmath
 from collections.abc import Callable, Sequence
@@ -322,6 +323,13 @@ EXPRESSIONS = {effect.id: expression for effect, expression in (
         'code')),
 )}
 
+OTHER = Expression(REFUSED, 'no attribute has its law: add its torque in your code')
+
+
+def expression_of(effect: str) -> Expression:
+    """Return what the `effect` so called becomes, of this package or of a plug-in."""
+    return EXPRESSIONS.get(effect, OTHER)
+
 
 def values_of(model: DriveModel) -> tuple[MjcfValues, list[Exported]]:
     """Return the MjcfValues of `model`, and what each of its effects became."""
@@ -397,9 +405,7 @@ def model_values(values: MjcfValues) -> dict[str, Any]:
 
 
 def _expressed(values: MjcfValues, effect: Values) -> tuple[MjcfValues, Exported]:
-    expression = EXPRESSIONS.get(effect['id'])
-    if expression is None:
-        return values, Exported(effect['id'], REFUSED, 'an effect of a plug-in')
+    expression = expression_of(effect['id'])
     try:
         if expression.change is not None:
             values = expression.change(values, effect)

@@ -8,7 +8,8 @@ import pytest
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
-from gearbox_monitor.simulators.mjcf import EXPRESSIONS, KINDS, NATIVE, REFUSED, refused, values_of
+from gearbox_monitor.simulators.mjcf import (
+    expression_of, EXPRESSIONS, KINDS, NATIVE, REFUSED, refused, values_of)
 from gearbox_monitor.simulators.xml_edit import (
     behind, edited, parse_xml, with_attributes, with_child)
 
@@ -23,7 +24,7 @@ XML = b"""<?xml version="1.0"?>
 
 
 def test_each_effect_is_native_a_construct_or_refused():
-    assert set(EXPRESSIONS) == set(EFFECTS)
+    assert set(EXPRESSIONS) <= set(EFFECTS) and expression_of('of a plug-in').kind == REFUSED
     kinds = [expression.kind for expression in EXPRESSIONS.values()]
     assert set(kinds) <= set(KINDS)
     assert kinds.count(NATIVE) >= 23 and len(kinds) - kinds.count(REFUSED) >= 25
@@ -31,7 +32,7 @@ def test_each_effect_is_native_a_construct_or_refused():
 
 def test_the_page_has_the_table():
     text = (Path(__file__).parents[2] / 'docs/effects.md').read_text(encoding='utf-8')
-    for name, row in EXPRESSIONS.items():
+    for name, row in ((name, expression_of(name)) for name in EFFECTS):
         assert f'\n| `{name}` | {row.kind} | {row.words} |' in text
 
 
