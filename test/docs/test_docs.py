@@ -159,9 +159,11 @@ def anchors(page):
 
 def test_links_lead_somewhere():
     for page in PAGES:
-        for link in re.findall(r'\]\(([^)]+)\)', page.read_text(encoding='utf-8')):
+        text = page.read_text(encoding='utf-8')
+        for words, link in re.findall(r'([^[\n]{0,80})\]\(([^)]+)\)', text):
             if re.match('https?://', link):
                 continue
+            assert link.endswith(words) or not words.endswith('.py'), f'[{words}]({link})'
             target, _, anchor = link.partition('#')
             target = page.parent / target if target else page
             assert target.exists(), link

@@ -33,7 +33,7 @@ from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.signals.uniform import UniformRecording
 
 plain = DriveModel()
-model = plain.with_(effects=[{'id': 'quadratic_friction', 'Cq': 0.02}])
+model = plain.with_(effects=[{'id': 'motor_drag', 'Cd': 0.02}])
 t = np.arange(6000) * 1e-3
 u = Excitation('multisine', (4.0, 2.0, 1.0), (0.5, 1.3, 3.2)).torque(t)
 run = simulate(model, u, 1e-3)
@@ -76,16 +76,16 @@ def test_the_effect_of_the_page_is_simulated_side_by_side_and_found(tmp_path):
     done = python('-c', RECORD)
     assert done.returncode == 0, done.stderr
     done = python('-m', 'gearbox_monitor', 'diagnose', 'recording.csv', '--model', 'drive.yaml',
-                  '--only', 'quadratic_friction', 'motor_viscous', 'viscous_drift',
+                  '--only', 'motor_drag', 'motor_viscous', 'viscous_drift',
                   '--jobs', '2', '--json', 'verdict.json')
     assert done.returncode == 1, done.stderr
     verdict = json.loads((tmp_path / 'verdict.json').read_text(encoding='utf-8'))
-    assert verdict['effect'] == 'quadratic_friction'
+    assert verdict['effect'] == 'motor_drag'
     assert verdict['location'] == 'motor_side'
-    assert verdict['params']['quadratic_friction']['Cq'] == pytest.approx(0.02, rel=0.1)
+    assert verdict['params']['motor_drag']['Cd'] == pytest.approx(0.02, rel=0.1)
     assert 'square of its speed' in python(
         '-c', 'from gearbox_monitor.report.words import meaning\n'
-        'print(meaning("quadratic_friction", "rotary"))').stdout
+        'print(meaning("motor_drag", "rotary"))').stdout
 
 
 def test_no_other_file_spells_the_id_of_an_effect():
