@@ -7,6 +7,9 @@ from datetime import datetime, UTC
 import math
 from typing import Any
 
+from gearbox_monitor.diagnosis.robot.robot_effects import BASE_TILT
+from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN
+from gearbox_monitor.plant.effects.motor_side import COGGING, MOTOR_COULOMB, MOTOR_INERTIA
 from gearbox_monitor.report.robot_words import reading_words
 from gearbox_monitor.report.words import counted
 from gearbox_monitor.watch.record import (
@@ -17,8 +20,8 @@ from gearbox_monitor.watch.settings import (
 NOUNS = {FRICTION: 'friction', SCALE: 'torque scale', ROTOR: 'rotor inertia', WEIGHT: 'weight',
          RIPPLE: 'ripple', TILT: 'tilt'}
 # The effect of the library that a state stands for.
-EFFECTS = {FRICTION: 'motor_coulomb', SCALE: 'torque_gain', ROTOR: 'motor_inertia',
-           WEIGHT: 'payload', RIPPLE: 'cogging', TILT: 'base_tilt'}
+EFFECTS = {FRICTION: MOTOR_COULOMB.id, SCALE: TORQUE_GAIN.id, ROTOR: MOTOR_INERTIA.id,
+           WEIGHT: 'payload', RIPPLE: COGGING.id, TILT: BASE_TILT.id}
 GRAVITY = 9.81
 FINE = 0.01     # deviation below which a share has a digit after the point
 
