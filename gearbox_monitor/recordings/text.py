@@ -77,7 +77,7 @@ class TextLayout:
 def _encoding_check(value: Any) -> str:
     try:
         return '' if b'x\n'.decode(value or 'utf-8') == 'x\n' else ENCODING
-    except (LookupError, UnicodeError, TypeError):
+    except (LookupError, ValueError, TypeError):
         return ENCODING
 
 

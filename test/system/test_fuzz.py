@@ -24,8 +24,8 @@ NUMBERS = {'drive.yaml': 20, 'estimator.yaml': 20, 'data.csv': 60, 'data.bin': 4
            'bag, metadata.yaml': 15, 'bag, recover': 20, 'bag, file compression': 20,
            'bag, SQLite': 20, 'recover, metadata.yaml': 20, 'data.csv.gz': 50, 'data.mat': 4}
 # Mutated logs of every kind, 400 in all.
-LOGS = {'data.csv': 50, 'data.csv.gz': 30, 'data.bin': 30, 'joints.csv': 50, 'long.csv': 50,
-        'old.bag': 30, 'echo.yaml': 20, 'rsi.xml': 20, 'data.mat': 25, 'data.npz': 25,
+LOGS = {'data.csv': 70, 'data.csv.gz': 30, 'data.bin': 30, 'joints.csv': 50, 'long.csv': 50,
+        'old.bag': 30, 'echo.yaml': 20, 'data.mat': 25, 'data.npz': 25,
         'data.parquet': 25, 'data.feather': 20, 'data.h5': 25}
 
 
