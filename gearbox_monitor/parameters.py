@@ -160,7 +160,7 @@ class ParameterSet:
                 if getattr(self, name) != getattr(type(self), name)}
 
 
-# Limits of one change, each at least as large as the one before it.
+# Limits of one change, each at least as large as the previous one.
 LIMITS_IN_ORDER = (('gap_notice', 'gap_warn', 'gap_error'), ('stiffness_warn', 'stiffness_error'),
                    ('friction_warn', 'friction_error'))
 

@@ -162,7 +162,7 @@ def _add_row(theta: Array, law: ElasticLaw, curve: _Curve, row: Array, play: Pla
 
 @inline
 def _pair(both: float, paired: bool, room: Matrix) -> None:
-    """Write room[2], the slopes of a group (room[0]) with those of the one before (room[1])."""
+    """Write room[2], the slopes of a group (room[0]) with those of the previous one (room[1])."""
     slope, last, part = room[0], room[1], room[2]
     for p in range(N_SHAPE):
         part[p] = both * (slope[p] + last[p])

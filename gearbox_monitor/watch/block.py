@@ -46,7 +46,7 @@ class Cutter:
     Collects messages and returns each Block as soon as it is whole.
 
     A block is whole once a stamp is later than its end by `late`. Messages that come later still
-    are dropped and counted in `dropped`; after a clock that was set back all begins anew.
+    are dropped and counted in `dropped`; a clock that was set back starts a new block.
     """
 
     def __init__(self) -> None:
@@ -83,7 +83,7 @@ class Cutter:
         return out
 
     def end(self) -> list[Block]:
-        """Return what is left, at the end of a recording."""
+        """Return the blocks of the remaining messages, at the end of a recording."""
         out: list[Block] = []
         while self._rows and self._begin is not None:
             out += self._cut()

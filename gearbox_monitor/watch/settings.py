@@ -35,9 +35,10 @@ class WatchSettings:
     """
     Limits of the watch.
 
-    block, late, back s: length of a block; how much later its last message may come; a clock that
-    was set back by more begins anew. parts: of three blocks each, which the first knowledge rests
-    on; alike: power that a block may leave unexplained, of the median one's; least: blocks alike.
+    block, late, back s: length of a block; how much later its last message may come; by how much a
+    clock is set back that starts a new block. parts: of three blocks each, which the first
+    knowledge rests on; alike: power that a block may leave unexplained, of the median one's;
+    least: blocks alike.
     moved s: in which a joint must have moved to be learnt; patience: blocks with motion after
     which joints that never moved are not waited for. share: of a block, from which it has motion.
 
@@ -84,7 +85,7 @@ class WatchSettings:
 
     @property
     def back_ns(self) -> int:
-        """By how much a clock is set back after which all begins anew, ns."""
+        """By how much a clock is set back that starts a new block, ns."""
         return round(self.back * SECOND)
 
 

@@ -326,7 +326,7 @@ class Knowledge:
 
     @property
     def short(self) -> bool:
-        """Whether there is one reference, too short to tell how days differ."""
+        """Whether there is one short reference, which does not show how days differ."""
         return len(self.references) == 1 and self.seconds < SETTINGS.short
 
     @property

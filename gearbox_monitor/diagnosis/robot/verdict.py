@@ -21,7 +21,7 @@ from gearbox_monitor.diagnosis.robot.knowledge import (
     worst_segments)
 from gearbox_monitor.diagnosis.robot.power import Question, questions, smallest_visible, UNDECIDED
 from gearbox_monitor.diagnosis.robot.robot_effects import (
-    BASE, BASE_TILT, JOINT_ZERO, LINK_INERTIA, PAYLOAD, ROBOT_EFFECTS)
+    BASE, BASE_TILT, JOINT_ZERO, LINK_INERTIA, PAYLOAD, QUADRATIC, ROBOT_EFFECTS)
 from gearbox_monitor.diagnosis.robot.robot_log import RobotLog, SETPOINT
 from gearbox_monitor.diagnosis.robot.rows import HELD, in_scale, RobotModel, Rows, rows_of
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
@@ -125,14 +125,14 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
         # The squared error of what was taught grows with the distance, like a random walk's.
         evidence = RobotEvidence(recordings, knowledge.prior,
                                  knowledge.variance * max(away, 1.0))
-    deaf = set(knowledge.unjudged) if knowledge else set()
-    laws, free = ([c for c in field if c.joint not in deaf] for field in (
+    unjudged = set(knowledge.unjudged) if knowledge else set()
+    laws, free = ([c for c in field if c.joint not in unjudged] for field in (
         library(recordings, effects), free_functions(recordings)))
     shares = unvisited_shares(recordings, knowledge.visits) if knowledge else []
     blank = evidence.fit()
     search = _judged(evidence, blank, laws, free, knowledge, shares)
     remainders = [r for r in _remainders(evidence, search, knowledge, max(away, 1.0))
-                  if r.joint not in deaf]
+                  if r.joint not in unjudged]
     short = knowledge is not None and knowledge.short
     # What a short reference does not know of another day is no difference yet.
     known = tuple(r for r in remainders if not short or r.over is not None)
@@ -143,7 +143,7 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
         _not_tried(recordings[0], laws),
         (*cautions, *_of_reference(knowledge), *_of_gains(evidence, search.fit),
          *held_setpoints(evidence, search.fit), *_of_small(evidence, search)), bool(cautions),
-        () if effects else questions(evidence, visible), tuple(sorted(deaf)),
+        () if effects else questions(evidence, visible), tuple(sorted(unjudged)),
         len(known) < len(remainders), search.fit, evidence)
 
 
@@ -204,7 +204,7 @@ def _best_search(evidence: RobotEvidence, blank: RobotFit, laws: Sequence[Candid
     Return the best of the searches that begin with the best candidates of several effects.
 
     What is alone has to imitate the others: a first candidate may win by that, and then needs
-    helpers. So searches that end with several are begun anew with other effects.
+    helpers. So searches that end with several start once more with other effects.
 
     Args:
         evidence: of the recordings.
@@ -546,7 +546,7 @@ def _location(c: Candidate) -> str:
     """Return the location class of an effect."""
     if c.effect in EFFECTS:
         return EFFECTS[c.effect].location
-    return 'motor_side' if c.effect == 'quadratic_friction' else 'arm_side'
+    return 'motor_side' if c.effect == QUADRATIC.id else 'arm_side'
 
 
 def _joined(findings: Sequence[Finding]) -> tuple[Finding, ...]:
