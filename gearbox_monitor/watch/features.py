@@ -27,7 +27,7 @@ from gearbox_monitor.watch.settings import (
     FRICTION, RIPPLE, ROTOR, SCALE, TILT, WATCH_SETTINGS, WEIGHT)
 
 WIDTHS = {FRICTION: 2, SCALE: 1, ROTOR: 1, WEIGHT: 4, TILT: 2, RIPPLE: 2}
-ORDERS = tuple(range(2, 41))  # of ripple, waves per turn
+ORDERS = tuple(range(4, 41))  # of ripple, waves per turn: less come with links and loads
 LEAST = 1e-3     # of a joint's effort: less friction than this was not learnt
 UNKNOWN = 1e6    # variance of a state that a block does not show
 LIKELY = 9.0     # gain per coefficient from which one of FITTED candidates is fitted whole

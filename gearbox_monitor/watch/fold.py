@@ -40,6 +40,7 @@ STEP = 0.1      # s over which a speed is taken to see whether a joint moves
 CERTAIN = 2.33  # deviations by which the size of an alarm exceeds its limit
 NOUNS = {FRICTION: 'friction', SCALE: 'torque scale'}    # of what must be known of a joint
 NOTICED = 5.0   # deviations by which a mass was taken or put down
+SCALED = 0.02   # of link and load: as far as all torques together may be off without a sign
 TAKEN = 35.0    # chi squared of mass and first moments, from which another load is held
 
 
@@ -319,7 +320,7 @@ def _with_changes(watch: Watch, features: Features, groups: Sequence[Group]) -> 
     standing = {(c.kind, c.place) for c in changes if not c.over_ns}
     for i, (g, baseline) in enumerate(zip(groups, watch.baseline)):
         size, std = _level_size(watch.states, baseline, features, groups, i)
-        if (g.kind, g.place) not in standing and (
+        if g.kind != RIPPLE and (g.kind, g.place) not in standing and (
                 abs(size) - CERTAIN * std > s.kinds[g.kind].slow):
             changes.append(Change(g.kind, g.place, size, std, watch.stamp_ns, watch.stamp_ns,
                                   before=baseline, order=g.order))
@@ -344,7 +345,8 @@ def _with_states(watch: Watch, features: Features, groups: Sequence[Group]) -> W
             continue
         mean, covariance = now(watch.states, i, g.width)
         size, std = _size(mean - np.array(baseline)[:g.width], covariance, features, i, g.kind)
-        judged = std < s.power * s.kinds[g.kind].limit and watch.states.seen[i] >= s.settle
+        judged = bool(std < s.power * s.kinds[g.kind].limit
+                      and watch.states.seen[i] >= s.settle)
         states.setdefault(g.place, []).append(StateHealth(g.kind, size, std, judged))
     joints = []
     for joint in watch.joints:
@@ -385,10 +387,11 @@ def _with_payloads(watch: Watch, features: Features, begin_ns: int) -> Watch:
 
 def _payloads(watch: Watch) -> tuple[Payload, ...]:
     """Return what each link holds, against what it held when it was tared."""
-    out = []
+    links, out = _robot(watch)[0].chain.links, []
     for held, empty in zip(watch.held, watch.empty):
         b, spread = held.values[:4] - np.array(empty), held.covariance[:4, :4]
-        std = math.sqrt(float(spread[0, 0]))
+        own = next(link.mass for link in links if link.name == held.link)
+        std = math.hypot(math.sqrt(float(spread[0, 0])), SCALED * (own + abs(float(b[0]))))
         centre = centre_std = np.full(3, math.nan)
         if abs(b[0]) > 2.0 * std:
             centre = b[1:] / b[0]

@@ -67,7 +67,7 @@ class WatchSettings:
     kinds: Mapping[str, KindLimits] = field(default_factory=lambda: MappingProxyType({
         # Friction of gears halves between a cold and a warm robot, within an hour or two.
         FRICTION: KindLimits(0.5, 0.1, 0.03, 0.15, 0.5),
-        SCALE: KindLimits(0.3, 0.005, 0.005, 0.06, 0.1),
+        SCALE: KindLimits(0.3, 0.002, 0.005, 0.06, 0.1),
         ROTOR: KindLimits(0.3, 0.01, 0.02, 0.05, 0.2),
         WEIGHT: KindLimits(0.5, 0.005, 0.01, 0.1, 0.2),
         RIPPLE: KindLimits(0.1, 0.003, 0.005, 0.02, 0.05),
