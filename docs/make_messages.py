@@ -9,7 +9,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from gearbox_monitor.estimation import rts_smoother, sample_loop  # noqa: E402
-from gearbox_monitor.health.backlash.change_tests import ALONE, size_name, TESTS  # noqa: E402
+from gearbox_monitor.health.backlash.change_tests import size_name, TESTS  # noqa: E402
 from gearbox_monitor.health.diagnostic_keys import CHANGE_KEYS, DIAGNOSTIC_KEYS  # noqa: E402
 from gearbox_monitor.recordings.topics import SIGNALS  # noqa: E402
 
@@ -101,7 +101,7 @@ Each test for a change of backlash or friction publishes these keys in its compo
 
 | key | what |
 |---|---|
-| `TEST_score` | normal score of the test, over all stretches |
+| `TEST_score` | odds of the change, logarithm (base 10) |
 | `TEST_score_threshold` | from `false_alarm_interval` |
 | `SIZE_warn`, `SIZE_error` | limits for "plan a service" and for ERROR |
 | `SIZE`, `SIZE_std`, `SIZE_since` | size of the change, its deviation, its start |
@@ -157,8 +157,8 @@ def table(component: str) -> str:
 def changes() -> str:
     """Return the table of the tests for changes: the keys of all are formed alike."""
     lines = [CHANGES, '| TEST | SIZE | component | message |', '|---|---|---|---|']
-    lines += [f'| `{test.key}` | {"" if test.key == ALONE else f"`{size_name(test)}`"} '
-              f'| {test.component} | {test.words} ... % |' for test in TESTS]
+    lines += [f'| `{test.key}` | `{size_name(test)}` | {test.component} | {test.words} ... % |'
+              for test in TESTS]
     return '\n'.join(lines) + '\n'
 
 

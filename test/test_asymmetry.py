@@ -11,22 +11,12 @@ from gearbox_monitor.diagnosis.joint.evidence import Evidence
 from gearbox_monitor.estimation import process_model, sample_loop
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
-from gearbox_monitor.health.backlash import wear
-from gearbox_monitor.health.backlash.change_tests import TESTS
-from gearbox_monitor.health.health_record import HealthSettings
 from gearbox_monitor.kernels.types import Layout
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.signals import checks
-
-
-def test_tests_of_drift_share_the_false_alarms_that_are_asked_for():
-    settings = HealthSettings(windows_per_false_alarm=1e5)
-    for test in TESTS:
-        rate = wear.false_alarm_rate(settings.threshold(test))
-        assert rate == pytest.approx(test.share / 1e5, rel=1e-6)
 
 
 def test_noise_at_rest_is_that_of_its_own_encoder():

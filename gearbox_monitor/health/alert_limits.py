@@ -5,8 +5,8 @@
 Limits of alerts, each with what it means: what decides stands here and nowhere else.
 
 Settings of a fit, grids of a search and sizes of buffers, which change how soon a result arrives
-and not what counts as one, stand where they are used. Priors of features and the shares of false
-alarms stand in backlash.change_tests. A command that a comment names shows what the indicators
+and not what counts as one, stand where they are used. Limits of wear and priors of features
+stand in backlash.change_tests. A command that a comment names shows what the indicators
 detect with all limits together; no command derives a limit alone. Deviations are standard
 deviations.
 """
@@ -173,85 +173,15 @@ class AlertLimits:
     # Deviations of a window: 6e-5 by chance.
     contradicted: float = 4.0
 
-    # --- Spread of a point
-    # Windows before which nothing is compared: two differences of neighbours.
-    min_baseline: int = 3
-    # Factor by which the stated deviation of a window may be too small, and the windows that it
-    # weighs as much as against the spread that was seen.
-    stated_excess: float = 1.5
-    prior_windows: float = 10.0
-    # Deviations of a difference of neighbours beyond which it is a change rather than noise, and
-    # counts as much as this.
-    wild: float = 3.0
-    # Part of a window that a difference of neighbours tells: they share windows.
-    difference: float = 2.0 / 3.0
-    # Variance of the gap, all else being equal, over that of the gap, as stated.
-    sharp_stated: float = 0.1
-    # Windows before the gap is compared, all else being equal: ten per coupling and more.
-    min_complete: int = 60
-    # Windows that hold the couplings to 0.
-    ridge: float = 2.0
-
-    # --- Wear
-    # Deviations expected of the logarithms: of the level, a step, a step that may have come with
-    # a new motion, a slope per window.
-    level_std: float = 3.0
-    step_std: float = 1.0
-    pending_std: float = 0.5
-    slope_std: float = 0.01
-    # What the wear may do between steps: (has a slope, random walk per window over the noise of a
-    # window), and how probable each is before anything was seen.
-    courses: tuple[tuple[bool, float], ...] = (
-        (False, 0.0), (True, 0.0), (True, 0.06), (True, 0.3))
-    course_prior: tuple[float, ...] = (0.5, 0.2, 0.15, 0.15)
-    # Deviations by which the largest window may exceed the second largest: one alone is no change.
-    loner: float = 3.0
-    # Windows of the sequential test, whose false alarms scan.false_alarm_rate gives. Random
-    # histories: test/system/wear.py.
-    horizon: int = 120
-    # Windows within which the place of a step is searched again.
-    step_settle: int = 12
-    # Windows of other motions after which what may have come with a motion is resolved.
-    resolved: int = 12
-    # Windows after which a new motion may come with a change.
-    settled_windows: int = 30
-    # Stated deviation over that of the baseline, and over the change that requires a service, up
-    # to which a window is compared that is not trusted: the fit holds then.
-    stated_ratio: float = 3.0
-    precise: float = 0.1
-    # Score of a stretch below which a feature has stayed, and by which the gap as it was measured
-    # must speak for a change, too. Random histories: test/system/wear.py.
-    stayed: float = 3.5
-    agrees: float = 1.5
-    # Relative deviation of the couplings.
-    coupled: float = 0.05
-    # Points that the stated spread of offsets counts as.
-    offset_windows: float = 5.0
-    # Probability, and deviations, from which on a slope is one.
-    moving: float = 0.9
-    significant_slope: float = 3.0
-    # Deviations by which the slope may be larger where the wear is called steady: 2 % by chance.
-    steady_std: float = 2.0
-    # Logarithm below the first value that counts as nothing: 2 %.
-    value_floor: float = 4.0
-
-    # --- Stages of an alarm
-    # Share of its limit below which a stage is left.
-    release: float = 0.9
-    # A change is over when it is below this share of what is reported, or within so many
-    # deviations of nothing where these are such a share of it, for so many windows in a row.
-    over: float = 0.5
-    over_std: float = 2.0
-    over_share: float = 0.25
-    over_windows: int = 3
-    # s after which a smaller backlash is a new baseline: warm-up and a shift of work are shorter.
-    lasting: float = 86400.0
-
     # --- Words and forecast
+    # Windows of a motion before its own words for what is not known.
+    resolved: int = 12
     # Windows without one that can be compared before an outcome says so.
     grace: int = 3
-    # Deviations within which a change that requires a service may hide.
+    # Deviations within which a size is not known, and within which a change that requires a
+    # service is said to hide behind a new motion: 5 % and 10 % of the chance.
     open_std: float = 2.0
+    hides_std: float = 1.28
     # Deviation of the logarithm of a growth that is not known at all: a factor of e.
     unknown_growth: float = 1.0
     # Deviations below which a slope is no trend.

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from gearbox_monitor.estimation.consider import ERROR_NAMES
-from gearbox_monitor.health.backlash.change_tests import ALONE, ChangeTest, size_name, TESTS
+from gearbox_monitor.health.backlash.change_tests import ChangeTest, size_name, TESTS
 from gearbox_monitor.health.monitor import ROW_CHECKS
 from gearbox_monitor.parameters import CURVES, ESTIMATOR, RANDOM_WALK
 
@@ -33,13 +33,10 @@ def _of(component: str, *rows: tuple[str, str, str]) -> tuple[DiagnosticKey, ...
 def _of_test(test: ChangeTest) -> tuple[DiagnosticKey, ...]:
     """Return the keys that a `test` on backlash or friction adds to its component."""
     size = size_name(test)
-    scores = (
-        (f'{test.key}_score', '-', f'normal score of "{test.words}", all stretches'),
-        (f'{test.key}_score_threshold', '-', 'from `false_alarm_interval`'))
-    if test.key == ALONE:
-        return _of(test.component, *scores)
     return _of(
-        test.component, *scores,
+        test.component,
+        (f'{test.key}_score', '-', f'odds of "{test.words}", logarithm'),
+        (f'{test.key}_score_threshold', '-', 'from `false_alarm_interval`'),
         (f'{size}_warn', '-', 'limit for "plan a service"'), (f'{size}_error', '-', 'its limit'),
         *(() if size == 'growth' else ((size, '-', 'size of the change, while there is one'),)),
         (f'{size}_std', '-', 'its standard deviation'),

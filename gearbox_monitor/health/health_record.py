@@ -7,9 +7,8 @@ from dataclasses import asdict, dataclass, field
 import math
 from typing import Any, Self
 
-from gearbox_monitor.health.backlash import wear
 from gearbox_monitor.health.backlash.change_tests import (
-    ChangeTest, COMPONENTS, FEATURES, GAP, limits_of, LOST_MOTION, SHARP, TESTS)
+    ChangeTest, COMPONENTS, FEATURES, GAP, limits_of, LOST_MOTION, TESTS, WEAR)
 from gearbox_monitor.health.backlash.features import Backlash, Friction, NotExcited
 from gearbox_monitor.health.backlash.operating_point import Bins
 from gearbox_monitor.kernels.types import Values
@@ -59,9 +58,10 @@ class HealthSettings:
             limits_of(p), p.gap_limit, model.viscous_friction, model.coulomb_friction,
             shape.half_gap + play, p.drift_window, p.tau_k_model in CURVES)
 
-    def threshold(self, test: ChangeTest) -> float:
-        """Return the normal score at which `test` fires."""
-        return wear.threshold(self.windows_per_false_alarm / test.share)
+    @property
+    def threshold(self) -> float:
+        """Logarithm (base 10) of the odds at which a change is found."""
+        return math.log10(WEAR.tightness * self.windows_per_false_alarm)
 
     def limits_of(self, test: ChangeTest, healthy_gap: float) -> tuple[float, float, float]:
         """Return notice, warning and error limit of `test`; `healthy_gap`: rad, NaN unknown."""
@@ -174,13 +174,13 @@ class Health:
     features: of FEATURES, in their order. alerts {test: Alert}. ended {component: words}: what
     was over with the newest window. window: the newest one; backlash, friction: the newest that
     showed them. compared: whether the newest window was. over_limit: whether the backlash surely
-    exceeds gap_limit. point: its operating point in words,
-    point_windows: windows there. scores {test: normal score}. coefficients: (growth, deviation) of
-    viscous and of Coulomb friction. baseline_ns: first window that the baseline rests on, 0 while
-    there is none. marks: (stamp, words) of services and of baselines that were adopted. cause:
-    what a comparison of recordings named, '' for nothing. recordings: that it rests on. earlier:
-    whether the baseline is from before this run or recording, or was saved.
-    statistics: all that the next judgement depends on, plain data.
+    exceeds gap_limit. point: its operating point in words, point_windows: windows there. scores
+    {test: log10 of its odds}. coefficients: (growth, deviation) of viscous and Coulomb friction.
+    baseline_ns: first window that the baseline rests on, 0 while there is none. marks: (stamp,
+    words) of services and of baselines that were adopted. cause: what a comparison of recordings
+    named, '' for nothing. recordings: that it rests on. earlier: whether the baseline is from
+    before this run or recording, or was saved. statistics: all that the next judgement depends on,
+    plain data.
     """
 
     settings: HealthSettings
@@ -262,5 +262,5 @@ def active_tests(health: Health, component: str) -> list[ChangeTest]:
 
 
 def tests_of(column: int) -> list[ChangeTest]:
-    """Return the tests of the feature in `column`, without those of SHARP."""
-    return [test for test in TESTS if test.column == column != SHARP]
+    """Return the tests of the feature in `column`."""
+    return [test for test in TESTS if test.column == column]

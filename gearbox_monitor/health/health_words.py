@@ -10,7 +10,7 @@ from typing import Any
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.backlash.change_tests import (
     ADVICE, ChangeTest, COMPONENTS, FEATURES, FRICTION, GAIN, GAP, HYSTERESIS, LOST_MOTION,
-    size_name, STIFFNESS, TESTS, VISCOUS_SHARE)
+    size_name, STIFFNESS, TESTS, VISCOUS_SHARE, WEAR)
 from gearbox_monitor.health.backlash.features import Backlash, Friction
 from gearbox_monitor.health.backlash.wear import span, when
 from gearbox_monitor.health.checks.outcome import Level, Outcome
@@ -39,7 +39,7 @@ def outcome(health: Health, component: str) -> Outcome:
     if window is None and not active:
         reason = f': {pause.reason}' if pause else ': no window has ended'
         return Outcome(Level.WARN, f'{component} not measured yet{reason}; a baseline needs '
-                       f'{LIMITS.min_baseline} windows')
+                       f'{WEAR.min_baseline} windows')
     values = _measured(health, component, window) if window else {}
     level, texts = Level.OK, []
     if component == 'backlash' and health.over_limit:
@@ -132,7 +132,7 @@ def _hidden(health: Health, columns: tuple[int, ...]) -> str:
     for column in columns:
         feature, warn = health.features[column], health.limits(tests_of(column)[0])[1]
         if feature.is_open and abs(feature.change) > feature.change_std and abs(
-                feature.change) + LIMITS.open_std * feature.change_std >= warn:
+                feature.change) + LIMITS.hides_std * feature.change_std >= warn:
             return (f'{NOUNS[column]} {_percent(feature.change, feature.change_std)}, '
                     f'{NOT_SEPARABLE}: drive the old one')
     return ''
@@ -209,7 +209,7 @@ def _measured(health: Health, component: str, window: Backlash | Friction) -> di
     for test in TESTS:
         if test.component == component:
             values[f'{test.key}_score'] = health.scores.get(test.key, 0.0)
-            values[f'{test.key}_score_threshold'] = health.settings.threshold(test)
+            values[f'{test.key}_score_threshold'] = health.settings.threshold
             if test.key in health.settings.limits:
                 _, warn, error = health.limits(test)
                 name = size_name(test)
@@ -226,7 +226,7 @@ def _described(health: Health, test: ChangeTest, values: dict[str, Any]) -> str:
     values[f'{name}_since'] = when(alert.since_ns)
     sign = '+' if test.sign > 0 else ''  # "dropped by" says the sign itself
     text = f'{test.words} {_percent(alert.growth, std, sign)} since {when(alert.since_ns)}'
-    if feature.is_open and alert.growth < LIMITS.over_std * std:
+    if feature.is_open and alert.growth < LIMITS.open_std * std:
         text += f', its size {NOT_SEPARABLE}'
     if test.column == VISCOUS_SHARE and health.coefficients:
         text += ' (viscous {}, Coulomb {})'.format(

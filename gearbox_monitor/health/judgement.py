@@ -37,9 +37,7 @@ def judge(health: Health, window: Window) -> tuple[Health, tuple[Event, ...]]:
         health: what was known before; it stays as it is.
         window: the newest window; one that was judged before changes nothing.
     """
-    tracker = Tracker(health.settings, health.statistics)
-    tracker.update(window)
-    after = _following(health, tracker)
+    after = _following(health, Tracker.of(health.settings, health.statistics).update(window))
     if not after.alerts:
         after = replace(after, cause='')
     return after, events(health, after)
@@ -66,8 +64,7 @@ def accepted(health: Health) -> tuple[Health, int]:
 
     The wear becomes 0 with its deviation, at all operating points; all alerts end.
     """
-    tracker = Tracker(health.settings, health.statistics)
-    windows = tracker.accept()
+    tracker, windows = Tracker.of(health.settings, health.statistics).accept()
     return replace(_following(health, tracker), cause='', earlier=True), windows
 
 
@@ -81,14 +78,13 @@ def serviced(health: Health, stamp_ns: int, note: str) -> Health:
         note: what was done, '' for nothing.
 
     """
-    tracker = Tracker(health.settings, health.statistics)
-    tracker.serve(stamp_ns, note)
+    tracker = Tracker.of(health.settings, health.statistics).served(stamp_ns, note)
     return replace(_following(health, tracker), cause='')
 
 
 def under(health: Health, settings: HealthSettings) -> Health:
     """Return `health` as it is judged by other `settings` from now on."""
-    return _following(health, Tracker(settings, health.statistics))
+    return _following(health, Tracker.of(settings, health.statistics))
 
 
 def _following(health: Health, tracker: Tracker) -> Health:
@@ -114,8 +110,6 @@ def from_data(settings: HealthSettings, data: Values | None) -> Health:
     """
     if data is None:
         return Health(settings)
-    health = Health(settings)
-    if data['statistics']:  # none before the first window
-        health = Tracker(settings, data['statistics']).health()
+    health = Tracker.of(settings, data['statistics']).health()
     return replace(health, cause=str(data['cause']), earlier=bool(data['earlier']),
                    recordings=tuple(map(str, data['recordings'])))

@@ -26,7 +26,7 @@ from gearbox_monitor.files.baselines import (
     Damaged, health_text, load_baseline, load_state, save_baseline, set_aside, STATE, StateFile)
 from gearbox_monitor.files.opening import config_path, load_robot, TOPIC
 from gearbox_monitor.files.yaml_files import load_model
-from gearbox_monitor.health.backlash.change_tests import COMPONENTS, TESTS
+from gearbox_monitor.health.backlash.change_tests import COMPONENTS
 from gearbox_monitor.health.checks import usability
 from gearbox_monitor.health.checks.outcome import Level, Outcome, outcome_of, with_more
 from gearbox_monitor.health.health_record import FeatureHealth
@@ -207,8 +207,6 @@ class MonitoredGearbox:
         known, adaptation, recording_ns = self._state_at_start(values)
         self.monitor = Monitor(model, values, known, settings.robot, phase_ns)
         self._recall(adaptation)
-        for test in TESTS:  # computed once, and not while a sample waits
-            self.monitor.health.settings.threshold(test)
         self.names = GearboxNames(
             {TRANSMISSION: self.name or TRANSMISSION, MOTOR: values.motor_joint,
              ARM: values.arm_joint}, model.gear_ratio)

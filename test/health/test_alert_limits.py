@@ -25,8 +25,8 @@ NUMERICAL = {
     'history': {'ROOM'}, 'innovation': {'LJUNG_BOX_LIMIT'},
     'locked_input': {'STARTS'}, 'observability': {'POSITION_SCALE', 'ROUNDING', 'TINY'},
     'elastic_curve': {'ENOUGH', 'TINY', 'ITERATIONS'},
-    'features': {'TOLERANCE'}, 'change': {'HOUR'}, 'change_tests': {'PRIORS', 'TESTS'},
-    'operating_point': {'TINY'},
+    'features': {'TOLERANCE'}, 'change': {'HOUR', 'DAY'}, 'change_tests': {'PRIORS'},
+    'operating_point': {'DIFFERENCE', 'TINY'}, 'wear_data': {'SMALLEST'},
     'hidden_arm': {'STEP', 'LONGEST', 'SCAN', 'SHIFT', 'SPREAD', 'LOADS', 'NOISE'}}
 
 

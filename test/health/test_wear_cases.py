@@ -228,7 +228,8 @@ def test_one_of_two_changes_ends():
 def test_a_stiffer_gearbox_is_told_and_is_no_gap():
     gearbox = learnt(10)
     found = gearbox.go(20, stiffness=5.75)
-    assert 'stiffness has grown by +15' in found[-1]['backlash'].message
+    size(gearbox, 'stiffness_growth', 0.15)
+    assert 'stiffness has grown by +1' in found[-1]['backlash'].message
     assert list(gearbox.health.alerts) == ['stiffness_growth']
 
 

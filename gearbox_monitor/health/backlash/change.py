@@ -4,187 +4,211 @@
 """
 Follow the wear of a gearbox window by window: what has changed for good.
 
-`Tracker` holds the wear of each feature as a state (wear), finds its steps (wear.scan), and says
-how large the wear is, since when, and when a limit will be reached: its `health`.
+A Tracker is a value: `update` returns the next one. It keeps the windows (wear_data.History) and,
+of each feature, the steps of the likeliest explanation; each window weighs all explanations with
+one step more (wear.evidence), moves the newest steps to where they fit best, and says how large
+the wear is, since when, and when a limit will be reached: its `health`.
 """
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 import math
-from typing import Any
+from typing import Any, NamedTuple, Self
 
 import numpy as np
+import scipy
 
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.backlash import wear
 from gearbox_monitor.health.backlash.change_tests import (
-    ALONE, ALONE_LOSS, ChangeTest, FEATURES, FRICTION, GAP, LOST_MOTION, PRIORS, SHARP, TESTS,
-    VISCOUS_SHARE)
+    ChangeTest, FEATURES, FRICTION, GAP, LOST_MOTION, PRIORS, TESTS, VISCOUS_SHARE, WEAR)
 from gearbox_monitor.health.backlash.features import Backlash, Friction
 from gearbox_monitor.health.backlash.operating_point import find_point, OperatingPoint
-from gearbox_monitor.health.backlash.wear import Trend
-from gearbox_monitor.health.backlash.wear_data import excess, OTHERS, WearData
+from gearbox_monitor.health.backlash.wear import Columns, Fit, FIRST, Scan, SECOND_ONE, Trend
+from gearbox_monitor.health.backlash.wear_data import excess, History
 from gearbox_monitor.health.health_record import (
     Alert, FeatureHealth, FOUND, GROSS, Health, HealthSettings, tests_of, TRUSTED, WARNED, Window)
 from gearbox_monitor.kernels.types import Array, Flags, Values
 
 RECENT = 12         # windows whose mean is shown while there is no change
-MAX_STEPS, MAX_PENDING = 6, 8
-HOUR = 3600e9       # ns
+MAX_STEPS, MAX_OPEN = 6, 8
+HOUR, DAY = 3600e9, 86400e9  # ns
 LOSSES = {'gap_loss', 'lost_motion_loss'}  # tests of a backlash that became smaller
 
 
-@dataclass
+class Step(NamedTuple):
+    """A step of the wear after the window at `stamp_ns`; std: prior deviation of its logarithm."""
+
+    stamp_ns: int
+    kind: str = 'found'
+    std: float = WEAR.step_std
+
+
+OPEN, ACCEPTED = 'open', 'accepted'  # may have come with a new motion; before a saved baseline
+
+
+@dataclass(frozen=True)
 class FeatureWear:
     """
     The wear of a feature as it is known.
 
-    steps, pending: stamps (ns) of its steps, and of motions with which one may have come. value,
-    std: logarithm of the wear, or of the newest windows while there is no change; compared_ns:
-    newest window that told it. slope, slope_std: per window; moving: probability of a slope.
-    suspected, gone, lower: windows in a row in which one that is pending seems to be a step, a
-    change seems to be over, or its stage to be left. newest: see FeatureHealth.
+    steps: in order of time. value, std: logarithm of the wear, or of the newest windows while
+    there is no change; compared_ns: newest window that told it. slope, slope_std: per window;
+    moving: probability of a slope. course: the most probable of WearLimits.courses. newest: see
+    FeatureHealth.
     """
 
-    steps: list[int] = field(default_factory=list)
-    pending: list[int] = field(default_factory=list)
+    steps: tuple[Step, ...] = ()
     value: float = math.nan
     std: float = math.nan
     compared_ns: int = 0
     slope: float = 0.0
     slope_std: float = 0.0
     moving: float = 0.0
-    suspected: int = 0
-    gone: int = 0
-    lower: int = 0
+    course: int = 0
     newest: float = 0.0
 
+    @property
+    def found(self) -> list[int]:
+        """Stamps (ns) of the steps that were found."""
+        return [s.stamp_ns for s in self.steps if s.kind == 'found']
 
+    @property
+    def pending(self) -> list[int]:
+        """Stamps (ns) of motions with which a step may have come."""
+        return [s.stamp_ns for s in self.steps if s.kind == OPEN]
+
+    def with_step(self, step: Step) -> Self:
+        """Return it with one `step` more, in place of one that may have come then."""
+        steps = [s for s in self.steps if s.stamp_ns != step.stamp_ns or s.kind == ACCEPTED]
+        return replace(self, steps=tuple(sorted([*steps, step])))
+
+    def without(self, *steps: Step) -> Self:
+        """Return it without `steps`."""
+        return replace(self, steps=tuple(s for s in self.steps if s not in steps))
+
+
+@dataclass(frozen=True, eq=False)
 class Tracker:
     """
-    The wear of one gearbox, its sequential test, forecast and alarms; one `update` per window.
+    The wear of one gearbox, its alerts and all that they rest on; `update` takes a window.
 
-    settings: HealthSettings. state: what to_dict gave, None at the begin. Raises ValueError,
-    KeyError or TypeError for data that are no state.
+    alerts: by test. ended: by component, what was over with the newest window. scores: by test,
+    logarithm (base 10) of the odds of a change. backlash, friction: of the newest windows that
+    show them; point: where, -1: none; trusted, compared: whether it is. over_limit: see Health.
+    marks: (stamp, words), where another baseline began. levels, level_stds: healthy, of the
+    features at the newest point.
     """
 
-    def __init__(self, settings: HealthSettings, state: Values | None = None) -> None:
-        self.settings = settings
-        self.data = WearData(settings.viscous, settings.coulomb)
-        self.wear = [FeatureWear() for _ in FEATURES]
-        self.scores = {test.key: 0.0 for test in TESTS}
-        self.alerts: dict[str, Alert] = {}  # by test
-        self.ended: dict[str, str] = {}  # by component: what was over with the newest window
-        self.window: Window | None = None
-        self.backlash: Backlash | None = None
-        self.friction: Backlash | Friction | None = None
-        self.point, self.trusted, self.compared, self.over_limit = -1, False, False, False
-        self.stamp_ns = self.service_ns = 0  # of the newest window; of a service until it counts
-        self.marks: list[tuple[int, str]] = []  # (stamp, words): where another baseline began
-        self._counted = (0, -1), 0  # windows at a point, at a stamp
-        self._levels: Array = np.full(len(FEATURES), np.nan)  # healthy, at the newest point
-        self._level_stds: Array = np.full(len(FEATURES), np.nan)
-        if state:
-            self._load(state)
+    settings: HealthSettings
+    data: History
+    wear: tuple[FeatureWear, ...] = (FeatureWear(),) * len(FEATURES)
+    scores: Mapping[str, float] = field(default_factory=lambda: {t.key: 0.0 for t in TESTS})
+    alerts: Mapping[str, Alert] = field(default_factory=dict)
+    ended: Mapping[str, str] = field(default_factory=dict)
+    window: Window | None = None
+    backlash: Backlash | None = None
+    friction: Backlash | Friction | None = None
+    point: int = -1
+    trusted: bool = False
+    compared: bool = False
+    over_limit: bool = False
+    stamp_ns: int = 0
+    marks: tuple[tuple[int, str], ...] = ()
+    levels: tuple[float, ...] = (math.nan,) * len(FEATURES)
+    level_stds: tuple[float, ...] = (math.nan,) * len(FEATURES)
+
+    @classmethod
+    def of(cls, settings: HealthSettings, state: Values | None = None) -> Self:
+        """
+        Return the Tracker that goes on from `state`, of to_dict, none or empty at the begin.
+
+        Raises ValueError, KeyError or TypeError for data that are no state.
+        """
+        friction = settings.viscous, settings.coulomb
+        if not state:
+            return cls(settings, History(*friction))
+        return cls(settings, History.from_dict(state, *friction), **_fields(state))
 
     # ------------------------------------------------------------------ windows
 
-    def update(self, window: Window) -> None:
-        """Take a `window`; `health` says what it changed."""
+    def update(self, window: Window) -> Self:
+        """Return the Tracker after a `window`; `health` says what it changed."""
         if window.stamp_ns == self.stamp_ns:
-            return  # it has been taken before
+            return self  # it has been taken before
+        tracker = self
         if window.stamp_ns < self.stamp_ns:
             # The clock was set back, or is another one: what was before keeps its order.
-            self._move(window.stamp_ns - self.stamp_ns - round(self.settings.window * 1e9))
-        self.stamp_ns, self.window, self.ended = window.stamp_ns, window, {}
-        features = window.friction
-        self.compared = False
+            tracker = self._moved(
+                window.stamp_ns - self.stamp_ns - round(self.settings.window * 1e9))
+        tracker = replace(
+            tracker, stamp_ns=window.stamp_ns, window=window, ended={}, compared=False)
         if isinstance(window.features, Backlash):
-            self.backlash = window.features
-            self._compare_with_limit(window.features)
+            tracker = replace(tracker, backlash=window.features,
+                            over_limit=self._exceeds(window.features))
+        features = window.friction
         if features is None:
-            return
-        self.friction, self.trusted = features, window.trust == TRUSTED
-        if self.trusted or window.comparable:
-            self._take(features, window)
+            return tracker
+        tracker = replace(tracker, friction=features, trusted=window.trust == TRUSTED)
+        if not (tracker.trusted or window.comparable):
+            return tracker
+        return tracker._taken(features, window)._with_smaller_baseline()
 
-    def _compare_with_limit(self, window: Backlash) -> None:
-        """Compare the backlash of a `window` with gap_limit; what is not sure stays as it was."""
+    def _exceeds(self, window: Backlash) -> bool:
+        """Return whether a `window` exceeds gap_limit; what is not sure stays as it was."""
         size, std = (window.gap, window.gap_std) if window.separable else (
             window.lost_motion, window.lost_motion_std)
         off = size - (self.settings.gap_limit or math.inf)
-        if not abs(off) < LIMITS.over_std * std:
-            self.over_limit = bool(off > 0.0)
+        return self.over_limit if abs(off) < LIMITS.open_std * std else bool(off > 0.0)
 
-    def serve(self, stamp_ns: int, note: str) -> None:
-        """Note a service at `stamp_ns`: the windows after it measure a new baseline."""
-        self.marks.append((stamp_ns, f'serviced, {note}' if note else 'serviced'))
-        if not self.data.stamps:
-            return
-        self.service_ns = max(stamp_ns, self.data.stamps[-1])
-        self.alerts = {}
-        for column in range(len(FEATURES)):
-            self._add_step(column, self.service_ns)
+    def served(self, stamp_ns: int, note: str) -> Self:
+        """Return it after a service at `stamp_ns`: the windows after it are a new baseline."""
+        marked = replace(self, marks=(*self.marks, (
+            stamp_ns, f'serviced, {note}' if note else 'serviced')))
+        if not len(self.data.stamps):
+            return marked
+        return marked._accepted(max(stamp_ns, int(self.data.stamps[-1])))
 
-    def _begin_baseline(self) -> None:
-        """Begin a new baseline after a service, or once a smaller backlash has lasted a day."""
-        since = np.array(self.data.stamps, np.int64) > self.service_ns
-        if self.service_ns:
-            if since.sum() >= LIMITS.min_baseline:
-                self.service_ns = 0
-                self.accept()
-        elif self.alerts and self.alerts.keys() <= LOSSES and self.stamp_ns - max(
-                alert.since_ns for alert in self.alerts.values()) > 1e9 * LIMITS.lasting:
-            key, alert = max(self.alerts.items(), key=lambda item: item[1].growth)
-            noun = 'backlash' if key == 'gap_loss' else 'lost motion'
-            self.accept()
-            self.marks.append((alert.since_ns, f'{noun} {100 * alert.growth:.1f} % smaller than '
-                               'before, a new baseline'))
+    def _with_smaller_baseline(self) -> Self:
+        """Return it with a smaller backlash as the baseline, once it has lasted a day."""
+        if not (self.alerts and self.alerts.keys() <= LOSSES and all(
+                self.stamp_ns - alert.since_ns > DAY for alert in self.alerts.values())):
+            return self
+        key, alert = max(self.alerts.items(), key=lambda item: item[1].growth)
+        noun = 'backlash' if key == 'gap_loss' else 'lost motion'
+        return replace(self.accept()[0], marks=(*self.marks, (
+            alert.since_ns, f'{noun} {100 * alert.growth:.1f} % smaller than before, a new '
+            'baseline')))
 
-    def _move(self, by_ns: int) -> None:
-        """Move all that was before by a time."""
-        self.data.move(by_ns)
-        for feature in self.wear:
-            feature.steps, feature.pending = (
-                [stamp + by_ns for stamp in stamps] for stamps in (feature.steps, feature.pending))
-            feature.compared_ns += by_ns if feature.compared_ns else 0
-        self.alerts = {key: replace(alert, since_ns=alert.since_ns + by_ns,
-                                    found_ns=alert.found_ns + by_ns)
-                       for key, alert in self.alerts.items()}
+    def _moved(self, by_ns: int) -> Self:
+        """Return it with all that was before moved by a time."""
+        return replace(self, data=self.data.moved(by_ns), wear=tuple(replace(
+            f, compared_ns=f.compared_ns + (by_ns if f.compared_ns else 0), steps=tuple(
+                step._replace(stamp_ns=step.stamp_ns + by_ns) for step in f.steps))
+            for f in self.wear), alerts={
+                key: replace(alert, since_ns=alert.since_ns + by_ns,
+                             found_ns=alert.found_ns + by_ns)
+                for key, alert in self.alerts.items()})
 
-    def _take(self, features: Backlash | Friction, window: Window) -> None:
-        data, settings, trust = self.data, self.settings, window.trust
-        count = len(data.points)
-        point = find_point(data.points, features, window.temperature, settings.bins)
-        place = data.points[point]
-        values, variances = self._measure(features, place)
+    def _taken(self, features: Backlash | Friction, window: Window) -> Self:
+        data, trust = self.data, window.trust
+        points, point = find_point(data.points, features, window.temperature, self.settings.bins)
+        values, variances = self._measure(features, points[point])
         usual = variances / excess(trust)
         if trust != TRUSTED:
-            values = np.where(self._fits(variances, usual, place), values, math.nan)
-        place.state(np.where(np.isfinite(values), usual, math.nan))
-        self.point = point
-        self.compared = bool(np.isfinite(values).any())
-        if not self.compared:
-            return
-        if len(data.points) > count and self._windows() >= LIMITS.settled_windows:
-            stamp = data.stamps[-1] if data.stamps else self.stamp_ns - 1
-            for column, feature in enumerate(self.wear):
-                if np.isfinite(values[column]):
-                    pending = [*feature.pending, stamp]
-                    # A change that came with one that is dropped shows at its neighbours.
-                    feature.pending = pending[:1] + pending[1:][1 - MAX_PENDING:]
-        data.add(self.stamp_ns, point, trust, data.warmth(window.temperature),
-                 data.relative(values))
-        marks = self._marks()
-        data.couple(marks)
-        data.absorb(marks, settings.baseline_windows)
-        self._judge()
-        self._begin_baseline()
-
-    def _windows(self) -> int:
-        return len(self.data) + sum(block.windows for block in self.data.blocks)
-
-    def _marks(self) -> list[int]:
-        return sorted({stamp for feature in self.wear
-                       for stamp in (*feature.steps, *feature.pending)})
+            values = np.where(self._fits(variances, usual, points[point]), values, math.nan)
+        is_new, measured = len(points) > len(data.points), np.isfinite(values)
+        place = points[point].with_stated(np.where(measured, usual, math.nan))
+        tracker = replace(self, point=point, compared=bool(measured.any()), data=replace(
+            data, points=(*points[:point], place, *points[point + 1:])))
+        if not tracker.compared:
+            return tracker
+        if is_new and data.windows >= WEAR.settled_windows:
+            step = Step(int(data.stamps[-1]), OPEN, WEAR.open_std)
+            tracker = replace(tracker, wear=tuple(
+                _opened(feature, step) if measured[f] else feature
+                for f, feature in enumerate(self.wear)))
+        return replace(tracker, data=tracker.data.with_window(
+            self.stamp_ns, point, trust, window.temperature, values))._judged()
 
     def _fits(self, variances: Array, usual: Array, place: OperatingPoint) -> Flags:
         """
@@ -201,16 +225,16 @@ class Tracker:
         """
         warn = np.zeros(len(FEATURES))
         for test in TESTS:
-            if test.column < len(FEATURES) and test.key in self.settings.limits:
+            if test.key in self.settings.limits:
                 warn[test.column] = self.settings.limits[test.key][1]
         with np.errstate(invalid='ignore'):
-            result: Flags = (usual <= LIMITS.stated_ratio ** 2 * place.stated) \
-                | (variances <= (LIMITS.precise * warn) ** 2)
-        return result & (self._windows() >= LIMITS.min_baseline)
+            result: Flags = (usual <= WEAR.stated_ratio ** 2 * place.stated) \
+                | (variances <= (WEAR.precise * warn) ** 2)
+        return result & (self.data.windows >= WEAR.min_baseline)
 
     def _measure(self, window: Backlash | Friction, place: OperatingPoint
                  ) -> tuple[Array, Array]:
-        """Return (values [F], variances [F]) of a window's features, as WearData takes them."""
+        """Return (values [F], variances [F]) of a window's features, as History takes them."""
         w, nan = window, (math.nan, math.nan)
         gap, lost_motion, stiffness, hysteresis = (nan,) * 4
         if isinstance(w, Backlash):
@@ -234,8 +258,7 @@ class Tracker:
                 values[column], std[column] = value / unit, deviation / unit
                 continue
             reference = self.data.reference[column]
-            lowest = math.exp(reference
-                              - LIMITS.value_floor) if math.isfinite(reference) else 1e-12
+            lowest = math.exp(reference - WEAR.value_floor) if math.isfinite(reference) else 1e-12
             value = max(value, lowest)
             values[column], std[column] = math.log(value), deviation / value
         return values, std ** 2
@@ -264,415 +287,141 @@ class Tracker:
 
     # ------------------------------------------------------------------ inference
 
-    def _prior(self, column: int, columns: int, points: int) -> Array:
-        """Return the variances of `columns` columns of a design, see wear.Observations."""
-        prior = PRIORS[_own(column)]
-        spread = self.data.spread[column]
-        offset = prior.offset ** 2 if not math.isfinite(spread) else spread
-        common = (LIMITS.level_std ** 2, prior.temperature ** 2, prior.coulomb ** 2,
-                  prior.distrust ** 2, self.data.shift[column])
-        larger = columns - len(common) - points
-        return np.concatenate([common, np.full(points, offset), np.full(
-            larger, prior.distrust ** 2)])
-
-    def _course(self, column: int) -> wear.Course:
-        feature = self.wear[_own(column)]
-        length = self.settings.window * 1e9
-        return wear.Course(*(tuple(wear.ages(stamps, self.stamp_ns, length).tolist())
-                             for stamps in (feature.steps, feature.pending)))
-
-    def _judge(self) -> None:
-        """Find new steps, and bring the wear of all features up to date."""
-        data = self.data
-        observed, points = data.observations(self.stamp_ns, self.settings.window * 1e9)
-        place = points.index(data.newest)
-        results: dict[int, tuple[wear.Wear, wear.Scan]] = {}
-        for column in range(SHARP + 1):
-            if column == SHARP:
-                observed[SHARP] = self._without_others(observed[SHARP], results)
-            o = observed[column] = self._widened(column, observed[column])
-            if not o.weight.any() or (column == SHARP and o.count.sum() < LIMITS.min_complete):
-                continue
-            results[column] = self._estimated(column, o, len(points))
-            estimate, scanned = results[column]
-            # A window that contradicts those before is judged with the next one, not learnt.
-            strays = not self.wear[_own(column)].steps and \
-                abs(scanned.newest) > LIMITS.contradicted
-            self._learn(column, estimate.fit, points, place, not strays)
-            if column < len(FEATURES):
-                self.wear[column].newest = self.relative(
-                    column, float(scanned.size[-1]), 0.0)[0] if strays else 0.0
-        scores = {column: self._scored(column, observed[column], result[1])
-                  for column, result in results.items()}
+    def _judged(self) -> Self:
+        """Return it with the steps that explain all windows best, and what follows from them."""
+        began = [f.found[0] for f in self.wear if f.found]
+        marks = sorted({s.stamp_ns for f in self.wear for s in f.steps})
+        data = self.data.merged(marks, min(began, default=self.stamp_ns),
+                                self.settings.baseline_windows)
+        features = list(self.wear)
+        for f, feature in enumerate(features):  # what was between the oldest two is history
+            if len(feature.found) > MAX_STEPS:
+                data = data.without(f, *feature.found[:2])
+                features[f] = feature.without(next(
+                    s for s in feature.steps if s.kind == 'found'))
+        tracker = replace(self, data=data, wear=tuple(features))
+        search = _Search(tracker)
+        search.move()
+        search.settle()
+        search.flatten()
+        search.look()
+        search.estimate()
+        tracker = replace(tracker, wear=tuple(search.wear), scores=search.scores)
+        tracker = tracker._learnt(search)
         for column in range(len(FEATURES)):
-            if column not in results:
+            tracker = tracker._followed(column, search)
+        return tracker
+
+    def _learnt(self, search: '_Search') -> Self:
+        """Keep what the fit says of temperature, spread of offsets and the healthy level."""
+        fit, o = search.fit, search.base.observations
+        data, point = self.data, int(self.data.where[-1])
+        place = o.points.index(point)
+        mean, variance = fit.without_wear()
+        slopes, spread = data.slopes.copy(), data.spread.copy()
+        levels, stds = list(self.levels), list(self.level_stds)
+        temperature = self.window.temperature if self.window else None
+        kelvin, offsets = data.warmth(temperature), slice(
+            wear.N_COMMON, wear.N_COMMON + len(o.points))
+        accepted = search.accepted()
+        for f, prior in enumerate(PRIORS):
+            if not o.counts[:, f].any():
                 continue
-            source = SHARP if column == GAP and SHARP in results \
-                and self._all_else_equal(scores, results) else column
-            if self._step(column, results, scores) or self._moved(
-                    column, source, observed[source], len(points)):
-                for c in {column, source}:
-                    results[c] = self._estimated(c, observed[c], len(points))
-            coupled = math.hypot(*(
-                self.data.couplings[c] * math.hypot(w.std, LIMITS.coupled * w.value)
-                for c, (w, _) in results.items() if c in OTHERS and self.wear[c].steps)
-            ) if source == SHARP else 0.0
-            told = column == VISCOUS_SHARE and self._told_by_friction(results)
-            if self.settings.follows_curve and column not in (GAP, LOST_MOTION) and any(
-                    self.wear[c].steps for c in (GAP, LOST_MOTION)):
-                # The torque follows a curve with the backlash of before: all else seems to change.
-                told = True
-                for test in tests_of(column):
-                    self.alerts.pop(test.key, None)
-            self._follow(column, observed[column], results[source], coupled, told)
+            share = data.shares([point], f)[0]
+            slopes[f] = mean[f, wear.TEMPERATURES] @ share
+            if len(o.points) > 1 and all(s.kind == ACCEPTED for s in self.wear[f].steps):
+                squares = mean[f, offsets] ** 2 + variance[f, offsets]
+                spread[f] = (WEAR.offset_windows * prior.offset ** 2 + float(squares.sum())) / (
+                    WEAR.offset_windows + len(o.points))
+            at = np.zeros_like(mean)
+            at[f, [wear.LEVEL, wear.N_COMMON + place]] = 1.0
+            at[f, wear.TEMPERATURES] = kelvin * share
+            if not self.wear[f].newest:  # it is judged with the next one, not learnt
+                levels[f], stds[f] = fit.combined(
+                    at.ravel(), accepted * (fit.columns.feature == f))
+        return replace(self, levels=tuple(levels), level_stds=tuple(stds),
+                       data=replace(data, slopes=slopes, spread=spread))
 
-    def _widened(self, column: int, o: wear.Observations) -> wear.Observations:
-        """Return `o` with the noise that a smaller feature has: it does not shrink with it."""
-        feature = self.wear[_own(column)]
-        if not (feature.steps and PRIORS[_own(column)].logarithmic
-                and feature.value < 0.0):
-            return o
-        since = wear.ages(feature.steps[:1], self.stamp_ns, self.settings.window * 1e9)[0]
-        return replace(o, weight=np.where(
-            o.age < since, o.weight * math.exp(2.0 * feature.value), o.weight))
-
-    def _without_others(self, o: wear.Observations, results: dict[
-            int, tuple[wear.Wear, wear.Scan]]) -> wear.Observations:
-        """Return SHARP without what the known wear of the other features does to it."""
-        y = o.y
-        for column in OTHERS:
-            if self.data.couplings[column] and self.wear[column].steps and column in results:
-                y = y + self.data.couplings[column] * results[column][0].fit.wear(o.age)
-        return replace(o, y=y)
-
-    def _estimated(self, column: int, o: wear.Observations, points: int
-                   ) -> tuple[wear.Wear, wear.Scan]:
-        prior, course = self._prior(column, o.design.shape[1], points), self._course(column)
-        noise = math.sqrt(self.data.points[self.data.newest].variance()[column])
-        estimate = wear.estimate(o, prior, course, noise)
-        return estimate, wear.scan(o, estimate.fit)
-
-    def _learn(self, column: int, fit: wear.Fit, points: list[int], place: int, level: bool
-               ) -> None:
-        """
-        Keep what a fit says of temperature, spread of offsets and the healthy level.
-
-        Args:
-            column: of the feature.
-            fit: the most probable course.
-            points: that take part.
-            place: of the newest point among them.
-            level: whether the healthy level is kept, too.
-
-        """
-        data, first = self.data, wear.N_COMMON
-        share = data.shares([points[place]], column)[0]
-        data.slopes[column] = fit.mean[wear.TEMPERATURES] @ share
-        variance = np.diag(fit.covariance)
-        offsets = slice(first, first + len(points))
-        stated = PRIORS[_own(column)].offset ** 2
-        feature = self.wear[_own(column)]
-        if len(points) > 1 and not feature.steps and not feature.pending:
-            squares = fit.mean[offsets] ** 2 + variance[offsets]
-            data.spread[column] = (LIMITS.offset_windows * stated + float(squares.sum())) / (
-                LIMITS.offset_windows + len(points))
-        if column < len(FEATURES) and level:
-            at = np.zeros(len(fit.mean))
-            at[[wear.LEVEL, first + place]] = 1.0
-            at[wear.TEMPERATURES] = data.kelvin[-1] * share
-            self._levels[column] = at @ fit.mean
-            self._level_stds[column] = math.sqrt(max(float(at @ fit.covariance @ at), 0.0))
-
-    def _scored(self, column: int, o: wear.Observations, scanned: wear.Scan
-                ) -> tuple[Array, Array]:
-        """Return (up, down): normal scores [M] of stretches that have enough before them."""
-        m = o.rows
-        required = LIMITS.min_complete if column == SHARP else LIMITS.min_baseline
-        windows = o.count[:-m].sum() + np.concatenate([[0.0], np.cumsum(o.count[-m:])[:-1]])
-        # Only the noise is known by so many windows, not what priors add (Satterthwaite).
-        dof = self.data.points[self.data.newest].dof(column) / np.maximum(scanned.noise, 1e-3) ** 2
-        up, down = (np.where(windows >= required, wear.normal_score(score, dof), 0.0)
-                    for score in (scanned.up, scanned.down))
-        return up, down
-
-    def _step(self, column: int, results: dict[int, tuple[wear.Wear, wear.Scan]],
-              scores: dict[int, tuple[Array, Array]]) -> bool:
-        """Add the step of a feature that its tests find; return whether anything is new."""
-        data = self.data
-        notice = self.settings.notice(column)
-        detected: list[tuple[float, int]] = []
-        for test in TESTS:
-            source = test.column
-            if _own(source) != column or source not in scores:
-                continue
-            score = scores[source][0 if test.sign > 0 else 1]
-            k = int(np.argmax(score))
-            self.scores[test.key] = float(score[k])
-            scanned, threshold = results[source][1], self.settings.threshold(test)
-            smallest = test.sign * scanned.size - scanned.std
-            if test.key in (ALONE, ALONE_LOSS):
-                raw = scores[GAP][0 if test.sign > 0 else 1][k]
-                if not (self._stayed(scores, results, k) and raw > LIMITS.agrees):
-                    continue
-                smallest = np.where(np.arange(len(score)) == k, np.fmin(
-                    smallest, test.sign * results[GAP][1].size), math.nan)
-            smallest = smallest - PRIORS[column].crosstalk * self._moves(column, results, scores)
-            with np.errstate(invalid='ignore'):
-                significant = np.flatnonzero((score > threshold) & (smallest >= notice))
-            if len(significant):
-                # The likeliest: the score of a long stretch rests on more windows.
-                gain = scanned.up if test.sign > 0 else scanned.down
-                k = int(significant[np.argmax(gain[significant])])
-                detected.append((float(score[k]) - threshold, k))
-        if detected:
-            _, k = max(detected)
-            self._add_step(column, data.stamps[k - 1] if k else data.stamps[0] - 1)
-            return True
-        return self._suspected(column, results)
-
-    def _moves(self, column: int, results: dict[int, tuple[wear.Wear, wear.Scan]],
-               scores: dict[int, tuple[Array, Array]]) -> float:
-        """Return the largest change of other features, known or only suspected."""
-        largest = 0.0
-        for c, (estimate, scanned) in results.items():
-            if c in (column, SHARP):
-                continue
-            if self.wear[c].steps:
-                largest = max(largest, abs(estimate.value))
-            for side in scores[c]:
-                k = int(np.argmax(side))
-                if side[k] > LIMITS.stayed:
-                    largest = max(largest, abs(float(scanned.size[k])))
-        return largest
-
-    def _stayed(self, scores: dict[int, tuple[Array, Array]],
-                results: dict[int, tuple[wear.Wear, wear.Scan]], k: int) -> bool:
-        """Return whether what SHARP is made of has stayed since row k, or is known."""
-        for c in OTHERS:
-            if c not in scores or not self.data.couplings[c]:
-                continue
-            estimate, scanned = results[c]
-            certain = not self.wear[c].pending and (
-                not self.wear[c].steps or estimate.moving < LIMITS.moving
-                and self.wear[c].steps[-1]
-                < self.data.stamps[max(len(self.data) - LIMITS.step_settle, 0)])
-            if not certain or max(scores[c][0][k], scores[c][1][k]) > LIMITS.stayed \
-                    or abs(scanned.newest) > LIMITS.stayed:
-                return False
-        return True
-
-    def _all_else_equal(self, scores: dict[int, tuple[Array, Array]],
-                        results: dict[int, tuple[wear.Wear, wear.Scan]]) -> bool:
-        """Return whether SHARP tells the gap: no stretch of what it is made of has changed."""
-        return all(self._stayed(scores, results, int(np.argmax(scores[c][side])))
-                   for c in OTHERS if c in scores and self.data.couplings[c]
-                   for side in (0, 1))
-
-    def _add_step(self, column: int, stamp_ns: int) -> None:
+    def _followed(self, column: int, search: '_Search') -> Self:
+        """Return it with the change of a feature as it is now: new, its stage, or over."""
         feature = self.wear[column]
-        feature.steps = sorted({*feature.steps, stamp_ns})
-        feature.pending = [p for p in feature.pending if p != stamp_ns]
-        while len(feature.steps) > MAX_STEPS:  # what was between the oldest two is history
-            begin = feature.steps.pop(0)
-            self.data.drop(column, begin, feature.steps[0])
-
-    def _suspected(self, column: int, results: dict[int, tuple[wear.Wear, wear.Scan]]) -> bool:
-        """Judge a step that may have come with a new motion: found, resolved, or still open."""
-        feature = self.wear[column]
-        if not feature.pending:
-            return False
-        if feature.steps:
-            return self._resolved(column, results[column][0].fit)
-        estimate = results[column][0]
-        stamps = np.array(self.data.stamps, np.int64)
-        since = stamps > feature.pending[0]
-        measured = since & np.isfinite(self.data.values[:, column])
-        sign = 1 if estimate.value > 0.0 else -1
-        test = next(t for t in TESTS if t.column == column and t.sign == sign)
-        std = max(estimate.std, 1e-12)
-        share = self.data.points[self.data.newest].variance()[column] / (
-            max(int(measured.sum()), 1) * std ** 2)
-        dof = self.data.points[self.data.newest].dof(column) / min(max(share, 1e-3), 1.0) ** 2
-        score = float(wear.normal_score(np.array(abs(estimate.value) / std), np.array(dof)))
-        notice = self.settings.notice(column)
-        suspected = score > self.settings.threshold(test) and abs(estimate.value) >= notice
-        # Not from one window alone, wherever it lies.
-        feature.suspected = feature.suspected + 1 if suspected else 0
-        if feature.suspected > 1:
-            feature.suspected = 0
-            self._add_step(column, feature.pending[-1])
-            feature.pending = []
-            return True
-        older = np.array([self.data.points[p].since_ns <= feature.pending[0]
-                          for p in self.data.where])
-        if estimate.std <= LIMITS.over * notice and abs(estimate.value) < notice \
-                or (measured & older).sum() >= LIMITS.resolved and score < LIMITS.stayed:
-            feature.pending = []
-            return True
-        return False
-
-    def _resolved(self, column: int, fit: wear.Fit) -> bool:
-        """Settle what may have come with a new motion, beside a step that is known."""
-        feature, notice = self.wear[column], self.settings.notice(column)
-        begin = fit.first + len(fit.course.steps)
-        for k, stamp in enumerate(tuple(feature.pending)):
-            value = float(fit.mean[begin + k])
-            std = math.sqrt(max(float(fit.covariance[begin + k, begin + k]), 0.0))
-            if std <= LIMITS.over * notice:
-                feature.pending = [p for p in feature.pending if p != stamp]
-                if abs(value) >= notice + std:
-                    self._add_step(column, stamp)
-                return True
-        return False
-
-    def _moved(self, column: int, source: int, o: wear.Observations, points: int) -> bool:
-        """
-        Search the place of the only step again, now that more windows tell it.
-
-        Args:
-            column: of the feature.
-            source: the column that tells it.
-            o: observations of `source`.
-            points: how many take part.
-
-        Returns:
-            Whether it moved.
-
-        """
-        feature, data = self.wear[column], self.data
-        if len(feature.steps) != 1 or feature.pending or feature.steps[0] < data.stamps[0] or \
-                feature.steps[0] <= data.stamps[max(len(data) - LIMITS.step_settle, 0)]:
-            return False
-        first, feature.steps = feature.steps[0], []
-        scanned = wear.scan(o, wear.fit(
-            o, self._prior(source, o.design.shape[1], points), self._course(source)))
-        k = int(np.argmax(np.maximum(scanned.up, scanned.down)))
-        feature.steps = [data.stamps[k - 1] if k else data.stamps[0] - 1]
-        return feature.steps[0] != first
-
-    def _follow(self, column: int, o: wear.Observations,
-                result: tuple[wear.Wear, wear.Scan], coupled: float, told: bool) -> None:
-        """
-        Bring the wear of a feature up to date: its size, stage, and whether it is over.
-
-        Args:
-            column: of the feature.
-            o: its observations.
-            result: what tells its wear.
-            coupled: standard deviation that the wear of other features adds.
-            told: whether another feature tells a change of this one.
-
-        """
-        feature, (estimate, scanned) = self.wear[column], result
-        if o.weight[-1] > 0.0:
-            feature.compared_ns = self.stamp_ns
-        feature.value, feature.std = estimate.value, math.hypot(estimate.std, coupled)
-        feature.slope, feature.slope_std, feature.moving = (
-            estimate.slope, estimate.slope_std, estimate.moving)
-        if not feature.steps and not feature.pending:
-            recent = np.flatnonzero(o.weight[-o.rows:] > 0.0)
-            if len(recent):
-                # Windows at odds with the drive may be off together: all against those before.
-                trusted = np.flatnonzero(np.array(self.data.trust) == TRUSTED)
-                begin = trusted[-1] + 1 if len(trusted) else 0
-                k = begin if begin <= recent[-1] else \
-                    recent[-min(RECENT, (len(recent) + 1) // 2)]
-                feature.value, feature.std = float(scanned.size[k]), float(scanned.std[k])
-        up, down = (next(t for t in TESTS if t.column == column and t.sign == sign)
-                    for sign in (1, -1))
-        if not feature.steps:
-            for test in (up, down):
-                self.alerts.pop(test.key, None)
-            return
+        up, down = sorted(tests_of(column), key=lambda test: -test.sign)
         standing = next((t for t in (up, down) if t.key in self.alerts), None)
-        test, opposite = (up, down) if feature.value > 0.0 else (down, up)
-        if standing is opposite and abs(feature.value) < LIMITS.over_std * feature.std:
-            test, opposite = opposite, test  # nothing yet says that it goes the other way
+        alerts = {key: value for key, value in self.alerts.items()
+                  if key not in (up.key, down.key)}
+        # The torque follows a curve with the backlash of before: all else seems to change.
+        follows = self.settings.follows_curve and column not in (GAP, LOST_MOTION) and any(
+            self.wear[c].found for c in (GAP, LOST_MOTION))
+        if not feature.found or follows:
+            return replace(self, alerts=alerts)
+        old = self.alerts.get(standing.key) if standing else None
+        if old and (self._over(column, old, feature.value, feature.std)
+                    or self._over(column, old, *search.steady[column])):
+            assert standing
+            text = f'over: {standing.words.replace(" has ", " had ")} {100 * old.found:.1f} %'
+            ended = '; '.join(filter(None, (self.ended.get(standing.component), text)))
+            return replace(self._cleared(column), alerts=alerts,
+                           ended={**self.ended, standing.component: ended})
         growth, std = self.relative(column, feature.value, feature.std)
-        old = self.alerts.get(test.key) or self.alerts.get(opposite.key)
-        if self._over(column, old):
-            ended = up if up.key in self.alerts else down
-            if ended.key in self.alerts:
-                text = (f'over: {ended.words.replace(" has ", " had ")} '
-                        f'{100 * self.alerts[ended.key].found:.1f} %')
-                self.ended[ended.component] = '; '.join(filter(None, (
-                    self.ended.get(ended.component), text)))
-            self._end(column)
-            return
+        test = up if growth > 0.0 else down
+        if standing and standing is not test and abs(growth) < 2.0 * std:
+            test = standing  # nothing yet says that it goes the other way
         # Nothing is stated below its deviation.
-        if old is None and (told or self.service_ns or abs(growth) < std):
-            return
-        self.alerts.pop(opposite.key, None)
-        size = test.sign * growth
-        alert = self.alerts.get(test.key) or Alert(
-            feature.steps[-1 if old else 0], self.stamp_ns, size, size, std)
-        since_ns = alert.since_ns if alert.since_ns in feature.steps else feature.steps[0]
-        _, warn, error = self._limits(test)
+        if old is None and (abs(growth) < std or not search.reportable(column)):
+            return self
+        growth *= test.sign
+        change = old or Alert(feature.found[0], self.stamp_ns, growth, growth, std)
+        since = change.since_ns if change.since_ns in feature.found else feature.found[0]
+        if standing and standing is not test:
+            since = feature.found[-1]
+            change = replace(change, found_ns=self.stamp_ns, found=growth, stage=FOUND)
         stage = FOUND
-        for at, limit in ((WARNED, warn), (GROSS, error)):
-            if size >= (limit if alert.stage < at else LIMITS.release * limit):
+        for at, limit in zip((WARNED, GROSS), self._limits(test)[1:]):
+            needed = 0.5 if change.stage < at else 1.0 - WEAR.sure
+            if scipy.special.ndtr((growth - limit) / max(std, 1e-12)) >= needed:
                 stage = at
-        # Not from one window alone, and not twice for one that wavers.
-        feature.lower = feature.lower + 1 if stage < alert.stage else 0
-        if stage > alert.stage or feature.lower >= LIMITS.over_windows:
-            feature.lower = 0
-        else:
-            stage = alert.stage
-        self.alerts[test.key] = replace(
-            alert, since_ns=since_ns, growth=size, std=std, stage=stage)
+        return replace(self, alerts={**alerts, test.key: replace(
+            change, since_ns=since, growth=growth, std=std, stage=stage)})
 
-    def _told_by_friction(self, results: dict[int, tuple[wear.Wear, wear.Scan]]) -> bool:
+    def _over(self, column: int, change: Alert, value: float, std: float) -> bool:
         """
-        Return whether a change of the friction tells that of its viscous share.
+        Return whether a change has gone: as good as nothing is left, or nothing is far likelier.
 
-        The share changes by no more than the friction does, relative to it, unless viscous and
-        Coulomb friction go opposite ways. A slow change of it may be found that much later.
+        Args:
+            column: of the feature.
+            change: as it was found.
+            value: of the wear now, logarithm.
+            std: its deviation.
+
         """
-        feature = self.wear[VISCOUS_SHARE]
-        if FRICTION not in results or not feature.steps:
-            return False
-        estimate, scanned = results[FRICTION]
-        if self.wear[FRICTION].steps:
-            age = wear.ages(feature.steps[:1], self.stamp_ns, self.settings.window * 1e9)[0]
-            growth, earlier = np.expm1(estimate.fit.wear(np.array([0.0, age + LIMITS.horizon])))
-        else:
-            k = int(np.searchsorted(self.data.stamps[:-1], feature.steps[-1], 'right'))
-            growth, earlier = np.expm1(np.nan_to_num(scanned.size[k])), 0.0
-        share = results[VISCOUS_SHARE][0]
-        return bool(abs(share.value) - share.std - abs(growth - earlier)
-                    < self.settings.notice(VISCOUS_SHARE))
+        half, std = 0.5 * self.settings.notice(column), max(std, 1e-9)
+        negligible = np.diff(scipy.special.ndtr((np.array([-half, half]) - value) / std))[0]
+        nothing = math.log(max(abs(change.found), std) / std) - 0.5 * (value / std) ** 2
+        return bool(negligible >= WEAR.sure or nothing >= math.log(WEAR.sure / (1.0 - WEAR.sure)))
 
-    def _over(self, column: int, change: Alert | None) -> bool:
-        """Return whether a change has gone, for some windows in a row by now."""
-        feature, notice = self.wear[column], self.settings.notice(column)
-        size = abs(change.found) if change else 0.0
-        gone = (abs(feature.value) < max(LIMITS.over * notice, LIMITS.over_std * feature.std)
-                and feature.std <= max(LIMITS.over * notice, LIMITS.over_share * size))
-        feature.gone = feature.gone + 1 if gone else 0
-        return feature.gone >= LIMITS.over_windows
-
-    def _end(self, column: int) -> None:
-        """Forget a change that is over, and the windows in which it lasted."""
+    def _cleared(self, column: int) -> Self:
+        """Return it without the steps of a feature, and the windows in which it had changed."""
         feature = self.wear[column]
-        end = feature.steps[-1] if len(feature.steps) > 1 else \
-            self.data.stamps[max(len(self.data) - RECENT, 0)] - 1
-        self.data.drop(column, feature.steps[0], end)
-        feature.steps, feature.pending, feature.gone = [], [], 0
-        for test in TESTS:
-            if test.column == column:
-                self.alerts.pop(test.key, None)
+        end = feature.found[-1] if len(feature.found) > 1 else self.data.recent_ns(RECENT)
+        steps = tuple(s for s in feature.steps if s.kind == ACCEPTED)
+        return replace(self, data=self.data.without(column, feature.found[0], end),
+                       wear=_replaced(self.wear, column, replace(feature, steps=steps)))
 
     # ------------------------------------------------------------------ what is known
 
     def relative(self, column: int, value: float, std: float) -> tuple[float, float]:
         """Return (growth, deviation) of `value` +- `std` in `column`: of logarithms, relative."""
         prior = PRIORS[column]
-        missed = prior.crosstalk * max((abs(feature.value) for c, feature in enumerate(self.wear)
-                                        if c != column and feature.steps), default=0.0)
+        missed = self.missed(column)
         if not prior.logarithmic:
             return value, math.hypot(std, prior.scale * value, missed)
         growth = math.expm1(value)
         return growth, math.hypot((1.0 + growth) * std, prior.scale * growth, missed)
+
+    def missed(self, column: int) -> float:
+        """Return what changes of other features may seem to be one of `column`."""
+        return PRIORS[column].crosstalk * max((
+            abs(w.value) for c, w in enumerate(self.wear) if c != column and w.found), default=0.0)
 
     def _limits(self, test: ChangeTest) -> tuple[float, float, float]:
         """Return the sizes from which on a change is noticed, a warning, an error by `test`."""
@@ -699,7 +448,7 @@ class Tracker:
         if self.point < 0 or not math.isfinite(growth + shift):
             return ()
         viscous = float(self._healthy_share(self.data.points[self.point].speed)
-                        + self.data.reference[VISCOUS_SHARE] + self._levels[VISCOUS_SHARE])
+                        + self.data.reference[VISCOUS_SHARE] + self.levels[VISCOUS_SHARE])
         if not 0.0 < viscous < 1.0:
             return ()
         rows = [((1.0 + growth) * (share + change) / share - 1.0,
@@ -710,8 +459,8 @@ class Tracker:
     def trend(self, column: int) -> Trend | None:
         """Return the Trend of the feature in `column` since its last step, None without one."""
         feature = self.wear[column]
-        if not feature.steps or feature.moving < LIMITS.moving or \
-                abs(feature.slope) < LIMITS.significant_slope * feature.slope_std:
+        if not feature.found or feature.moving < WEAR.sure or \
+                abs(feature.slope) < LIMITS.trend_deviations * feature.slope_std:
             return None
         growth, std = self.growth(column)
         unit = (1.0 + growth if PRIORS[column].logarithmic else 1.0) / self.settings.window
@@ -720,10 +469,10 @@ class Tracker:
     def steady(self, column: int) -> bool:
         """Return whether the feature has moved by less than is reported since its last step."""
         feature = self.wear[column]
-        if not feature.steps or feature.moving >= LIMITS.moving:
+        if not feature.found or feature.moving >= WEAR.sure:
             return False
-        windows = (self.stamp_ns - feature.steps[-1]) * 1e-9 / self.settings.window
-        fastest = abs(feature.slope) + LIMITS.steady_std * feature.slope_std
+        windows = (self.stamp_ns - feature.found[-1]) * 1e-9 / self.settings.window
+        fastest = abs(feature.slope) + 2.0 * feature.slope_std
         return fastest * windows < self.settings.notice(column)
 
     def _natural(self, column: int, level: float, std: float, unit: float = 1.0
@@ -734,59 +483,61 @@ class Tracker:
         value = math.exp(self.data.reference[column] + level)
         return value, float(std * value)
 
+    @property
     def point_windows(self) -> int:
-        """Return the number of windows at the operating point of the newest one."""
-        if self._counted[0] != (self.stamp_ns, self.point):
-            count = self.data.count(self.point) if self.point >= 0 else 0
-            self._counted = (self.stamp_ns, self.point), count
-        return self._counted[1]
+        """Number of windows at the operating point of the newest one."""
+        return self.data.count(self.point) if self.point >= 0 else 0
 
     # ------------------------------------------------------------------ healthy by decision
 
-    def accept(self) -> int:
+    def accept(self) -> tuple[Self, int]:
         """
-        Make what is measured now the healthy state; return how many windows it rests on.
+        Return it with what is measured now as the healthy state, and its number of windows.
 
-        The wear becomes 0 with its deviation, at all operating points. Ends all alarms.
+        The wear becomes 0, at all operating points. Ends all alerts.
         """
-        data, length = self.data, self.settings.window * 1e9
-        used = sum(data.count(k) for k in range(len(data.points)))
-        if not data.stamps:
-            return used
-        since = max((f.steps[-1] for f in self.wear if f.steps), default=0)
-        if since:
-            observed, points = data.observations(self.stamp_ns, length)
-            estimates = {column: self._estimated(column, observed[column], len(points))[0]
-                         for column, feature in enumerate(self.wear) if feature.steps}
-            # What others seem to have changed by stays, too.
-            largest = max(abs(w.value) for w in estimates.values())
-            data.shift_by({c: w.value - w.fit.wear(wear.ages(
-                data.middles(), self.stamp_ns, length)) for c, w in estimates.items()},
-                {c: estimates[c].std ** 2 if c in estimates
-                 else (prior.crosstalk * largest) ** 2 for c, prior in enumerate(PRIORS)}, since)
-            used = int((np.array(data.stamps, np.int64) > since).sum())
-        for feature in self.wear:
-            feature.steps, feature.pending = [], []
-        self.ended = {t.component: 'over: saved as the baseline' for t in TESTS
-                      if t.key in self.alerts}
-        self.alerts, self._counted = {}, ((0, -1), 0)
-        self.scores = dict.fromkeys(self.scores, 0.0)
-        self._judge()
-        return used
+        since = max((f.found[-1] for f in self.wear if f.found), default=-1)
+        used = sum(self.data.count(k, since) for k in range(len(self.data.points)))
+        return self._accepted(), used
 
-    # ------------------------------------------------------------------ state
+    def _accepted(self, served_ns: int = 0) -> Self:
+        """
+        Return it with its steps as what is healthy by decision: they are not known any better.
+
+        served_ns: when every feature may have changed, 0: none but those that have.
+        """
+        data, features = self.data, []
+        since = max((f.found[-1] for f in self.wear if f.found), default=0)
+        largest = max((abs(f.value) for f in self.wear if f.found), default=0.0)
+        for column, feature in enumerate(self.wear):
+            steps = [s for s in feature.steps if s.kind == ACCEPTED]
+            begin = served_ns
+            if feature.found:
+                if not served_ns:
+                    begin = feature.found[-1] if feature.moving < WEAR.sure else max(
+                        feature.found[-1], data.recent_ns(RECENT))
+                data = data.without(column, feature.found[0], begin)
+            if feature.found or served_ns:
+                steps.append(Step(begin, ACCEPTED))
+            elif largest:  # what others seem to have changed by stays, too
+                steps.append(Step(since, ACCEPTED, PRIORS[column].crosstalk * largest))
+            features.append(replace(feature, steps=tuple(steps[-MAX_STEPS:])))
+        ended = {t.component: 'over: saved as the baseline' for t in TESTS if t.key in self.alerts}
+        tracker = replace(self, data=data, wear=tuple(features), alerts={}, ended=ended)
+        return tracker._judged() if len(data.stamps) and self.point >= 0 else tracker
+
+    # ------------------------------------------------------------------ what is shown and kept
 
     def health(self) -> Health:
         """Return what is known now."""
         data = self.data
-        first = data.blocks[0].begin_ns if data.blocks else data.stamps[0] if data.stamps else 0
         return Health(
             self.settings, self.stamp_ns, tuple(map(self._feature, range(len(FEATURES)))),
-            dict(self.alerts), dict(self.ended), self.window, self.backlash, self.friction,
-            self.compared, self.over_limit,
-            data.points[self.point].text() if self.point >= 0 else '',
-            self.point_windows(), dict(self.scores), self.coefficients(), first,
-            tuple(self.marks), statistics=self.to_dict())
+            self.alerts, self.ended, self.window, self.backlash, self.friction, self.compared,
+            self.over_limit, data.points[self.point].text() if self.point >= 0 else '',
+            self.point_windows, self.scores, self.coefficients(),
+            int(data.stamps[0]) if len(data.stamps) else 0, self.marks,
+            statistics=self.to_dict())
 
     def _feature(self, column: int) -> FeatureHealth:
         """Return what is known about the feature in `column`."""
@@ -801,55 +552,334 @@ class Tracker:
 
     def _baseline(self, column: int) -> tuple[float, float]:
         """Return (healthy value, deviation) at the newest operating point, NaN if unknown."""
-        if self.point < 0 or not math.isfinite(self._levels[column]) \
-                or self.point_windows() < LIMITS.min_baseline:
+        if self.point < 0 or not math.isfinite(self.levels[column]) \
+                or self.point_windows < WEAR.min_baseline:
             return math.nan, math.nan
-        return self._natural(column, self._levels[column], self._level_stds[column],
+        return self._natural(column, self.levels[column], self.level_stds[column],
                              self.data.points[self.point].unit(column))
 
     def to_dict(self) -> dict[str, Any]:
         """Return all that the next outcomes depend on, as plain data; floats read back exactly."""
+        is_newest = self.window is not None and self.backlash is self.window.features
         return {
-            'wear': [asdict(feature) for feature in self.wear], **self.data.to_dict(),
-            'scores': self.scores,
+            **self.data.to_dict(),
+            **{name: kind(getattr(self, name)) for name, kind in _PLAIN.items()},
+            'wear': [asdict(feature) for feature in self.wear],
+            'scores': dict(self.scores), 'ended': dict(self.ended),
             'alerts': {key: asdict(alert) for key, alert in self.alerts.items()},
-            'levels': [float(v) for v in self._levels],
-            'level_stds': [float(v) for v in self._level_stds], 'ended': self.ended,
+            'levels': list(self.levels), 'level_stds': list(self.level_stds),
+            'marks': [list(mark) for mark in self.marks],
             'window': self.window and self.window.to_dict(),
-            'backlash': asdict(self.backlash) if self.backlash is not None and (
-                self.window is None or self.backlash is not self.window.features) else None,
-            'point': self.point,
-            'friction': asdict(self.friction) if isinstance(self.friction, Friction) else None,
-            'trusted': self.trusted, 'compared': self.compared, 'over_limit': self.over_limit,
-            'stamp_ns': self.stamp_ns, 'service_ns': self.service_ns, 'marks': self.marks[:]}
-
-    def _load(self, state: Values) -> None:
-        self.data.load(state)
-        if len(state['wear']) != len(FEATURES):
-            raise ValueError(f'{len(state["wear"])} features, expected {len(FEATURES)}')
-        self.wear = [FeatureWear(**{**row, 'steps': list(row['steps']),
-                                    'pending': list(row['pending'])}) for row in state['wear']]
-        self.scores.update({test.key: float(state['scores'].get(test.key, 0.0))
-                            for test in TESTS})
-        self.alerts = {key: Alert(**value) for key, value in state['alerts'].items()
-                       if key in self.scores}
-        self._levels, self._level_stds = (
-            np.array(state[name], float) for name in ('levels', 'level_stds'))
-        self.ended = dict(state['ended'])
-        self.window = state['window'] and Window.from_dict(state['window'])
-        newest = self.window and self.window.features
-        self.backlash = newest if isinstance(newest, Backlash) else \
-            state['backlash'] and Backlash(**state['backlash'])
-        friction = state['friction']
-        self.friction = Friction(**friction) if friction else self.backlash
-        self.point, self.trusted = int(state['point']), bool(state['trusted'])
-        self.compared, self.over_limit = bool(state['compared']), bool(state['over_limit'])
-        if self.point >= len(self.data.points):
-            raise ValueError('an unknown operating point')
-        self.stamp_ns, self.service_ns = int(state['stamp_ns']), int(state['service_ns'])
-        self.marks = [(int(stamp), str(words)) for stamp, words in state['marks']]
+            'backlash': asdict(self.backlash) if self.backlash and not is_newest else None,
+            'friction': asdict(self.friction) if isinstance(self.friction, Friction) else None}
 
 
-def _own(column: int) -> int:
-    """Return the feature that a `column` tells: SHARP tells the gap."""
-    return GAP if column == SHARP else column
+# Fields of a Tracker that are plain data, and their types.
+_PLAIN = {'point': int, 'trusted': bool, 'compared': bool, 'over_limit': bool, 'stamp_ns': int}
+
+
+def _fields(state: Values) -> dict[str, Any]:
+    """Return the fields of a Tracker beside its settings and windows, of what to_dict gave."""
+    if len(state['wear']) != len(FEATURES):
+        raise ValueError(f'{len(state["wear"])} features, expected {len(FEATURES)}')
+    if state['point'] >= len(state['points']):
+        raise ValueError('an unknown operating point')
+    window = state['window'] and Window.from_dict(state['window'])
+    backlash = window and window.features
+    if not isinstance(backlash, Backlash):
+        backlash = state['backlash'] and Backlash(**state['backlash'])
+    keys = [test.key for test in TESTS]
+    return {
+        **{name: kind(state[name]) for name, kind in _PLAIN.items()},
+        'wear': tuple(FeatureWear(**{**row, 'steps': tuple(
+            Step(int(stamp), str(kind), float(std)) for stamp, kind, std in row['steps'])})
+            for row in state['wear']),
+        'scores': {key: float(state['scores'].get(key, 0.0)) for key in keys},
+        'alerts': {key: Alert(**value) for key, value in state['alerts'].items() if key in keys},
+        'ended': dict(state['ended']), 'window': window, 'backlash': backlash,
+        'friction': Friction(**state['friction']) if state['friction'] else backlash,
+        'marks': tuple((int(stamp), str(words)) for stamp, words in state['marks']),
+        **{name: tuple(map(float, state[name])) for name in ('levels', 'level_stds')}}
+
+
+def _replaced(features: tuple[FeatureWear, ...], column: int, feature: FeatureWear
+              ) -> tuple[FeatureWear, ...]:
+    return (*features[:column], feature, *features[column + 1:])
+
+
+def _opened(feature: FeatureWear, step: Step) -> FeatureWear:
+    """Return a feature with a step that may have come with a new motion."""
+    opened = feature.with_step(step)
+    # A change that came with one that is dropped shows at its neighbours.
+    surplus = [s for s in opened.steps if s.kind == OPEN][1:][:-(MAX_OPEN - 1)]
+    return opened.without(*surplus)
+
+
+class _Search:
+    """The steps that explain the windows of a Tracker, while they are searched."""
+
+    def __init__(self, tracker: Tracker) -> None:
+        self.tracker, data = tracker, tracker.data
+        self.wear = list(tracker.wear)
+        self.scores = dict(tracker.scores)
+        self.steady: dict[int, Array] = {}  # (value, deviation) were there no slope and no walk
+        self.length = tracker.settings.window * 1e9
+        growth = np.ones((len(data.stamps), len(FEATURES)))
+        for f, feature in enumerate(self.wear):
+            # The noise of a feature does not shrink with it.
+            if feature.found and PRIORS[f].logarithmic and feature.value < 0.0:
+                growth[data.stamps > feature.found[0], f] = math.exp(-feature.value)
+        self.base = wear.Posterior(data.observations(growth))
+        o = self.base.observations
+        self.rows = o.stamps[len(o.stamps) - o.rows:]
+        self.age = np.append(wear.ages(o.stamps, tracker.stamp_ns, self.length), 0.0)
+        point = int(data.where[-1])  # a newer window that was not compared has no row
+        self.dof = data.dof(point)
+        self.noise = np.sqrt(data.points[point].variance())
+        # Of a window whose other features are known.
+        precise = np.diag(o.weight[-1])
+        self.sharp = np.where(precise > 0.0, np.maximum(precise, 1e-300) ** -0.5, self.noise)
+        self.fit = self._fit()
+        self._scanned: tuple[Fit, Scan] = self.fit, self.fit.scan()
+
+    def _scan(self) -> Scan:
+        """Return the Scan of the fit."""
+        if self._scanned[0] is not self.fit:
+            self._scanned = self.fit, self.fit.scan()
+        return self._scanned[1]
+
+    def _fit(self, course: dict[int, int] | None = None, closed: bool = False) -> Fit:
+        """
+        Return the Fit of all steps.
+
+        Args:
+            course: of features; else the known one, but for a walk: that would hide steps.
+            closed: whether those that may have come with a new motion did not.
+
+        """
+        parts = []
+        for f, feature in enumerate(self.wear):
+            if feature.steps:
+                has_slope, walk = WEAR.courses[(course or {}).get(f, min(feature.course, 1))]
+                steps = [(float((self.tracker.stamp_ns - s.stamp_ns) / self.length),
+                          1e-6 if closed and s.kind == OPEN else s.std, s.kind == 'found')
+                         for s in feature.steps]
+                parts.append((f, *wear.wear_columns(
+                    self.age, steps, has_slope, walk * float(self.sharp[f]))))
+        return self.base.fit(Columns.of(parts, self.age))
+
+    def _steps(self) -> Iterator[tuple[int, Step, int]]:
+        """Yield (feature, step, its column of the fit) of all steps."""
+        for f, feature in enumerate(self.wear):
+            begin = int(np.searchsorted(self.fit.columns.feature, f))
+            for k, step in enumerate(feature.steps):
+                yield f, step, begin + k
+
+    def accepted(self) -> Array:
+        """Return which columns [T] belong to steps before a saved baseline."""
+        flags = np.zeros(len(self.fit.mean))
+        for _, step, column in self._steps():
+            flags[column] = step.kind == ACCEPTED
+        return flags
+
+    def _odds(self) -> Array:
+        """Return the logarithmic odds [R, H] of one more step, the chance of one included."""
+        scanned = closed = self._scan()
+        if any(feature.pending for feature in self.wear):
+            closed = self._fit(closed=True).scan()
+        odds = wear.limited_evidence(self.base, scanned, closed, self.dof)
+        o = self.base.observations
+        windows = (np.cumsum(o.counts, axis=0) - o.counts)[len(o.y) - o.rows:]
+        comparable = windows >= WEAR.min_baseline
+        odds = np.where(comparable[:, FIRST] & comparable[:, SECOND_ONE], odds, -math.inf)
+        chance = 10.0 ** -self.tracker.settings.threshold
+        # The window before that of a row is where a step has its stamp.
+        earlier = np.append(self.rows[0] - 1, self.rows[:-1])
+        marked = np.isin(earlier, [stamp for f in self.wear for stamp in f.found])
+        changed = np.array([bool(feature.found) for feature in self.wear])
+        both_changed = changed[FIRST] & changed[SECOND_ONE]
+        result: Array = odds + np.log(np.where(
+            marked[:, None] | both_changed, max(chance, WEAR.together), chance))
+        return result
+
+    def _stamp(self, row: int) -> int:
+        return int(self.rows[row - 1]) if row else int(self.rows[0]) - 1
+
+    def move(self) -> None:
+        """Search the places of the newest steps again, now that more windows tell them."""
+        for f, feature in enumerate(self.wear):
+            if not feature.found or feature.found[-1] < self.rows[0]:
+                continue
+            step = next(s for s in feature.steps[::-1] if s.kind == 'found')
+            self.wear[f] = feature.without(step)
+            self.fit = self._fit()
+            odds = self._odds()
+            row = int(odds[:, f].argmax())
+            if np.isfinite(odds[row, f]):
+                step = Step(self._stamp(row))
+            self.wear[f] = self.wear[f].with_step(step)
+            self.fit = self._fit()
+
+    def settle(self) -> None:
+        """Settle what may have come with a new motion; forget what nothing speaks for any more."""
+        settings = self.tracker.settings
+        steps = list(self._steps())
+        for f, step, k in steps:
+            mean, variance = float(self.fit.mean[k]), float(self.fit.covariance[k, k])
+            deviation, prior, begin_ns = math.sqrt(variance), step.std ** 2, step.stamp_ns
+            size = mean
+            if step.kind == OPEN:
+                # A change may be spread over motions that came together: all of it counts once,
+                # for the motion that explains most of it.
+                open_steps = [(s, c) for g, s, c in steps if g == f and s.kind == OPEN]
+                columns = [c for _, c in open_steps]
+                if k == max(columns, key=lambda c: abs(self.fit.mean[c])):
+                    mean = float(self.fit.mean[columns].sum())
+                    variance = float(self.fit.covariance[np.ix_(columns, columns)].sum())
+                    prior = sum(s.std ** 2 for s, _ in open_steps)
+                    begin_ns = open_steps[0][0].stamp_ns
+            newer = int((self.base.observations.counts[-len(self.rows):, f][
+                self.rows > begin_ns]).sum())
+            # Only the noise is known by so many windows, not what priors add (Satterthwaite).
+            share = min(float(self.noise[f]) ** 2 / max(newer, 1) / variance, 1.0)
+            odds = wear.step_odds(mean, variance, prior,
+                                  float(self.dof[f]) / max(share, 1e-3) ** 2)
+            notice = settings.notice(f)
+            if step.kind == OPEN:
+                chance = PRIORS[f].share * 10.0 ** -settings.threshold
+                if odds + math.log(chance) >= 0.0 and newer > 1:
+                    self.wear[f] = self.wear[f].with_step(Step(step.stamp_ns))
+                elif deviation <= 0.5 * notice and abs(size) < notice:
+                    self.wear[f] = self.wear[f].without(step)
+            elif step.kind == 'found' and step.stamp_ns >= self.rows[0] and odds < 0.0 \
+                    and self.wear[f].course == 0:
+                self.wear[f] = self.wear[f].without(step)
+        self.fit = self._fit()
+
+    def flatten(self) -> None:
+        """Forget slopes where one more step is likelier: a change that ended leaves one."""
+        sloped = list(self.wear)
+        if not any(feature.course for feature in sloped):
+            return
+        likelihood = self.fit.likelihood + math.log(WEAR.course_prior[1] / WEAR.course_prior[0])
+        self.wear = [replace(feature, course=0) for feature in sloped]
+        self.fit = self._fit()
+        if self.fit.likelihood + float(self._odds().max()) < likelihood:
+            self.wear = sloped
+            self.fit = self._fit()
+
+    def look(self) -> None:
+        """Add the steps that the newest windows make likelier than none and all others."""
+        new: set[int] = set()
+        for turn in range(len(FEATURES)):
+            odds = self._odds()
+            odds[:, np.isin(FIRST, list(new)) | np.isin(SECOND_ONE, list(new))] = -math.inf
+            total = np.logaddexp.reduce(odds, axis=0)
+            likelier = {}
+            for f in range(len(FEATURES)):
+                with_f = (FIRST == f) | (SECOND_ONE == f)
+                alarm = float(np.logaddexp.reduce(total[with_f]))
+                without_f = float(np.logaddexp(0.0, np.logaddexp.reduce(total[~with_f])))
+                likelier[f] = alarm - without_f
+            f = max(likelier, key=lambda f: likelier[f])
+            if turn == 0:
+                self._score(likelier)
+            if likelier[f] < 0.0:
+                return
+            with_f = (FIRST == f) | (SECOND_ONE == f)
+            row, h = np.unravel_index(int(np.where(with_f, odds, -math.inf).argmax()), odds.shape)
+            for feature in {int(FIRST[h]), int(SECOND_ONE[h])}:
+                if likelier[feature] >= 0.0:
+                    new.add(feature)
+                    self.wear[feature] = self.wear[feature].with_step(Step(self._stamp(int(row))))
+            self.fit = self._fit()
+
+    def _score(self, likelier: dict[int, float]) -> None:
+        """Keep the odds of a change of each feature, on the side to which it goes."""
+        pull = self._scan().pull
+        threshold = self.tracker.settings.threshold
+        for test in TESTS:
+            side = test.sign * float(pull[max(len(pull) - RECENT, 0), test.column])
+            score = likelier[test.column] / math.log(10.0) + threshold
+            self.scores[test.key] = max(score, 0.0) if side > 0.0 else 0.0
+
+    def estimate(self) -> None:
+        """Bring value, slope and course of each feature up to date."""
+        for f, feature in enumerate(self.wear):
+            if self.base.observations.weight[-1, f, f] > 0.0:
+                feature = replace(feature, compared_ns=self.tracker.stamp_ns)
+            if not feature.found:
+                off = float(self._scan().residual[-1, f])
+                strays = self.base.observations.weight[-1, f, f] > 0.0 and abs(off) > \
+                    LIMITS.contradicted * self.noise[f]
+                feature = replace(
+                    feature, course=0, slope=0.0, slope_std=0.0, moving=0.0,
+                    newest=self.tracker.relative(f, off, 0.0)[0] if strays else 0.0)
+                self.wear[f] = feature if feature.pending else self._recent(f, feature)
+                continue
+            courses = {c: w.course for c, w in enumerate(self.wear)}
+            fits = [self._fit({**courses, f: c}) for c in range(len(WEAR.courses))]
+            logs = np.array([fit.likelihood for fit in fits]) + np.log(WEAR.course_prior)
+            share = np.exp(logs - logs.max())
+            share /= share.sum()
+            pairs = np.array([self._now(fit, f) for fit in fits])
+            self.steady[f] = pairs[0]
+            value = float(share @ pairs[:, 0])
+            std = math.sqrt(float(share @ (pairs[:, 1] ** 2 + (pairs[:, 0] - value) ** 2)))
+            sloped = 1 + int(share[1:].argmax())
+            fit = fits[sloped]
+            at = int(np.searchsorted(fit.columns.feature, f)) + len(feature.steps) \
+                + len(feature.found) - 1
+            self.wear[f] = replace(
+                feature, newest=0.0, value=value, std=std, course=int(share.argmax()),
+                moving=float(1.0 - share[0]), slope=float(fit.mean[at]),
+                slope_std=math.sqrt(max(float(fit.covariance[at, at]), 0.0)))
+        self.fit = self._fit({c: w.course for c, w in enumerate(self.wear)})
+        for f, feature in enumerate(self.wear):
+            if feature.pending and not feature.found:
+                value, std = self._now(self.fit, f)
+                self.wear[f] = replace(feature, value=value, std=std)
+
+    def _now(self, fit: Fit, f: int) -> tuple[float, float]:
+        """Return (value, deviation) of the wear of a feature now, since the baseline was saved."""
+        weights = np.where(fit.columns.feature == f, fit.columns.now, 0.0)
+        begin = int(np.searchsorted(fit.columns.feature, f))
+        for k, step in enumerate(self.wear[f].steps):
+            if step.kind == ACCEPTED:
+                weights[begin + k] = 0.0
+        return fit.combined(np.zeros(len(self.base.mean)), weights)
+
+    def _recent(self, f: int, feature: FeatureWear) -> FeatureWear:
+        """Return a feature with what a change of its newest windows would be."""
+        data = self.tracker.data
+        newest_step = max((step.stamp_ns for step in feature.steps), default=-1)
+        measured = np.flatnonzero((self.base.observations.counts[-len(self.rows):, f] > 0.0)
+                                  & (self.rows > newest_step))
+        if not len(measured):
+            return feature
+        # Windows at odds with the drive may be off together: all against those before.
+        trusted = np.flatnonzero(data.trust[-len(self.rows):] == TRUSTED)
+        begin = trusted[-1] + 1 if len(trusted) else 0
+        k = begin if begin <= measured[-1] else measured[-min(RECENT, (len(measured) + 1) // 2)]
+        value, std = self._scan().size(int(k), f)
+        return replace(feature, value=value, std=std)
+
+    def reportable(self, column: int) -> bool:
+        """Return whether a change of a feature is large enough, and not told by another one."""
+        tracker, feature = self.tracker, self.wear[column]
+        tracker_now = replace(tracker, wear=tuple(self.wear))
+        smallest = tracker.settings.notice(column) + tracker_now.missed(column)
+        sizes = [abs(feature.value) - feature.std]
+        sizes += [abs(float(self.fit.mean[k])) - math.sqrt(float(self.fit.covariance[k, k]))
+                  for f, step, k in self._steps() if f == column and step.kind == 'found']
+        if max(sizes) < smallest:
+            return False
+        if column != VISCOUS_SHARE:
+            return True
+        # The share changes by no more than the friction does, relative to it, unless viscous and
+        # Coulomb friction go opposite ways.
+        k = min(int(np.searchsorted(self.rows, feature.found[-1], 'right')), len(self.rows) - 1)
+        friction = tracker_now.wear[FRICTION]
+        growth = math.expm1(friction.value if friction.found else np.nan_to_num(
+            self._scan().size(k, FRICTION)[0]))
+        return abs(feature.value) - feature.std - abs(growth) >= tracker.settings.notice(column)

@@ -9,36 +9,35 @@ every coordinate; otherwise it founds a new point with itself as the centre. So 
 around one point has one point, not two halves of neighbouring bins.
 """
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 import math
 from typing import Any, Self
 
 import numpy as np
 
-from gearbox_monitor.health.alert_limits import LIMITS
-from gearbox_monitor.health.backlash.change_tests import FEATURES, GAP, HYSTERESIS, SHARP
+from gearbox_monitor.health.backlash.change_tests import FEATURES, HYSTERESIS, WEAR
 from gearbox_monitor.health.backlash.features import Backlash, Friction
 from gearbox_monitor.kernels.types import Array, Values
 
-N_COLUMNS = len(FEATURES) + 1  # the features, and the gap, all else being equal (SHARP)
 TINY = 1e-9
+N = len(FEATURES)
+DIFFERENCE = 2.0 / 3.0  # part of a window that a difference of neighbours tells: they share it
 
 
-def _columns(value: float = 0.0) -> Array:
-    return np.full(N_COLUMNS, value)
+def _zeros() -> Array:
+    return np.zeros(N)
 
 
-@dataclass
+@dataclass(frozen=True, eq=False)
 class OperatingPoint:
     """
-    An operating point and the noise of its windows.
+    An operating point and the noise of its windows; arrays are [F].
 
     angle (rad), speed (rad/s), load (N m), temperature (deg C, None = not measured): its centre.
-    scale: load that a change of the hysteresis is divided by. stated, stated_count [F]:
-    mean of the variances that windows state, of so many. squares, freedom [F + 1]: of the noise,
-    by differences of neighbours (von Neumann, 1941), which neither steps nor slopes of the wear
-    touch. previous [F + 1], kelvin: the window before. since_ns: its first window, last_ns: its
-    newest.
+    scale: load that a change of the hysteresis is divided by. stated, stated_count: mean of the
+    variances that windows state, of so many. squares, freedom: of the noise, by differences of
+    neighbours (von Neumann, 1941), which neither steps nor slopes of the wear touch. previous,
+    kelvin: the window before. last_ns: its newest.
     """
 
     angle: float
@@ -46,13 +45,12 @@ class OperatingPoint:
     load: float
     temperature: float | None
     scale: float
-    stated: Array = field(default_factory=lambda: np.zeros(len(FEATURES)))
-    stated_count: Array = field(default_factory=lambda: np.zeros(len(FEATURES)))
-    squares: Array = field(default_factory=_columns)
-    freedom: Array = field(default_factory=_columns)
-    previous: Array = field(default_factory=lambda: _columns(math.nan))
+    stated: Array = field(default_factory=_zeros)
+    stated_count: Array = field(default_factory=_zeros)
+    squares: Array = field(default_factory=_zeros)
+    freedom: Array = field(default_factory=_zeros)
+    previous: Array = field(default_factory=lambda: np.full(N, np.nan))
     kelvin: float = 0.0
-    since_ns: int = 0
     last_ns: int = 0
 
     def place(self) -> dict[str, float | None]:
@@ -69,66 +67,59 @@ class OperatingPoint:
         text = f'{self.angle:.2g} rad, {self.speed:.2g} rad/s, {self.load:.2g} N m'
         return text + ('' if self.temperature is None else f', {self.temperature:.0f} deg C')
 
-    def state(self, variances: Array) -> None:
-        """Take the stated `variances` [F] of a window into their means."""
+    def with_stated(self, variances: Array) -> Self:
+        """Return the point with the stated `variances` [F] of a window in their means."""
         finite = np.isfinite(variances)
-        self.stated_count = self.stated_count + finite
-        self.stated = self.stated + np.where(
-            finite, np.nan_to_num(variances) - self.stated, 0.0) / np.maximum(
-                self.stated_count, 1.0)
+        count = self.stated_count + finite
+        return replace(self, stated_count=count, stated=self.stated + np.where(
+            finite, np.nan_to_num(variances) - self.stated, 0.0) / np.maximum(count, 1.0))
 
-    def scatter(self, values: Array, kelvin: float, slopes: Array, excess: float = 1.0) -> None:
+    def with_window(self, values: Array, kelvin: float, slopes: Array, excess: float
+                    ) -> tuple[Self, Array]:
         """
         Take the difference of a window to the previous one into the noise.
 
         Args:
-            values: of the window [F + 1].
+            values: of the window [F].
             kelvin: its temperature.
-            slopes: temperature coefficients [F + 1].
+            slopes: temperature coefficients [F].
             excess: its variance over the usual one.
+
+        Returns:
+            The point, and the difference in standard deviations of one window [F], NaN: none.
 
         """
         off = values - self.previous - slopes * (kelvin - self.kelvin)
-        finite = np.isfinite(off)
-        squares = np.minimum(0.5 * np.where(finite, off, 0.0) ** 2 / excess,
-                             LIMITS.wild ** 2 * self.variance())
-        self.squares = self.squares + LIMITS.difference * np.where(finite, squares, 0.0)
-        self.freedom = self.freedom + LIMITS.difference * finite
-        fresh = np.isfinite(values)
-        self.previous = np.where(fresh, values, self.previous)
-        self.kelvin = kelvin if fresh.any() else self.kelvin
+        std = np.sqrt(2.0 * excess * self.variance())
+        with np.errstate(divide='ignore', invalid='ignore'):
+            off = np.clip(off / std, -WEAR.wild, WEAR.wild)
+        finite, fresh = np.isfinite(off), np.isfinite(values)
+        return replace(
+            self, squares=self.squares + DIFFERENCE * np.where(
+                finite, np.nan_to_num(off) ** 2 * self.variance(), 0.0),
+            freedom=self.freedom + DIFFERENCE * finite,
+            previous=np.where(fresh, values, self.previous),
+            kelvin=kelvin if fresh.any() else self.kelvin), off
 
     def variance(self) -> Array:
-        """Return the variance [F + 1] of one window: what was stated counts as some windows."""
-        stated = np.append(self.stated, LIMITS.sharp_stated * self.stated[GAP])
-        prior = LIMITS.prior_windows * LIMITS.stated_excess ** 2 * stated
-        result: Array = (prior + self.squares) / (LIMITS.prior_windows + self.freedom)
+        """Return the variance [F] of one window: what was stated counts as some windows."""
+        prior = WEAR.prior_windows * WEAR.stated_excess ** 2 * self.stated
+        result: Array = (prior + self.squares) / (WEAR.prior_windows + self.freedom)
         return result
-
-    def dof(self, column: int) -> float:
-        """Return the degrees of freedom of the variance of a `column`."""
-        return LIMITS.prior_windows + float(self.freedom[column]) - 1.0
-
-    def forget_sharp(self) -> None:
-        """Drop the noise of SHARP: it is defined again."""
-        self.squares[SHARP] = self.freedom[SHARP] = 0.0
-        self.previous[SHARP] = math.nan
 
     def to_dict(self) -> dict[str, Any]:
         """Return all of it as plain data; floats read back exactly."""
         return {**self.place(), 'scale': self.scale, 'kelvin': self.kelvin,
-                'since_ns': self.since_ns, 'last_ns': self.last_ns,
-                **{name: [float(v) for v in getattr(self, name)] for name in _ARRAYS}}
+                'last_ns': self.last_ns,
+                **{name: getattr(self, name).tolist() for name in _ARRAYS}}
 
     @classmethod
     def from_dict(cls, row: Values) -> Self:
         """Return the OperatingPoint of `row`, which to_dict gave."""
-        point = cls.at(row)
-        point.kelvin, point.since_ns = float(row['kelvin']), int(row['since_ns'])
-        point.last_ns = int(row['last_ns'])
-        for name in _ARRAYS:
-            setattr(point, name, numbers(row[name], len(getattr(point, name))))
-        return point
+        stated, count, squares, freedom, previous = (numbers(row[name], N) for name in _ARRAYS)
+        return replace(cls.at(row), stated=stated, stated_count=count, squares=squares,
+                       freedom=freedom, previous=previous, kelvin=float(row['kelvin']),
+                       last_ns=int(row['last_ns']))
 
     @classmethod
     def at(cls, row: Values) -> Self:
@@ -156,10 +147,10 @@ class Bins:
     turns: bool = True
 
 
-def find_point(points: list[OperatingPoint], window: Backlash | Friction,
-               temperature: float | None, bins: Bins) -> int:
+def find_point(points: tuple[OperatingPoint, ...], window: Backlash | Friction,
+               temperature: float | None, bins: Bins) -> tuple[tuple[OperatingPoint, ...], int]:
     """
-    Return the index of the operating point of a window; add one if none is near.
+    Return the operating points, with a new one if none is near, and the index of a window's.
 
     Args:
         points: seen so far.
@@ -167,17 +158,13 @@ def find_point(points: list[OperatingPoint], window: Backlash | Friction,
         temperature: of the gearbox (deg C), None if unknown.
         bins: widths.
 
-    Returns:
-        The index.
-
     """
     offsets = [distance(point, window, temperature, bins) for point in points]
     if min(offsets, default=math.inf) < 0.5 + TINY:
-        return offsets.index(min(offsets))
-    points.append(OperatingPoint(
+        return points, offsets.index(min(offsets))
+    return (*points, OperatingPoint(
         _number(window.angle), _number(window.speed), _number(window.load), temperature,
-        max(_number(window.load), TINY)))
-    return len(points) - 1
+        max(_number(window.load), TINY))), len(points)
 
 
 def distance(point: OperatingPoint, window: Backlash | Friction, temperature: float | None,

@@ -1,310 +1,360 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Wear as a linear model: levels, operating points, temperature; steps, pooling and forecast."""
+"""
+Wear as a linear Gaussian model of all features together: its posterior, and odds of a change.
+
+Level, temperature, operating points and distrust are eliminated once (Posterior); what remains
+are the columns of the wear. `evidence` compares the hypotheses "these features changed k windows
+ago and the others went on" (Adams and MacKay, 2007); the sum of their odds is the statistic of
+Shiryaev and Roberts, so that false alarms are no more often than the prior probability of a
+change, however long one waits (e-detectors: Shin, Ramdas and Rinaldo, 2023).
+"""
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime, UTC
-import functools
+import itertools
 import math
+from typing import NamedTuple
 
 import numpy as np
-import scipy
 
 from gearbox_monitor.health.alert_limits import LIMITS
+from gearbox_monitor.health.backlash.change_tests import FEATURES, PRIORS, WEAR
 from gearbox_monitor.kernels.types import Array, Integers
 
-
-def _overshoot(x: float) -> float:
-    """Siegmund's nu(x), the factor of a random walk in discrete time."""
-    h = 0.5 * x
-    return (scipy.special.ndtr(h) - 0.5) / (h * (h * scipy.special.ndtr(h) + _normal_density(h)))
-
-
-def _normal_density(x: float) -> float:
-    return math.exp(-0.5 * x * x) / math.sqrt(2.0 * math.pi)
-
-
-def false_alarm_rate(threshold: float) -> float:
-    """
-    Return the false alarms per window of the one-sided test at `threshold`, of a known baseline.
-
-    Siegmund and Venkatraman, Annals of Statistics 23(1), 1995.
-    """
-    inner, _ = scipy.integrate.quad(lambda x: x * _overshoot(x) ** 2,
-                                    threshold / math.sqrt(LIMITS.horizon), threshold)
-    return 0.5 * threshold * _normal_density(threshold) * inner
-
-
-@functools.lru_cache(maxsize=64)
-def threshold(windows: float) -> float:
-    """Return the normal score that gives one false alarm per `windows` windows."""
-    return scipy.optimize.brentq(lambda b: math.log(false_alarm_rate(b) * windows), 1.2, 15.0)
-
-
-def normal_score(t: Array, dof: Array) -> Array:
-    """Return the normal deviate as improbable as Student's `t` with `dof` (Wallace)."""
-    factor = (8.0 * dof + 1.0) / (8.0 * dof + 3.0)
-    result: Array = np.sign(t) * factor * np.sqrt(dof * np.log1p(t * t / dof))
-    return result
-
-
 # Columns before those of the points. COULOMB: of the temperature, of Coulomb friction alone.
-LEVEL, TEMPERATURE, COULOMB, DISTRUST, SHIFT, N_COMMON = range(6)
+LEVEL, TEMPERATURE, COULOMB, DISTRUST, N_COMMON = range(5)
 TEMPERATURES = slice(TEMPERATURE, COULOMB + 1)
 # Ages (windows) at which a random walk may have moved; fine where new.
 KNOTS = (1, 2, 3, 4, 6, 8, 11, 15, 21, 29, 41, 57, 80, 113, 160, 226, 320, 640, 1280, 2560)
 
 
-@dataclass(frozen=True)
-class Observations:
+class Observations(NamedTuple):
     """
-    Cells (sums of old windows) and the newest windows of one feature, oldest first.
+    Cells of windows in order of time, of F features.
 
-    design [N, N_COMMON + P + L]: columns of level, temperatures, distrust, shift, points, and a
-    distrust of each half octave of prediction errors that were larger at a point. y [N];
-    weight [N]: 1 over the variance of y, 0 where nothing was measured; count [N]: windows behind
-    each; age [N]: windows since, >= 0; the newest `rows` of them are single windows. within: what
-    the temperatures inside of cells add to the information [2, 2] on both c, and to its right
-    side [2].
+    design [F, C, B]: columns of level, temperatures, distrust, points, and a distrust of each half
+    octave of prediction errors that were larger at a point. y [C, F]; weight [C, F, F]: inverse
+    covariance of y, 0 where nothing was measured; counts [C, F]: windows behind it; stamps [C] ns;
+    the newest `rows` are single windows. points: of the columns. prior [F, B]: variances. within:
+    what temperatures inside of cells add to the information [F, 2, F, 2] on both coefficients, and
+    pull [F, 2] to its right side.
     """
 
     design: Array
     y: Array
     weight: Array
-    count: Array
-    age: Array
+    counts: Array
+    stamps: Integers
     rows: int
-    within: tuple[Array, Array]
+    points: tuple[int, ...]
+    prior: Array
+    within: Array
+    pull: Array
 
 
-@dataclass(frozen=True)
-class Course:
+class Columns(NamedTuple):
+    """Columns of the wear: values [T, C], now [T], the features [T] that wear, variances [T]."""
+
+    values: Array
+    now: Array
+    feature: Integers
+    variance: Array
+
+    @classmethod
+    def of(cls, parts: Sequence[tuple[int, Array, Array]], age: Array) -> 'Columns':
+        """Return those of `parts` (feature, columns [C + 1, W], variances [W]); age: [C + 1]."""
+        values = np.concatenate([p[1] for p in parts] or [np.zeros((len(age), 0))], axis=1).T
+        return cls(values[:, :-1], values[:, -1],
+                   np.repeat([p[0] for p in parts], [p[1].shape[1] for p in parts]).astype(int),
+                   np.concatenate([p[2] for p in parts] or [np.zeros(0)]))
+
+
+def wear_columns(age: Array, steps: Sequence[tuple[float, float, bool]], has_slope: bool = False,
+                 walk: float = 0.0) -> tuple[Array, Array]:
     """
-    What is known of the course of the wear: ages (windows, descending) of its steps.
-
-    steps: that were found. pending: where a new motion began, with which one may have come.
-    """
-
-    steps: tuple[float, ...] = ()
-    pending: tuple[float, ...] = ()
-
-
-@dataclass(frozen=True)
-class Fit:
-    """
-    Posterior of one course: mean [S] and covariance [S, S] of the columns `design` [N, S].
-
-    likelihood: its logarithm, up to a constant. course, has_slope, walk: see wear_columns. slope:
-    column of the newest slope, -1 without one. first: column where the wear begins.
-    """
-
-    mean: Array
-    covariance: Array
-    design: Array
-    likelihood: float
-    course: Course
-    has_slope: bool
-    walk: float
-    slope: int
-    first: int
-
-    def wear(self, age: Array) -> Array:
-        """Return the wear at `age` [N], windows."""
-        columns = wear_columns(age, self.course, self.has_slope, self.walk)[0]
-        values: Array = columns @ self.mean[self.first:]
-        return values
-
-
-@dataclass(frozen=True)
-class Wear:
-    """
-    Wear now (logarithm), its deviation; slope per window and deviation, 0 without one.
-
-    fit: the most probable course; moving: probability that the wear goes on.
-    """
-
-    value: float
-    std: float
-    slope: float
-    slope_std: float
-    moving: float
-    fit: Fit
-
-
-@dataclass(frozen=True)
-class Scan:
-    """
-    Every stretch of the newest windows against what lay before it, row by row [M].
-
-    size: step at the beginning of the stretch, std: its deviation; up, down: scores either way,
-    in standard deviations, a lone window limited; noise: its share of the variance. newest:
-    deviation of the newest window, whether it is alone or not.
-    """
-
-    size: Array
-    std: Array
-    up: Array
-    down: Array
-    noise: Array
-    newest: float
-
-
-def wear_columns(age: Array, course: Course, has_slope: bool, walk: float
-                 ) -> tuple[Array, Array, int]:
-    """
-    Return the columns of the wear at `age`, their prior variances, and that of the newest slope.
+    Return the columns [N, W] of the wear of a feature, and their prior variances [W].
 
     Args:
-        age: [N], windows.
-        course: its steps.
-        has_slope: whether the wear has a slope after each step.
-        walk: standard deviation of its random walk per window.
-
-    Returns:
-        Columns [N, W], variances [W], index among them (-1: no slope).
+        age: of the cells [N], windows.
+        steps: age, prior deviation, and whether it was found, of each step; oldest first.
+        has_slope: whether the wear has a slope after each step that was found: the last columns
+            before those of the walk, newest last.
+        walk: standard deviation of its random walk per window since the first step found.
 
     """
-    columns = [(age < begin).astype(float) for begin in (*course.steps, *course.pending)]
-    variances = ([LIMITS.step_std ** 2] * len(course.steps)
-                 + [LIMITS.pending_std ** 2] * len(course.pending))
-    slope = -1
-    if has_slope:
-        for begin, end in zip(course.steps, (*course.steps[1:], 0.0)):
-            slope = len(columns)
-            columns.append(np.clip(begin - age, 0.0, begin - end))
-            variances.append(LIMITS.slope_std ** 2)
-    if walk > 0.0 and course.steps:
-        knots = [k for k in KNOTS if k < course.steps[0]]
+    columns = [(age < begin).astype(float) for begin, _, _ in steps]
+    variances = [std ** 2 for _, std, _ in steps]
+    begins = [begin for begin, _, is_found in steps if is_found]
+    for begin, end in zip(begins, (*begins[1:], 0.0)) if has_slope else ():
+        columns.append(np.clip(begin - age, 0.0, begin - end))
+        variances.append(WEAR.slope_std ** 2)
+    if walk > 0.0 and begins:
+        knots = [k for k in KNOTS if k < begins[0]]
         for start, knot in zip((0, *knots), knots):
             columns.append((age < knot).astype(float))
             variances.append(walk ** 2 * (knot - start))
-    if not columns:
-        return np.zeros((len(age), 0)), np.zeros(0), -1
-    return np.column_stack(columns), np.array(variances), slope
+    return (np.column_stack(columns) if columns else np.zeros((len(age), 0))), np.array(variances)
 
 
-def fit(observations: Observations, prior: Array, course: Course, has_slope: bool = False,
-        walk: float = 0.0) -> Fit:
+class Posterior:
     """
-    Return the posterior of one course.
+    All that is no wear, eliminated: covariance [F B, F B] and mean [F B] of it without any wear.
+
+    observations: of all features.
+    """
+
+    def __init__(self, observations: Observations) -> None:
+        o = self.observations = observations
+        features, _, width = o.design.shape
+        information = np.zeros((features, width, features, width))
+        for f, g in itertools.combinations_with_replacement(range(features), 2):
+            block = o.design[f].T @ (o.weight[:, f, g, None] * o.design[g])
+            information[f, :, g], information[g, :, f] = block, block.T
+        information[:, TEMPERATURES, :, TEMPERATURES] += o.within
+        right = np.einsum('fcb,cf->fb', o.design, np.einsum('cfg,cg->cf', o.weight, o.y))
+        right[:, TEMPERATURES] += o.pull
+        # In units of the prior: what it says and what windows say differ by ten orders.
+        scale = np.sqrt(o.prior.ravel())
+        size = len(scale)
+        scaled = information.reshape(size, size) * np.outer(scale, scale)
+        root = _root(scaled, scale)
+        self.covariance: Array = root @ root.T
+        self.mean: Array = self.covariance @ right.ravel()
+        self.residual: Array = o.y - np.einsum(
+            'fcb,fb->cf', o.design, self.mean.reshape(features, width))
+        # Sums over each stretch from a row to the last one.
+        newest = o.weight[len(o.y) - o.rows:]
+        self.total = _from_end(newest)
+        reach = np.einsum('cfg,gcb->cfgb', newest, o.design[:, len(o.y) - o.rows:])
+        self.reach: Array = _from_end(reach).reshape(o.rows, features, size)
+        self.known: Array = self.reach @ root
+
+    def fit(self, columns: Columns) -> 'Fit':
+        """Return the Fit of the wear that has these `columns`."""
+        o, c = self.observations, columns
+        weighted = o.weight[:, :, c.feature].transpose(2, 0, 1) * c.values[:, :, None]
+        reach = np.einsum('fcb,tcf->tfb', o.design, weighted, optimize=True).reshape(
+            len(c.feature), self.mean.size)
+        gram = np.einsum('tcu,uc->tu', weighted[:, :, c.feature], c.values) \
+            - reach @ self.covariance @ reach.T
+        pull = np.einsum('tcf,cf->t', weighted, self.residual)
+        scale = np.sqrt(c.variance)
+        root = _root(gram * np.outer(scale, scale), scale)
+        mean = root @ (root.T @ pull)
+        return Fit(self, c, reach, mean, root, 0.5 * float(pull @ mean) + float(
+            np.log(np.diag(root) / scale).sum()))
+
+
+class Fit(NamedTuple):
+    """
+    Posterior of the wear: mean [T] of its `columns`, and a root [T, T] of the covariance.
+
+    likelihood: its logarithm, up to a constant. reach [T, F B]: on what is no wear.
+    """
+
+    base: Posterior
+    columns: Columns
+    reach: Array
+    mean: Array
+    root: Array
+    likelihood: float
+
+    @property
+    def covariance(self) -> Array:
+        """Covariance [T, T] of the columns."""
+        result: Array = self.root @ self.root.T
+        return result
+
+    def combined(self, at: Array, wear: Array) -> tuple[float, float]:
+        """Return (value, deviation) of weights `at` [F B] of no wear and `wear` [T] of it."""
+        spread = self.base.covariance @ at
+        weights = wear - self.reach @ spread
+        variance = float(at @ spread + weights @ self.covariance @ weights)
+        return (float(at @ self.base.mean + weights @ self.mean),
+                math.sqrt(max(variance, 0.0)))
+
+    def without_wear(self) -> tuple[Array, Array]:
+        """Return mean [F, B] and variances [F, B] of all that is no wear."""
+        gain = self.base.covariance @ self.reach.T
+        shape = self.base.observations.prior.shape
+        variance = np.diag(self.base.covariance) + ((gain @ self.covariance) * gain).sum(axis=1)
+        return (self.base.mean - gain @ self.mean).reshape(shape), variance.reshape(shape)
+
+    def scan(self) -> 'Scan':
+        """Return what each stretch of the newest windows says of one more step."""
+        o, c = self.base.observations, self.columns
+        mean, _ = self.without_wear()
+        residual = o.y - np.einsum('fcb,fb->cf', o.design, mean)
+        np.subtract.at(residual.T, c.feature, self.mean[:, None] * c.values)
+        begin = len(o.y) - o.rows
+        pull: Array = np.einsum('cfg,cg->cf', o.weight[begin:], residual[begin:])
+        cross = _from_end(o.weight[begin:][:, :, c.feature] * c.values.T[begin:, None, :]) \
+            - self.base.reach @ (self.base.covariance @ self.reach.T)
+        explained = np.concatenate([self.base.known, cross @ self.root], axis=2)
+        free = self.base.total - explained @ explained.transpose(0, 2, 1)
+        return Scan(_from_end(pull), free, pull, residual[begin:], explained)
+
+
+class Scan(NamedTuple):
+    """
+    What the stretch of windows from each of the newest on says of a step at its beginning.
+
+    pull [R, F], free [R, F, F]: on the step, its information. each, residual [R, F]: of a window.
+    known [R, F, K]: of which free lacks the square, what is explained without a step.
+    """
+
+    pull: Array
+    free: Array
+    each: Array
+    residual: Array
+    known: Array
+
+    def size(self, row: int, column: int) -> tuple[float, float]:
+        """Return (size, deviation) of a step of the feature in `column` alone, NaN: not known."""
+        free = float(self.free[row, column, column])
+        return (float(self.pull[row, column] / free), free ** -0.5) if free > 1e-9 else (
+            math.nan, math.nan)
+
+    def without(self, window: Integers, weight: Array) -> tuple[Array, Array]:
+        """Return (pull, free) without one `window` [R] of each stretch; weight: [R, F, F]."""
+        own = self.known - np.append(self.known[1:], np.zeros_like(self.known[:1]), axis=0)
+        own, weight = own[window], weight[window]
+        own_free = weight - own @ own.transpose(0, 2, 1)
+        diagonal = np.diagonal(own_free, axis1=1, axis2=2)
+        own_free = own_free + np.eye(len(FEATURES)) * np.where(
+            diagonal > 0.0, 1e-9 * diagonal, 1.0)[:, None]
+        cross = weight - self.known @ own.transpose(0, 2, 1)
+        gain = cross @ np.linalg.inv(own_free)
+        return (self.pull - (gain @ self.each[window][:, :, None])[:, :, 0],
+                self.free - gain @ cross.transpose(0, 2, 1))
+
+
+# Hypotheses of one step: the features that change, and the logarithm of its prior probability.
+_SHARES = np.array([p.share for p in PRIORS])
+FIRST, SECOND_ONE = np.array([(f, f) for f in range(len(FEATURES))]
+                             + list(itertools.combinations(range(len(FEATURES)), 2))).T
+_PRIOR = np.log(np.where(FIRST == SECOND_ONE, (1.0 - WEAR.pair) * _SHARES[FIRST],
+                         2.0 * WEAR.pair * _SHARES[FIRST] * _SHARES[SECOND_ONE]
+                         / (1.0 - (_SHARES ** 2).sum())))
+
+# Of the side to which a feature goes: down, up [2, F].
+_SIDES = np.log(2.0 * np.array([[1.0 - p.up for p in PRIORS], [p.up for p in PRIORS]]))
+
+
+def evidence(pull: Array, free: Array) -> tuple[Array, Array]:
+    """
+    Return the logarithmic odds of each hypothesis against none, and the size of its step.
 
     Args:
-        observations: of one feature.
-        prior: variances of the columns of `observations` [N_COMMON + P + L].
-        course: steps of the wear.
-        has_slope: see wear_columns.
-        walk: see wear_columns.
+        pull: [R, F], of a Scan.
+        free: information [R, F, F], of a Scan.
 
     Returns:
-        The Fit.
+        Odds [R, H] by FIRST and SECOND_ONE, prior included; most probable steps [R, H, 2].
 
     """
-    o = observations
-    columns, variances, slope = wear_columns(o.age, course, has_slope, walk)
-    design = np.column_stack([o.design, columns]) if columns.size else o.design
-    variances = np.concatenate([prior, variances])
-    weighted = design * o.weight[:, None]
-    information = weighted.T @ design
-    right = weighted.T @ o.y
-    information[TEMPERATURES, TEMPERATURES] += o.within[0]
-    right[TEMPERATURES] += o.within[1]
-    # In units of the prior: what it says and what windows say differ by ten orders of magnitude.
-    scale = np.sqrt(variances)
-    information = information * np.outer(scale, scale)
-    information[np.diag_indices(len(scale))] += 1.0
-    inverse = np.linalg.inv(information)
-    covariance = inverse * np.outer(scale, scale)
-    mean = covariance @ right
-    likelihood = 0.5 * float(right @ mean) - 0.5 * float(np.linalg.slogdet(information)[1])
-    first = o.design.shape[1]
-    return Fit(mean, covariance, design, likelihood, course, has_slope, walk,
-               slope if slope < 0 else first + slope, first)
+    a, b = FIRST, SECOND_ONE
+    single = a == b
+    diagonal = np.maximum(np.diagonal(free, axis1=1, axis2=2), 0.0)
+    faa, fbb, fab = diagonal[:, a], diagonal[:, b], free[:, a, b]
+    pa, pb = pull[:, a], pull[:, b]
+    odds, likeliest, steps = np.full(pa.shape, -np.inf), np.full(pa.shape, -np.inf), \
+        np.zeros((*pa.shape, 2))
+    for size in WEAR.sizes:
+        ia, ib = faa + size ** -2, fbb + size ** -2
+        both = np.where(single, ia, np.maximum(ia * ib - fab ** 2, 1e-12 * ia * ib))
+        xa = np.where(single, pa, pa * ib - pb * fab) / both
+        xb = np.where(single, 0.0, pb * ia - pa * fab) / both
+        gain = np.maximum(xa * pa + xb * pb, 0.0)
+        value = 0.5 * gain - 0.5 * np.log(
+            both * np.where(single, size ** 2, size ** 4)) + _PRIOR - math.log(len(WEAR.sizes))
+        odds = np.logaddexp(odds, value)
+        steps = np.where((value > likeliest)[:, :, None], np.stack([xa, xb], axis=2), steps)
+        likeliest = np.maximum(likeliest, value)
+    up, up_second = ((steps > 0.0).astype(int)[:, :, k] for k in (0, 1))
+    odds = odds + _SIDES[up, a] + np.where(single, 0.0, _SIDES[up_second, b])
+    return odds, steps
 
 
-def estimate(observations: Observations, prior: Array, course: Course, noise: float) -> Wear:
+def limited_evidence(base: Posterior, scanned: Scan, closed: Scan, dof: Array) -> Array:
     """
-    Return the wear now, averaged over LIMITS.courses by how probable each is.
+    Return the odds [R, H] of `evidence`, as Student's where the noise is estimated.
+
+    Without what a single window off by chance adds.
 
     Args:
-        observations: of one feature.
-        prior: see fit.
-        course: steps of the wear; without any, and none pending, the wear is 0.
-        noise: standard deviation of a window.
-
-    Returns:
-        The Wear.
+        base: what is no wear.
+        scanned: of a fit of it.
+        closed: of one in which nothing has changed with a new motion: for that to come with a
+            window off by chance is no likelier than a change.
+        dof: degrees of freedom [F] of the noise.
 
     """
-    if not course.steps:
-        fits, logs = [fit(observations, prior, course)], np.zeros(1)
-    else:
-        fits = [fit(observations, prior, course, has_slope, walk * noise)
-                for has_slope, walk in LIMITS.courses]
-        logs = np.array([f.likelihood for f in fits]) + np.log(LIMITS.course_prior)
-    share = np.exp(logs - logs.max())
-    share /= share.sum()
-    present = [wear_columns(np.zeros(1), course, f.has_slope, f.walk)[0][0] for f in fits]
-    values = np.array([a @ f.mean[f.first:] for a, f in zip(present, fits)])
-    variances = np.array([a @ f.covariance[f.first:, f.first:] @ a for a, f in zip(present, fits)])
-    value = float(share @ values)
-    variance = float(share @ (variances + (values - value) ** 2))
-    chosen = int(np.argmax(share))
-    slope, slope_std = 0.0, 0.0
-    moving = [k for k, f in enumerate(fits) if f.slope >= 0]
-    if moving:
-        k = max(moving, key=lambda k: float(share[k]))
-        slope = float(fits[k].mean[fits[k].slope])
-        slope_std = math.sqrt(max(fits[k].covariance[fits[k].slope, fits[k].slope], 0.0))
-    return Wear(value, math.sqrt(max(variance, 0.0)), slope, slope_std,
-                float(1.0 - share[0]) if len(fits) > 1 else 0.0, fits[chosen])
+    o = base.observations
+    # Only the noise is known by so many windows, not what priors add (Satterthwaite).
+    total, free = (np.diagonal(m, axis1=1, axis2=2) for m in (base.total, scanned.free))
+    dof = dof / np.clip(free / np.where(total > 0.0, total, 1.0), 1e-3, 1.0) ** 2
+    odds, steps = evidence(scanned.pull, scanned.free)
+    # Of the best explanation; others leave a misfit that larger noise does not excuse.
+    odds = odds - _surplus(odds, steps, scanned.pull, dof)[odds.max(axis=1).argmax()]
+    rows, weight = np.arange(o.rows), o.weight[len(o.y) - o.rows:]
+    likeliest = odds.argmax(axis=1)
+    step = np.zeros_like(scanned.pull)
+    step[rows, SECOND_ONE[likeliest]] = steps[rows, likeliest, 1]
+    step[rows, FIRST[likeliest]] = steps[rows, likeliest, 0]
+    pulls = np.where(rows[None, :] >= rows[:, None], step @ scanned.each.T, -np.inf)
+    pull, other_free = closed.without(pulls.argmax(axis=1), weight)
+    limited, steps = evidence(pull, other_free)
+    limit = limited.max(axis=1) - _surplus(limited, steps, pull, dof) - math.log(WEAR.outlier)
+    result: Array = odds - np.maximum(odds.max(axis=1) - limit, 0.0)[:, None]
+    return result
 
 
-def scan(observations: Observations, posterior: Fit) -> Scan:
+def _surplus(odds: Array, steps: Array, pull: Array, dof: Array) -> Array:
+    """Return by what the best `odds` of each row [R] exceed those of Student's distribution."""
+    rows, likeliest = np.arange(len(odds)), odds.argmax(axis=1)
+    first, second = FIRST[likeliest], SECOND_ONE[likeliest]
+    gain = np.maximum((steps[rows, likeliest] * np.stack(
+        [pull[rows, first], pull[rows, second]], axis=1)).sum(axis=1), 0.0)
+    nu = np.minimum(dof[rows, first], dof[rows, second])
+    result: Array = 0.5 * (gain - nu * np.log1p(gain / nu))
+    return result
+
+
+def step_odds(mean: float, variance: float, prior: float, dof: float) -> float:
     """
-    Return the Scan of the newest windows for one more step.
+    Return the logarithmic odds of a step of the fit against none (Savage and Dickey).
 
-    observations: of one feature; posterior: of what is known, of all of them.
+    Args:
+        mean: posterior mean.
+        variance: posterior variance.
+        prior: prior variance.
+        dof: degrees of freedom of the noise.
+
     """
-    m = observations.rows
-    y, weight = observations.y[-m:], observations.weight[-m:]
-    design = posterior.design[-m:]
-    residual = y - design @ posterior.mean
-    pull, total = _from_end(weight * residual), _from_end(weight)
-    reach = _from_end(design * weight[:, None])
-    free = total - ((reach @ posterior.covariance) * reach).sum(axis=1)
-    # A stretch that the model explains anyhow cannot be judged.
-    judged = free > 1e-6 * np.maximum(total, 1e-300)
-    safe = np.where(judged, free, 1.0)
-    size = np.where(judged, pull / safe, np.nan)
-    root = np.sqrt(weight)
-    deviations = residual * root  # 0 where nothing was measured
-    unit = float(root.max(initial=0.0))
-    scores = []
-    for sign in (1.0, -1.0):
-        first, second = _two_largest(np.maximum(sign * deviations, 0.0))
-        excess = np.maximum(first - second - LIMITS.loner, 0.0)
-        limited = sign * pull - excess * unit * safe / np.maximum(total, 1e-300)
-        scores.append(np.where(judged, limited / np.sqrt(safe), 0.0))
-    single = _from_end((weight > 0.0).astype(float)) < 2
-    up, down = (np.where(single, np.minimum(score, LIMITS.loner), score) for score in scores)
-    return Scan(size, np.where(judged, 1.0 / np.sqrt(safe), np.nan), up, down,
-                np.where(judged, safe / np.maximum(total, 1e-300), 1.0), float(deviations[-1]))
+    return 0.5 * dof * math.log1p(mean ** 2 / variance / dof) - 0.5 * math.log(prior / variance)
+
+
+def _root(information: Array, scale: Array) -> Array:
+    """
+    Return a root, upper triangular, of the covariance [N, N] of what `information` is about.
+
+    Args:
+        information: of windows alone [N, N], in units of the prior.
+        scale: deviations of the prior [N].
+
+    """
+    factor = np.linalg.cholesky(information + np.eye(len(scale)))
+    result: Array = scale[:, None] * np.linalg.inv(factor).T
+    return result
 
 
 def _from_end(values: Array) -> Array:
     """Return sums over each stretch from row k to the last one."""
     sums: Array = np.cumsum(values[::-1], axis=0)[::-1]
     return sums
-
-
-def _two_largest(x: Array) -> tuple[Array, Array]:
-    """Return the largest and second largest of each stretch of x [M], at least 0."""
-    x = x[::-1]
-    first = np.maximum.accumulate(x)
-    preceding = np.concatenate([[0.0], first[:-1]])
-    second = np.maximum.accumulate(np.minimum(x, preceding))
-    return first[::-1], second[::-1]
 
 
 def ages(stamps: Sequence[int] | Integers, now_ns: int, window_ns: float) -> Array:

@@ -2,412 +2,298 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The windows of a gearbox: the newest one by one, older ones as sums, and what makes the gap sharp.
+The windows of a gearbox: the newest one by one, older ones as sums, and how their errors go.
 
 Errors of the features of a window go together: where the stiffness came out too large, the gap
-did. The gap less what the other features of its window say (SHARP) scatters far less, and is as
-large where they have stayed.
+did. Their correlations come from differences of neighbouring windows.
 """
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Self
 
 import numpy as np
 
-from gearbox_monitor.health.alert_limits import LIMITS
-from gearbox_monitor.health.backlash import wear
 from gearbox_monitor.health.backlash.change_tests import (
-    FEATURES, FRICTION, GAIN, GAP, HYSTERESIS, SHARP, STIFFNESS, VISCOUS_SHARE)
-from gearbox_monitor.health.backlash.operating_point import N_COLUMNS, numbers, OperatingPoint
-from gearbox_monitor.health.health_record import ERRORS_LARGER, TRUSTED
-from gearbox_monitor.kernels.types import Array, Values
+    FEATURES, FRICTION, PRIORS, VISCOUS_SHARE, WEAR)
+from gearbox_monitor.health.backlash.operating_point import DIFFERENCE, numbers, OperatingPoint
+from gearbox_monitor.health.backlash.wear import (
+    DISTRUST, LEVEL, N_COMMON, Observations, TEMPERATURES)
+from gearbox_monitor.health.health_record import AT_ODDS, ERRORS_LARGER, TRUSTED
+from gearbox_monitor.kernels.types import Array, Integers, Values
 
-OTHERS = (STIFFNESS, HYSTERESIS, FRICTION, GAIN)  # what comes out of the fit beside the gap
-PER_SIZE = 16      # blocks of one size, before the two oldest of them become one
-MAX_ACTIVE = 48    # points that take part in a fit, beside those of the newest windows
-COUNT, TOTAL, KELVIN, KELVIN_2, PRODUCT = range(5)  # rows of the sums of a cell
+N = len(FEATURES)
+PER_SIZE = 6       # cells of one size, before the two oldest of them become one
+MAX_ACTIVE = 24    # points that take part in a fit, beside those of the newest windows
+SMALLEST = 0.02    # eigenvalue of the correlations: errors never go together entirely
+COUNT, TOTAL, KELVIN, KELVIN_2, PRODUCT = range(5)  # sums of a cell
 
 
 def excess(trust: int) -> float:
     """Return the variance of a window over that of one whose prediction errors are not larger."""
-    return 2.0 ** (0.5 * min(max(ERRORS_LARGER - trust, 0), 99))
+    return float(2.0 ** (0.5 * min(max(ERRORS_LARGER - trust, 0), 99)))
 
 
-@dataclass
-class WearBlock:
-    """Windows of the past, as sums: cells {(point, trust): [5, F + 1]}, see COUNT and after."""
+def _unknown() -> Any:
+    return np.full(N, np.nan)
 
-    begin_ns: int
-    end_ns: int
-    windows: int = 0
-    cells: dict[tuple[int, int], Array] = field(default_factory=dict)
+
+@dataclass(frozen=True, eq=False)
+class History:
+    """
+    Operating points, and the windows as cells in order of time; arrays are not changed.
+
+    viscous (N m s/rad), coulomb (N m): friction of the model file. stamps [C] ns: middle of a
+    cell; where [C]: point; trust [C]; sums [C, 5, F]: see COUNT and after, of logarithms of the
+    features less `reference` [F] (of hysteresis: over load) and of temperatures less
+    `first_kelvin`. The newest `rows` cells are single windows. products, differences [F, F]: of
+    errors, and of how many. slopes [F]: temperature coefficients, spread [F]: variances of the
+    offsets of points, both as known so far.
+    """
+
+    viscous: float = 0.0
+    coulomb: float = 0.0
+    points: tuple[OperatingPoint, ...] = ()
+    stamps: Integers = field(default_factory=lambda: np.zeros(0, np.int64))
+    where: Integers = field(default_factory=lambda: np.zeros(0, np.int64))
+    trust: Integers = field(default_factory=lambda: np.zeros(0, np.int64))
+    sums: Array = field(default_factory=lambda: np.zeros((0, 5, N)))
+    rows: int = 0
+    reference: Array = field(default_factory=_unknown)
+    first_kelvin: float | None = None
+    products: Array = field(default_factory=lambda: np.zeros((N, N)))
+    differences: Array = field(default_factory=lambda: np.zeros((N, N)))
+    slopes: Array = field(default_factory=lambda: np.zeros(N))
+    spread: Array = field(default_factory=_unknown)
 
     @property
-    def stamp_ns(self) -> int:
-        """Middle of the block."""
-        return (self.begin_ns + self.end_ns) // 2
+    def windows(self) -> int:
+        """Number of windows, of the feature with most of them in each cell."""
+        return int(self.sums[:, COUNT].max(axis=1, initial=0.0).sum())
 
-    def add(self, key: tuple[int, int], sums: Array) -> None:
-        """Add `sums` [5, F + 1] to the cell `key`."""
-        self.cells[key] = self.cells[key] + sums if key in self.cells else sums
+    def recent_ns(self, count: int) -> int:
+        """Return the stamp before the newest `count` windows."""
+        return int(self.stamps[max(len(self.stamps) - count, 0)]) - 1
 
-
-class WearData:
-    """
-    Points, newest windows (rows) and blocks of older ones, of a drive with a law of friction.
-
-    viscous (N m s/rad), coulomb (N m): of the model file.
-
-    stamps [M] ns, where [M]: point, trust [M], kelvin [M]: temperature less the first known,
-    values [M, F]: logarithms of the features less those of the first window (of hysteresis: over
-    load). reference [F]: these. couplings [F]: what to subtract from the gap per unit of the
-    others; frozen: whether they stay. shift_ns, shift [F + 1]: windows until then were moved to
-    the wear of that moment by save_baseline, whose variances these are.
-    """
-
-    def __init__(self, viscous: float = 0.0, coulomb: float = 0.0) -> None:
-        n = len(FEATURES)
-        self.viscous, self.coulomb = viscous, coulomb
-        self.points: list[OperatingPoint] = []
-        self.blocks: list[WearBlock] = []
-        self.stamps: list[int] = []
-        self.where: list[int] = []
-        self.trust: list[int] = []
-        self.kelvin: list[float] = []
-        self.values: Array = np.empty((0, n))
-        self.reference: Array = np.full(n, np.nan)
-        self.first_kelvin: float | None = None
-        self.couplings: Array = np.zeros(n)
-        self.frozen = False
-        self.slopes: Array = np.zeros(N_COLUMNS)  # temperature coefficients, as known so far
-        self.spread: Array = np.full(N_COLUMNS, np.nan)  # variances of offsets, as known so far
-        self.shift_ns = 0
-        self.shift: Array = np.zeros(N_COLUMNS)
-
-    def __len__(self) -> int:
-        return len(self.stamps)
-
-    # ------------------------------------------------------------------ windows
-
-    def relative(self, values: Array) -> Array:
-        """Return values [F] less the reference, which the first of each feature becomes."""
-        self.reference = np.where(np.isnan(self.reference), values, self.reference)
-        return np.array([float(f'{v:.7g}') for v in values - self.reference])
+    def count(self, point: int, since_ns: int = -1) -> int:
+        """Return the number of windows of a `point` after `since_ns`, of its commonest feature."""
+        chosen = (self.where == point) & (self.stamps > since_ns)
+        return int(self.sums[chosen, COUNT].sum(axis=0).max())
 
     def warmth(self, temperature: float | None) -> float:
-        """Return `temperature` (deg C) less the first known one; 0 where it is unknown."""
-        if temperature is None:
+        """Return `temperature` (deg C) less the first known one; 0 where either is unknown."""
+        if temperature is None or self.first_kelvin is None:
             return 0.0
-        if self.first_kelvin is None:
-            self.first_kelvin = temperature
         return temperature - self.first_kelvin
 
-    def add(self, stamp_ns: int, point: int, trust: int, kelvin: float, values: Array) -> None:
+    def with_window(self, stamp_ns: int, point: int, trust: int, temperature: float | None,
+                    values: Array) -> Self:
         """
         Take a window.
 
         Args:
             stamp_ns: its end.
             point: its operating point.
-            trust: TRUSTED or less.
-            kelvin: of warmth.
-            values: of relative [F].
+            trust: TRUSTED, AT_ODDS, ERRORS_LARGER or less.
+            temperature: deg C, None if unknown.
+            values: of the features [F], NaN where unknown.
 
         """
-        self.stamps.append(stamp_ns)
-        self.where.append(point)
-        self.trust.append(trust)
-        self.kelvin.append(kelvin)
-        self.values = np.vstack([self.values, values])
-        place = self.points[point]
-        place.since_ns = place.since_ns or stamp_ns
-        place.last_ns = stamp_ns
-        place.scatter(self.sharpened(values[None])[0], kelvin, self.slopes, excess(trust))
+        first = temperature if self.first_kelvin is None else self.first_kelvin
+        kelvin = 0.0 if temperature is None or first is None else temperature - first
+        reference = np.where(np.isnan(self.reference), values, self.reference)
+        relative = np.array([float(f'{v:.7g}') for v in values - reference])
+        place, off = self.points[point].with_window(relative, kelvin, self.slopes, excess(trust))
+        finite, off_finite = np.isfinite(relative), np.isfinite(off).astype(float)
+        off = np.nan_to_num(off)
+        return replace(
+            self, reference=reference, first_kelvin=first, stamps=np.append(self.stamps, stamp_ns),
+            points=(*self.points[:point], replace(place, last_ns=stamp_ns),
+                    *self.points[point + 1:]),
+            where=np.append(self.where, point), trust=np.append(self.trust, trust),
+            sums=np.concatenate([self.sums, _sums(np.where(finite, 1.0, 0.0), np.where(
+                finite, relative, 0.0), kelvin)[None]]), rows=self.rows + 1,
+            products=self.products + DIFFERENCE * np.outer(off, off),
+            differences=self.differences + DIFFERENCE * np.outer(off_finite, off_finite))
 
-    def sharpened(self, values: Array) -> Array:
-        """Return values [N, F] with SHARP beside them, NaN where that is not known."""
-        active = self.couplings != 0.0
-        if not active.any():
-            sharp = np.full(len(values), np.nan)
-        else:
-            sharp = values[:, GAP] - values[:, active] @ self.couplings[active]
-        return np.column_stack([values, sharp])
-
-    def move(self, by_ns: int) -> None:
-        """Move all stamps by `by_ns`."""
-        self.stamps = [stamp + by_ns for stamp in self.stamps]
-        self.shift_ns += by_ns if self.shift_ns else 0
-        for block in self.blocks:
-            block.begin_ns, block.end_ns = block.begin_ns + by_ns, block.end_ns + by_ns
-        for point in self.points:
-            point.since_ns, point.last_ns = point.since_ns + by_ns, point.last_ns + by_ns
-
-    def couple(self, boundaries: Sequence[int]) -> None:
-        """Learn the couplings from the rows; `boundaries` (ns): where features changed."""
-        if self.frozen or len(self) < LIMITS.min_complete:
-            return
-        used = [i for i in OTHERS if np.isfinite(self.values[:, i]).mean() > 0.9]
-        complete = np.isfinite(self.values[:, [GAP, *used]]).all(axis=1)
-        if not used or complete.sum() < LIMITS.min_complete:
-            return
-        groups: dict[tuple[int, int], list[int]] = {}
-        segment = np.searchsorted(np.sort(np.array(boundaries, np.int64)), self.stamps)
-        for k in np.flatnonzero(complete):
-            groups.setdefault((self.where[k], int(segment[k])), []).append(int(k))
-        columns = [GAP, *used]
-        off = self.values[:, columns] - np.outer(self.kelvin, self.slopes[columns])
-        parts = [off[rows] - off[rows].mean(axis=0) for rows in groups.values() if len(rows) > 2]
-        if not parts or sum(map(len, parts)) < LIMITS.min_complete:
-            return
-        x = np.concatenate(parts)
-        stated = np.mean([p.stated[used] for p in self.points if p.stated_count[GAP]], axis=0)
-        try:
-            coupling = np.linalg.solve(x[:, 1:].T @ x[:, 1:] + LIMITS.ridge * np.diag(stated),
-                                       x[:, 1:].T @ x[:, 0])
-        except np.linalg.LinAlgError:
-            return
-        self.couplings = np.zeros(len(FEATURES))
-        self.couplings[used] = coupling
-        self._scatter_again()
-
-    def _scatter_again(self) -> None:
-        """Take the noise of SHARP, which is defined again, from all rows."""
-        rows = self.sharpened(self.values)
-        rows[:, :SHARP] = np.nan
-        for point in self.points:
-            point.forget_sharp()
-        for k, where in enumerate(self.where):
-            self.points[where].scatter(
-                rows[k], self.kelvin[k], self.slopes, excess(self.trust[k]))
-
-    def count(self, point: int) -> int:
-        """Return the number of windows of a `point`, of the feature with most of them."""
-        total = sum((cell[COUNT] for block in self.blocks for key, cell in block.cells.items()
-                     if key[0] == point), np.zeros(N_COLUMNS))
-        rows = np.array(self.where) == point
-        total[:-1] += np.isfinite(self.values[rows]).sum(axis=0)
-        return int(total.max())
-
-    def absorb(self, boundaries: Iterable[int], limit: int) -> None:
+    def merged(self, marks: Sequence[int], moving_ns: int, limit: int) -> Self:
         """
-        Put rows beyond the horizon into blocks.
+        Merge cells beyond the horizon: fine where new, coarse where old, never across `marks`.
 
         Args:
-            boundaries: stamps (ns) of steps of any feature, over which blocks do not reach.
-            limit: windows of a point that blocks hold while no feature has changed.
+            marks: stamps (ns) at which a feature may have changed.
+            moving_ns: cells until then are merged to one of each point.
+            limit: windows of a point that it holds.
 
         """
-        marks = sorted(boundaries)
-        while len(self) > LIMITS.horizon:
-            self.frozen = True
-            stamp, key = self.stamps[0], (self.where[0], self.trust[0])
-            values = self.sharpened(self.values[:1])[0]
-            finite = np.isfinite(values)
-            y, kelvin = np.where(finite, values, 0.0), self.kelvin[0] * finite
-            sums = np.array([finite.astype(float), y, kelvin, kelvin * self.kelvin[0],
-                             y * self.kelvin[0]])
-            moving = bool(marks) and marks[0] < stamp
-            cell = self.blocks[0].cells.get(key) if self.blocks else None
-            full = cell is not None and cell[COUNT].max() >= limit
-            if moving or not self.blocks:
-                self.blocks.append(WearBlock(stamp, stamp))
-            if moving or not full:
-                block = self.blocks[-1]
-                block.end_ns, block.windows = stamp, block.windows + 1
-                block.add(key, sums)
-            del self.stamps[0], self.where[0], self.trust[0], self.kelvin[0]
-            self.values = self.values[1:]
-            self._merge(marks)
-
-    def _merge(self, marks: Sequence[int]) -> None:
-        """Merge neighbouring blocks without a mark between: fine where new, coarse where old."""
+        stamps, where, trust, sums = self.stamps, self.where, self.trust, self.sums
+        rows = min(self.rows, WEAR.horizon)
         while True:
-            sizes: dict[int, list[int]] = {}
-            for i, (a, b) in enumerate(zip(self.blocks, self.blocks[1:])):
-                if any(a.end_ns <= mark < b.begin_ns for mark in marks):
-                    continue
-                size = max(a.windows, b.windows).bit_length()
-                if not marks or marks[0] >= b.end_ns:
-                    size = -1  # before any change: one block
-                sizes.setdefault(size, []).append(i)
-            pairs = [rows[0] for size, rows in sizes.items() if size < 0 or len(rows) > PER_SIZE]
-            if not pairs:
-                return
-            i = min(pairs)
-            a, b = self.blocks[i], self.blocks.pop(i + 1)
-            a.end_ns, a.windows = b.end_ns, a.windows + b.windows
-            for key, sums in b.cells.items():
-                a.add(key, sums)
+            old = len(stamps) - rows
+            segment = np.searchsorted(np.sort(np.array(marks, np.int64)), stamps[:old])
+            counts = sums[:old, COUNT].max(axis=1, initial=0.0).astype(int)
+            groups: dict[tuple[int, ...], list[int]] = {}
+            for i in range(old):
+                size = -1 if stamps[i] <= moving_ns else int(counts[i]).bit_length()
+                groups.setdefault((int(where[i]), int(trust[i]), int(segment[i]), size),
+                                  []).append(i)
+            pair = next((group[:2] for key, group in groups.items()
+                         if len(group) > (1 if key[3] < 0 else PER_SIZE)), None)
+            if pair is None:
+                return replace(self, stamps=stamps, where=where, trust=trust, sums=sums, rows=rows)
+            i, j = pair
+            full = stamps[j] <= moving_ns and counts[i] >= limit
+            share = 0.0 if full else counts[j] / max(counts[i] + counts[j], 1)
+            both = sums[i] if full else sums[i] + sums[j]
+            middle = stamps[i] + int(share * (stamps[j] - stamps[i]))
+            place = [k for k in range(len(stamps)) if k not in (i, j)]
+            at = int(np.searchsorted(stamps[place], middle))
+            order = np.array([*place[:at], i, *place[at:]])
+            stamps, where, trust, sums = (a[order] for a in (stamps, where, trust, sums))
+            stamps[at], sums[at] = middle, both
 
-    def drop(self, column: int, begin_ns: int, end_ns: int) -> None:
+    def moved(self, by_ns: int) -> Self:
+        """Return it with all stamps moved by `by_ns`."""
+        return replace(self, stamps=self.stamps + by_ns, points=tuple(
+            replace(point, last_ns=point.last_ns + by_ns) for point in self.points))
+
+    def without(self, column: int, begin_ns: int, end_ns: int) -> Self:
         """
         Forget a feature in the windows after `begin_ns` until `end_ns`: they were not healthy.
 
-        column: of the feature; with the gap goes SHARP.
+        column: of the feature.
         """
-        columns = [column, SHARP] if column == GAP else [column]
-        for block in self.blocks:
-            if begin_ns < block.stamp_ns <= end_ns:
-                for sums in block.cells.values():
-                    sums[:, columns] = 0.0
-        stamps = np.array(self.stamps, np.int64)
-        self.values[(stamps > begin_ns) & (stamps <= end_ns), column] = np.nan
+        sums = self.sums.copy()
+        sums[(self.stamps > begin_ns) & (self.stamps <= end_ns), :, column] = 0.0
+        return replace(self, sums=sums)
 
-    def middles(self) -> list[int]:
-        """Return the stamps (ns) of the blocks and of the rows."""
-        return [block.stamp_ns for block in self.blocks] + self.stamps
-
-    def shift_by(self, steps: Mapping[int, Array], variances: Mapping[int, float],
-                 since_ns: int) -> None:
-        """
-        Move all windows to the wear of now, which is healthy from now on.
-
-        Args:
-            steps: {feature: what is added to each of middles()}.
-            variances: {feature: of what is added to windows before `since_ns`}.
-            since_ns: where the present state began.
-
-        """
-        for k, block in enumerate(self.blocks):
-            by = np.zeros((1, len(FEATURES)))
-            for column, step in steps.items():
-                by[0, column] = step[k]
-            whole = np.nan_to_num(self.sharpened(by)[0])
-            for sums in block.cells.values():
-                sums[TOTAL] += whole * sums[COUNT]
-                sums[PRODUCT] += whole * sums[KELVIN]
-        for column, step in steps.items():
-            self.values[:, column] += step[len(self.blocks):]
-        self.shift_ns = max(self.shift_ns, since_ns)
-        for column, variance in variances.items():
-            self.shift[column] += variance
-            if column == GAP or self.couplings[column]:
-                factor = 1.0 if column == GAP else self.couplings[column] ** 2
-                self.shift[SHARP] += factor * variance
-
-    # ------------------------------------------------------------------ for a fit
-
-    def shares(self, points: Sequence[int], column: int) -> Array:
-        """Return the shares [N, 2] of both temperature coefficients of a `column` at `points`."""
+    def shares(self, points: Sequence[int] | Integers, column: int) -> Array:
+        """Return the shares [C, 2] of both temperature coefficients of a `column` at `points`."""
         parts = np.tile((1.0, 0.0), (len(points), 1))
         if column in (FRICTION, VISCOUS_SHARE) and self.viscous + self.coulomb > 0.0:
-            parts[:] = [(self.viscous * self.points[k].speed, self.coulomb) for k in points]
-            parts /= np.maximum(parts.sum(axis=1, keepdims=True), 1e-300)
+            parts = np.array([(self.viscous * self.points[k].speed, self.coulomb)
+                              for k in points]).reshape(-1, 2)
+            parts = parts / np.maximum(parts.sum(axis=1, keepdims=True), 1e-300)
         if column == VISCOUS_SHARE:  # the derivative of the share v / (v + c)
             parts = parts.prod(axis=1, keepdims=True) * (1.0, -1.0)
         return parts
 
-    @property
-    def newest(self) -> int:
-        """
-        The operating point of the newest row.
+    def correlations(self) -> Array:
+        """Return the correlations [F, F] of the errors of a window."""
+        correlation = (WEAR.correlation_windows * np.eye(N) + self.products) / (
+            WEAR.correlation_windows + self.differences)
+        values, vectors = np.linalg.eigh(correlation)
+        correlation = (vectors * np.maximum(values, SMALLEST)) @ vectors.T
+        std = np.sqrt(np.diag(correlation))
+        result: Array = correlation / np.outer(std, std)
+        return result
 
-        A newer window that was not compared, at another point perhaps, has no row.
-        """
-        return self.where[-1]
+    def dof(self, point: int) -> Array:
+        """Return the degrees of freedom [F] of the noise at a `point`, given other features."""
+        differences = np.diag(self.differences)
+        coupled = max(int((differences > 0.0).sum()) - 1, 0)
+        result: Array = WEAR.prior_windows - 1.0 + np.minimum(
+            self.points[point].freedom, np.maximum(differences - coupled, 0.0))
+        return result
 
-    def active(self) -> list[int]:
-        """Return the points that take part: those of the rows, and the newest of the others."""
-        rows = set(self.where)
-        older = {key[0] for block in self.blocks for key in block.cells} - rows
-        newest = sorted(older, key=lambda k: -self.points[k].last_ns)[:MAX_ACTIVE]
-        return sorted(rows | set(newest))
-
-    def observations(self, now_ns: int, window_ns: float
-                     ) -> tuple[list[wear.Observations], list[int]]:
-        """Return the Observations of each of the F + 1 columns at `now_ns`, and their points."""
-        points = self.active()
-        place = {point: wear.N_COMMON + k for k, point in enumerate(points)}
-        cells = [(block.stamp_ns, key, sums) for block in self.blocks
-                 for key, sums in block.cells.items() if key[0] in place]
-        n, m = len(cells), len(self)
-        keys = [key for _, key, _ in cells] + list(zip(self.where, self.trust))
-        larger = {key: wear.N_COMMON + len(points) + k for k, key in enumerate(sorted({
-            key for key in keys if key[1] <= ERRORS_LARGER}))}
-        design = np.zeros((n + m, wear.N_COMMON + len(points) + len(larger)))
-        design[:, wear.LEVEL] = 1.0
-        stamps = np.array([stamp for stamp, _, _ in cells] + self.stamps, np.int64)
-        sums = np.array([s for _, _, s in cells]) if cells else np.zeros((0, 5, N_COLUMNS))
-        counts = np.concatenate([
-            sums[:, COUNT], np.isfinite(rows := self.sharpened(self.values)).astype(float)])
-        largest = np.maximum(sums[:, COUNT].max(axis=1, initial=0.0), 1.0)
-        warmth = sums[:, KELVIN].max(axis=1, initial=-np.inf)
-        coldness = sums[:, KELVIN].min(axis=1, initial=np.inf)
-        design[:n, wear.TEMPERATURE] = np.where(
-            np.abs(warmth) > np.abs(coldness), warmth, coldness) / largest
-        design[n:, wear.TEMPERATURE] = self.kelvin
-        for k, key in enumerate(keys):
-            design[k, place[key[0]]] = 1.0
-            if key[1] != TRUSTED:
-                design[k, larger.get(key, wear.DISTRUST)] = 1.0
-        design[:, wear.SHIFT] = stamps <= self.shift_ns
-        variances = {point: self.points[point].variance() for point in points}
-        noise = np.array([variances[point] * excess(trust) for point, trust in keys]).reshape(
-            n + m, N_COLUMNS)
-        age = wear.ages(stamps, now_ns, window_ns)
-        safe = np.maximum(sums[:, COUNT], 1.0)
-        mean = np.concatenate([sums[:, TOTAL] / safe, np.nan_to_num(rows)])
-        weight = np.where((counts > 0.0) & (noise > 0.0), counts / np.where(
-            noise > 0.0, noise, 1.0), 0.0)
-        spread = (sums[:, KELVIN_2] - sums[:, KELVIN] ** 2 / safe) / np.where(
-            noise[:n] > 0.0, noise[:n], np.inf)
-        product = (sums[:, PRODUCT] - sums[:, KELVIN] * sums[:, TOTAL] / safe) / np.where(
-            noise[:n] > 0.0, noise[:n], np.inf)
-        result = []
-        for f in range(N_COLUMNS):
-            part = self.shares([point for point, _ in keys], f)
-            own = design.copy()
-            own[:, wear.TEMPERATURES] = part * design[:, [wear.TEMPERATURE]]
-            result.append(wear.Observations(
-                own, mean[:, f], weight[:, f], counts[:, f], age, m,
-                ((part[:n] * spread[:, [f]]).T @ part[:n], product[:, f] @ part[:n])))
-        return result, points
+    def observations(self, growth: Array) -> Observations:
+        """Return the Observations; growth [C, F]: factor of the noise, for a smaller feature."""
+        recent = set(self.where[len(self.where) - self.rows:].tolist())
+        older = sorted(set(self.where.tolist()) - recent, key=lambda k: -self.points[k].last_ns)
+        points = sorted(recent | set(older[:MAX_ACTIVE]))
+        keep = np.isin(self.where, points)
+        where, trust, sums = self.where[keep], self.trust[keep], self.sums[keep]
+        count = sums[:, COUNT]
+        larger = sorted({(k, t) for k, t in zip(where.tolist(), trust.tolist())
+                         if t <= ERRORS_LARGER})
+        n, width = len(where), N_COMMON + len(points) + len(larger)
+        shared = np.zeros((n, width))
+        shared[:, LEVEL] = 1.0
+        shared[:, DISTRUST] = trust == AT_ODDS
+        shared[np.arange(n), N_COMMON + np.searchsorted(points, where)] = 1.0
+        for k, key in enumerate(larger):
+            shared[(where == key[0]) & (trust == key[1]), N_COMMON + len(points) + k] = 1.0
+        safe = np.maximum(count, 1.0)
+        warmth = sums[:, KELVIN].sum(axis=1) / np.maximum(count.sum(axis=1), 1.0)
+        design = np.tile(shared, (N, 1, 1))
+        prior = np.zeros((N, width))
+        parts = np.array([self.shares(where, f) for f in range(N)])
+        for f, p in enumerate(PRIORS):
+            design[f, :, TEMPERATURES] = parts[f] * warmth[:, None]
+            offset = self.spread[f] if np.isfinite(self.spread[f]) else p.offset ** 2
+            prior[f] = p.distrust ** 2
+            prior[f, :N_COMMON] = (WEAR.level_std ** 2, p.temperature ** 2, p.coulomb ** 2,
+                                   p.distrust ** 2)
+            prior[f, N_COMMON:N_COMMON + len(points)] = offset
+        variance = np.array([self.points[k].variance() for k in points]).reshape(-1, N)[
+            np.searchsorted(points, where)] * np.array([excess(int(t)) for t in trust])[:, None]
+        std = np.sqrt(variance) * growth[keep]
+        measured = (count > 0.0) & (std > 0.0)
+        both = measured[:, :, None] & measured[:, None, :]
+        precision = np.linalg.inv(np.where(both, self.correlations(), np.eye(N)))
+        root = np.where(measured, 1.0 / np.where(measured, std, 1.0), 0.0)
+        precision = precision * both * root[:, :, None] * root[:, None, :]
+        root = np.sqrt(count)
+        # Temperatures inside of cells tell the coefficients, too.
+        spread = np.sqrt(np.maximum(sums[:, KELVIN_2] - sums[:, KELVIN] ** 2 / safe, 0.0))
+        product = sums[:, PRODUCT] - sums[:, KELVIN] * sums[:, TOTAL] / safe
+        spread_weight = precision * spread[:, :, None] * spread[:, None, :]
+        return Observations(
+            design, sums[:, TOTAL] / safe, precision * root[:, :, None] * root[:, None, :],
+            count, self.stamps[keep], self.rows, tuple(points), prior,
+            np.einsum('ncs,cnm,mct->nsmt', parts, spread_weight, parts, optimize=True),
+            np.einsum('ncs,cnm,cm->ns', parts, precision, product, optimize=True))
 
     # ------------------------------------------------------------------ state
 
     def to_dict(self) -> dict[str, Any]:
         """Return all of it as plain data; floats read back exactly."""
+        old = len(self.stamps) - self.rows
+        heads = np.stack([self.stamps, self.where, self.trust], axis=1).tolist()
+        values = np.where(self.sums[:, COUNT] > 0.0, self.sums[:, TOTAL], np.nan)
+        warmth = self.sums[:, KELVIN]
+        kelvin = np.where(warmth.max(axis=1, initial=0.0) > 0.0, warmth.max(axis=1, initial=0.0),
+                          warmth.min(axis=1, initial=0.0))
         return {
             'points': [p.to_dict() for p in self.points],
-            'blocks': [[b.begin_ns, b.end_ns, b.windows, [
-                [point, trust, *map(float, sums.ravel())]
-                for (point, trust), sums in b.cells.items()]] for b in self.blocks],
-            'windows': [[stamp, where, trust, kelvin, *map(float, values)] for
-                        stamp, where, trust, kelvin, values in zip(
-                            self.stamps, self.where, self.trust, self.kelvin, self.values)],
-            'reference': [float(v) for v in self.reference], 'first_kelvin': self.first_kelvin,
-            'couplings': [float(v) for v in self.couplings], 'frozen': self.frozen,
-            'slopes': [float(v) for v in self.slopes], 'spread': [float(v) for v in self.spread],
-            'shift_ns': self.shift_ns, 'shift': [float(v) for v in self.shift]}
+            'cells': [head + row.ravel().tolist() for head, row in zip(heads, self.sums[:old])],
+            'windows': [head + [float(warm), *row.tolist()] for head, warm, row in zip(
+                heads[old:], kelvin[old:], values[old:])],
+            'first_kelvin': self.first_kelvin,
+            **{name: getattr(self, name).ravel().tolist() for name in _ARRAYS}}
 
-    def load(self, state: Values) -> None:
-        """Take over what to_dict gave. Raises KeyError, TypeError or ValueError."""
-        n = len(FEATURES)
-        self.points = [OperatingPoint.from_dict(row) for row in state['points']]
-        for begin, end, windows, rows in state['blocks']:
-            block = WearBlock(int(begin), int(end), int(windows))
-            for row in rows:
-                block.cells[self._point(row[0]), _trust(row[1])] = numbers(
-                    row[2:], 5 * N_COLUMNS).reshape(5, N_COLUMNS)
-            self.blocks.append(block)
-        rows = state['windows']
-        self.stamps, self.where = [int(r[0]) for r in rows], [self._point(r[1]) for r in rows]
-        self.trust, self.kelvin = [_trust(r[2]) for r in rows], [float(r[3]) for r in rows]
-        self.values = numbers([r[4:] for r in rows], len(rows) * n).reshape(-1, n)
-        self.reference, self.couplings = (
-            numbers(state[name], n) for name in ('reference', 'couplings'))
-        self.slopes, self.spread, self.shift = (
-            numbers(state[name], N_COLUMNS) for name in ('slopes', 'spread', 'shift'))
-        self.first_kelvin, self.frozen = state['first_kelvin'], bool(state['frozen'])
-        self.shift_ns = int(state['shift_ns'])
+    @classmethod
+    def from_dict(cls, state: Values, viscous: float, coulomb: float) -> Self:
+        """
+        Return what to_dict gave. Raises KeyError, TypeError or ValueError.
 
-    def _point(self, index: Any) -> int:
-        if not 0 <= int(index) < len(self.points):
+        state: the plain data; viscous, coulomb: friction of the model file.
+        """
+        points = tuple(OperatingPoint.from_dict(row) for row in state['points'])
+        cells = [numbers(row[3:], 5 * N).reshape(5, N) for row in state['cells']]
+        for row in state['windows']:
+            values = numbers(row[4:], N)
+            finite = np.isfinite(values)
+            cells.append(_sums(finite.astype(float), np.where(finite, values, 0.0),
+                               float(row[3])))
+        heads = [row[:3] for row in (*state['cells'], *state['windows'])]
+        if not all(0 <= head[1] < len(points) for head in heads):
             raise ValueError('a window of an unknown operating point')
-        return int(index)
+        if not all(isinstance(v, int) for head in heads for v in head) or \
+                not all(head[2] <= TRUSTED for head in heads):
+            raise ValueError(f'a window without stamp, or with trust above {TRUSTED}')
+        stamps, where, trust = np.array(heads, np.int64).reshape(-1, 3).T
+        return cls(
+            viscous, coulomb, points, stamps, where, trust,
+            np.array(cells).reshape(-1, 5, N), len(state['windows']),
+            first_kelvin=state['first_kelvin'],
+            **{name: numbers(state[name], N ** len(shape)).reshape(shape)
+               for name, shape in _ARRAYS.items()})
 
 
-def _trust(level: Any) -> int:
-    if not (isinstance(level, int) and level <= TRUSTED):
-        raise ValueError(f'trust {level!r}, expected an integer up to {TRUSTED}')
-    return int(level)
+_ARRAYS = {'reference': (N,), 'products': (N, N), 'differences': (N, N), 'slopes': (N,),
+           'spread': (N,)}
+
+
+def _sums(count: Array, total: Array, kelvin: float) -> Array:
+    """Return the sums [5, F] of `count` [F] windows, `total` [F] of values, at `kelvin`."""
+    return np.array([count, total, count * kelvin, count * kelvin ** 2, total * kelvin])
