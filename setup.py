@@ -152,6 +152,7 @@ setup(
             'arm_plant_node = gearbox_monitor.ros.arm_plant_node:main',
             'estimator_node = gearbox_monitor.ros.estimator_node:main',
             'recorder_node = gearbox_monitor.ros.recorder_node:main',
+            'watch_node = gearbox_monitor.ros.watch_node:main',
             'payload_node = gearbox_monitor.ros.payload_node:main',
         ],
     },

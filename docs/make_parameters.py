@@ -12,7 +12,7 @@ sys.path.insert(0, str(ROOT))
 
 from gearbox_monitor.parameters import (  # noqa: E402
     ARM_PLANT, AT_ONCE, ESTIMATOR, MODEL, ParameterRow, PAYLOAD_NODE, PLANT, RECORDER, RESTART,
-    ROBOT, Table)
+    ROBOT, Table, WATCH_NODE)
 
 PAGE = ROOT / 'docs/parameters.md'
 CHANGES = {AT_ONCE: 'live', RESTART: 'live, restart'}
@@ -71,6 +71,7 @@ def page() -> str:
             f'## plant\n\n{listed(PLANT)}\n\n'
             f'## arm_plant\n\n{listed(ARM_PLANT)}\n\n'
             f'## payload\n\n{listed(PAYLOAD_NODE)}\n\n'
+            f'## watch\n\n{listed(WATCH_NODE)}\n\n'
             f'## recorder\n\n{listed(RECORDER)}\n{MODEL_FILE}')
 
 

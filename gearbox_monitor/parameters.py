@@ -623,6 +623,15 @@ class PayloadParameters(ParameterSet):
         ('',), '', 'NAME=LOGNAME of joints whose names in joint_states are others')
 
 
+@dataclass(frozen=True)
+class WatchParameters(ParameterSet):
+    """Parameters of the node that watches a whole robot."""
+
+    state_file: str = row(
+        '', '', 'file that keeps what is known of the robot; empty: NAMESPACE.watch.state in '
+        '$ROS_HOME, else in ~/.ros')
+
+
 def table_of(parameters: type[ParameterSet]) -> Table:
     """Return the rows of the class `parameters`, in the order of its fields."""
     return tuple(replace(f.metadata['row'], name=f.name) for f in fields(parameters))
@@ -634,6 +643,7 @@ ESTIMATOR, MODEL = table_of(EstimatorParameters), table_of(ModelParameters)
 SETTINGS = ESTIMATOR + MODEL
 PLANT, RECORDER = table_of(PlantParameters), table_of(RecorderParameters)
 ARM_PLANT, PAYLOAD_NODE = table_of(ArmPlantParameters), table_of(PayloadParameters)
+WATCH_NODE = table_of(WatchParameters)
 # The parameters of the plant that replace values of its model file.
 PLANT_MODEL = ('stiffness', 'half_gap', 'viscous_friction', 'coulomb_friction')
 

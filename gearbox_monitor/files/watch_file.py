@@ -20,7 +20,7 @@ MAX_BYTES = 256 << 20
 
 
 def watch_bytes(watch: Watch) -> bytes:
-    """Return the file of a Watch, whose every part has a checksum."""
+    """Return the file of a `watch`, whose every part has a checksum."""
     arrays: dict[str, Any] = {}
     text = json.dumps({'format': FORMAT, 'watch': to_data(watch, arrays)})
     content = io.BytesIO()

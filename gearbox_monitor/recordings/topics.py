@@ -62,6 +62,7 @@ DRIFT_ALERTS = 'drift_alerts'
 SNAPSHOT = 'snapshot'
 DIAGNOSIS = 'diagnosis'
 # Of a whole robot: geometry_msgs/InertiaStamped, and JointState of all joints, with deviations.
+ROBOT_DESCRIPTION, FINDINGS = 'robot_description', '~/findings'
 PAYLOAD, PAYLOAD_STD = 'payload', 'payload_stddev'
 EXTERNAL_TORQUE, EXTERNAL_TORQUE_STD = 'external_torque', 'external_torque_stddev'
 

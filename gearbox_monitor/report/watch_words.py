@@ -53,7 +53,7 @@ def change_words(change: Change) -> str:
 
 
 def payload_words(payload: Payload) -> str:
-    """Return what a link holds in words, against what it held while it was learnt."""
+    """Return a `payload` in words: against what the link held while it was learnt."""
     if not abs(payload.mass) > 2.0 * payload.mass_std:
         return f'{payload.link} holds nothing (± {payload.mass_std:.2g} kg)'
     out = f'{payload.mass:.3g} ± {payload.mass_std:.2g} kg at {payload.link}'
@@ -95,7 +95,7 @@ def watch_text(watch: Watch) -> str:
 
 
 def readings_of(watch: Watch) -> list[str]:
-    """Return the conventions by which the stream is read, in words."""
+    """Return the conventions by which a `watch` reads its stream, in words."""
     names = [j.name for j in watch.joints if j.name not in watch.locked]
     return [reading_words(named, names) for named in watch.readings]
 

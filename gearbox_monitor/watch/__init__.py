@@ -10,6 +10,7 @@ give the same bits, live and offline.
 
 Public names, by module:
 
+    .: fold
     block: Block, Cutter
     fold: begin, step
     plain: from_data, to_data

@@ -63,7 +63,7 @@ def groups_of(robot: RobotModel) -> tuple[Group, ...]:
 
 
 def tips_of(robot: RobotModel) -> tuple[int, ...]:
-    """Return the links that carry no other one."""
+    """Return the links of a `robot` that carry no other one."""
     links = robot.chain.links
     return tuple(k for k in range(len(links)) if all(x.parent != k for x in links))
 
@@ -210,7 +210,7 @@ def _candidate(rows: Rows, group: Group, efforts: Sequence[Array]) -> Candidate:
 
 
 def same_day(knowledge: Knowledge, rows: Rows) -> Prior:
-    """Return the prior without what friction drifts by from day to day: a state has that."""
+    """Return the prior of a `knowledge` for `rows` without what friction drifts by in days."""
     groups = {c.label: c.group for c in rows.nuisance}
     prior = knowledge.prior
     drift = another_day_of([groups.get(label) for label in prior.labels], prior.mean)

@@ -47,7 +47,7 @@ TAKEN = 35.0    # chi squared of mass and first moments, from which another load
 @lru_cache(maxsize=4)
 def robot_of(description: str, locked: tuple[tuple[str, float], ...]
              ) -> tuple[RobotModel, tuple[Array, Array]]:
-    """Return the model in a URDF with `locked` joints, and the ranges of its joints."""
+    """Return the model in a URDF `description` with `locked` joints, and their ranges."""
     chain = chain_of(parse(description, SOURCE, dict(locked), whole=True),
                      joint_losses(description, SOURCE))
     robot = RobotModel(chain, np.full(len(chain.links), SETTINGS.tolerance_learnt), 0.0, True)

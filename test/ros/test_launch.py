@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[2]
 FILES = sorted((ROOT / 'gearbox_monitor/ros/launch').glob('*.launch.py'))
 # One gearbox each.
 SINGLE = {'monitor.launch.py', 'replay.launch.py'}
-NAMES = {*SINGLE, 'robot.launch.py'}
+NAMES = {*SINGLE, 'robot.launch.py', 'watch.launch.py'}
 
 
 def test_are_installed(monkeypatch):

@@ -1,0 +1,105 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+The watch of a robot in a process of its own, which gives way to all others: of watch_node.
+
+Reads orders from the standard input, lines of JSON: a description, rows of joint states, names of
+services. Writes what is known as lines of JSON, one for each block and order, and the state to a
+file. Imports no ROS. It ends with its standard input.
+"""
+import json
+import os
+from pathlib import Path
+import signal
+import sys
+from typing import Any
+
+from gearbox_monitor.ros.middleware import end_with
+
+NICE, EVERY = 19, 9     # EVERY: blocks between two states in the file
+DESCRIPTION, ROWS, SERVICES = 'description', 'rows', ('learn_again', 'tare', 'save_baseline')
+
+
+class Watching:
+    """A Watch, its state in the file `path`, and what collects its blocks."""
+
+    def __init__(self, path: Path) -> None:
+        from gearbox_monitor.errors import InputError
+        from gearbox_monitor.files.watch_file import load_watch
+        from gearbox_monitor.watch.block import Cutter
+        from gearbox_monitor.watch.record import Watch
+        self.path, self.cutter, self.problem = path, Cutter(), ''
+        self.watch: Watch | None = None
+        try:
+            if path.exists():
+                self.watch = load_watch(path)
+        except InputError as error:
+            self.problem = str(error)
+
+    def take(self, order: str, content: Any) -> None:
+        """Do what an `order` with its `content` says, and tell what is known then."""
+        from gearbox_monitor.errors import InputError
+        from gearbox_monitor.watch import fold
+        if order == DESCRIPTION:
+            if self.watch is None or self.watch.description != content:
+                try:
+                    self.watch = fold.begin(content)
+                except InputError as error:
+                    self.watch, self.problem = None, str(error)
+            self.tell()
+        elif self.watch is None:
+            return
+        elif order == ROWS:
+            self.blocks([b for row in content for b in self.cutter.take(*row)])
+        else:
+            self.watch = getattr(fold, order)(self.watch)
+            self.save()
+            self.tell()
+
+    def blocks(self, blocks: list[Any]) -> None:
+        """Go on with `blocks`."""
+        from gearbox_monitor.watch.fold import step
+        for block in blocks:
+            if self.watch is not None:
+                before = self.watch
+                self.watch, events = step(self.watch, block)
+                self.tell(tuple(f'{e.place}: {e.words}' for e in events))
+                if self.watch.phase != before.phase or self.watch.blocks % EVERY == 0:
+                    self.save()
+
+    def save(self) -> None:
+        """Write the state; what cannot be written is told."""
+        from gearbox_monitor.errors import InputError
+        from gearbox_monitor.files.watch_file import save_watch
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            if self.watch is not None:
+                save_watch(self.path, self.watch)
+            self.problem = ''
+        except (OSError, InputError) as error:
+            self.problem = str(error)
+
+    def tell(self, events: tuple[str, ...] = ()) -> None:
+        """Write what is known, and the `events` that led to it, as a line."""
+        from gearbox_monitor.report.watch_words import watch_data
+        data = {} if self.watch is None else watch_data(self.watch)
+        print(json.dumps({'data': data, 'events': events, 'dropped': self.cutter.dropped,
+                          'problem': self.problem}), flush=True)
+
+
+def main() -> int:
+    """Watch until the standard input ends; then the last block is taken, too."""
+    if not end_with(int(sys.argv[2]), signal.SIGKILL):
+        return 1
+    os.nice(NICE)
+    watching = Watching(Path(sys.argv[1]))
+    for line in sys.stdin:
+        watching.take(*json.loads(line))
+    watching.blocks(watching.cutter.end())
+    watching.save()
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

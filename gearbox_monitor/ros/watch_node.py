@@ -1,0 +1,236 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Node `watch`: learns a robot while it works, then says what changes, and what it holds.
+
+Takes joint_states and robot_description as any robot publishes them. A child process, which gives
+way to all others, does the work; it knows no ROS, and gives what `gearbox_monitor watch` gives for
+a bag of the same messages. Publishes one status for each joint and one of the robot, ~/findings
+(JSON, latched), payload and payload_stddev. Services ~/learn_again, ~/tare, ~/save_baseline.
+
+  ros2 launch gearbox_monitor watch.launch.py
+"""
+from collections import deque
+from collections.abc import Sequence
+import json
+import math
+import os
+from pathlib import Path
+from queue import Full, Queue
+import subprocess
+import sys
+from threading import Thread
+import time
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import InertiaStamped
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+
+import gearbox_monitor
+from gearbox_monitor.parameters import WATCH_NODE, WatchParameters
+from gearbox_monitor.recordings.topics import (
+    DIAGNOSTICS, FINDINGS, JOINT_STATES, PAYLOAD, PAYLOAD_STD, ROBOT_DESCRIPTION)
+from gearbox_monitor.ros.convert import LEVELS, stamp_of, to_diagnostics, to_time
+from gearbox_monitor.ros.paced_node import declare, TableNode
+from gearbox_monitor.ros.qos import advertise, best_effort, latched, subscribe
+from gearbox_monitor.ros.runtime import spin_node, steady_timer
+from gearbox_monitor.ros.watch_child import DESCRIPTION, ROWS, SERVICES
+
+DEPTH = 5000    # messages that may wait
+WAITING = 600   # orders of a second each that wait while the child learns
+SILENT = 5.0    # s without a message, after which that is told
+END = 20.0      # s that the child may take for its last block
+
+
+class WatchChild:
+    """The child process: orders go in, what it tells comes out; threads of its own wait for it."""
+
+    def __init__(self, state: Path) -> None:
+        self.told: deque[dict[str, Any]] = deque(maxlen=100)
+        self.dropped = 0
+        root = str(Path(gearbox_monitor.__file__).resolve().parents[1])
+        path = os.pathsep.join(filter(None, [root, os.environ.get('PYTHONPATH')]))
+        self._orders: Queue[str | None] = Queue(WAITING)
+        self._child = subprocess.Popen(
+            [sys.executable, '-m', 'gearbox_monitor.ros.watch_child', str(state),
+             str(os.getpid())], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+            env={**os.environ, 'PYTHONPATH': path, 'OPENBLAS_NUM_THREADS': '1'},
+            start_new_session=True)
+        self._threads = [Thread(target=x, daemon=True) for x in (self._write, self._read)]
+        for thread in self._threads:
+            thread.start()
+
+    @property
+    def alive(self) -> bool:
+        """Whether the child still runs."""
+        return self._child.poll() is None
+
+    def order(self, name: str, content: Any = None) -> None:
+        """Hand over the order `name` with `content`; if too many wait, it is dropped, counted."""
+        try:
+            self._orders.put_nowait(json.dumps((name, content), default=list) + '\n')
+        except Full:
+            self.dropped += len(content) if name == ROWS else 1
+
+    def _write(self) -> None:
+        assert self._child.stdin is not None
+        try:
+            while (order := self._orders.get()) is not None:
+                self._child.stdin.write(order)
+                self._child.stdin.flush()
+            self._child.stdin.close()
+        except OSError:
+            pass        # the child has ended
+
+    def _read(self) -> None:
+        assert self._child.stdout is not None
+        for line in self._child.stdout:
+            self.told.append(json.loads(line))
+
+    def close(self) -> None:
+        """Let the child take what it has, and end it."""
+        self._orders.put(None)
+        try:
+            self._child.wait(END)
+        except subprocess.TimeoutExpired:
+            self._child.kill()
+            self._child.wait()
+
+
+class WatchNode(TableNode):
+    """Shell around a WatchChild; see the module."""
+
+    def __init__(self, **node: Any) -> None:
+        super().__init__('watch', **node)
+        values = WatchParameters.from_mapping(declare(self, WATCH_NODE))
+        home = os.environ.get('ROS_HOME') or Path.home() / '.ros'
+        name = self.get_fully_qualified_name().strip('/').replace('/', '.')
+        self._child = WatchChild(Path(values.state_file or Path(home, f'{name}.state')))
+        self._rows: list[tuple[int, Sequence[str], Any, Any, Any]] = []
+        self._known: dict[str, Any] = {}
+        self._described, self._last, self._count = False, time.monotonic(), 0
+        self._findings = advertise(self, String, FINDINGS, latched())
+        self._payload = [advertise(self, InertiaStamped, topic, 10)
+                         for topic in (PAYLOAD, PAYLOAD_STD)]
+        self._diagnostics = advertise(self, DiagnosticArray, DIAGNOSTICS, 10)
+        self._subscriptions_ = [
+            subscribe(self, JointState, JOINT_STATES, self._take, best_effort(DEPTH)),
+            subscribe(self, String, ROBOT_DESCRIPTION, self._describe, QoSProfile(
+                depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))]
+        for service in SERVICES:
+            self.create_service(Trigger, f'~/{service}', self._service(service))
+        # Wall time: missing data must be reported while a simulation's clock stands, too.
+        self._timer = steady_timer(self, 1.0, self._report)
+        self.warn_of_unknown()
+
+    def _take(self, message: JointState) -> None:
+        self._last = time.monotonic()
+        self._rows.append((stamp_of(message), message.name, message.position, message.velocity,
+                           message.effort))
+
+    def _describe(self, message: String) -> None:
+        self._hand_over()
+        self._child.order(DESCRIPTION, message.data)
+        self._described = True
+        self._hand_over()
+
+    def _service(self, name: str) -> Any:
+        def answer(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+            self._hand_over()
+            self._child.order(name)
+            response.success = self._described and self._child.alive
+            response.message = ('done with the next block' if response.success else
+                                'no robot is watched: no robot_description')
+            return response
+        return answer
+
+    def _hand_over(self) -> None:
+        """Hand over what has come; before the description the newest messages wait."""
+        if not self._described:
+            self._child.dropped += len(self._rows[:-DEPTH])
+            self._rows = self._rows[-DEPTH:]
+            return
+        rows, self._rows = self._rows, []
+        self._count += len(rows)
+        if rows:
+            self._child.order(ROWS, rows)
+
+    def _report(self) -> None:
+        """Publish what the child has told since, and the state of the robot once a second."""
+        self._hand_over()
+        while self._child.told:
+            self._known = self._child.told.popleft()
+            for event in self._known['events']:
+                self.get_logger().info(event)
+            if self._known['data']:
+                self._publish(self._known['data'])
+        self._diagnostics.publish(to_diagnostics(
+            self._statuses(), self.get_clock().now().to_msg()))
+
+    def _publish(self, data: dict[str, Any]) -> None:
+        """Publish the findings, and what the last link holds."""
+        self._findings.publish(String(data=json.dumps(data)))
+        for held in data['payloads'][-1:]:
+            for publisher, mass, centre in zip(self._payload, (held['m'], held['m_std']),
+                                               (held['centre'], held['centre_std'])):
+                message = InertiaStamped()
+                message.header.stamp, message.header.frame_id = to_time(
+                    data['stamp_ns']), held['link']
+                message.inertia.m = mass
+                com = message.inertia.com
+                com.x, com.y, com.z = (math.nan if x is None else x for x in centre)
+                publisher.publish(message)
+
+    def _statuses(self) -> list[DiagnosticStatus]:
+        """Return a status of the robot, and one of each joint."""
+        known, data = self._known, self._known.get('data', {})
+        problem = (
+            'the process that watches has ended: start the node again'
+            if not self._child.alive else
+            f'no {ROBOT_DESCRIPTION}' if not self._described else
+            'no joint_states' if time.monotonic() - self._last > SILENT else
+            known.get('problem', ''))
+        values = {'phase': data.get('phase', ''), 'samples': str(self._count), 'dropped': str(
+            self._child.dropped + known.get('dropped', 0))}
+        out = [self._status('robot', problem or data.get('summary', 'starts'),
+                            DiagnosticStatus.WARN if problem else _level(data.get('level')),
+                            values)]
+        for name, joint in data.get('joints', {}).items():
+            words = [f['words'] for f in data['findings'] if f['joint'] == name]
+            out.append(self._status(
+                name, '; '.join(words) or (joint['why'] if joint['level'] is None else
+                                           'as learnt'), _level(joint['level']),
+                {f'{kind}_{key}': f'{state[key]:.4g}' for kind, state in joint['states'].items()
+                 if state['judged'] for key in ('size', 'std')}))
+        return out
+
+    def _status(self, place: str, message: str, level: bytes, values: dict[str, str]
+                ) -> DiagnosticStatus:
+        return DiagnosticStatus(
+            level=level, name=f'{self.get_name()}: {place}', message=message,
+            values=[KeyValue(key=key, value=value) for key, value in values.items()])
+
+    def close(self) -> None:
+        """Hand over what has come, and let the child write its state."""
+        self._hand_over()
+        self._child.close()
+
+
+def _level(level: int | None) -> bytes:
+    """Return the level of a status; what is not known is never OK."""
+    out: bytes = DiagnosticStatus.STALE if level is None else LEVELS[level]
+    return out
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the node with the command line `args`; return the exit code."""
+    return spin_node(WatchNode, args, __doc__)
+
+
+if __name__ == '__main__':
+    sys.exit(main())
