@@ -55,7 +55,8 @@ def change_words(change: Change) -> str:
 def payload_words(payload: Payload) -> str:
     """Return a `payload` in words: against what the link held while it was learnt."""
     if not abs(payload.mass) > 2.0 * payload.mass_std:
-        return f'{payload.link} holds nothing (± {payload.mass_std:.2g} kg)'
+        return (f'{payload.link}: no load beyond '
+                f'{abs(payload.mass) + 2.0 * payload.mass_std:.2g} kg')
     out = f'{payload.mass:.3g} ± {payload.mass_std:.2g} kg at {payload.link}'
     reach = math.hypot(*payload.centre)
     return out + (f', centre {100.0 * reach:.0f} cm out' if math.isfinite(reach) else '')
