@@ -33,7 +33,7 @@ ELSEWHERE = {
     'fleet': 'test_walks', 'live': 'test_live'}
 # Commands that go on with each other's files: test_walks.
 WALKS = ('first_hour.md', 'tuning.md', 'mujoco.md', 'simulator.md', 'robot_gap.md',
-         'payload.md', 'real_drives.md')
+         'real_drives.md', 'watch.md')
 
 
 def blocks(page, language):

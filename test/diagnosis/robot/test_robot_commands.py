@@ -207,5 +207,5 @@ def test_replay_weighs_the_load_as_the_page_says(arm, capsys):
     assert main(['replay', str(arm / 'today.csv'), '--model', str(arm / 'robot.urdf'),
                  '--reference', str(arm / 'arm.knowledge')]) == 0
     headline = capsys.readouterr().out.splitlines()[0]
-    assert headline in (Path(__file__).parents[3] / 'docs/payload.md').read_text()
+    assert headline in (Path(__file__).parents[3] / 'docs/watch.md').read_text()
     assert abs(float(headline.split()[0]) - 2.0) < 0.2
