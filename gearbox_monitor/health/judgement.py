@@ -110,6 +110,8 @@ def from_data(settings: HealthSettings, data: Values | None) -> Health:
     """
     if data is None:
         return Health(settings)
-    health = Tracker.of(settings, data['statistics']).health()
+    health = Health(settings)
+    if data['statistics']:  # none before the first window
+        health = Tracker.of(settings, data['statistics']).health()
     return replace(health, cause=str(data['cause']), earlier=bool(data['earlier']),
                    recordings=tuple(map(str, data['recordings'])))
