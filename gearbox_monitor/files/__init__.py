@@ -10,8 +10,9 @@ within limits and written whole.
 Public names, by module:
 
     .: yaml_files
-    baselines: BaselineRecording, check_belongs, Damaged, earlier, health_text, load_baseline,
-        load_recording, load_state, save_baseline, set_aside, split, STATE, StateFile
+    baselines: AGAIN, BaselineRecording, check_belongs, Damaged, earlier, health_text,
+        load_baseline, load_recording, load_state, save_baseline, set_aside, split, STATE,
+        StateFile
     knowledge_file: load_knowledge, save_knowledge, SUFFIX
     opening: BoundedGzip, config_path, dump, load_robot, LONGEST_LINE, open_file,
         open_unpacked, plain, read_bytes, read_json, read_text, TOPIC, write_new

@@ -30,6 +30,9 @@ BASELINE, STATE = 'baseline', 'state'  # kinds of files
 FORMAT = 7  # of both; version 0.2 wrote up to 5
 
 
+AGAIN = 'drift detection starts again'
+
+
 class Damaged(InputError):
     """A file of drift is not what this package has written."""
 
@@ -166,7 +169,7 @@ def load_state(path: str | Path, gearbox_serial: str) -> tuple[dict[str, Any] | 
     try:
         return _content(path, text, STATE, gearbox_serial), ''
     except InputError as error:
-        return None, f'{error}: {set_aside(path)}'
+        return None, f'{error}: {set_aside(path)}; {AGAIN}'
 
 
 def set_aside(path: str | Path, reason: str = 'corrupt') -> str:
@@ -178,7 +181,7 @@ def set_aside(path: str | Path, reason: str = 'corrupt') -> str:
     except OSError as error:
         raise InputError(f'{path}: {error.strerror}, expected a file that can be renamed') \
             from None
-    return f'set aside as {aside.name}; drift detection starts again'
+    return f'set aside as {aside.name}'
 
 
 def write_whole(path: Path, content: str | bytes) -> None:
@@ -368,8 +371,8 @@ class StateFile:
                 return ''
             paths = [p for p in (self.recording, self.path) if self._unread and p.exists()]
             try:
-                note = '; '.join(f'{path}: not read at the start, {set_aside(path, "unread")}'
-                                 for path in paths)
+                note = '; '.join([*(f'{path}: not read at the start, {set_aside(path, "unread")}'
+                                    for path in paths), *[AGAIN] * bool(paths)])
             except InputError as error:
                 self.problem = str(error)
                 lock.close()

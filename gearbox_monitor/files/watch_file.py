@@ -4,13 +4,13 @@
 """The state of a watch in a file: arrays of numpy and one text of JSON, with their checksums."""
 import io
 import json
-import os
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.baselines import write_whole
 from gearbox_monitor.files.opening import read_bytes
 from gearbox_monitor.watch.plain import from_data, to_data
 from gearbox_monitor.watch.record import Watch
@@ -30,13 +30,7 @@ def watch_bytes(watch: Watch) -> bytes:
 
 def save_watch(path: str | Path, watch: Watch) -> None:
     """Write `watch` to the file `path`, at once or not at all. Raises InputError."""
-    part = Path(f'{path}.part')
-    try:
-        part.write_bytes(watch_bytes(watch))
-        os.replace(part, path)
-    except OSError as error:
-        raise InputError(f'{path}: {error.strerror}, expected a file that can be written'
-                         ) from None
+    write_whole(Path(path), watch_bytes(watch))
 
 
 def load_watch(path: str | Path) -> Watch:

@@ -426,6 +426,6 @@ def _in_words(alert: NamingAlert | None) -> str:
 def _aside(path: Path) -> str:
     """Set a recording aside; return what to report."""
     try:
-        return set_aside(path, 'refused').partition(';')[0]
+        return set_aside(path, 'refused')
     except InputError as error:
         return str(error)

@@ -23,7 +23,8 @@ from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Estimate, Sample
 from gearbox_monitor.estimation.filter_setup import described
 from gearbox_monitor.files.baselines import (
-    Damaged, health_text, load_baseline, load_state, save_baseline, set_aside, STATE, StateFile)
+    AGAIN, Damaged, health_text, load_baseline, load_state, save_baseline, set_aside, STATE,
+    StateFile)
 from gearbox_monitor.files.opening import config_path, load_robot, TOPIC
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.health.backlash.change_tests import COMPONENTS
@@ -281,7 +282,7 @@ class MonitoredGearbox:
                 return load_baseline(values.baseline_file, values.gearbox_serial), {}, 0
             except Damaged as error:
                 self._node.get_logger().error(
-                    f'{self._says}{error}: {set_aside(values.baseline_file)}')
+                    f'{self._says}{error}: {set_aside(values.baseline_file)}; {AGAIN}')
         return None, {}, 0
 
     def _recall(self, adaptation: Mapping[str, Any]) -> None:

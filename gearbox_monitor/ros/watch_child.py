@@ -18,6 +18,7 @@ from typing import Any
 from gearbox_monitor.ros.middleware import end_with
 
 NICE, EVERY = 19, 9     # EVERY: blocks between two states in the file
+SOURCE = 'robot_description'
 DESCRIPTION, ROWS, SERVICES = 'description', 'rows', ('learn_again', 'tare', 'save_baseline')
 
 
@@ -35,7 +36,16 @@ class Watching:
             if path.exists():
                 self.watch = load_watch(path)
         except InputError as error:
-            self.problem = str(error)
+            self.problem = f'{error}: {self.aside("corrupt")}; the robot is learnt again'
+
+    def aside(self, reason: str) -> str:
+        """Rename the state file for a `reason`; return what became of it."""
+        from gearbox_monitor.errors import InputError
+        from gearbox_monitor.files.baselines import set_aside
+        try:
+            return set_aside(self.path, reason)
+        except InputError as error:
+            return str(error)
 
     def take(self, order: str, content: Any) -> None:
         """Do what an `order` with its `content` says, and tell what is known then."""
@@ -43,6 +53,9 @@ class Watching:
         from gearbox_monitor.watch import fold
         if order == DESCRIPTION:
             if self.watch is None or self.watch.description != content:
+                if self.watch is not None and self.path.exists():
+                    self.problem = (f'{self.path}: of another {SOURCE}: {self.aside("replaced")}; '
+                                    'the robot is learnt again')
                 try:
                     self.watch = fold.begin(content)
                 except InputError as error:

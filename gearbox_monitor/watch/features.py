@@ -5,7 +5,7 @@
 The states of a robot in one block: shares by which joints, links and base are not as learnt.
 
 All of them are coefficients of one balance of all joints, whose other terms are those that the
-references taught. A block tells a vector of them with its covariance.
+references posterior. A block tells a vector of them with its covariance.
 """
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -20,19 +20,15 @@ from gearbox_monitor.diagnosis.robot.knowledge import (
 from gearbox_monitor.diagnosis.robot.robot_effects import BASE
 from gearbox_monitor.diagnosis.robot.robot_log import RobotLog
 from gearbox_monitor.diagnosis.robot.rows import NuisanceColumn, RobotModel, Rows, rows_of
+from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects.balance_column import waves
-from gearbox_monitor.watch.levels import Levels, levels_of, Told
+from gearbox_monitor.watch.levels import Levels, levels_of, Deviation
 from gearbox_monitor.watch.settings import (
     FRICTION, RIPPLE, ROTOR, SCALE, TILT, WATCH_SETTINGS, WEIGHT)
 
 WIDTHS = {FRICTION: 2, SCALE: 1, ROTOR: 1, WEIGHT: 4, TILT: 2, RIPPLE: 2}
 ORDERS = tuple(range(4, 41))  # of ripple, waves per turn: less come with links and loads
-LEAST = 1e-3     # of a joint's effort: less friction than this was not learnt
-UNKNOWN = 1e6    # variance of a state that a block does not show
-LIKELY = 9.0     # gain per coefficient from which one of FITTED candidates is fitted whole
-FITTED = 8
-FARTHER = 3.0    # as verdict: times as far from the references as their own parts
 
 
 @dataclass(frozen=True)
@@ -87,36 +83,36 @@ class Features:
     """
     What a block tells of the states of a robot.
 
-    told: of each group, by how much its states are beyond their level [k], and the covariance
-    [k, k], as if all others were healthy, None where the block says nothing. gains: deviance that
-    each group alone explains. sizes: of each group [k, k], so that x' sizes x is the mean square
-    of the torque that states x make; own: states of all that is there [k]. load {link: (values
-    [10], covariance [10, 10])}: what it holds.
+    deviations: of each group, by how much its states exceed their level [k], and the covariance
+    [k, k], as if all others were healthy, None where the block does not show them. gains: deviance
+    that each group alone explains. sizes: of each group [k, k], so that x' sizes x is the mean
+    square of the torque that states x make; own: states of all that is there [k]. load {link:
+    (values [10], covariance [10, 10])}: what it holds.
     """
 
-    told: tuple[Told | None, ...]
+    deviations: tuple[Deviation | None, ...]
     gains: Array
     sizes: tuple[Array, ...]
     own: tuple[Array, ...]
-    load: Mapping[str, Told]
+    load: Mapping[str, Deviation]
 
 
 def features_of(log: RobotLog, robot: RobotModel, knowledge: Knowledge, groups: Sequence[Group],
-                level: Sequence[Told]) -> Features:
+                level: Sequence[Deviation]) -> Features:
     """
     Return the Features of a block.
 
     Args:
         log: of the block.
         robot: its model.
-        knowledge: what references taught.
+        knowledge: what references posterior.
         groups: of `groups_of`.
         level: of the states of each group, mean [k] and covariance [k, k], while it is healthy.
     """
     carrying = replace(robot, carries=tips_of(robot))
     rows = with_unvisited(rows_of(log, carrying, knowledge.shapes, knowledge.mean),
                           knowledge.visits, knowledge.sizes)
-    away = max(farther([rows], knowledge.states) / FARTHER, 1.0)
+    away = max(farther([rows], knowledge.states) / SETTINGS.farther, 1.0)
     prior, variance = same_day(knowledge, rows), knowledge.variance * away
     efforts = _explained(RobotEvidence([rows], prior, variance), rows)
     candidates = [_candidate(rows, g, efforts) for g in groups]
@@ -132,7 +128,7 @@ def features_of(log: RobotLog, robot: RobotModel, knowledge: Knowledge, groups: 
     rows = replace(rows, nuisance=(*rows.nuisance, *states))
     evidence = RobotEvidence([rows], prior, variance)
     fit = evidence.fit()
-    told, gains = _told(evidence, fit, candidates, knowledge.dispersion)
+    deviations, gains = _deviations(evidence, fit, candidates, knowledge.dispersion)
     sizes, own = list[Array](), list[Array]()
     for g, c in zip(groups, candidates):
         simple = g.kind in (TILT, RIPPLE)
@@ -142,17 +138,17 @@ def features_of(log: RobotLog, robot: RobotModel, knowledge: Knowledge, groups: 
         own.append(robot.chain.links[g.index].theta[:4] if g.kind == WEIGHT else
                    np.array([effort if g.kind == RIPPLE else 1.0, 0.0]) if simple else
                    np.ones(g.width))
-    taught = evidence.posterior(fit, knowledge.dispersion)
+    posterior = evidence.posterior(fit, knowledge.dispersion)
     load = {}
     for k in carrying.carries:
         name = robot.chain.links[k].name
-        at = [i for i, label in enumerate(taught.labels) if label.startswith(f'load {name} ')]
-        load[name] = (taught.mean[at], taught.covariance[np.ix_(at, at)])
-    return Features(told, gains, tuple(sizes), tuple(own), load)
+        at = [i for i, label in enumerate(posterior.labels) if label.startswith(f'load {name} ')]
+        load[name] = (posterior.mean[at], posterior.covariance[np.ix_(at, at)])
+    return Features(deviations, gains, tuple(sizes), tuple(own), load)
 
 
-def _told(evidence: RobotEvidence, fit: RobotFit, candidates: Sequence[Candidate],
-          dispersion: Array) -> tuple[tuple[Told | None, ...], Array]:
+def _deviations(evidence: RobotEvidence, fit: RobotFit, candidates: Sequence[Candidate],
+          dispersion: Array) -> tuple[tuple[Deviation | None, ...], Array]:
     """
     Return values and covariance of each of `candidates`, added alone to a `fit`; and their gains.
 
@@ -160,17 +156,17 @@ def _told(evidence: RobotEvidence, fit: RobotFit, candidates: Sequence[Candidate
     likeliest candidates are fitted with the noise that they leave, and the right one stands out.
     """
     estimates = evidence.estimates(fit, candidates)
-    told, k = [(e.values, e.covariance) for e in estimates], len(evidence.labels)
+    deviations, k = [(e.values, e.covariance) for e in estimates], len(evidence.labels)
     gains = np.array([e.gain for e in estimates])
-    for i in np.argsort(-gains, kind='stable')[:FITTED].tolist():
-        if gains[i] > LIKELY * candidates[i].width:
+    for i in np.argsort(-gains, kind='stable')[:WATCH_SETTINGS.fitted].tolist():
+        if gains[i] > WATCH_SETTINGS.likely * candidates[i].width:
             own = evidence.fit([candidates[i]], fit.weights)
-            told[i] = own.values, own.covariance[k:, k:] / np.outer(own.scale, own.scale)
+            deviations[i] = own.values, own.covariance[k:, k:] / np.outer(own.scale, own.scale)
             gains[i] = fit.deviance - own.deviance
-    out = list[Told | None]()
-    for c, (values, covariance) in zip(candidates, told):
+    out = list[Deviation | None]()
+    for c, (values, covariance) in zip(candidates, deviations):
         covariance = covariance * float(np.mean(dispersion[list(c.columns)]))
-        known = c.acting.all() and float(np.trace(covariance)) < UNKNOWN
+        known = c.acting.all() and float(np.trace(covariance)) < WATCH_SETTINGS.unknown
         out.append((values, covariance) if known else None)
     return tuple(out), gains
 
@@ -192,7 +188,8 @@ def _candidate(rows: Rows, group: Group, efforts: Sequence[Array]) -> Candidate:
     m = rows.joints[j]
     if kind == FRICTION:
         size = float(np.sqrt(np.mean(m.effort ** 2))) + 1e-9
-        parts = [x if np.sqrt(np.mean(x ** 2)) > LEAST * size else LEAST * size * shape
+        least = WATCH_SETTINGS.least_friction * size
+        parts = [x if np.sqrt(np.mean(x ** 2)) > least else least * shape
                  for x, shape in ((m.dry, m.sign), (m.wet, m.v))]
         columns[j] = rows.tested(j, np.stack(parts, axis=1))
     elif kind == SCALE:

@@ -29,19 +29,13 @@ from gearbox_monitor.robot.description import parse
 from gearbox_monitor.watch.block import Block, raw_log
 from gearbox_monitor.watch.features import (
     Features, features_of, Group, groups_of, state_levels, tips_of)
-from gearbox_monitor.watch.levels import level_of, Levels, now, step_in, stepped, taken
+from gearbox_monitor.watch.levels import level_of, Levels, now, step_in, stepped, with_block
 from gearbox_monitor.watch.record import (
     Change, DESCRIBE, Held, JointWatch, LEARN, Payload, StateHealth, Watch, WATCH, WatchEvent)
 from gearbox_monitor.watch.settings import FRICTION, RIPPLE, SCALE, SECOND, WATCH_SETTINGS
 
 SOURCE = 'robot_description'
-PART = 3        # blocks of a part of the knowledge
-STEP = 0.1      # s over which a speed is taken to see whether a joint moves
-CERTAIN = 2.33  # deviations by which the size of an alarm exceeds its limit
 NOUNS = {FRICTION: 'friction', SCALE: 'torque scale'}    # of what must be known of a joint
-NOTICED = 5.0   # deviations by which a mass was taken or put down
-SCALED = 0.02   # of link and load: as far as all torques together may be off without a sign
-TAKEN = 35.0    # chi squared of mass and first moments, from which another load is held
 
 
 @lru_cache(maxsize=4)
@@ -78,7 +72,7 @@ def step(watch: Watch, block: Block) -> tuple[Watch, tuple[WatchEvent, ...]]:
         return watch, ()
     watch = replace(watch, kept=(*watch.kept, block))
     if watch.phase == DESCRIBE:
-        return _settled(watch) if len(watch.kept) >= PART else (watch, ())
+        return _settled(watch) if len(watch.kept) >= WATCH_SETTINGS.part else (watch, ())
     return _learnt(watch) if _enough(watch) else (watch, ())
 
 
@@ -135,7 +129,7 @@ def _moved(block: Block, names: Sequence[str]) -> Array:
     """Return the seconds of a block in which each of the joints `names` moves."""
     out = np.zeros(len(names))
     at = np.searchsorted(block.stamps, np.arange(
-        block.stamps[0], block.stamps[-1], round(STEP * SECOND)))
+        block.stamps[0], block.stamps[-1], round(WATCH_SETTINGS.speed_step * SECOND)))
     for i, name in enumerate(names):
         if name in block.joints and len(at) > 1:
             q = block.position[:, block.joints.index(name)]
@@ -143,7 +137,7 @@ def _moved(block: Block, names: Sequence[str]) -> Array:
             if len(rows) > 1:
                 t = (block.stamps - block.stamps[0]) / SECOND
                 speed = np.diff(np.interp(t[at], t[rows], q[rows])) / np.diff(t[at])
-                out[i] = STEP * float(np.sum(np.abs(speed) > SETTINGS.slow))
+                out[i] = WATCH_SETTINGS.speed_step * float(np.sum(np.abs(speed) > SETTINGS.slow))
     return out
 
 
@@ -197,7 +191,7 @@ def _enough(watch: Watch) -> bool:
     """Return whether all joints that move have moved enough to be learnt."""
     s, judged = WATCH_SETTINGS, [j for j in watch.joints if j.name not in watch.locked]
     waiting = [j.name for j in judged if j.moved < s.moved]
-    return len(watch.kept) >= s.parts * PART and len(watch.kept) % PART == 0 and (
+    return len(watch.kept) >= s.parts * s.part and len(watch.kept) % s.part == 0 and (
         not waiting or len(watch.kept) >= s.patience)
 
 
@@ -208,7 +202,7 @@ def _learnt(watch: Watch) -> tuple[Watch, tuple[WatchEvent, ...]]:
     try:
         logs = [replace(_log(watch, [block]), name=f'block {k + 1}')
                 for k, block in enumerate(watch.kept)]
-        logs = _alike(carrying, logs)
+        logs = _similar(carrying, logs)
     except InputError as error:
         return replace(watch, kept=watch.kept[1:], notes=(str(error),)), ()
     if len(logs) < WATCH_SETTINGS.least:
@@ -223,7 +217,7 @@ def _learnt(watch: Watch) -> tuple[Watch, tuple[WatchEvent, ...]]:
     return watch, (WatchEvent('phase', watch.stamp_ns, 'robot', 'watches'),)
 
 
-def _alike(robot: RobotModel, logs: Sequence[RobotLog]) -> list[RobotLog]:
+def _similar(robot: RobotModel, logs: Sequence[RobotLog]) -> list[RobotLog]:
     """Return the logs without those in which much more is unexplained: a load that changed."""
     recordings = [rows_of(log, replace(robot, carries=robot.carries if k else ()))
                   for k, log in enumerate(logs)]
@@ -253,8 +247,8 @@ def _watched(watch: Watch, block: Block) -> tuple[Watch, tuple[WatchEvent, ...]]
         return replace(watch, notes=(str(error),)), ()
     features = features_of(log, robot, watch.knowledge, groups,
                            [level_of(watch.states, i, g.width) for i, g in enumerate(groups)])
-    watch = replace(watch, states=taken(watch.states, features.told, features.gains,
-                                        block.begin_ns))
+    watch = replace(watch, states=with_block(watch.states, features.deviations, features.gains,
+                                             block.begin_ns))
     watch = _with_payloads(_with_changes(_stepped(watch, groups), features, groups), features,
                            block.begin_ns)
     watch = _with_states(watch, features, groups)
@@ -310,10 +304,10 @@ def _with_changes(watch: Watch, features: Features, groups: Sequence[Group]) -> 
                                     number[c.kind, c.place, c.order])
             c = replace(c, size=size, std=std)
             limit = s.kinds[c.kind].limit
-            if not c.found_ns and abs(c.size) - CERTAIN * c.std > limit:
+            if not c.found_ns and abs(c.size) - s.certain * c.std > limit:
                 c = replace(c, found_ns=watch.stamp_ns)
-            elif not c.found_ns and abs(c.size) + CERTAIN * c.std < limit:
-                continue                # too small to be told
+            elif not c.found_ns and abs(c.size) + s.certain * c.std < limit:
+                continue                # too small to report
             elif c.found_ns and abs(c.size) + c.std < s.over * limit:
                 c = replace(c, over_ns=watch.stamp_ns)
         changes.append(c)
@@ -321,7 +315,7 @@ def _with_changes(watch: Watch, features: Features, groups: Sequence[Group]) -> 
     for i, (g, baseline) in enumerate(zip(groups, watch.baseline)):
         size, std = _level_size(watch.states, baseline, features, groups, i)
         if g.kind != RIPPLE and (g.kind, g.place) not in standing and (
-                abs(size) - CERTAIN * std > s.kinds[g.kind].slow):
+                abs(size) - s.certain * std > s.kinds[g.kind].slow):
             changes.append(Change(g.kind, g.place, size, std, watch.stamp_ns, watch.stamp_ns,
                                   before=baseline, order=g.order))
     return replace(watch, changes=tuple(changes))
@@ -374,8 +368,8 @@ def _with_payloads(watch: Watch, features: Features, begin_ns: int) -> Watch:
             known = watch.held[number]
             apart = (values - known.values)[:4]
             spread = (covariance + known.covariance)[:4, :4]
-            if apart @ np.linalg.solve(spread, apart) < TAKEN and (
-                    abs(apart[0]) < NOTICED * math.sqrt(spread[0, 0])):
+            if apart @ np.linalg.solve(spread, apart) < WATCH_SETTINGS.taken and (
+                    abs(apart[0]) < WATCH_SETTINGS.noticed * math.sqrt(spread[0, 0])):
                 before, new = (np.linalg.inv(c) for c in (2.0 * known.covariance, covariance))
                 covariance = np.linalg.inv(before + new)
                 values = covariance @ (before @ known.values + new @ values)
@@ -391,7 +385,8 @@ def _payloads(watch: Watch) -> tuple[Payload, ...]:
     for held, empty in zip(watch.held, watch.empty):
         b, spread = held.values[:4] - np.array(empty), held.covariance[:4, :4]
         own = next(link.mass for link in links if link.name == held.link)
-        std = math.hypot(math.sqrt(float(spread[0, 0])), SCALED * (own + abs(float(b[0]))))
+        of_scale = WATCH_SETTINGS.scaled * (own + abs(float(b[0])))
+        std = math.hypot(math.sqrt(float(spread[0, 0])), of_scale)
         centre = centre_std = np.full(3, math.nan)
         if abs(b[0]) > 2.0 * std:
             centre = b[1:] / b[0]

@@ -6,7 +6,8 @@ Levels of states, which drift; and steps of one of them that last.
 
 Each state has a few coefficients. The last blocks, three to nine, are compared with the level that
 those before them had. A step is taken for sure only by odds against all states and times at which
-one may begin, and it may rest on no single block. Blocks err alike in part: posture and load stay.
+one may begin, and it may rest on no single block. The errors of blocks correlate: posture
+and load stay.
 """
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -18,17 +19,7 @@ import numpy as np
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.watch.settings import SECOND, WATCH_SETTINGS
 
-Told: TypeAlias = tuple[Array, Array]   # values [k] and covariance [k, k]
-
-RECENT = 9      # blocks in which a step may have begun
-LASTING = 3     # that it must have lasted
-ALONE = 0.5     # of the evidence, that remains without any one block
-ALIKE = 0.5     # correlation of the errors of two blocks
-LEAD = 6.0      # deviance by which a state explains more than any other
-BELIEF = 4.0    # blocks' worth of belief that blocks scatter as in WATCH_SETTINGS.scatter
-MEMORY = 60.0   # blocks in which the scatter is measured
-CALM = 0.2      # scatter that is believed at least: other postures differ by more
-CLIPPED = 9.0   # of a squared deviation: one strange block is no scatter
+Deviation: TypeAlias = tuple[Array, Array]   # values [k] and covariance [k, k]
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,33 +70,34 @@ def levels_of(jump: Array, drift: Array, apart: Array) -> Levels:
                   np.zeros((0, count, width, width)), np.zeros((0, count)), (), jump, drift)
 
 
-def level_of(levels: Levels, state: int, width: int) -> Told:
+def level_of(levels: Levels, state: int, width: int) -> Deviation:
     """Return mean and covariance of a state with `width` coefficients in its `levels`."""
     return levels.level[state, :width], levels.covariance[state, :width, :width]
 
 
-def now(levels: Levels, state: int, width: int) -> Told:
+def now(levels: Levels, state: int, width: int) -> Deviation:
     """Return mean and covariance of a state, `width` numbers, in the recent blocks of `levels`."""
     precision = levels.precision[:, state, :width, :width]
     score = np.einsum('tij,tj->i', precision, levels.values[:, state, :width])
     covariance = np.linalg.inv(precision.sum(axis=0) + 1e-12 * np.eye(width))
-    alike = _alike(len(precision)) * levels.scatter[state]
-    return covariance @ score, covariance * alike
+    inflation = _inflation(len(precision)) * levels.scatter[state]
+    return covariance @ score, covariance * inflation
 
 
-def taken(levels: Levels, told: Sequence[Told | None], gains: Array, begin_ns: int) -> Levels:
+def with_block(levels: Levels, deviations: Sequence[Deviation | None], gains: Array,
+               begin_ns: int) -> Levels:
     """
     Return the levels after a block.
 
     Args:
         levels: before it.
-        told: of each state, how far it is from its level; None where the block tells nothing.
+        deviations: of each state from its level; None where the block does not show it.
         gains: deviance [F] that each state alone would explain.
         begin_ns: of the block.
     """
     count, width = levels.level.shape
     values, precision = np.zeros((count, width)), np.zeros((count, width, width))
-    for f, estimate in enumerate(told):
+    for f, estimate in enumerate(deviations):
         if estimate is not None:
             k = len(estimate[0])
             values[f, :k] = levels.level[f, :k] + estimate[0]
@@ -114,7 +106,7 @@ def taken(levels: Levels, told: Sequence[Told | None], gains: Array, begin_ns: i
                   precision=np.r_[levels.precision, precision[None]],
                   gains=np.r_[levels.gains, gains[None]],
                   begin_ns=(*levels.begin_ns, begin_ns))
-    return _aged(out) if len(out.begin_ns) > RECENT else out
+    return _aged(out) if len(out.begin_ns) > WATCH_SETTINGS.recent else out
 
 
 def step_in(levels: Levels) -> Step | None:
@@ -125,7 +117,7 @@ def step_in(levels: Levels) -> Step | None:
     of the blocks since then each explains.
     """
     s, blocks = WATCH_SETTINGS, len(levels.begin_ns)
-    if blocks < LASTING:
+    if blocks < s.lasting:
         return None
     odds = np.array([_evidence(levels, np.ones(age)) for age in range(1, blocks + 1)])
     odds[:, levels.seen < s.settle] = -np.inf
@@ -133,12 +125,13 @@ def step_in(levels: Levels) -> Step | None:
     gain = levels.gains[-age:].sum(axis=0)
     f = int(np.argmax(gain))
     prior = math.log(s.often * len(levels.level))
-    if age < LASTING or odds[age - 1, f] - prior < math.log(s.sure / (1.0 - s.sure)) or (
-            gain[f] - float(np.delete(gain, f).max()) < LEAD and age < RECENT):
+    unsure = odds[age - 1, f] - prior < math.log(s.sure / (1.0 - s.sure))
+    ambiguous = gain[f] - float(np.delete(gain, f).max()) < s.lead and age < s.recent
+    if age < s.lasting or unsure or ambiguous:
         return None
     least = min(float(_evidence(levels, np.arange(age) != t)[f]) for t in range(age))
     return Step(f, levels.begin_ns[-age], levels.level[f]) if (
-        least > ALONE * odds[age - 1, f]) else None
+        least > s.alone * odds[age - 1, f]) else None
 
 
 def stepped(levels: Levels, step: Step) -> Levels:
@@ -152,14 +145,14 @@ def stepped(levels: Levels, step: Step) -> Levels:
                    precision=levels.precision[:0], gains=levels.gains[:0], begin_ns=())
 
 
-def _alike(blocks: float) -> float:
+def _inflation(blocks: float) -> float:
     """Return how many times as uncertain `blocks` are as if they erred independently."""
-    return 1.0 + ALIKE * max(blocks - 1.0, 0.0)
+    return 1.0 + WATCH_SETTINGS.correlation * max(blocks - 1.0, 0.0)
 
 
 def _evidence(levels: Levels, use: Array) -> Array:
     """Return the log likelihood ratio [F] of a step in the last blocks, of those in `use` [T]."""
-    share = use / (_alike(float(np.sum(use))) * levels.scatter[:, None])     # [F, T]
+    share = use / (_inflation(float(np.sum(use))) * levels.scatter[:, None])     # [F, T]
     precision = levels.precision[-len(use):]
     information = np.einsum('ft,tfij->fij', share, precision)
     score = np.einsum('ft,tfij,tfj->fi', share, precision,
@@ -176,22 +169,23 @@ def _evidence(levels: Levels, use: Array) -> Array:
 
 def _aged(levels: Levels) -> Levels:
     """Return `levels` with their oldest block in the level, which drifts."""
+    s = WATCH_SETTINGS
     hours = max(levels.begin_ns[1] - levels.begin_ns[0], 0) / SECOND / 3600.0
     eye = np.eye(levels.level.shape[1])
     before = levels.covariance + eye * levels.drift[:, :, None] ** 2 * hours
     own = levels.precision[0]
-    told = np.trace(own, axis1=1, axis2=2) > 0.0
+    shown = np.trace(own, axis1=1, axis2=2) > 0.0
     error = levels.values[0] - levels.level
     inner = np.linalg.inv(eye + own @ before) @ own     # inverse of the innovation's covariance
     width = np.maximum((levels.jump > 0.0).sum(axis=1), 1)
     whole = np.einsum('fi,fij,fj->f', error, inner, error) / width
-    square = np.minimum(whole, CLIPPED)
-    seen = levels.seen + told
-    gain = np.where(told, 1.0 / np.minimum(seen + BELIEF, MEMORY), 0.0)
-    scatter = np.maximum(levels.scatter + gain * (square - levels.scatter), CALM)
-    # What did not last is no part of the level: the stranger a block, the less it counts.
-    strange = np.maximum(whole / (CLIPPED * scatter), 1.0) ** 2
-    information = own / (strange * scatter * _alike(2.0))[:, None, None]
+    square = np.minimum(whole, s.clipped)
+    seen = levels.seen + shown
+    gain = np.where(shown, 1.0 / np.minimum(seen + s.belief, s.memory), 0.0)
+    scatter = np.maximum(levels.scatter + gain * (square - levels.scatter), s.calm)
+    # A block far off the level counts less: what did not last does not belong to the level.
+    outlying = np.maximum(whole / (s.clipped * scatter), 1.0) ** 2
+    information = own / (outlying * scatter * _inflation(2.0))[:, None, None]
     covariance = np.linalg.inv(np.linalg.inv(before) + information)
     level = levels.level + np.einsum('fij,fjk,fk->fi', covariance, information, error)
     return replace(levels, level=level, covariance=covariance, scatter=scatter, seen=seen,

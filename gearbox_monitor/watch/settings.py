@@ -32,38 +32,64 @@ class KindLimits:
 
 @dataclass(frozen=True)
 class WatchSettings:
-    """
-    Limits of the watch.
+    """Limits of the watch, by the room's modules; `kinds` are those of each kind of state."""
 
-    block, late, back s: length of a block; how much later its last message may come; by how much a
-    clock is set back that starts a new block. parts: of three blocks each, which the first
-    knowledge rests on; alike: power that a block may leave unexplained, of the median one's;
-    least: blocks alike.
-    moved s: in which a joint must have moved to be learnt; patience: blocks with motion after
-    which joints that never moved are not waited for. share: of a block, from which it has motion.
-
-    often: blocks between two changes of any state, as expected; sure: probability of a change that
-    is taken. scatter: of blocks about a level, before any is seen, over the variance that they
-    state; settle: blocks with a state before a change of it is judged.
-    over: share of its limit below which a change has ended. power: share of its limit that the
-    deviation of a state may have where the state is judged.
-    """
-
+    # Blocks: length; how much later its last message may come; by how much a clock is set back
+    # that starts a new block (s).
     block: float = 20.0
     late: float = 1.0
     back: float = 60.0
+    # Motion: s over which a speed is taken; share of a block from which it has motion.
+    speed_step: float = 0.1
+    share: float = 0.1
+    # Learning: blocks of a part of the knowledge; parts that it rests on; power that a block may
+    # leave unexplained, over the median one's; blocks alike in this; s in which a joint must have
+    # moved; blocks with motion after which the others wait no longer for it.
+    part: int = 3
     parts: int = 3
     alike: float = 6.0
     least: int = 7
     moved: float = 15.0
     patience: int = 30
-    share: float = 0.1
+    # Estimates of a block: friction less than this share of a joint's effort was not learnt;
+    # variance of a state that a block does not show; gain for each coefficient from which one of
+    # `fitted` candidates is fitted whole.
+    least_friction: float = 1e-3
+    unknown: float = 1e6
+    likely: float = 9.0
+    fitted: int = 8
+    # Steps: blocks in which one may have begun, and which it must have lasted; blocks between two
+    # changes of any state, as expected; probability of one that is taken; deviance by which its
+    # state explains more than any other; share of the evidence that remains without any one block.
+    recent: int = 9
+    lasting: int = 3
     often: float = 20000.0
     sure: float = 0.99
+    lead: float = 6.0
+    alone: float = 0.5
+    # Scatter of blocks about a level, over the variance that they state: before any is seen, the
+    # blocks that this belief is worth, the blocks of its memory, and its least value (other
+    # postures differ by more); largest squared deviation that counts; correlation of the errors
+    # of two blocks, which share posture and load.
     scatter: float = 1.0
+    belief: float = 4.0
+    memory: float = 60.0
+    calm: float = 0.2
+    clipped: float = 9.0
+    correlation: float = 0.5
+    # Changes: blocks with a state before a change of it is judged; share of its limit that its
+    # deviation may have where it is judged; deviations by which an alarm exceeds its limit (99 %,
+    # one side); share of its limit below which a change has ended.
     settle: int = 3
-    over: float = 0.5
     power: float = 0.3
+    certain: float = 2.33
+    over: float = 0.5
+    # Loads: deviations by which a mass was taken or put down; chi squared of mass and first
+    # moments from which another load is held; share of link and load by which all torques
+    # together may be off without a sign.
+    noticed: float = 5.0
+    taken: float = 35.0
+    scaled: float = 0.02
     kinds: Mapping[str, KindLimits] = field(default_factory=lambda: MappingProxyType({
         # Friction of gears halves between a cold and a warm robot, within an hour or two.
         FRICTION: KindLimits(0.5, 0.1, 0.03, 0.15, 0.5),

@@ -4,7 +4,7 @@
 """The watch of an arm whose torques follow from its equations; no file knows its friction."""
 import json
 
-from arm_at_work import Arm, AT, BLOCK, messages, NAMES, START, urdf, watched
+from arm_at_work import Arm, AT, BLOCK, MASS, messages, NAMES, START, urdf, watched
 import numpy as np
 import pytest
 from rosbags.typesys import get_typestore, Stores
@@ -16,6 +16,7 @@ from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.read import JOINT_STATE
 from gearbox_monitor.recordings.write import BagWriter
+from gearbox_monitor.ros.watch_child import DESCRIPTION, Watching
 from gearbox_monitor.watch.block import Cutter
 from gearbox_monitor.watch.fold import begin, learn_again, save_baseline, step, tare
 from gearbox_monitor.watch.record import WATCH
@@ -149,6 +150,24 @@ def test_a_damaged_state_is_refused(settled, tmp_path):
             assert watch_bytes(load_watch(tmp_path / 'state')) == bytes(content)
         except InputError:
             pass
+
+
+def test_a_state_that_is_damaged_or_of_another_robot_is_set_aside(settled, tmp_path, capsys):
+    path = tmp_path / 'arm.state'
+    save_watch(path, settled[1])
+    child = Watching(path)
+    child.take(DESCRIPTION, urdf())
+    assert child.watch.phase == WATCH and not child.problem
+    child.take(DESCRIPTION, urdf([2.0 * m for m in MASS]))
+    assert child.watch.knowledge is None and 'another robot_description' in child.problem
+    replaced, = tmp_path.glob('*.replaced-*')
+    assert watch_bytes(load_watch(replaced)) == watch_bytes(settled[1]) and not path.exists()
+    path.write_bytes(replaced.read_bytes()[:-200])
+    child = Watching(path)
+    assert child.watch is None and 'the robot is learnt again' in child.problem
+    child.take(DESCRIPTION, urdf())
+    told = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert told[-1]['problem'] == child.problem and len([*tmp_path.glob('*.corrupt-*')]) == 1
 
 
 def write_bag(path, stream, description=None):

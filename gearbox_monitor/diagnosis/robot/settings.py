@@ -67,6 +67,8 @@ class Settings:
     excess: float = 4.0          # energy over what healthy references leave: twice their rms
     share_unknown: float = 0.25  # of the gain so far that a function without a law must add
     visited: float = 0.8         # of a motion's samples near those of the reference
+    # Times as far from the references as their own parts: random motions are at 1.1 to 2.5.
+    farther: float = 3.0
     # One reference of less seconds does not tell how days differ: of the arms and pendulums on
     # which this was tried an effect by up to 1.5 % of the effort, and the margin doubles.
     short: float = 55.0

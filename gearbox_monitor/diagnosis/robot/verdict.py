@@ -43,7 +43,6 @@ LARGER = 1.5       # bursts of healthy references that were as large are none
 OF_SETPOINT = (SERVO_GAIN.id, SETPOINT_DELAY.id, SERVO_DEADBAND.id)  # before the gain
 OF_BODIES = (PAYLOAD.id, LINK_INERTIA.id, BASE_TILT.id, JOINT_ZERO.id)  # in the true scale
 LEAST_SCALE = 0.1  # gain of the model over that of the servo: it may be 10 times as large
-FARTHER = 3.0      # times as far from references as their parts: of random motions 1.1 to 2.5
 LEAST_SEEN = 0.05  # of a motion: what is new all over is no evidence, but a limit has to be
 HELD_SHARE = 0.25   # of the period, which shifts a sampled torque by half of it
 CERTAIN = 5.0      # deviations
@@ -119,7 +118,7 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
     if knowledge is None:
         evidence = RobotEvidence(recordings)
     else:
-        away = farther(recordings, knowledge.states) / FARTHER
+        away = farther(recordings, knowledge.states) / SETTINGS.farther
         recordings = [with_unvisited(rows, knowledge.visits, knowledge.sizes)
                       for rows in recordings]
         # The squared error of what was taught grows with the distance, like a random walk's.
@@ -725,7 +724,8 @@ def _cautions(joints: Sequence[str], shares: Sequence[Mapping[str, float]], away
     out = []
     if away > 1.0:
         out.append('no reference had such angles and speeds of all joints together: this motion '
-                   f'is {away * FARTHER:.2g} times as far from them as their own parts are')
+                   f'is {away * SETTINGS.farther:.2g} times as far from them as their own parts '
+                   'are')
     out += [f'{name}: in {100 * share:.0f} % of the motion no reference had this {variable}'
             for name, of in zip(joints, shares) for variable, share in of.items()
             if share > 1.0 - SETTINGS.visited]
