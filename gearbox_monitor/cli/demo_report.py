@@ -82,6 +82,7 @@ def evaluate(reader: BagReader, demo: Any) -> dict[str, Any]:
         samples_expected=expected, samples_missing=expected - len(np.unique(stamps)),
         estimates_missing=expected - 1 - reader.count('/transmission_state'),
         recorder_losses=losses, alarms=alarms, alerts=alerts, fault=demo.fault,
+        verdict=result.monitor.outcomes['backlash'].message if result.monitor else 'not known',
         duration_s=float(demo.duration), picture=str(demo.out / 'demo.png'))
     plots.overview(_run(reader, result, data, demo)).savefig(data['picture'], dpi=110)
     return data
@@ -147,8 +148,8 @@ def text(data: Mapping[str, Any]) -> str:
     return '\n'.join([
         *lines, f'backlash     {gaps} rad, window by window' if gaps else
         'backlash     not measured',
-        f'verdict      {worn[-1]["message"]}; first alarm at {worn[0]["t"]:.1f} s' if worn else
-        'verdict      no alarm of the backlash' if gaps else 'verdict      not known',
+        f'verdict      {data["verdict"]}'
+        + (f'; first alarm at {worn[0]["t"]:.1f} s' if worn else ''),
         f'next         gearbox_monitor report {data["bag"]}'])
 
 

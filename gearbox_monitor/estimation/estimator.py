@@ -181,11 +181,6 @@ class Estimator:
         self._arm_load = arm_load_of(self.robot, self.parameters)
         self._setup()
 
-    def with_changes(self, changes: Values) -> 'Estimator':
-        """Return a new Estimator with the parameters `changes`. Raises as set_parameters does."""
-        model, changes = with_model_values(self.model, changes)
-        return Estimator(model, self.parameters.replace(**changes), self.robot)
-
     def set_parameters(self, changes: Values) -> bool:
         """
         Change parameters while running; Q, R and thresholds keep the belief, others restart.

@@ -104,10 +104,6 @@ class Recording:
         """Return the first joint whose position is measured on `side`, None without one."""
         return next((name for name, s in self.joints.items() if s.side == side), None)
 
-    def noted(self, *notes: str) -> 'Recording':
-        """Return the recording with more `notes`."""
-        return replace(self, notes=(*self.notes, *notes))
-
     def on_one_clock(self, joints: Sequence[str]) -> tuple[Integers, list[JointSignals]]:
         """
         Return stamps [M] and the signals of `joints` at these; NaN where a joint has no message.

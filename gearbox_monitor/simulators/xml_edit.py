@@ -188,27 +188,6 @@ def with_child(document: XmlDocument, parent: XmlElement, text: str, first: bool
     return Edit(parent.head, parent.head, text if parent.children else f'{text}\n{own}')
 
 
-def with_element(document: XmlDocument, parent: XmlElement, tag: str,
-                 values: Mapping[str, str | None], first: bool = False) -> list[Edit]:
-    """
-    Return the edits that give the first child of one tag other attributes, or add it with them.
-
-    Args:
-        document: the file.
-        parent: element that has the child, or gets it.
-        tag: of the child.
-        values: {attribute: value, None to remove it}.
-        first: a new one stands before all others, else behind them.
-
-    Returns:
-        The edits.
-    """
-    present = parent.all(tag)
-    if present:
-        return with_attributes(document, present[0], dict(values))
-    return [with_child(document, parent, f'<{tag} {words_of(values)}/>', first)]
-
-
 def words_of(values: Mapping[str, str | None]) -> str:
     """Return attributes `values` as a start tag has them, without those that are None."""
     return ' '.join(f'{name}={quoteattr(v)}' for name, v in values.items() if v is not None)
