@@ -153,7 +153,6 @@ setup(
             'estimator_node = gearbox_monitor.ros.estimator_node:main',
             'recorder_node = gearbox_monitor.ros.recorder_node:main',
             'watch_node = gearbox_monitor.ros.watch_node:main',
-            'payload_node = gearbox_monitor.ros.payload_node:main',
         ],
     },
 )

@@ -11,7 +11,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from gearbox_monitor.parameters import (  # noqa: E402
-    ARM_PLANT, AT_ONCE, ESTIMATOR, MODEL, ParameterRow, PAYLOAD_NODE, PLANT, RECORDER, RESTART,
+    ARM_PLANT, AT_ONCE, ESTIMATOR, MODEL, ParameterRow, PLANT, RECORDER, RESTART,
     ROBOT, Table, WATCH_NODE)
 
 PAGE = ROOT / 'docs/parameters.md'
@@ -70,7 +70,6 @@ def page() -> str:
     return (f'{HEAD}\n## estimator\n\n{listed(ROBOT + ESTIMATOR)}\n\n{VALUES}\n{listed(MODEL)}\n\n'
             f'## plant\n\n{listed(PLANT)}\n\n'
             f'## arm_plant\n\n{listed(ARM_PLANT)}\n\n'
-            f'## payload\n\n{listed(PAYLOAD_NODE)}\n\n'
             f'## watch\n\n{listed(WATCH_NODE)}\n\n'
             f'## recorder\n\n{listed(RECORDER)}\n{MODEL_FILE}')
 

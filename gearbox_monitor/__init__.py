@@ -23,7 +23,6 @@ of the package alone is cheap. docs/python.md shows them at work:
     load_robot            a whole robot, from an MJCF or URDF file
     diagnose_robot        what is different about it, beside its file or a healthy reference
     learn_robot           a healthy robot as a reference
-    track_payload         what it held over a log, and the external torque on its joints
 
     DriveModel            the drive: inertias, friction, transmission, effects
     simulate              its motion under a torque, with noise and effects
@@ -41,7 +40,6 @@ of the package alone is cheap. docs/python.md shows them at work:
     ReportPages           what write_report returns
     Robot                 what load_robot returns
     RobotDiagnosis        what diagnose_robot returns
-    PayloadTrack          what track_payload returns
     SimulatorFile         what export_model returns
     InputError            the one exception that bad input raises
 
@@ -78,7 +76,6 @@ _PUBLIC = {
     'learn_robot': 'library.robot',
     'diagnose_robot': 'library.robot', 'Robot': 'library.robot',
     'RobotDiagnosis': 'library.robot',
-    'track_payload': 'library.robot', 'PayloadTrack': 'library.robot',
     'ranges': 'library.ranges',
     'ParameterRanges': 'diagnosis.joint.parameter_ranges',
     'load_actuator': 'library.simulator_file', 'CatalogueActuator': 'library.simulator_file',

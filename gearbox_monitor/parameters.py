@@ -609,21 +609,6 @@ class RecorderParameters(ParameterSet):
 
 
 @dataclass(frozen=True)
-class PayloadParameters(ParameterSet):
-    """Parameters of the node that tells what a robot holds, and who pushes it."""
-
-    model: str = row('', '', 'MJCF or URDF file of the robot')
-    values: str = row('', '', 'file of what is known beside it; empty: nothing')
-    reference: str = row(
-        '', '', 'file of the command learn, from recordings without a load; empty: the tolerances '
-        'of the model')
-    link: str = row('', '', 'link that carries; empty: the last one')
-    empty: bool = row(False, '', 'the robot holds nothing when the node starts')
-    recorded: tuple[str, ...] = row(
-        ('',), '', 'NAME=LOGNAME of joints whose names in joint_states are others')
-
-
-@dataclass(frozen=True)
 class WatchParameters(ParameterSet):
     """Parameters of the node that watches a whole robot."""
 
@@ -642,8 +627,7 @@ ESTIMATOR, MODEL = table_of(EstimatorParameters), table_of(ModelParameters)
 # All that a parameter file may give to the estimator.
 SETTINGS = ESTIMATOR + MODEL
 PLANT, RECORDER = table_of(PlantParameters), table_of(RecorderParameters)
-ARM_PLANT, PAYLOAD_NODE = table_of(ArmPlantParameters), table_of(PayloadParameters)
-WATCH_NODE = table_of(WatchParameters)
+ARM_PLANT, WATCH_NODE = table_of(ArmPlantParameters), table_of(WatchParameters)
 # The parameters of the plant that replace values of its model file.
 PLANT_MODEL = ('stiffness', 'half_gap', 'viscous_friction', 'coulomb_friction')
 

@@ -10,6 +10,7 @@ same words. The table goes with the release after 0.3.
 _ROBOT_MOTION = 'diagnose a log of the robot: its verdict lists what the motion did not visit'
 _FORMATS = 'expected --to mjcf or --to urdf with --into FILE'
 _FILTERPY = 'leave it out: tests hold the filters equal to those of filterpy'
+_HELD = 'gearbox_monitor watch LOG --model robot.urdf states what a robot holds'
 # Name as the user types it, an option or its value after its command -> what to do instead.
 REMOVED = {
     # commands
@@ -37,6 +38,9 @@ REMOVED = {
        for command in ('adapt', 'diagnose', 'fit-nominal', 'simulate')
        for old, new in (('motor-joint', 'recorded-motor'), ('arm-joint', 'recorded-arm'),
                         ('setpoint-joint', 'recorded-setpoint'))},
+    **{f'replay --{name}': _HELD for name in (
+        'reference', 'values', 'root', 'recorded', 'prefix', 'convention', 'link', 'empty')},
+    'payload_node': 'watch_node publishes payload: ros2 launch gearbox_monitor watch.launch.py',
     # parameters
     'keep_after_error': 'set keep_folder: each ERROR of backlash or friction is kept at once',
     'keep_per_hour': 'set keep_newest: so many recordings stay in keep_folder',
@@ -60,6 +64,8 @@ REMOVED = {
     'load_robot_logs': 'load_recording(path, robot) returns the log of a robot',
     'suggest_robot': _ROBOT_MOTION,
     'SuggestedRobotMotion': _ROBOT_MOTION,
+    'track_payload': _HELD,
+    'PayloadTrack': _HELD,
     # BAGS and the folder of fleet
     '://': 'name a path: mount the archive, or copy it',
     'features/': 'choose a new --out, which gets one row per bag: its bags are analysed again',

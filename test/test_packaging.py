@@ -103,7 +103,7 @@ def test_entry_points_exist():
     scripts = re.findall(r"'(\w+) = ([\w.]+):(\w+)'", SETUP)
     assert {name for name, _, _ in scripts} == {
         'gearbox_monitor', 'plant_node', 'arm_plant_node', 'estimator_node', 'recorder_node',
-        'payload_node', 'watch_node'}
+        'watch_node'}
     for _, module, function in scripts:
         if '.ros.' in module:
             pytest.importorskip('rclpy')

@@ -12,30 +12,22 @@ table: estimates from the whole recording (fixed-interval smoother, with the fil
 except a fifth of the noise density of tau_K and softened friction); it keeps the whole recording
 in memory.
 
-With the MJCF or URDF file of a whole robot as --model, it says what the robot held and which
-external torque acted on its joints, ten times a second.
-
 usage examples:
   gearbox_monitor replay gearbox_2026_11_21-10_00_00
   gearbox_monitor replay BAG --out estimates.parquet --estimates-only
   gearbox_monitor replay BAG --model drive.yaml --params estimator.yaml --out estimates.csv
   gearbox_monitor replay BAG --filter ekf --out BAG2 --json
   gearbox_monitor replay BAG --smooth --out smoothed.csv
-  gearbox_monitor replay LOG --model robot.urdf --reference robot.knowledge --out held.csv
 """
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping
-import csv
-import io
 from pathlib import Path
-from typing import Any, TYPE_CHECKING
+from typing import Any
 
-from gearbox_monitor.cli.inputs import add_robot_arguments, names_of, reading_of_robot, robot_of
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, estimator_options, opened, refuse, show, warn)
-from gearbox_monitor.cli.progress import count_bar, Progress, progress_bar
+    add_estimator_arguments, estimator_options, opened, show, warn)
+from gearbox_monitor.cli.progress import count_bar, Progress
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.opening import write_new
 from gearbox_monitor.files.yaml_files import expect_new_file, load_model
 from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.parameters import FILTER_NAMES
@@ -46,9 +38,6 @@ from gearbox_monitor.recordings.replay import (
 from gearbox_monitor.recordings.replay_output import BagOutput, CsvTable, ParquetTable
 from gearbox_monitor.report import words
 from gearbox_monitor.robot.description import SUFFIXES
-
-if TYPE_CHECKING:
-    from gearbox_monitor.library.robot import PayloadTrack
 
 TABLES = {'.csv': CsvTable, '.parquet': ParquetTable}
 
@@ -66,13 +55,14 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--smooth', action='store_true',
                         help='smooth over the whole recording; columns for a table')
     parser.add_argument('--json', action='store_true', help='print the summary as JSON')
-    add_payload_arguments(parser)
 
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
-    if is_robot(args):
-        return run_robot(args)
+    if args.model is not None and Path(args.model).suffix.lower() in SUFFIXES:
+        raise InputError(f'--model {args.model}: a whole robot, expected the model file of a '
+                         f'drive; gearbox_monitor watch {args.bag} --model {args.model} states '
+                         'what the robot holds')
     parameters, model_file = estimator_options(args)
     if args.filter:
         parameters['filter'] = args.filter
@@ -197,59 +187,3 @@ def text(data: Mapping[str, Any], axis: str = 'rotary') -> str:
 
 def _number(value: float | None) -> str:
     return 'none' if value is None else f'{value:.4g}'
-
-
-OF_ESTIMATOR = ('params', 'filter', 'estimates_only', 'smooth')
-OF_ROBOT = ('reference', 'values', 'root', 'recorded', 'prefix', 'convention', 'link', 'empty')
-
-
-def add_payload_arguments(parser: ArgumentParser) -> None:
-    """Declare in `parser` of replay what only whole robots take."""
-    add_robot_arguments(parser)
-    parser.add_argument('--link', default='', metavar='NAME',
-                        help='of a whole robot: link that carries (default: the last)')
-    parser.add_argument('--empty', action='store_true',
-                        help='of a whole robot: it holds nothing at the beginning')
-
-
-def is_robot(args: Namespace) -> bool:
-    """Return whether the options `args` of replay are about a whole robot. Raises InputError."""
-    robot = args.model is not None and Path(args.model).suffix.lower() in SUFFIXES
-    refuse(args, OF_ESTIMATOR if robot else OF_ROBOT,
-           f'of the estimator of a drive, but --model {args.model} is a whole robot'
-           if robot else 'of a whole robot, expected its MJCF or URDF file as --model')
-    return robot
-
-
-def run_robot(args: Namespace) -> int:
-    """Run the command with the options `args`; returns the exit code."""
-    # Of whole robots alone: replay of a gearbox does not wait for them.
-    from gearbox_monitor.library.robot import track_payload
-    from gearbox_monitor.library.views import columns
-    if args.out and not args.out.lower().endswith('.csv'):
-        raise InputError(f'--out: {args.out}, expected FILE.csv: of a whole robot replay writes '
-                         'a table')
-    paths = [path for path in (args.out, args.csv) if path]
-    expect_new_file(*paths)
-    with progress_bar('replay') as progress:
-        track = track_payload(
-            args.bag, robot_of(args), reference=args.reference or None, link=args.link,
-            empty=args.empty, recorded=names_of(args), reading=reading_of_robot(args),
-            topic=args.topic, progress=progress)
-    for path in paths:
-        _write(path, track)
-    show(args, {'summary': str(track), 'log': track.log, 'link': track.link,
-                'joints': track.joints, 'estimates': len(track.t), 'warnings': track.notes,
-                'last': {name: values[-1] for name, values in columns(track).items()}},
-         lambda: '\n'.join([str(track), f'{len(track.t)} estimates', *(
-             f'note: {note}' for note in track.notes), *(f'written: {path}' for path in paths)]))
-    return 0
-
-
-def _write(path: str, track: 'PayloadTrack') -> None:
-    from gearbox_monitor.library.views import columns
-    table, text = columns(track), io.StringIO()
-    writer = csv.writer(text, lineterminator='\n')
-    writer.writerow(table)
-    writer.writerows(zip(*(values.tolist() for values in table.values())))
-    write_new(path, text.getvalue())

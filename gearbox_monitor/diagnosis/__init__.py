@@ -34,7 +34,6 @@ Public names, by module:
     robot.evidence: Prior, RobotEvidence, RobotFit
     robot.knowledge: another_day_of, farther, Knowledge, learn, States, VERSION, Visits,
         with_unvisited
-    robot.payload: PayloadEstimate, PayloadTracker, SECOND
     robot.power: UNDECIDED
     robot.robot_effects: BASE, BASE_TILT, INERTIA_NAMES, JOINT, LINK_INERTIA, PAYLOAD,
         ROBOT_EFFECTS, RobotEffect, tilted

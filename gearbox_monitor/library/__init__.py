@@ -13,10 +13,9 @@ Public names, by module:
     ranges: ranges
     recording: DriveRecording, load_recording
     recording_report: write_report
-    robot: check_robot, diagnose_robot, learn_robot, load_robot, payload_tracker, PayloadTrack,
-        recorded_names, Robot, robot_effects, RobotDiagnosis, track_payload
+    robot: check_robot, diagnose_robot, learn_robot, load_robot, recorded_names, Robot,
+        robot_effects, RobotDiagnosis
     simulator_file: CatalogueActuator, export_model, is_actuator, load_actuator, load_model,
         NAMES, SimulatorFile, SIMULATORS, TARGETS, with_backlash
-    views: columns
     watch: watch
 """

@@ -15,7 +15,7 @@ from gearbox_monitor.estimation.estimates import Estimates
 from gearbox_monitor.health.backlash.features import Backlash
 from gearbox_monitor.library.estimation import BacklashWindows, RecordingEstimates
 from gearbox_monitor.library.recording import DriveRecording, SECOND
-from gearbox_monitor.library.robot import PayloadTrack, RobotDiagnosis
+from gearbox_monitor.library.robot import RobotDiagnosis
 from gearbox_monitor.plant.units import on_axis
 from gearbox_monitor.report import plots
 from gearbox_monitor.report.diagnosis_evidence import gather
@@ -130,21 +130,4 @@ def _(diagnosis: RobotDiagnosis) -> Figure:
     axes.set_xlabel('gap of the torque (rms in N m, of a slide in N)')
     axes.invert_yaxis()
     axes.legend(fontsize=8)
-    return sketch
-
-
-@picture.register
-def _(track: PayloadTrack) -> Figure:
-    sketch = Figure(figsize=(9, 5), layout='constrained')
-    upper, lower = sketch.subplots(2, 1, sharex=True)
-    upper.plot(track.t, track.mass, color=plots.BLUE)
-    upper.fill_between(track.t, track.mass - 2.0 * track.mass_std,
-                       track.mass + 2.0 * track.mass_std, color=plots.BLUE, alpha=0.2, lw=0)
-    upper.set_ylabel(f'held at {track.link} (kg)')
-    upper.set_title(textwrap.fill(str(track), 90), fontsize=10, loc='left')
-    for j, joint in enumerate(track.joints):
-        lower.plot(track.t, track.external[:, j], lw=0.9, label=joint)
-    lower.set_ylabel('external torque (N m)')
-    lower.set_xlabel('time (s); band: two standard deviations')
-    lower.legend(fontsize=8, ncols=3)
     return sketch

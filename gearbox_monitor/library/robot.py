@@ -3,7 +3,7 @@
 
 """A whole robot: its file, logs, healthy reference, diagnosis of all joints, and payload."""
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,26 +13,24 @@ from gearbox_monitor import __version__
 from gearbox_monitor.diagnosis.joint.verdict import Finding, Remainder
 from gearbox_monitor.diagnosis.robot import knowledge, verdict as balance
 from gearbox_monitor.diagnosis.robot.conventions import (
-    columns_as_read, log_as_read, misfit, named_readings)
+    log_as_read, misfit, named_readings)
 from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence
 from gearbox_monitor.diagnosis.robot.knowledge import Knowledge
-from gearbox_monitor.diagnosis.robot.payload import PayloadTracker, SECOND
 from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.diagnosis.robot.robot_log import (
-    checked_log, RobotLog, SETPOINT, TORQUE)
+    RobotLog, SETPOINT, TORQUE)
 from gearbox_monitor.diagnosis.robot.rows import rows_of
 from gearbox_monitor.diagnosis.robot.verdict import RobotVerdict, verdict_data
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.files.knowledge_file import load_knowledge, SUFFIX
 from gearbox_monitor.files.opening import plain
-from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.library.simulator_file import expect_path
 from gearbox_monitor.plant.effects import EFFECTS
-from gearbox_monitor.presentation import Drawn, Paged, Saved
+from gearbox_monitor.presentation import Paged, Saved
 from gearbox_monitor.recordings.from_bag import ANY
 from gearbox_monitor.recordings.reading import BY_NAMES, ReadOptions
 from gearbox_monitor.recordings.robot_values import (
-    load_columns, load_locked, load_log, load_values, robot_model, RobotValues)
+    load_locked, load_log, load_values, robot_model, RobotValues)
 from gearbox_monitor.recordings.topics import JOINT_STATES
 from gearbox_monitor.report.robot_words import finding_words, reading_words, robot_headline
 from gearbox_monitor.report.words import counted
@@ -373,109 +371,3 @@ def expect_robot(robot: object) -> Robot:
         return robot
     raise InputError(f'robot: {type(robot).__name__} {str(robot)[:40]!r}, expected a Robot, as '
                      "load_robot('robot.xml') returns it")
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class PayloadTrack(Drawn):
-    """
-    Payload and external torque over a log, ten times a second.
-
-    t [N] s from the first sample; mass, mass_std [N] kg; centre, centre_std [N, 3] m in the frame
-    of `link`, NaN where the mass is too uncertain; since [N] s: last change of the payload, NaN
-    before one; external, external_std [N, J] of `joints`: torque by no model, positive where it
-    helps the motor, N m. notes: of the log.
-    """
-
-    log: str
-    link: str
-    joints: tuple[str, ...]
-    t: Array
-    mass: Array
-    mass_std: Array
-    centre: Array
-    centre_std: Array
-    since: Array
-    external: Array
-    external_std: Array
-    notes: tuple[str, ...]
-
-
-def payload_tracker(robot: Robot, link: str = '', knowledge: Knowledge | None = None,
-                    empty: bool = False) -> PayloadTracker:
-    """
-    Return the PayloadTracker of a robot.
-
-    Args:
-        robot: of `load_robot`.
-        link: that carries, '' for the last one.
-        knowledge: what references taught, None for none.
-        empty: nothing is held at the beginning.
-    """
-    return PayloadTracker(robot_model(robot.file, robot.values, False), link, knowledge, empty)
-
-
-def track_payload(log: str | Path, robot: Robot, *,
-                  reference: str | Path | Sequence[str | Path] | None = None, link: str = '',
-                  empty: bool = False, recorded: Mapping[str, str] | None = None,
-                  topic: str = JOINT_STATES, reading: ReadOptions = BY_NAMES,
-                  progress: Callable[[int, int], None] = lambda done, total: None
-                  ) -> PayloadTrack:
-    """
-    Return what a robot held over a log, and who pushed it (diagnosis.robot.payload).
-
-    Args:
-        log: bag, CSV or Parquet file with positions and torques of all joints.
-        robot: of `load_robot`.
-        reference: logs of the healthy robot without a load, or one file of the command learn;
-            None: the file of the robot with its tolerances.
-        link: that carries, '' for the last one.
-        empty: nothing is held at the beginning; what seems held then is the model's error.
-        recorded: {joint: its name in the log}, where they differ.
-        topic: of the joints, in bags.
-        reading: how columns are read whose names and units do not say it.
-        progress: called with (done, total) samples.
-
-    Raises:
-        InputError: the log cannot be read, lacks a joint or its torque, or is too short.
-    """
-    values, joints = expect_robot(robot).values, robot.joints
-    path = expect_path(log, 'log', 'a log of all joints')
-    knowledge = learn_robot(
-        reference, robot, recorded=recorded, topic=topic, reading=reading)[0] if (
-        reference is not None) else None
-    raw = load_columns(str(path), robot.file, values, recorded or {}, topic, reading)
-    named = named_readings(
-        checked_log(raw, joints), robot_model(robot.file, values, False),
-        (robot.file.low, robot.file.high),
-        [joints.index(j) for j in conventions_of(reading.conventions, joints)]) if (
-            raw.kind != SETPOINT) else []
-    raw = columns_as_read(raw, [n.reading for n in named])
-    raw = replace(raw, notes=(*(reading_words(n, joints) for n in named), *raw.notes))
-    if raw.kind == SETPOINT:
-        raise InputError(f'{path}: setpoints, expected the torque or current of all joints')
-    lacking = [joint for joint in joints if joint not in raw.position]
-    if lacking:
-        raise InputError(f'{path}: joint {lacking[0]}: no position, expected all joints of the '
-                         'model (--recorded NAME=LOGNAME maps a name)')
-    q, u = (np.column_stack([x[j] for j in joints]) for x in (raw.position, raw.input))
-    tracker = payload_tracker(robot, link, knowledge, empty)
-    good = np.isfinite(raw.t)
-    stamps = np.round((raw.t[good] - raw.t[good][:1]) * SECOND).astype(np.int64)
-    estimates, total = [], len(stamps)
-    for k, (stamp, position, effort) in enumerate(zip(stamps.tolist(), q[good], u[good])):
-        estimates += tracker.take(stamp, position, effort)
-        if k % 1000 == 0:
-            progress(k, total)
-    progress(total, total)
-    if not estimates:
-        raise InputError(f'{path}: {stamps[-1] / SECOND if total else 0.0:.3g} s without an '
-                         'estimate, expected 3 s or more with positions and torques of all joints')
-
-    def column(name: str) -> Array:
-        return np.array([getattr(e, name) for e in estimates], float)
-    since = column('since_ns') / SECOND
-    return PayloadTrack(
-        path.name, tracker.link, tuple(joints), column('stamp_ns') / SECOND, column('mass'),
-        column('mass_std'), column('centre'), column('centre_std'),
-        np.where(since > 0.0, since, np.nan), column('external'), column('external_std'),
-        tuple(raw.notes))

@@ -23,7 +23,7 @@ from gearbox_monitor.library.estimation import BacklashWindows, RecordingEstimat
 from gearbox_monitor.library.identify import TunedParameters, write_adapted
 from gearbox_monitor.library.recording import DriveRecording
 from gearbox_monitor.library.recording_report import ReportPages
-from gearbox_monitor.library.robot import PayloadTrack, RobotDiagnosis
+from gearbox_monitor.library.robot import RobotDiagnosis
 from gearbox_monitor.library.simulator_file import expect_path, SimulatorFile
 from gearbox_monitor.plant.drive import DriveModel, expect_model
 from gearbox_monitor.plant.units import on_axis
@@ -31,7 +31,7 @@ from gearbox_monitor.recordings.joint_input import match_stamps
 from gearbox_monitor.report.diagnosis_evidence import gather
 from gearbox_monitor.report.diagnosis_page import diagnosis_page
 from gearbox_monitor.report.robot_gap_page import robot_gap_page
-from gearbox_monitor.report.robot_words import payload_words, push_words, robot_text
+from gearbox_monitor.report.robot_words import robot_text
 from gearbox_monitor.report.summary import summary
 from gearbox_monitor.report.words import number, value_rows, value_text, width_and_std
 from gearbox_monitor.simulators.randomisation import randomisation
@@ -178,18 +178,6 @@ def _(diagnosis: RobotDiagnosis) -> str:
 
 
 @brief.register
-def _(track: PayloadTrack) -> str:
-    return f'PayloadTrack({track.log!r}: {words(track)})'
-
-
-@words.register
-def _(track: PayloadTrack) -> str:
-    load = payload_words(track.mass[-1], track.mass_std[-1], track.centre[-1], track.link,
-                         track.since[-1])
-    return f'{load}; {push_words(track.t, track.external, track.external_std, track.joints)}.'
-
-
-@brief.register
 def _(pages: ReportPages) -> str:
     return f'ReportPages({pages.page}: {pages.extent})'
 
@@ -287,18 +275,6 @@ def _(diagnosis: RobotDiagnosis) -> Columns:
     rows = [(f.effect, f.joint or f.link, name, value, f.deviations.get(name))
             for f in diagnosis.findings for name, value in f.values.items()]
     return _by_name(rows, ('effect', 'at', 'parameter', 'value', 'deviation'))
-
-
-@columns.register
-def _(track: PayloadTrack) -> Columns:
-    table = {'t': track.t, 'mass': track.mass, 'mass_std': track.mass_std, 'since': track.since}
-    for i, axis in enumerate('xyz'):
-        table |= {f'centre_{axis}': track.centre[:, i],
-                  f'centre_{axis}_std': track.centre_std[:, i]}
-    for j, joint in enumerate(track.joints):
-        table |= {f'external_{joint}': track.external[:, j],
-                  f'external_{joint}_std': track.external_std[:, j]}
-    return table
 
 
 @columns.register

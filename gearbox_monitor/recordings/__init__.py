@@ -27,11 +27,11 @@ Public names, by module:
     replay: Comparer, Comparison, interval_error, Replay, replay, ReplayCollector,
         ReplaySummary, smoothed, truth, truth_of
     replay_output: BagOutput, CsvTable, ParquetTable
-    robot_values: load_columns, load_locked, load_log, load_values, robot_model, RobotValues
+    robot_values: load_locked, load_log, load_values, robot_model, RobotValues
     storage: FILE_NAME, qos_profile
-    topics: ARM, DIAGNOSIS, DIAGNOSTICS, DRIFT_ALERTS, EXTERNAL_TORQUE, EXTERNAL_TORQUE_STD,
-        FINDINGS, JOINT_STATES, joint_values, MOTOR, PAIRED_JOINT_STATES, PAYLOAD, PAYLOAD_STD,
-        PLANT_TRANSMISSION_STATE, ROBOT_DESCRIPTION, Signal, SIGNALS, SNAPSHOT, TRANSMISSION
+    topics: ARM, DIAGNOSIS, DIAGNOSTICS, DRIFT_ALERTS, FINDINGS, JOINT_STATES, joint_values,
+        MOTOR, PAIRED_JOINT_STATES, PAYLOAD, PAYLOAD_STD, PLANT_TRANSMISSION_STATE,
+        ROBOT_DESCRIPTION, Signal, SIGNALS, SNAPSHOT, TRANSMISSION
     virtual_bag: bag_of_table
     write: BagWriter, WriteError
 """

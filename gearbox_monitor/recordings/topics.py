@@ -64,7 +64,6 @@ DIAGNOSIS = 'diagnosis'
 # Of a whole robot: geometry_msgs/InertiaStamped, and JointState of all joints, with deviations.
 ROBOT_DESCRIPTION, FINDINGS = 'robot_description', '~/findings'
 PAYLOAD, PAYLOAD_STD = 'payload', 'payload_stddev'
-EXTERNAL_TORQUE, EXTERNAL_TORQUE_STD = 'external_torque', 'external_torque_stddev'
 
 
 def joint_values(signal: Signal, row: Sequence[float] | Array, names: Mapping[str, str],

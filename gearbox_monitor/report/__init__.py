@@ -19,8 +19,7 @@ Public names, by module:
     plots: windows_figure
     recording_page: figures, headline, recording_page, robot_page
     robot_gap_page: robot_gap_page
-    robot_words: finding_words, payload_words, push_words, reading_words, robot_headline,
-        robot_text
+    robot_words: finding_words, reading_words, robot_headline, robot_text
     summary: change, in_unit, PLACES, sized, summary, with_deviation
     timeline: EstimatorChoice, RecordingFacts, Timeline, TimelineSource
     watch_words: watch_data, watch_text
