@@ -13,7 +13,7 @@ from gearbox_monitor.plant.effects.motor_side import COGGING, MOTOR_COULOMB, MOT
 from gearbox_monitor.report.robot_words import reading_words
 from gearbox_monitor.report.words import counted
 from gearbox_monitor.watch.record import (
-    Change, DESCRIBE, LEARN, Payload, StateHealth, Watch, WATCH)
+    Change, DESCRIBE, LEARN, HeldLoad, StateHealth, Watch, WATCH)
 from gearbox_monitor.watch.settings import (
     DATED, FRICTION, RIPPLE, ROTOR, SCALE, SECOND, TILT, WEIGHT)
 
@@ -52,7 +52,7 @@ def change_words(change: Change) -> str:
             f'{when(change.since_ns)}{over}')
 
 
-def payload_words(payload: Payload) -> str:
+def payload_words(payload: HeldLoad) -> str:
     """Return a `payload` in words: against what the link held while it was learnt."""
     if not abs(payload.mass) > 2.0 * payload.mass_std:
         return (f'{payload.link}: no load beyond '

@@ -14,6 +14,6 @@ Public names, by module:
     block: Block, Cutter
     fold: begin, step
     plain: from_data, to_data
-    record: Change, DESCRIBE, LEARN, Payload, StateHealth, WATCH, Watch, WatchEvent
+    record: Change, DESCRIBE, HeldLoad, LEARN, StateHealth, WATCH, Watch, WatchEvent
     settings: DATED, FRICTION, RIPPLE, ROTOR, SCALE, SECOND, TILT, WATCH_SETTINGS, WEIGHT
 """

@@ -31,7 +31,7 @@ from gearbox_monitor.watch.features import (
     Features, features_of, Group, groups_of, state_levels, tips_of)
 from gearbox_monitor.watch.levels import level_of, Levels, now, step_in, stepped, with_block
 from gearbox_monitor.watch.record import (
-    Change, DESCRIBE, Held, JointWatch, LEARN, Payload, StateHealth, Watch, WATCH, WatchEvent)
+    Change, DESCRIBE, Held, JointWatch, LEARN, HeldLoad, StateHealth, Watch, WATCH, WatchEvent)
 from gearbox_monitor.watch.settings import FRICTION, RIPPLE, SCALE, SECOND, WATCH_SETTINGS
 
 SOURCE = 'robot_description'
@@ -379,7 +379,7 @@ def _with_payloads(watch: Watch, features: Features, begin_ns: int) -> Watch:
     return replace(watch, payloads=_payloads(watch))
 
 
-def _payloads(watch: Watch) -> tuple[Payload, ...]:
+def _payloads(watch: Watch) -> tuple[HeldLoad, ...]:
     """Return what each link holds, against what it held when it was tared."""
     links, out = _robot(watch)[0].chain.links, []
     for held, empty in zip(watch.held, watch.empty):
@@ -392,7 +392,7 @@ def _payloads(watch: Watch) -> tuple[Payload, ...]:
             centre = b[1:] / b[0]
             slopes = np.column_stack([-centre, np.eye(3)]) / b[0]
             centre_std = np.sqrt(np.diag(slopes @ spread @ slopes.T))
-        out.append(Payload(held.link, float(b[0]), std, tuple(centre.tolist()),
+        out.append(HeldLoad(held.link, float(b[0]), std, tuple(centre.tolist()),
                            tuple(centre_std.tolist()), held.since_ns))
     return tuple(out)
 

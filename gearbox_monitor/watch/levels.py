@@ -46,7 +46,7 @@ class Levels:
     drift: Array
 
 
-class Step(NamedTuple):
+class LevelStep(NamedTuple):
     """A step that is sure: of which state, since when, and the level before [W]."""
 
     state: int
@@ -109,7 +109,7 @@ def with_block(levels: Levels, deviations: Sequence[Deviation | None], gains: Ar
     return _aged(out) if len(out.begin_ns) > WATCH_SETTINGS.recent else out
 
 
-def step_in(levels: Levels) -> Step | None:
+def step_in(levels: Levels) -> LevelStep | None:
     """
     Return the step that the recent blocks in `levels` make sure, if there is one.
 
@@ -130,11 +130,11 @@ def step_in(levels: Levels) -> Step | None:
     if age < s.lasting or unsure or ambiguous:
         return None
     least = min(float(_evidence(levels, np.arange(age) != t)[f]) for t in range(age))
-    return Step(f, levels.begin_ns[-age], levels.level[f]) if (
+    return LevelStep(f, levels.begin_ns[-age], levels.level[f]) if (
         least > s.alone * odds[age - 1, f]) else None
 
 
-def stepped(levels: Levels, step: Step) -> Levels:
+def stepped(levels: Levels, step: LevelStep) -> Levels:
     """Return the levels after a step, which makes the recent values of all other states void."""
     level, covariance = levels.level.copy(), levels.covariance.copy()
     f, begin = step.state, levels.begin_ns.index(step.since_ns)

@@ -17,10 +17,10 @@ from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.signals.convention import Convention
 from gearbox_monitor.watch.block import Block
 from gearbox_monitor.watch.levels import Levels
-from gearbox_monitor.watch.record import Change, Held, JointWatch, Payload, StateHealth, Watch
+from gearbox_monitor.watch.record import Change, Held, JointWatch, HeldLoad, StateHealth, Watch
 
 CLASSES = {c.__name__: c for c in (
-    Block, Change, Convention, Held, JointWatch, Knowledge, Levels, NamedReading, Payload, Prior,
+    Block, Change, Convention, Held, JointWatch, Knowledge, Levels, NamedReading, HeldLoad, Prior,
     ReadingScore, RobotReading, StateHealth, States, Visits, Watch)}
 KIND = '='  # key of the class of an object
 

@@ -57,7 +57,7 @@ class Change:
 
 
 @dataclass(frozen=True)
-class Payload:
+class HeldLoad:
     """
     What a link holds, against what it held while the watch learnt.
 
@@ -134,7 +134,7 @@ class Watch:
     level: Level | None = None
     tilt: StateHealth | None = None
     changes: tuple[Change, ...] = ()
-    payloads: tuple[Payload, ...] = ()
+    payloads: tuple[HeldLoad, ...] = ()
     readings: tuple[NamedReading, ...] = ()
     notes: tuple[str, ...] = ()
     others: tuple[str, ...] = ()

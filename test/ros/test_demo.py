@@ -97,6 +97,7 @@ def run(demo, folder, *options):
 def test_growing_backlash_raises_its_alarm(demo, tmp_path):
     data, output = run(demo, tmp_path / 'a 100%d')
     assert 'export ROS_DOMAIN_ID=' in output
+    assert f'verdict      {data["verdict"]}' in output and 'next         ' in output
     assert 'backlash' in {alarm['component'] for alarm in data['alarms']} or any(
         note.startswith('at 250 Hz') for note in data['notes'])
 

@@ -41,7 +41,7 @@ def generate_launch_description() -> LaunchDescription:
     return LaunchDescription([*ARGUMENTS, OpaqueFunction(function=_nodes)])
 
 
-class Block(NamedTuple):
+class NodeBlock(NamedTuple):
     """A `node` of the file, in its `namespace`; the gearboxes that it names."""
 
     namespace: str
@@ -49,7 +49,7 @@ class Block(NamedTuple):
     gearboxes: tuple[str, ...]
 
 
-def node_blocks(path: str) -> list[Block]:
+def node_blocks(path: str) -> list[NodeBlock]:
     """Return the blocks of the file `path`; raises RuntimeError."""
     try:
         data = load_yaml(path).content
@@ -59,7 +59,7 @@ def node_blocks(path: str) -> list[Block]:
               if (match := re.fullmatch(r'(|/|/[\w/]*\w/)(estimator|plant|arm_plant)', str(name)))]
     if not any(node == 'estimator' for _, node in blocks):
         raise RuntimeError(f'{path}: no block estimator or /NAMESPACE/estimator, expected one')
-    return [Block(namespace.rstrip('/') or '/', node, _names(data[namespace + node]))
+    return [NodeBlock(namespace.rstrip('/') or '/', node, _names(data[namespace + node]))
             for namespace, node in blocks]
 
 
@@ -70,7 +70,7 @@ def _names(block: Any) -> tuple[str, ...]:
     return tuple(filter(None, map(str, names))) if isinstance(names, list) else ()
 
 
-def topics(blocks: Iterable[Block]) -> list[str]:
+def topics(blocks: Iterable[NodeBlock]) -> list[str]:
     """Return the names of all topics of the estimators among `blocks`."""
     names: list[str] = []
     for block in blocks:
