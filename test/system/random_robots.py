@@ -240,12 +240,10 @@ def random_path(rng, n, seconds, slides):
     return t, q, v
 
 
-def log(case, number, seconds=40.0, changed=True, setpoint=False, name='', pushed=lambda t: 0.0,
-        path=None):
+def log(case, number, seconds=40.0, changed=True, setpoint=False, name=''):
     """
     Return (RobotLog, (t [N], oracle [E, N, J] of each change), (kp, kd)) of one recording.
 
-    pushed: external torque [J] at a time; path: t, q, v at each STEP.
     A change with a `start` acts from then on.
     """
     rng = np.random.default_rng(case.seed * 1000 + number)
@@ -256,7 +254,7 @@ def log(case, number, seconds=40.0, changed=True, setpoint=False, name='', pushe
     data, file_state = (mujoco.MjData(m) for m in (model, nominal))
     n = model.nv
     slides = model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE
-    t, r, rd = path or random_path(rng, n, seconds + 1, slides)
+    t, r, rd = random_path(rng, n, seconds + 1, slides)
     day = 1 + rng.uniform(-.08, .08, n) * (case.real['friction'] is not None)
     data.qpos[:], data.qvel[:] = r[0], rd[0]
     mujoco.mj_forward(nominal, file_state)
@@ -361,7 +359,7 @@ def log(case, number, seconds=40.0, changed=True, setpoint=False, name='', pushe
                 own[j] += torque
         acting = model if t[k] >= start else plain
         acting.dof_frictionloss[:] = np.maximum(loss, 1e-4)
-        data.qfrc_applied[:] = extra + act + pushed(t[k])
+        data.qfrc_applied[:] = extra + act
         mujoco.mj_step(acting, data)
         load = (act + extra - model.dof_frictionloss * s - model.dof_damping.ravel()[:n] * v
                 - model.dof_armature * data.qacc)  # what the gear transmits
