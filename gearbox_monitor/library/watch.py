@@ -52,7 +52,7 @@ def watch(bags: str | Path | Sequence[str | Path], model: str | Path | None = No
     for number, path in enumerate(paths):
         progress(number, len(paths))
         with open_recording(path, reading, topic) as reader:
-            blocks = blocks_of(reader, cutter, topic, known.stamp_ns)
+            blocks = blocks_in(reader, cutter, topic, known.stamp_ns)
         for block in blocks if path is not paths[-1] else [*blocks, *cutter.end()]:
             known, happened = step(known, block)
             events += happened
@@ -60,7 +60,7 @@ def watch(bags: str | Path | Sequence[str | Path], model: str | Path | None = No
     return known, events
 
 
-def blocks_of(reader: BagReader, cutter: Cutter, topic: str = JOINT_STATES, after_ns: int = 0
+def blocks_in(reader: BagReader, cutter: Cutter, topic: str = JOINT_STATES, after_ns: int = 0
               ) -> list[Block]:
     """
     Return the blocks that an open bag completes.
