@@ -16,6 +16,7 @@ from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.read import JOINT_STATE
 from gearbox_monitor.recordings.write import BagWriter
+from gearbox_monitor.report.watch_words import watch_data
 from gearbox_monitor.ros.watch_child import DESCRIPTION, Watching
 from gearbox_monitor.watch.block import Cutter
 from gearbox_monitor.watch.fold import begin, learn_again, save_baseline, step, tare
@@ -131,6 +132,15 @@ def test_same_bits_however_messages_arrive_and_after_a_restart(settled, arm, tmp
         again, more = step(again, block)
         happened += more
     assert happened == events and watch_bytes(again) == watch_bytes(once)
+
+
+def test_a_joint_that_counts_the_other_way_is_named_and_read_so():
+    arm, sign = Arm(), np.array([1.0, -1.0, 1.0])
+    stream = [(stamp, sign * q, sign * v, sign * effort)
+              for stamp, q, v, effort in messages(arm, 4)]
+    watch, _ = watched(begin(urdf()), stream)
+    words, = watch_data(watch)['readings']
+    assert watch.phase == 'learn' and words.startswith('joint2 counts the other way')
 
 
 def test_tare_and_learning_again(settled, arm):
