@@ -17,8 +17,8 @@ from gearbox_monitor.watch.record import (
 from gearbox_monitor.watch.settings import (
     DATED, FRICTION, RIPPLE, ROTOR, SCALE, SECOND, TILT, WEIGHT)
 
-NOUNS = {FRICTION: 'friction', SCALE: 'torque scale', ROTOR: 'rotor inertia', WEIGHT: 'weight',
-         RIPPLE: 'ripple', TILT: 'tilt'}
+NOUNS = {FRICTION: 'friction', SCALE: 'torque scale', ROTOR: 'inertia at the rotor',
+         WEIGHT: 'weight', RIPPLE: 'ripple', TILT: 'tilt'}
 # The effect of the library that a state stands for.
 EFFECTS = {FRICTION: MOTOR_COULOMB.id, SCALE: TORQUE_GAIN.id, ROTOR: MOTOR_INERTIA.id,
            WEIGHT: 'payload', RIPPLE: COGGING.id, TILT: BASE_TILT.id}
@@ -39,7 +39,7 @@ def size_words(state: Change | StateHealth) -> str:
         factor = 180.0 / math.pi / GRAVITY
         return f'{factor * abs(state.size):.1f} ± {factor * state.std:.1f}°'
     sign = '' if state.kind == RIPPLE else '+' if state.size >= 0.0 else '-'
-    of = ' of the effort' if state.kind == RIPPLE else ''
+    of = {RIPPLE: ' of the effort', ROTOR: " of the joint's"}.get(state.kind, '')
     digits = 1 if state.std < FINE else 0
     return f'{sign}{100.0 * abs(state.size):.{digits}f} ± {100.0 * state.std:.{digits}f} %{of}'
 

@@ -29,7 +29,8 @@ from gearbox_monitor.robot.description import parse
 from gearbox_monitor.watch.block import Block, raw_log
 from gearbox_monitor.watch.features import (
     Features, features_of, Group, groups_of, state_levels, tips_of)
-from gearbox_monitor.watch.levels import level_of, Levels, now, step_in, stepped, with_block
+from gearbox_monitor.watch.levels import (
+    Deviation, level_of, Levels, now, step_in, stepped, with_block)
 from gearbox_monitor.watch.record import (
     Change, DESCRIBE, Held, JointWatch, LEARN, HeldLoad, StateHealth, Watch, WATCH, WatchEvent)
 from gearbox_monitor.watch.settings import FRICTION, RIPPLE, SCALE, SECOND, WATCH_SETTINGS
@@ -85,8 +86,7 @@ def learn_again(watch: Watch) -> Watch:
 
 def tare(watch: Watch) -> Watch:
     """Return the watch that takes what the robot holds now for nothing."""
-    empty = tuple(tuple(held.values[:4].tolist()) for held in watch.held)
-    watch = replace(watch, empty=empty or watch.empty)
+    watch = replace(watch, empty=watch.held or watch.empty)
     return replace(watch, payloads=_payloads(watch))
 
 
@@ -202,7 +202,7 @@ def _learnt(watch: Watch) -> tuple[Watch, tuple[WatchEvent, ...]]:
     try:
         logs = [replace(_log(watch, [block]), name=f'block {k + 1}')
                 for k, block in enumerate(watch.kept)]
-        logs = _similar(carrying, logs)
+        first, logs = logs[0], _similar(carrying, logs)
     except InputError as error:
         return replace(watch, kept=watch.kept[1:], notes=(str(error),)), ()
     if len(logs) < WATCH_SETTINGS.least:
@@ -211,9 +211,16 @@ def _learnt(watch: Watch) -> tuple[Watch, tuple[WatchEvent, ...]]:
     effort = np.array([np.sqrt(np.mean(np.concatenate(
         [section.input[:, j] for log in logs for section in log.sections]) ** 2))
                        for j in range(len(robot.chain.joints))])
-    states = state_levels(robot, groups_of(robot), effort)
+    groups = groups_of(robot)
+    states = state_levels(robot, groups, effort)
+    # What a link held in the first block is 0: by definition, or measured if others taught alone.
+    load = {robot.chain.links[k].name: (np.zeros(10), np.zeros((10, 10)))
+            for k in carrying.carries} if first is logs[0] else features_of(
+                first, robot, knowledge, groups, _levels(states, groups)).load
+    empty = tuple(Held(link, values, covariance, watch.kept[0].begin_ns)
+                  for link, (values, covariance) in load.items())
     watch = replace(watch, phase=WATCH, knowledge=knowledge, kept=(), baseline=_baseline(states),
-                    empty=((0.0,) * 4,) * len(carrying.carries), states=states)
+                    empty=empty, states=states)
     return watch, (WatchEvent('phase', watch.stamp_ns, 'robot', 'watches'),)
 
 
@@ -245,14 +252,18 @@ def _watched(watch: Watch, block: Block) -> tuple[Watch, tuple[WatchEvent, ...]]
         log = _log(watch, [block])
     except InputError as error:
         return replace(watch, notes=(str(error),)), ()
-    features = features_of(log, robot, watch.knowledge, groups,
-                           [level_of(watch.states, i, g.width) for i, g in enumerate(groups)])
+    features = features_of(log, robot, watch.knowledge, groups, _levels(watch.states, groups))
     watch = replace(watch, states=with_block(watch.states, features.deviations, features.gains,
                                              block.begin_ns))
     watch = _with_payloads(_with_changes(_stepped(watch, groups), features, groups), features,
                            block.begin_ns)
     watch = _with_states(watch, features, groups)
     return watch, _events(before, watch)
+
+
+def _levels(states: Levels, groups: Sequence[Group]) -> list[Deviation]:
+    """Return mean and covariance of each of `groups` in their `states`."""
+    return [level_of(states, i, g.width) for i, g in enumerate(groups)]
 
 
 def _stepped(watch: Watch, groups: Sequence[Group]) -> Watch:
@@ -269,7 +280,7 @@ def _stepped(watch: Watch, groups: Sequence[Group]) -> Watch:
     return replace(watch, states=stepped(watch.states, found), changes=changes)
 
 
-def _size(change: Array, covariance: Array, features: Features, number: int, kind: str
+def _size(change: Array, covariance: Array, features: Features, number: int
           ) -> tuple[float, float]:
     """
     Return by how much a state differs, as a share of what is there, and the deviation.
@@ -279,7 +290,6 @@ def _size(change: Array, covariance: Array, features: Features, number: int, kin
         covariance: of it [k, k].
         features: of the newest block, which tells what torque the state makes.
         number: of the state.
-        kind: of it.
     """
     inner, own = features.sizes[number], features.own[number]
     whole = math.sqrt(max(float(own @ inner @ own), 1e-30))
@@ -288,8 +298,6 @@ def _size(change: Array, covariance: Array, features: Features, number: int, kin
     slope = slope / math.sqrt(max(float(slope @ np.linalg.pinv(inner) @ slope), 1e-30))
     std = math.sqrt(max(float(slope @ covariance @ slope), 0.0)) / whole
     share = math.copysign(size / whole, float(own @ inner @ change))
-    if kind == SCALE:           # a share of the effort as it is now
-        share, std = share / (1.0 - share), std / (1.0 - share) ** 2
     return share, std
 
 
@@ -326,7 +334,7 @@ def _level_size(states: Levels, before: Sequence[float], features: Features,
     """Return by how much the level of a state differs from that `before`, and the deviation."""
     g = groups[number]
     mean, covariance = level_of(states, number, g.width)
-    return _size(mean - np.array(before)[:g.width], covariance, features, number, g.kind)
+    return _size(mean - np.array(before)[:g.width], covariance, features, number)
 
 
 def _with_states(watch: Watch, features: Features, groups: Sequence[Group]) -> Watch:
@@ -338,7 +346,7 @@ def _with_states(watch: Watch, features: Features, groups: Sequence[Group]) -> W
         if g.kind == RIPPLE:
             continue
         mean, covariance = now(watch.states, i, g.width)
-        size, std = _size(mean - np.array(baseline)[:g.width], covariance, features, i, g.kind)
+        size, std = _size(mean - np.array(baseline)[:g.width], covariance, features, i)
         judged = bool(std < s.power * s.kinds[g.kind].limit
                       and watch.states.seen[i] >= s.settle)
         states.setdefault(g.place, []).append(StateHealth(g.kind, size, std, judged))
@@ -383,7 +391,8 @@ def _payloads(watch: Watch) -> tuple[HeldLoad, ...]:
     """Return what each link holds, against what it held when it was tared."""
     links, out = _robot(watch)[0].chain.links, []
     for held, empty in zip(watch.held, watch.empty):
-        b, spread = held.values[:4] - np.array(empty), held.covariance[:4, :4]
+        b = (held.values - empty.values)[:4]
+        spread = (held.covariance + empty.covariance)[:4, :4]
         own = next(link.mass for link in links if link.name == held.link)
         of_scale = WATCH_SETTINGS.scaled * (own + abs(float(b[0])))
         std = math.hypot(math.sqrt(float(spread[0, 0])), of_scale)

@@ -144,7 +144,7 @@ class Watch:
     states: Levels | None = None
     held: tuple[Held, ...] = ()
     baseline: tuple[tuple[float, ...], ...] = ()
-    empty: tuple[tuple[float, ...], ...] = ()
+    empty: tuple[Held, ...] = ()
 
     @property
     def standing(self) -> tuple[Change, ...]:
