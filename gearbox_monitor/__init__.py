@@ -23,6 +23,7 @@ of the package alone is cheap. docs/python.md shows them at work:
     load_robot            a whole robot, from an MJCF or URDF file
     diagnose_robot        what is different about it, beside its file or a healthy reference
     learn_robot           a healthy robot as a reference
+    watch_robot           what changes at a robot at work, from recordings of its joints
 
     DriveModel            the drive: inertias, friction, transmission, effects
     simulate              its motion under a torque, with noise and effects
@@ -40,6 +41,7 @@ of the package alone is cheap. docs/python.md shows them at work:
     ReportPages           what write_report returns
     Robot                 what load_robot returns
     RobotDiagnosis        what diagnose_robot returns
+    Watch                 what watch_robot returns
     SimulatorFile         what export_model returns
     InputError            the one exception that bad input raises
 
@@ -75,7 +77,7 @@ _PUBLIC = {
     'ReportPages': 'library.recording_report', 'load_robot': 'library.robot',
     'learn_robot': 'library.robot',
     'diagnose_robot': 'library.robot', 'Robot': 'library.robot',
-    'RobotDiagnosis': 'library.robot',
+    'RobotDiagnosis': 'library.robot', 'watch_robot': 'library.watch', 'Watch': 'watch.record',
     'ranges': 'library.ranges',
     'ParameterRanges': 'diagnosis.joint.parameter_ranges',
     'load_actuator': 'library.simulator_file', 'CatalogueActuator': 'library.simulator_file',

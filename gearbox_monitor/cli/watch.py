@@ -18,9 +18,9 @@ from pathlib import Path
 from gearbox_monitor.cli.exit_codes import UNDECIDED
 from gearbox_monitor.cli.options import add_reading_arguments, reading_of, show
 from gearbox_monitor.cli.progress import progress_bar
-from gearbox_monitor.files.watch_file import load_watch, save_watch
+from gearbox_monitor.files.watch_file import save_watch
 from gearbox_monitor.files.yaml_files import expect_new_file
-from gearbox_monitor.library.watch import watch
+from gearbox_monitor.library.watch import watch_robot
 from gearbox_monitor.report.watch_words import watch_data, watch_text
 
 
@@ -39,10 +39,10 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
     expect_new_file(args.json)
-    known = load_watch(args.state) if args.state and Path(args.state).exists() else None
+    known = args.state if args.state and Path(args.state).exists() else None
     with progress_bar('watch') as progress:
-        result, _ = watch(args.bag, args.model, state=known, topic=args.topic,
-                          reading=reading_of(args), progress=progress)
+        result = watch_robot(args.bag, args.model, state=known, topic=args.topic,
+                             reading=reading_of(args), progress=progress)
     if args.state:
         save_watch(args.state, result)
     show(args, watch_data(result), lambda: watch_text(result))

@@ -17,5 +17,5 @@ Public names, by module:
         robot_effects, RobotDiagnosis
     simulator_file: CatalogueActuator, export_model, is_actuator, load_actuator, load_model,
         NAMES, SimulatorFile, SIMULATORS, TARGETS, with_backlash
-    watch: watch
+    watch: watch_robot
 """

@@ -18,6 +18,7 @@ from gearbox_monitor.diagnosis.joint.verdict import Verdict
 from gearbox_monitor.errors import expect_matplotlib, InputError, installed_by
 from gearbox_monitor.estimation.estimates import COLUMNS, Estimates, SMOOTHED_COLUMNS
 from gearbox_monitor.files.opening import plain, write_new
+from gearbox_monitor.files.watch_file import save_watch
 from gearbox_monitor.files.yaml_files import save_model, write_parameters
 from gearbox_monitor.library.estimation import BacklashWindows, RecordingEstimates
 from gearbox_monitor.library.identify import TunedParameters, write_adapted
@@ -33,8 +34,10 @@ from gearbox_monitor.report.diagnosis_page import diagnosis_page
 from gearbox_monitor.report.robot_gap_page import robot_gap_page
 from gearbox_monitor.report.robot_words import robot_text
 from gearbox_monitor.report.summary import summary
+from gearbox_monitor.report.watch_words import watch_headline, watch_text
 from gearbox_monitor.report.words import number, value_rows, value_text, width_and_std
 from gearbox_monitor.simulators.randomisation import randomisation
+from gearbox_monitor.watch.record import Watch
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -178,6 +181,16 @@ def _(diagnosis: RobotDiagnosis) -> str:
 
 
 @brief.register
+def _(watch: Watch) -> str:
+    return f'Watch({watch.phase!r}: {watch_headline(watch)})'
+
+
+@words.register
+def _(watch: Watch) -> str:
+    return watch_text(watch)
+
+
+@brief.register
 def _(pages: ReportPages) -> str:
     return f'ReportPages({pages.page}: {pages.extent})'
 
@@ -275,6 +288,12 @@ def _(diagnosis: RobotDiagnosis) -> Columns:
     rows = [(f.effect, f.joint or f.link, name, value, f.deviations.get(name))
             for f in diagnosis.findings for name, value in f.values.items()]
     return _by_name(rows, ('effect', 'at', 'parameter', 'value', 'deviation'))
+
+
+@columns.register
+def _(watch: Watch) -> Columns:
+    rows = [(j.name, s.kind, s.size, s.std, s.judged) for j in watch.joints for s in j.states]
+    return _by_name(rows, ('joint', 'state', 'size', 'deviation', 'judged'))
 
 
 @columns.register
@@ -406,3 +425,9 @@ def _(diagnosis: RobotDiagnosis, path: str | Path) -> Path:
     if diagnosis.closed is None:
         raise InputError(f'{path}: no finding can stand in the file of the robot, expected one')
     return write_new(path, diagnosis.closed)
+
+
+@save.register
+def _(watch: Watch, path: str | Path) -> Path:
+    save_watch(path, watch)
+    return Path(path)

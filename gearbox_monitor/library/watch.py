@@ -7,6 +7,7 @@ from datetime import datetime, UTC
 from pathlib import Path
 
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.watch_file import load_watch
 from gearbox_monitor.recordings.joint_input import find_topic
 from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOptions
@@ -14,50 +15,50 @@ from gearbox_monitor.recordings.topics import JOINT_STATES
 from gearbox_monitor.robot.description import LONGEST
 from gearbox_monitor.watch.block import Block, Cutter
 from gearbox_monitor.watch.fold import begin, step
-from gearbox_monitor.watch.record import Watch, WatchEvent
+from gearbox_monitor.watch.record import Watch
 from gearbox_monitor.watch.settings import DATED, SECOND, WATCH_SETTINGS
 
 DESCRIPTION = 'robot_description'
 STRING = 'std_msgs/msg/String'
 
 
-def watch(bags: str | Path | Sequence[str | Path], model: str | Path | None = None, *,
-          state: Watch | None = None, topic: str = JOINT_STATES,
-          reading: ReadOptions = BY_NAMES,
-          progress: Callable[[int, int], None] = lambda done, total: None
-          ) -> tuple[Watch, list[WatchEvent]]:
+def watch_robot(recordings: str | Path | Sequence[str | Path], model: str | Path | None = None, *,
+                state: Watch | str | Path | None = None, topic: str = JOINT_STATES,
+                reading: ReadOptions = BY_NAMES,
+                progress: Callable[[int, int], None] = lambda done, total: None) -> Watch:
     """
-    Return the Watch of a robot after recordings, and what happened on the way.
+    Return what is known of a robot after recordings of its joint states.
 
     Recordings without a date follow one another.
 
     Args:
-        bags: recordings of joint states, of any kind, in order of time.
-        model: URDF file; None: a message on robot_description in one of the bags.
-        state: of an earlier watch of this robot, which goes on; None: it begins to learn.
+        recordings: of any kind, in order of time.
+        model: URDF file; None: a message on robot_description in one of the recordings.
+        state: of an earlier watch of this robot, or its file, which goes on; None: it begins to
+            learn.
         topic: of the joint states.
         reading: how columns are read whose names and units do not say it.
-        progress: called with (bags done, bags).
+        progress: called with (recordings done, recordings).
 
     Raises:
         InputError: a recording cannot be read, or there is no description.
     """
-    paths = [Path(path) for path in ([bags] if isinstance(bags, (str, Path)) else bags)]
+    given = [recordings] if isinstance(recordings, (str, Path)) else recordings
+    paths = [Path(path) for path in given]
     if not paths:
-        raise InputError('bags: none, expected at least one recording')
-    known, events = state, list[WatchEvent]()
+        raise InputError('recordings: none, expected at least one')
+    known = load_watch(state) if isinstance(state, (str, Path)) else state
     if known is None:
         known = begin(_description(paths, model, reading))
-    cutter = Cutter()       # a block may end in the next bag
+    cutter = Cutter()       # a block may end in the next recording
     for number, path in enumerate(paths):
         progress(number, len(paths))
         with open_recording(path, reading, topic) as reader:
             blocks = blocks_in(reader, cutter, topic, known.stamp_ns)
         for block in blocks if path is not paths[-1] else [*blocks, *cutter.end()]:
-            known, happened = step(known, block)
-            events += happened
+            known, _ = step(known, block)
     progress(len(paths), len(paths))
-    return known, events
+    return known
 
 
 def blocks_in(reader: BagReader, cutter: Cutter, topic: str = JOINT_STATES, after_ns: int = 0

@@ -22,7 +22,7 @@ Public names, by module:
     robot_words: finding_words, reading_words, robot_headline, robot_text
     summary: change, in_unit, PLACES, sized, summary, with_deviation
     timeline: EstimatorChoice, RecordingFacts, Timeline, TimelineSource
-    watch_words: watch_data, watch_text
+    watch_words: watch_data, watch_headline, watch_text
     words: change_sentence, counted, dense_regions, ids_of, meaning, NAMING, next_steps,
         NO_FILES, number, percent, place_text, SUGGESTED, suggestion, torque_map_of, undefined,
         unit_of, UserFiles, value_rows, value_text, width_and_std

@@ -14,6 +14,6 @@ Public names, by module:
     block: Block, Cutter
     fold: begin, step
     plain: from_data, to_data
-    record: Change, DESCRIBE, HeldLoad, LEARN, StateHealth, WATCH, Watch, WatchEvent
+    record: Change, DESCRIBE, HeldLoad, LEARN, StateHealth, WATCH, Watch
     settings: DATED, FRICTION, RIPPLE, ROTOR, SCALE, SECOND, TILT, WATCH_SETTINGS, WEIGHT
 """

@@ -14,6 +14,7 @@ from gearbox_monitor.diagnosis.robot.conventions import NamedReading
 from gearbox_monitor.diagnosis.robot.knowledge import Knowledge
 from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.presentation import Saved, Shown
 from gearbox_monitor.watch.block import Block
 from gearbox_monitor.watch.levels import Levels
 
@@ -112,8 +113,8 @@ class WatchEvent:
     words: str
 
 
-@dataclass(frozen=True, eq=False)
-class Watch:
+@dataclass(frozen=True, eq=False, repr=False)
+class Watch(Shown, Saved):
     """
     The state of a watch after the block that ended at `stamp_ns`.
 

@@ -14,7 +14,9 @@ from gearbox_monitor.library.identify import adapt, diagnose, fit, tune, TunedPa
 from gearbox_monitor.library.recording import DriveRecording, load_recording
 from gearbox_monitor.library.robot import diagnose_robot, load_robot, RobotDiagnosis
 from gearbox_monitor.library.simulator_file import export_model, load_model, SimulatorFile
+from gearbox_monitor.library.watch import watch_robot
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.watch.record import Watch
 
 
 def results(path: str) -> None:
@@ -32,3 +34,4 @@ def results(path: str) -> None:
     assert_type(adapt([run], model), Adapted)
     assert_type(export_model(verdict.model, 'mjcf', path, joint='elbow'), SimulatorFile)
     assert_type(diagnose_robot(path, load_robot(path)), RobotDiagnosis)
+    assert_type(watch_robot([path]), Watch)

@@ -13,6 +13,7 @@ from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.watch_file import load_watch, save_watch, watch_bytes
 from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.library.watch import watch_robot
 from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.read import JOINT_STATE
 from gearbox_monitor.recordings.write import BagWriter
@@ -226,6 +227,10 @@ def test_the_command_goes_on_from_its_state_and_says_what_changed(settled, arm, 
     assert found['verdict'] == 'effect' and found['findings'][0]['joint'] == 'joint2'
     assert found['summary'] == found['findings'][0]['words'] + '.'
     assert 'joint2: torque scale -' in found['summary'] and found['joints']['joint1']['level'] == 0
+    again = watch_robot(bags, state=settled[1])
+    assert str(again) == capsys.readouterr().out.strip()
+    assert repr(again) == f"Watch('watch': {found['summary']})"
+    assert watch_bytes(load_watch(again.save(state))) == watch_bytes(once)
     for words, error in (([], 'no message on robot_description'),
                          (['--state', state], 'expected a time after what was taken')):
         assert main(['watch', bags[0], *words]) == 2
