@@ -18,8 +18,7 @@ import os
 import sys
 from typing import Any
 
-from gearbox_monitor.cli.exit_codes import exit_code_text
-from gearbox_monitor.cli.main import OneLineParser, parsed_whole, run_parsed
+from gearbox_monitor.cli.main import exit_code_text, OneLineParser, parsed_whole, run_parsed
 
 EXIT_CODES = {0: 'all bars are met', 1: 'a bar is missed'}
 # name -> (module of benchmarks, one line of help)

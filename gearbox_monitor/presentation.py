@@ -2,14 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Results that show themselves: as a line, as a table in a notebook, as a picture, as a page.
+Results that show themselves, as a line, table, picture or page; the names of their units.
 
 What they show is made in `library.views`, which knows words, pictures and pages. It is imported
 when a result is first shown: the core computes and draws nothing.
 """
 from importlib import import_module
+import math
 from pathlib import Path
-from typing import Any, TYPE_CHECKING
+import re
+from typing import Any, NamedTuple, TYPE_CHECKING
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -69,3 +71,41 @@ class Paged(Drawn):
         """
         written: Path = _views().write_page(self, path)
         return written
+
+
+PRISMATIC = {'kg m^2': 'kg', 'N m': 'N', 'rad': 'm', 'angle': 'position', 'torque': 'force'}
+# Whole words, perhaps in mN m or torques; parts of ids, as in torque_offset, and options stay.
+_WORDS = re.compile(r'(?<![\w-])([mk]?)(kg m\^2|N m|rad|angle|torque)(s?)(?!\w)')
+
+
+def on_axis(label: str, axis: str) -> str:
+    """
+    Return a label with its units as for an axis of DriveModel.axis.
+
+    label: as for a rotary axis, without names that a user has given; axis: 'rotary' leaves it,
+    'prismatic' has m, N and kg.
+    """
+    if axis != 'prismatic':
+        return label
+    return _WORDS.sub(lambda match: match[1] + PRISMATIC[match[2]] + match[3], label)
+
+
+NO_LIMIT = (-math.inf, math.inf)
+
+
+class FileLimits(NamedTuple):
+    """What a simulator's file says of a recording: ranges (rad) of setpoints and positions."""
+
+    notes: tuple[str, ...] = ()
+    setpoints: tuple[float, float] = NO_LIMIT
+    travel: tuple[float, float] = NO_LIMIT
+
+
+NO_LIMITS = FileLimits()
+
+
+class ModelOrigin(NamedTuple):
+    """The file of a model, as messages call it, and the limits in that file."""
+
+    name: str = 'the model'
+    limits: FileLimits = NO_LIMITS

@@ -36,11 +36,11 @@ from gearbox_monitor.cli.options import (
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_new_file, load_model, save_model
 from gearbox_monitor.health.alert_limits import LIMITS
-from gearbox_monitor.health.backlash.features import Backlash, NotExcited
+from gearbox_monitor.health.backlash.features import (
+    Backlash, combine, NotExcited, reason_of, separable_of)
 from gearbox_monitor.health.backlash.locked_input import is_locked, locked_windows
-from gearbox_monitor.health.backlash.window_means import combine, reason_of, separable_of
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.presentation import on_axis
 from gearbox_monitor.recordings.replay import Replay, replay
 from gearbox_monitor.report.summary import with_deviation
 

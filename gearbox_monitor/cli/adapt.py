@@ -20,9 +20,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from gearbox_monitor.cli.exit_codes import UNDECIDED
 from gearbox_monitor.cli.fit_nominal import largest_change
 from gearbox_monitor.cli.inputs import add_recording_arguments, load_recordings
+from gearbox_monitor.cli.main import UNDECIDED
 from gearbox_monitor.cli.options import show, wrapped
 from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.diagnosis.joint.unit_adaptation import Adapted

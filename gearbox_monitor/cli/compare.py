@@ -40,7 +40,7 @@ from gearbox_monitor.files.yaml_files import expect_new_file
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.parameters import EstimatorParameters, FILTER_NAMES
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.presentation import on_axis
 from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.recorded_samples import RecordedSamples, sliced
 from gearbox_monitor.recordings.replay import truth, truth_of

@@ -52,7 +52,7 @@ from gearbox_monitor.library.robot import diagnose_robot, robot_effects, RobotDi
 from gearbox_monitor.library.simulator_file import export_model
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
-from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.presentation import on_axis
 from gearbox_monitor.report.diagnosis_evidence import gather, measures_twist, shows_place
 from gearbox_monitor.report.diagnosis_page import diagnosis_page, PageContext
 from gearbox_monitor.report.robot_gap_page import robot_gap_page

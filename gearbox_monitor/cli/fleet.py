@@ -32,7 +32,7 @@ import re
 import sys
 from typing import Any
 
-from gearbox_monitor.cli.exit_codes import INTERRUPTED, UNDECIDED
+from gearbox_monitor.cli.main import INTERRUPTED, UNDECIDED
 from gearbox_monitor.cli.options import estimator_options, show
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import expect_whole, InputError, installed_by

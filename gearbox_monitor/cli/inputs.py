@@ -27,7 +27,7 @@ from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.reading import ReadOptions
 from gearbox_monitor.recordings.recorded_samples import (
     NO_MODEL, read_snapshots, RecordedSamples, samples_of)
-from gearbox_monitor.signals.convention import RULES
+from gearbox_monitor.signals.recording import RULES
 from gearbox_monitor.signals.uniform import REPEATED, UniformRecording
 
 if TYPE_CHECKING:

@@ -29,7 +29,7 @@ from gearbox_monitor.diagnosis.joint.closed_model import closed_of, Overlay, ove
 from gearbox_monitor.errors import expect_matplotlib
 from gearbox_monitor.files.opening import dump, plain
 from gearbox_monitor.files.yaml_files import load_model
-from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.presentation import on_axis
 from gearbox_monitor.report.diagnosis_evidence import notable_windows
 from gearbox_monitor.report.words import number, percent, unit_of
 from gearbox_monitor.signals.uniform import UniformRecording

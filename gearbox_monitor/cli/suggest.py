@@ -36,7 +36,7 @@ from gearbox_monitor.files.opening import read_json
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.plant.drive import expect_torque_input
 from gearbox_monitor.plant.effects import library
-from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.presentation import on_axis
 
 PRINTED = 3
 NOISE = 1e-3  # rad, without a recording

@@ -45,7 +45,7 @@ from gearbox_monitor.estimation.tune import expected_seconds, tune
 from gearbox_monitor.files.yaml_files import error_words, expect_new_file, write_parameters
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.parameters import ESTIMATOR, MIXED
-from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.presentation import on_axis
 from gearbox_monitor.recordings.read import BagReader, JOINT_STATE
 from gearbox_monitor.report.summary import change, in_unit, sized
 from gearbox_monitor.signals.examine import measured_samples

@@ -15,7 +15,7 @@ usage examples:
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from gearbox_monitor.cli.exit_codes import UNDECIDED
+from gearbox_monitor.cli.main import UNDECIDED
 from gearbox_monitor.cli.options import add_reading_arguments, reading_of, show
 from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.files.watch_file import save_watch

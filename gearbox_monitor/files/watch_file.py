@@ -12,8 +12,7 @@ import numpy as np
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.baselines import write_whole
 from gearbox_monitor.files.opening import read_bytes
-from gearbox_monitor.watch.plain import from_data, to_data
-from gearbox_monitor.watch.record import Watch
+from gearbox_monitor.watch.record import from_data, to_data, Watch
 
 FORMAT = 1
 MAX_BYTES = 256 << 20

@@ -25,8 +25,8 @@ from gearbox_monitor.diagnosis.joint.diagnose import diagnose
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.files.opening import plain
-from gearbox_monitor.health.backlash.features import Backlash, NotExcited
-from gearbox_monitor.health.backlash.window_means import combine, reason_of, separable_of
+from gearbox_monitor.health.backlash.features import (
+    Backlash, combine, NotExcited, reason_of, separable_of)
 from gearbox_monitor.health.health_record import Window
 from gearbox_monitor.kernels.kernel import KERNELS
 from gearbox_monitor.parameters import EstimatorParameters

@@ -13,11 +13,10 @@ Public names, by module:
     alert_limits: LIMITS
     backlash: change_tests
     backlash.change_tests: COMPONENTS, FEATURES, FRICTION, TESTS
-    backlash.features: Backlash, NotExcited
+    backlash.features: Backlash, combine, Combined, NotExcited, reason_of, separable_of
     backlash.locked_input: is_locked, locked_windows
     backlash.operating_point: Bins
     backlash.wear: when
-    backlash.window_means: combine, Combined, reason_of, separable_of
     checks: usability
     checks.innovation: N_SUMS, Watch, watch
     checks.outcome: Condition, Level, LEVELS, Outcome, outcome_of, with_more

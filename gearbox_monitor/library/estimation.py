@@ -15,8 +15,8 @@ from gearbox_monitor.estimation.estimates import Estimates, Samples
 from gearbox_monitor.files.baselines import earlier
 from gearbox_monitor.files.yaml_files import load_parameters
 from gearbox_monitor.health.alert_limits import LIMITS
-from gearbox_monitor.health.backlash.features import Backlash, NotExcited
-from gearbox_monitor.health.backlash.window_means import combine, Combined, reason_of, separable_of
+from gearbox_monitor.health.backlash.features import (
+    Backlash, combine, Combined, NotExcited, reason_of, separable_of)
 from gearbox_monitor.health.checks.outcome import Outcome
 from gearbox_monitor.health.health_record import Health
 from gearbox_monitor.health.monitor import Monitor

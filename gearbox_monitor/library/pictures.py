@@ -16,7 +16,7 @@ from gearbox_monitor.health.backlash.features import Backlash
 from gearbox_monitor.library.estimation import BacklashWindows, RecordingEstimates
 from gearbox_monitor.library.recording import DriveRecording, SECOND
 from gearbox_monitor.library.robot import RobotDiagnosis
-from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.presentation import on_axis
 from gearbox_monitor.report import plots
 from gearbox_monitor.report.diagnosis_evidence import gather
 from gearbox_monitor.report.plots import windows_figure

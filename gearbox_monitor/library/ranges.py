@@ -20,7 +20,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import read_json
 from gearbox_monitor.library.robot import RobotDiagnosis
 from gearbox_monitor.plant.effects import library
-from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.presentation import on_axis
 
 SHORT = {where: name for name, where in NUISANCES.items()}
 EXPECTED = 'JSON of fit-nominal, adapt or diagnose, or what fit or diagnose returns'

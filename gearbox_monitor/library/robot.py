@@ -12,13 +12,11 @@ import numpy as np
 from gearbox_monitor import __version__
 from gearbox_monitor.diagnosis.joint.verdict import Finding, Remainder
 from gearbox_monitor.diagnosis.robot import knowledge, verdict as balance
-from gearbox_monitor.diagnosis.robot.conventions import (
-    log_as_read, misfit, named_readings)
+from gearbox_monitor.diagnosis.robot.conventions import log_as_read, misfit, named_readings
 from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence
 from gearbox_monitor.diagnosis.robot.knowledge import Knowledge
 from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
-from gearbox_monitor.diagnosis.robot.robot_log import (
-    RobotLog, SETPOINT, TORQUE)
+from gearbox_monitor.diagnosis.robot.robot_log import RobotLog, SETPOINT, TORQUE
 from gearbox_monitor.diagnosis.robot.rows import rows_of
 from gearbox_monitor.diagnosis.robot.verdict import RobotVerdict, verdict_data
 from gearbox_monitor.errors import InputError, unknown
@@ -35,8 +33,8 @@ from gearbox_monitor.recordings.topics import JOINT_STATES
 from gearbox_monitor.report.robot_words import finding_words, reading_words, robot_headline
 from gearbox_monitor.report.words import counted
 from gearbox_monitor.robot.description import SUFFIXES
-from gearbox_monitor.signals.convention import conventions_of
 from gearbox_monitor.signals.finding import BAD, DataFinding, hurts, WARN
+from gearbox_monitor.signals.recording import conventions_of
 from gearbox_monitor.simulators.mujoco_run import rollouts
 from gearbox_monitor.simulators.robot_model import ChainFile, read_robot
 from gearbox_monitor.simulators.robot_patch import closed_file, title_of

@@ -19,8 +19,7 @@ from gearbox_monitor.files.opening import config_path
 from gearbox_monitor.files.yaml_files import load_yaml
 from gearbox_monitor.plant.drive import DriveModel, expect_model, model_from_dict
 from gearbox_monitor.plant.effects.arm_side import ARM_COULOMB
-from gearbox_monitor.plant.units import FileLimits, ModelOrigin, NO_LIMIT
-from gearbox_monitor.presentation import Saved, Shown
+from gearbox_monitor.presentation import FileLimits, ModelOrigin, NO_LIMIT, Saved, Shown
 from gearbox_monitor.removed import refusal
 from gearbox_monitor.simulators.mjcf import Exported, refused, values_of
 from gearbox_monitor.simulators.mjcf_file import (

@@ -45,5 +45,4 @@ Public names, by module:
         read_all, rebuilt, Schedule, simulate, Trajectory, with_plugin
     transmission: ATAN, dead_zone, dead_zone_torque, elastic_torque, FrictionLaw, IMPEDANCES,
         play, RIGID, side, TWO_OVER_PI
-    units: FileLimits, ModelOrigin, NO_LIMIT, NO_LIMITS, on_axis
 """

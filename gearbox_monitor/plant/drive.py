@@ -39,8 +39,7 @@ from gearbox_monitor.plant.effects.motor_side import LUGRE
 from gearbox_monitor.plant.transmission import (
     ATAN, EXPLICIT_EULER, FrictionLaw, holding, IMPLICITFAST, INTEGRATORS, KINDS, LAWS, RIGID, RK4,
     side, side_slope, TANH, TWO_OVER_PI)
-from gearbox_monitor.plant.units import ModelOrigin, on_axis
-from gearbox_monitor.presentation import Saved
+from gearbox_monitor.presentation import ModelOrigin, on_axis, Saved
 
 # An explicit RK4 step is stable up to 2.785 on the negative real axis.
 RK4_STABILITY = 2.7

@@ -20,7 +20,7 @@ from gearbox_monitor.files.yaml_files import load_yaml
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.recordings.from_bag import NO_SERVO, robot_log
 from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOptions
-from gearbox_monitor.signals.convention import conventions_of
+from gearbox_monitor.signals.recording import conventions_of
 from gearbox_monitor.simulators.robot_model import ChainFile
 
 BEYOND = 0.05  # rad or m: a joint that leaves its range by less is at its stop

@@ -21,7 +21,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import escape, Markup
 
 from gearbox_monitor import __version__
-from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.presentation import on_axis
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from gearbox_monitor.diagnosis.joint.closed_model import Overlay
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import library
-from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.presentation import on_axis
 from gearbox_monitor.report.builder import Page, render_page, Section, verdict_numbers
 from gearbox_monitor.report.diagnosis_evidence import (
     clipped_to_range, DiagnosisEvidence, explained_by, MissingSignal, smoothed)

@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from gearbox_monitor.health.backlash.wear import when
-from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.presentation import on_axis
 from gearbox_monitor.report.builder import advice, Page, page_summary, render_page, Section
 from gearbox_monitor.report.figures import BarRow, bars, chart, Mark, PageTable, Panel, Trace
 from gearbox_monitor.report.words import counted, width_and_std

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.health.health_words import NOTHING_EARLIER
-from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.presentation import on_axis
 from gearbox_monitor.report.builder import framed, Page, page_summary, render_section, Section
 from gearbox_monitor.report.figures import (
     chart, Lane, loop_plane, LoopSlice, PageTable, Panel, round_span, Trace)

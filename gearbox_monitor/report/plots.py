@@ -15,7 +15,7 @@ import numpy as np
 
 from gearbox_monitor.diagnosis.joint.closed_model import Overlay
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.presentation import on_axis
 from gearbox_monitor.report.diagnosis_evidence import clipped_to_range, smoothed
 from gearbox_monitor.report.words import unit_of
 

@@ -15,7 +15,7 @@ from gearbox_monitor.health.backlash.wear import when
 from gearbox_monitor.health.health_words import NOTHING_EARLIER, worst
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.parameters import ESTIMATOR
-from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.presentation import on_axis
 from gearbox_monitor.report.builder import advice, Page, page_summary, render_page, Section
 from gearbox_monitor.report.figures import (
     chart, Lane, loop_plane, LoopSlice, Mark, PageTable, Panel, Trace, View)

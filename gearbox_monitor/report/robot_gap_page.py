@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.presentation import on_axis
 from gearbox_monitor.report.builder import (
     advice, Page, page_summary, render_page, Section, verdict_numbers)
 from gearbox_monitor.report.figures import BarRow, bars, PageTable

@@ -16,7 +16,7 @@ from gearbox_monitor.diagnosis.robot.robot_effects import JOINT, ROBOT_EFFECTS
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN
 from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB
-from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.presentation import on_axis
 from gearbox_monitor.report.summary import change, in_unit, pretty, sized, with_deviation
 from gearbox_monitor.report.words import counted
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
-from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.presentation import on_axis
 
 NEAR_FLOOR = 1.5  # misfit that may be noise of the encoders
 OWNERS = {

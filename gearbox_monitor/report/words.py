@@ -21,7 +21,7 @@ from gearbox_monitor.plant.effects.encoder import ENCODER_OFFSET
 from gearbox_monitor.plant.effects.gearbox import BACKLASH_GAP
 from gearbox_monitor.plant.effects.motor_side import (
     COULOMB_ASYMMETRY, MOTOR_INERTIA, MOTOR_VISCOUS)
-from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.presentation import on_axis
 from gearbox_monitor.report.summary import (
     change, NEAR_FLOOR, PLACES, pretty, to_deviation, with_deviation)
 from gearbox_monitor.signals.smoothed_motion import SmoothedMotion

@@ -32,8 +32,7 @@ from gearbox_monitor.ros.gearbox_input import JointSubscriptions, TakenSamples
 from gearbox_monitor.ros.monitored_gearbox import (
     declare_gearboxes, GearboxSettings, located, MonitoredGearbox)
 from gearbox_monitor.ros.paced_node import on_change, TableNode
-from gearbox_monitor.ros.qos import advertise, latched
-from gearbox_monitor.ros.runtime import spin_node
+from gearbox_monitor.ros.runtime import advertise, latched, spin_node
 
 SECOND = 1_000_000_000
 # After a pause of this process the outputs come in a burst: a recorder must not lose them.

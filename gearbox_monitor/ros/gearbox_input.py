@@ -27,8 +27,8 @@ from gearbox_monitor.recordings.joint_input import Joiner
 from gearbox_monitor.recordings.topics import JOINT_STATES, PAIRED_JOINT_STATES
 from gearbox_monitor.ros.convert import (
     joint_values_of, RawSample, SampleReader, stamp_of, to_paired)
-from gearbox_monitor.ros.qos import advertise, best_effort, subscribe
-from gearbox_monitor.ros.runtime import alone, Arrivals, drain, RMWError
+from gearbox_monitor.ros.runtime import (
+    advertise, alone, Arrivals, best_effort, drain, RMWError, subscribe)
 
 SECOND_NS = 1_000_000_000
 # ns between two changes of publisher that are no restart; a slower rival is not recognised

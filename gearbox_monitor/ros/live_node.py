@@ -27,8 +27,8 @@ from gearbox_monitor.recordings.topics import (
 from gearbox_monitor.report.live_history import GearboxHistory, StatusAlert
 from gearbox_monitor.report.live_page import live_frame, LivePage
 from gearbox_monitor.ros.convert import stamp_of
-from gearbox_monitor.ros.qos import best_effort, latched, subscribe
-from gearbox_monitor.ros.runtime import drain, RMWError, spin_node, steady_timer, subscribe_polled
+from gearbox_monitor.ros.runtime import (
+    best_effort, drain, latched, RMWError, spin_node, steady_timer, subscribe, subscribe_polled)
 from gearbox_monitor.ros.watcher import level_of
 
 MAX_CLIENTS = 16

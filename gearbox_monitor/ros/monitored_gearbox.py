@@ -47,8 +47,8 @@ from gearbox_monitor.ros.convert import (
     GearboxNames, RawSample, to_diagnostics, to_snapshot, to_status)
 from gearbox_monitor.ros.gearbox_input import GearboxInput
 from gearbox_monitor.ros.paced_node import declare, TableNode
-from gearbox_monitor.ros.qos import advertise, best_effort, latched, subscribe
-from gearbox_monitor.ros.runtime import drain, subscribe_polled
+from gearbox_monitor.ros.runtime import (
+    advertise, best_effort, drain, latched, subscribe, subscribe_polled)
 
 # What two gearboxes may not share: names in messages, files of their own.
 OWN = ('motor_joint', 'arm_joint', 'baseline_file', 'drift_state_file')

@@ -22,8 +22,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.parameters import FIXED, ParameterRow, ParameterValue, RESTART
 from gearbox_monitor.recordings.topics import JOINT_STATES, PLANT_TRANSMISSION_STATE
 from gearbox_monitor.removed import refusal
-from gearbox_monitor.ros.qos import advertise
-from gearbox_monitor.ros.runtime import finish, steady_timer
+from gearbox_monitor.ros.runtime import advertise, finish, steady_timer
 
 
 class TableNode(Node):

@@ -29,8 +29,7 @@ from gearbox_monitor.plant.faults import EncoderFault, Excitation, Faults, Fault
 from gearbox_monitor.plant.simulate import Noise, Plant
 from gearbox_monitor.recordings.topics import TRANSMISSION
 from gearbox_monitor.ros.paced_node import declare, on_change, PacedNode, stamp
-from gearbox_monitor.ros.qos import advertise
-from gearbox_monitor.ros.runtime import drain, spin_node, subscribe_polled
+from gearbox_monitor.ros.runtime import advertise, drain, spin_node, subscribe_polled
 
 EFFORT_COMMAND = 'effort_command'
 DISCOVERY_TIME = 3.5  # s; a participant announces itself every 3 s

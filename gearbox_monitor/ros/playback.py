@@ -14,10 +14,8 @@ from rosgraph_msgs.msg import Clock as ClockMessage
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.recordings.read import BagReader, open_bag
 from gearbox_monitor.recordings.topics import JOINT_STATES, PLANT_TRANSMISSION_STATE
-from gearbox_monitor.ros.convert import to_time
-from gearbox_monitor.ros.message_definition import import_message
-from gearbox_monitor.ros.qos import advertise
-from gearbox_monitor.ros.runtime import finish, spin_node, steady_timer
+from gearbox_monitor.ros.convert import import_message, to_time
+from gearbox_monitor.ros.runtime import advertise, finish, spin_node, steady_timer
 
 SECOND = 1_000_000_000
 BLOCK_TIME = 0.02      # s between two checks for signals and services

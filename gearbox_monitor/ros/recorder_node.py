@@ -30,12 +30,11 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.parameters import RECORDER, RecorderParameters
 from gearbox_monitor.recordings.storage import qos_profile
 from gearbox_monitor.recordings.write import BagWriter, WriteError
-from gearbox_monitor.ros.convert import key_values
-from gearbox_monitor.ros.message_definition import import_message, message_definition
+from gearbox_monitor.ros.convert import import_message, key_values, message_definition
 from gearbox_monitor.ros.paced_node import declare, TableNode
-from gearbox_monitor.ros.qos import advertise, overridden, subscribe
 from gearbox_monitor.ros.runtime import (
-    drain, PolledCallbackGroup, RCLError, spin_node, steady_timer)
+    advertise, drain, overridden, PolledCallbackGroup, RCLError, spin_node, steady_timer,
+    subscribe)
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 DIAGNOSTICS = 'diagnostic_msgs/msg/DiagnosticArray'

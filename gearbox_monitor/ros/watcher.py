@@ -14,7 +14,7 @@ from rclpy.signals import SignalHandlerOptions
 from gearbox_monitor.health.checks.outcome import Level, Outcome
 from gearbox_monitor.recordings.topics import (
     DIAGNOSTICS, DRIFT_ALERTS, JOINT_STATES, PLANT_TRANSMISSION_STATE, SNAPSHOT)
-from gearbox_monitor.ros.qos import latched
+from gearbox_monitor.ros.runtime import latched
 
 
 class Watcher:

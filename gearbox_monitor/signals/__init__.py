@@ -10,13 +10,13 @@ jumps, a recording on an even grid, and findings with limit and advice. Nothing 
 Public names, by module:
 
     .: SignalHandlerOptions
-    convention: AS_RECORDED, Convention, conventions_of, RULES
     examine: admitted, Examination, examine, joined, measured_samples, require_samples,
         SAMPLES, WINDOWS
     finding: BAD, DataFinding, hurts, OK, PURPOSES, WARN
     jumps: counted_on, JumpFinding, OUTLIER, PERIODS, SLIP, strangers, TURNS, turns,
         without_jumps
-    recording: ARM, CURRENT, drive_samples, JointSignals, MOTOR, Recording, UNKNOWN
+    recording: ARM, AS_RECORDED, Convention, conventions_of, CURRENT, drive_samples,
+        JointSignals, MOTOR, Recording, RULES, UNKNOWN
     smoothed_motion: SmoothedMotion
     stamps: evened
     uniform: at_one_rate, expect_one_rate, merged, prepare, RecordingKind, REPEATED, rms_of,

@@ -20,7 +20,7 @@ from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import simulate
-from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.presentation import on_axis
 from gearbox_monitor.signals import checks, stamps, torque, wiring
 from gearbox_monitor.signals.finding import (
     BAD, DataFinding, everything, Grade, hurts, OK, PURPOSES, WARN)

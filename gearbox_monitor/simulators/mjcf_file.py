@@ -24,7 +24,7 @@ from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.transmission import FrictionLaw
-from gearbox_monitor.plant.units import NO_LIMIT
+from gearbox_monitor.presentation import NO_LIMIT
 from gearbox_monitor.removed import refusal
 from gearbox_monitor.robot.compiled_model import (
     actuator_law, actuator_losses, ActuatorLaw, actuators_on, at_rest, disabled, DRAG, enabled,

@@ -24,7 +24,7 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import arm_side, EFFECTS, library
 from gearbox_monitor.plant.equivalent_torque import equivalent_torque
 from gearbox_monitor.plant.simulate import PackedDrive, plugin_of, read_all, Schedule
-from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.presentation import on_axis
 from gearbox_monitor.removed import refusal
 from gearbox_monitor.robot.compiled_model import kind_of, mujoco_module, name_of, scalar_joints
 from gearbox_monitor.signals.uniform import UniformRecording

@@ -13,7 +13,6 @@ Public names, by module:
     .: fold
     block: Block, Cutter
     fold: begin, step
-    plain: from_data, to_data
-    record: Change, DESCRIBE, HeldLoad, LEARN, StateHealth, WATCH, Watch
+    record: Change, DESCRIBE, from_data, HeldLoad, LEARN, StateHealth, to_data, WATCH, Watch
     settings: DATED, FRICTION, RIPPLE, ROTOR, SCALE, SECOND, TILT, WATCH_SETTINGS, WEIGHT
 """

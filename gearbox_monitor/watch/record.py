@@ -2,19 +2,25 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-What is known about a robot that is watched: one frozen value, which every door shows.
+Watch: one frozen value with all knowledge of a watched robot, and its plain form for files.
 
 It rests on blocks of samples and on the description of the robot alone.
 """
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, is_dataclass
 import math
+from types import MappingProxyType
+from typing import Any
 
-from gearbox_monitor.diagnosis.robot.conventions import NamedReading
-from gearbox_monitor.diagnosis.robot.knowledge import Knowledge
+import numpy as np
+
+from gearbox_monitor.diagnosis.robot.conventions import NamedReading, ReadingScore, RobotReading
+from gearbox_monitor.diagnosis.robot.evidence import Prior
+from gearbox_monitor.diagnosis.robot.knowledge import Knowledge, States, Visits
 from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.presentation import Saved, Shown
+from gearbox_monitor.signals.recording import Convention
 from gearbox_monitor.watch.block import Block
 from gearbox_monitor.watch.levels import Levels
 
@@ -151,3 +157,46 @@ class Watch(Shown, Saved):
     def standing(self) -> tuple[Change, ...]:
         """The changes that are not over, the newest last."""
         return tuple(c for c in self.changes if not c.over_ns)
+
+
+CLASSES = {c.__name__: c for c in (
+    Block, Change, Convention, Held, JointWatch, Knowledge, Levels, NamedReading, HeldLoad, Prior,
+    ReadingScore, RobotReading, StateHealth, States, Visits, Watch)}
+KIND = '='  # key of the class of an object
+
+
+def to_data(value: Any, arrays: dict[str, Array]) -> Any:
+    """Return `value` (a Watch, or any of its parts) as plain data; arrays go into `arrays`."""
+    if isinstance(value, np.ndarray):
+        name = f'a{len(arrays)}'
+        arrays[name] = value
+        return {KIND: 'array', 'name': name}
+    if isinstance(value, Level):
+        return {KIND: 'Level', 'value': int(value)}
+    if type(value).__name__ in CLASSES:
+        names = [f.name for f in fields(value)] if is_dataclass(value) else value._fields
+        return {KIND: type(value).__name__, **{
+            name: to_data(getattr(value, name), arrays) for name in names}}
+    if isinstance(value, tuple):
+        return [to_data(v, arrays) for v in value]
+    if isinstance(value, Mapping):
+        return {KIND: 'table', 'rows': [[to_data(k, arrays), to_data(v, arrays)]
+                                        for k, v in value.items()]}
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def from_data(data: Any, arrays: Mapping[str, Array]) -> Any:
+    """Return the value of `data` and `arrays`. Raises KeyError, TypeError or ValueError."""
+    if isinstance(data, list):
+        return tuple(from_data(v, arrays) for v in data)
+    if not isinstance(data, dict):
+        return data
+    kind = data[KIND]
+    if kind == 'array':
+        return np.array(arrays[data['name']])
+    if kind == 'table':
+        return MappingProxyType({from_data(k, arrays): from_data(v, arrays)
+                                 for k, v in data['rows']})
+    if kind == 'Level':
+        return Level(data['value'])
+    return CLASSES[kind](**{k: from_data(v, arrays) for k, v in data.items() if k != KIND})

@@ -9,7 +9,7 @@ import pytest
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.diagnosis.joint import isolability
 from gearbox_monitor.plant.effects import EFFECTS
-from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.presentation import on_axis
 
 ROTARY = re.compile(r'\b[mk]?(rad|N m|kg m\^2|arcmin)\b')
 MODEL = 'axis: prismatic\neffects: [{id: load_torque, TL: 0.8}]\n'

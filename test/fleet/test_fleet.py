@@ -24,8 +24,7 @@ from gearbox_monitor.cli.main import main
 from gearbox_monitor.fleet import job
 from gearbox_monitor.fleet.fleet_table import gearboxes
 from gearbox_monitor.fleet.job import analyse
-from gearbox_monitor.health.backlash.features import Backlash
-from gearbox_monitor.health.backlash.window_means import combine
+from gearbox_monitor.health.backlash.features import Backlash, combine
 from gearbox_monitor.health.health_record import HealthSettings, Window
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel

@@ -26,7 +26,7 @@ from std_msgs.msg import String  # noqa: E402
 
 from gearbox_monitor.recordings.cdr import encode_joint_states  # noqa: E402
 from gearbox_monitor.recordings.read import open_bag  # noqa: E402
-from gearbox_monitor.ros.message_definition import message_definition  # noqa: E402
+from gearbox_monitor.ros.convert import message_definition  # noqa: E402
 
 pytestmark = pytest.mark.ros
 ROOT = Path(__file__).parents[2]

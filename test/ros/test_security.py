@@ -161,7 +161,7 @@ def test_definitions_in_a_bag_run_nothing(tmp_path, monkeypatch):
 
 def test_a_type_on_the_graph_imports_only_messages(monkeypatch):
     pytest.importorskip('rclpy')
-    from gearbox_monitor.ros.message_definition import import_message
+    from gearbox_monitor.ros.convert import import_message
     monkeypatch.delitem(sys.modules, 'this', raising=False)
     for msgtype in ('this/msg/A', 'json.tool/msg/A', '/msg/A', 'this', 'no_such_thing/msg/A'):
         with pytest.raises(ImportError):

@@ -33,7 +33,7 @@ from gearbox_monitor.diagnosis.robot.conventions import (
 from gearbox_monitor.diagnosis.robot.motion import motion_of
 from gearbox_monitor.diagnosis.robot.robot_log import LogSection, RobotLog
 from gearbox_monitor.diagnosis.robot.rows import RobotModel
-from gearbox_monitor.signals.convention import Convention
+from gearbox_monitor.signals.recording import Convention
 from gearbox_monitor.simulators.robot_model import chain_of_compiled
 
 SINGLE = ('reversed', 'effort sign', 'effort unit', 'zero', 'degrees', 'exchanged')

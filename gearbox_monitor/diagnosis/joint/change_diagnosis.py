@@ -30,7 +30,7 @@ from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
-from gearbox_monitor.plant.units import on_axis
+from gearbox_monitor.presentation import on_axis
 from gearbox_monitor.signals.uniform import at_one_rate, expect_one_rate, UniformRecording
 
 

@@ -29,7 +29,7 @@ from gearbox_monitor.diagnosis.robot.robot_log import (
 from gearbox_monitor.diagnosis.robot.rows import RobotModel
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.robot.chain import PER_LINK
-from gearbox_monitor.signals.convention import AS_RECORDED, Convention
+from gearbox_monitor.signals.recording import AS_RECORDED, Convention
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,9 @@ import scipy
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array, Integers
-from gearbox_monitor.signals.convention import AS_RECORDED, Convention
 from gearbox_monitor.signals.jumps import (
     JumpFinding, OUTLIER, PERIODS, SLIP, strangers, TURNS, turns, without_jumps)
-from gearbox_monitor.signals.recording import Recording
+from gearbox_monitor.signals.recording import AS_RECORDED, Convention, Recording
 
 TORQUE, CURRENT, SETPOINT = 'torque', 'current', 'setpoint'
 LEAST_SECONDS = 4.0  # a section holds at least one test function and what a smoother loses

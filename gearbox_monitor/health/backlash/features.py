@@ -9,6 +9,7 @@ groups of samples before they are compared: the noise of a smoothed torque is hi
 group belongs to two pairs, so that nothing is lost between them. Fit on smoothed values only: the
 filter's lag draws a hysteresis loop that is not there.
 """
+from collections.abc import Sequence
 from dataclasses import dataclass
 import math
 
@@ -481,3 +482,54 @@ def _correlation(twist: Array, tau_k: Array, weights: Array) -> float:
 def _sides(twist: Array, half_width: float) -> Integers:
     """Return 1, 0 or -1 [N]: on the upper flank, in the gap, on the lower flank."""
     return np.where(twist > half_width, 1, np.where(twist < -half_width, -1, 0))
+
+
+@dataclass(frozen=True)
+class Combined:
+    """Value and standard deviation of a feature over all windows."""
+
+    value: float
+    std: float
+
+
+def combine(fits: Sequence[Backlash | NotExcited], name: str, relative: float = 0.0
+            ) -> Combined | None:
+    """
+    Return a feature over all windows.
+
+    Args:
+        fits: of the windows.
+        name: of the feature, a field of Backlash.
+        relative: deviation of the method itself, which averaging does not remove.
+
+    Returns:
+        The mean with its standard deviation; None without a finite value.
+
+    """
+    pairs = np.array([(getattr(w, name), getattr(w, name + '_std')) for w in fits])
+    pairs = pairs[np.isfinite(pairs).all(axis=1)] if len(pairs) else pairs
+    if not len(pairs):
+        return None
+    value, n = float(pairs[:, 0].mean()), len(pairs)
+    variance = float((pairs[:, 1] ** 2).mean())
+    if n > 1:
+        variance = max(variance, float(pairs[:, 0].var(ddof=1)))
+    return Combined(value, math.hypot(math.sqrt(variance / n), relative * value))
+
+
+def separable_of(fits: Sequence[Backlash]) -> tuple[list[Backlash], bool]:
+    """
+    Return (windows that count, whether they tell gap and compliance apart).
+
+    fits: of the windows. Where most windows cannot, all those with features count.
+    """
+    excited = [w for w in fits if isinstance(w, Backlash)]
+    clear = [w for w in excited if w.separable]
+    separable = 2 * len(clear) > len(excited)
+    return (clear if separable else excited), separable
+
+
+def reason_of(fits: Sequence[NotExcited]) -> str:
+    """Return what the motion lacks, of windows `fits`, of which none has features."""
+    reasons = [w.reason for w in fits] or ['no window has ended']
+    return max(set(reasons), key=reasons.count)

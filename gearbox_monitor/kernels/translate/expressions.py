@@ -18,10 +18,9 @@ import numpy as np
 
 from gearbox_monitor.kernels.translate.arrays import Arrays
 from gearbox_monitor.kernels.translate.frame import plain
-from gearbox_monitor.kernels.translate.source import definition
 from gearbox_monitor.kernels.translate.values import (
-    alike, BOOL, constant, FLOAT, INT, join, Known, NATURAL, Number, Object, OPEN, Record, Refused,
-    Scalar, stored, Tuple, type_of, Value, View, words)
+    alike, BOOL, constant, definition, FLOAT, INT, join, Known, NATURAL, Number, Object, OPEN,
+    Record, Refused, Scalar, stored, Tuple, type_of, Value, View, words)
 
 OPERATORS: dict[type, tuple[str, Callable[[Any, Any], Any]]] = {
     ast.Add: ('+', operator.add), ast.Sub: ('-', operator.sub), ast.Mult: ('*', operator.mul),

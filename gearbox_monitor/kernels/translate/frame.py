@@ -6,10 +6,9 @@ import ast
 from types import FunctionType
 from typing import Any, NoReturn
 
-from gearbox_monitor.kernels.translate.source import definition
 from gearbox_monitor.kernels.translate.values import (
-    alike, Array, C_NUMBERS, integer, join, Number, Object, OPEN, real, Record, Refused, Scalar,
-    stored, Tuple, Type, type_of, Value, View, words)
+    alike, Array, C_NUMBERS, definition, integer, join, Number, Object, OPEN, real, Record,
+    Refused, Scalar, stored, Tuple, Type, type_of, Value, View, words)
 
 
 def plain(function: Any) -> Any:

@@ -2,8 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Types of a kernel's values in C, and values while a kernel is translated."""
+import ast
 from dataclasses import dataclass
+from functools import cache
+import linecache
 import math
+from types import FunctionType
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -244,3 +248,24 @@ def _c_key(kind: Type) -> Any:
 def field(kind: Record, i: int) -> str:
     """Return what the struct of a tuple calls its item `i`."""
     return f'{kind.made_of._fields[i]}_' if kind.made_of else f'f{i}'
+
+
+@cache
+def _definitions(file: str) -> dict[int, Any]:
+    """Return {first line: definition of a function} of a file."""
+    found: dict[int, Any] = {}
+    for node in ast.walk(ast.parse(''.join(linecache.getlines(file)))):
+        if isinstance(node, (ast.FunctionDef, ast.Lambda)):
+            lines = [node.lineno, *(d.lineno for d in getattr(node, 'decorator_list', []))]
+            found.setdefault(min(lines), node)
+    return found
+
+
+def definition(function: FunctionType) -> Any:
+    """Return the syntax tree of a function. Raises Refused."""
+    code = function.__code__
+    try:
+        return _definitions(code.co_filename)[code.co_firstlineno]
+    except (KeyError, OSError, SyntaxError):
+        raise Refused(f'{code.co_filename}:{code.co_firstlineno}: no source of '
+                      f'{function.__qualname__}') from None

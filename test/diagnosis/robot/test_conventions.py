@@ -14,7 +14,7 @@ from gearbox_monitor.diagnosis.robot.robot_log import checked_log, continuous, R
 from gearbox_monitor.diagnosis.robot.rows import RobotModel
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.robot.chain import Chain, inertial, Link
-from gearbox_monitor.signals.convention import Convention, conventions_of
+from gearbox_monitor.signals.recording import Convention, conventions_of
 
 JOINTS = ('base', 'shoulder', 'elbow')
 
