@@ -107,7 +107,7 @@ def test_equals_filterpy_ukf():
         p, constants, n = setup(
             'unknown load', ukf_alpha=alpha, ukf_beta=beta, ukf_kappa=kappa,
             **{k: v for k, v in TUNED.items() if k != 'arm_load'})
-        out = data(0.4)
+        out = data(0.15)
         counted = substeps(1e-3, p[EIGENVALUE])
         points = MerweScaledSigmaPoints(n, alpha, beta, kappa)
         stock = UnscentedKalmanFilter(

@@ -259,10 +259,10 @@ def test_what_seems_to_come_with_a_change_is_saved_with_it():
 
 def test_points_without_end():
     gearbox = Gearbox(11, speed_bin=1.2)
-    for k in range(240):
-        gearbox.go(1, speed=20.0 * 1.25 ** (k % 80))
-    assert len(gearbox.health.statistics['points']) == 80 and not gearbox.health.alerts
-    found = [gearbox.go(1, 0.2, speed=20.0 * 1.25 ** (k % 80))[0] for k in range(10)]
+    for k in range(120):
+        gearbox.go(1, speed=20.0 * 1.25 ** (k % 40))
+    assert len(gearbox.health.statistics['points']) == 40 and not gearbox.health.alerts
+    found = [gearbox.go(1, 0.2, speed=20.0 * 1.25 ** (k % 40))[0] for k in range(10)]
     size(gearbox, 'gap', 0.2)
     assert found[-1]['backlash'].level == Level.WARN
 

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """A servo that takes a setpoint: its closed loop against scipy, its place in a model file."""
+import math
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -49,34 +51,36 @@ def closed_loop(effects, duration, limit=5.0):
         ('servo_feedforward', 'kff'), ('inertia', 'kaff')))
     gain = 1.0 + e.get('torque_gain', {}).get('g', 0.0)
     u0 = e.get('torque_offset', {}).get('u0', 0.0)
+
+    def clip(value):
+        return min(max(value, -limit), limit)
     cog, ecc = ([e.get(name, {}).get(p, 0.0) for p in ('A', 'N', 'phi')] for name in
                 ('cogging', 'motor_encoder_eccentricity'))
 
-    def rates(t, state):
+    def rates(_, state):
         x1, x2, x3, x4, r, integral, low, rate, bent = state
-        i = int(np.floor((t - delay) / DT + 1e-9))
-        held = SETPOINT[i] if i >= 0 else 0.0
-        q = x1 + ecc[0] * np.sin(x1 + ecc[2])
-        v = x3 * (1.0 + ecc[0] * np.cos(x1 + ecc[2]))
+        q = x1 + ecc[0] * math.sin(x1 + ecc[2])
+        v = x3 * (1.0 + ecc[0] * math.cos(x1 + ecc[2]))
         error = (r if lag else held) - q
-        error = np.sign(error) * max(abs(error) - d, 0.0)
-        before, slope = np.diff([*np.zeros(9), *SETPOINT][i + 7:i + 10]) / DT
-        ahead = kff * slope + kaff * (slope - before) / DT
-        computed = np.clip(kp * error + integral - 0.15 * v + ahead, -limit, limit)
-        u = np.clip(240.0 * low + 24.0 * late ** 2 * bent - computed,
-                    -limit, limit) if late else computed
+        error = math.copysign(max(abs(error) - d, 0.0), error)
+        computed = clip(kp * error + integral - 0.15 * v + ahead)
+        u = clip(240.0 * low + 24.0 * late ** 2 * bent - computed) if late else computed
         u = gain * u + u0
-        u += cog[0] * np.sin(cog[1] * x1 + cog[2])
+        u += cog[0] * math.sin(cog[1] * x1 + cog[2])
         twist = x1 - x2
-        tau = k * np.sign(twist) * max(abs(twist) - b, 0.0) + damping * (x3 - x4)
-        friction = cv * x3 + cc * 2.0 / np.pi * np.arctan(100.0 * x3)
+        tau = k * math.copysign(max(abs(twist) - b, 0.0), twist) + damping * (x3 - x4)
+        friction = cv * x3 + cc * 2.0 / math.pi * math.atan(100.0 * x3)
         return [x3, x4, (u - tau - friction - kr * x1) / m1, tau / m2,
                 (held - r) / lag if lag else 0.0, ki * error,
                 rate, bent, (computed - 120.0 * low - 60.0 * late * rate
                              - 12.0 * late ** 2 * bent) / late ** 3 if late else 0.0]
     state, rows = np.zeros(9), []
-    for t in T[:round(duration / DT)]:  # the setpoint is held: no step within an integration
+    behind = round(delay / DT)
+    setpoint = [*np.zeros(behind + 2), *SETPOINT]
+    for i, t in enumerate(T[:round(duration / DT)]):  # no step of the setpoint while integrating
         rows.append(state[:4])
+        oldest, old, held = setpoint[i:i + 3]
+        ahead = kff * (held - old) / DT + kaff * (held - 2.0 * old + oldest) / DT ** 2
         state = solve_ivp(rates, (t, t + DT), state, rtol=1e-9, atol=1e-10,
                           max_step=2e-3).y[:, -1]
     return np.array(rows)
