@@ -64,26 +64,34 @@ def test_setpoint_is_the_input_and_the_servo_commands_the_torque(tmp_path, run):
     assert not notes
 
 
-@pytest.mark.parametrize('changes, model, message', [
+MESSAGES = [
     ({'setpoint': None, 'u': 1.0}, None, 'no setpoint, expected one with the controller'),
     ({}, {}, 'a setpoint and no torque, expected the key controller'),
     ({'setpoint': 0.0}, None, 'the setpoint is 0 throughout'),
-    ({'setpoint': None, 'u': None}, None, 'never measured')])
-def test_messages_name_the_channel(tmp_path, run, changes, model, message):
-    columns = columns_of(run)
-    for name, factor in changes.items():
-        columns[name] = None if factor is None else factor * run.u
-    columns = {name: value for name, value in columns.items() if value is not None}
-    with pytest.raises(InputError, match=message):
-        loaded(write(tmp_path, columns, model))
+    ({'setpoint': None, 'u': None}, None, 'never measured')]
 
 
-@pytest.mark.parametrize('factor, says', [
+def test_messages_name_the_channel(new_folder, run):
+    for changes, model, message in MESSAGES:
+        folder = new_folder()
+        columns = columns_of(run)
+        for name, factor in changes.items():
+            columns[name] = None if factor is None else factor * run.u
+        columns = {name: value for name, value in columns.items() if value is not None}
+        with pytest.raises(InputError, match=message):
+            loaded(write(folder, columns, model))
+
+
+MISREAD = [
     (-1.0, 'the sign of the setpoint is wrong'),
-    (57.3, 'the setpoint is 5[0-9.]* times the motion that follows it')])
-def test_a_setpoint_that_may_be_read_otherwise_gets_a_note(tmp_path, run, factor, says):
-    recording, notes = loaded(write(tmp_path, columns_of(run, setpoint=factor * run.u)))
-    assert re.search(says, notes[-1]) and recording.doubt.text == notes[-1]
+    (57.3, 'the setpoint is 5[0-9.]* times the motion that follows it')]
+
+
+def test_a_setpoint_that_may_be_read_otherwise_gets_a_note(new_folder, run):
+    for factor, says in MISREAD:
+        folder = new_folder()
+        recording, notes = loaded(write(folder, columns_of(run, setpoint=factor * run.u)))
+        assert re.search(says, notes[-1]) and recording.doubt.text == notes[-1]
 
 
 def test_lost_setpoints_are_held_and_named(tmp_path, run):

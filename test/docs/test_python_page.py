@@ -81,10 +81,10 @@ def test_cells_of_the_notebook(folder):
     assert names['verdict'].effect == 'gravity'
 
 
-@pytest.mark.parametrize('module', MODULES)
-def test_doctests(module):
-    failed, _ = doctest.testmod(import_module(module))
-    assert not failed
+def test_doctests():
+    for module in MODULES:
+        failed, _ = doctest.testmod(import_module(module))
+        assert not failed
 
 
 def test_public_functions_have_doctests():

@@ -295,7 +295,7 @@ def test_cut_anywhere(tmp_path, compression):
     with open_bag(tmp_path / 'bag') as bag:
         chunks = bag._files[0].chunks
         ends, begins = [c.end for c in chunks], [c.begin for c in chunks]
-    cuts = [*range(0, len(data), 397), *range(begins[-1] - 60, len(data), 5)]
+    cuts = [*range(0, len(data), 397), *range(begins[-1] - 60, len(data), 11)]
     path = tmp_path / 'cut.mcap'
     for cut in sorted(set(cuts)):
         path.write_bytes(data[:cut])

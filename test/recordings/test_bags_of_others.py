@@ -8,7 +8,6 @@ import shlex
 
 from mcap.writer import Writer as McapWriter
 import numpy as np
-import pytest
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 
@@ -138,37 +137,46 @@ def publish(path, topics):
     return path
 
 
-@pytest.mark.parametrize('topics, options, kept', [
+TELLING = [
     (('/joint_states', '/joint_commands'), (), '/joint_states'),
     (('/joint_states', '/joint_commands'), ('--topic', 'joint_commands'), '/joint_commands'),
     (('/joint_states', '/a/joint_states'), ('--topic', '/a/joint_states'), '/a/joint_states'),
     (('/r/joint_states', '/r/wrist/transmission_state'), ('--stamps', 'received'),
      '/r/joint_states'),
-    (('/robot/states', '/joint_setpoints'), (), '/robot/states')])
-def test_one_topic_tells_the_states(tmp_path, capsys, topics, options, kept):
-    publish(tmp_path / 'bag', {name: (JOINTS, Q + k, STAMPS + k)
-                               for k, name in enumerate(topics)})
-    recorded, _ = imported(tmp_path, tmp_path / 'bag', *options)
-    k = topics.index(kept)
-    np.testing.assert_array_equal(recorded.stamp_ns, STAMPS + k)
-    np.testing.assert_array_equal(recorded.position, Q + k)
-    unused = topics[1 - k]
-    notes = [line for line in capsys.readouterr().out.splitlines() if line.startswith('note: ')]
-    assert ('setpoints' in unused) != any(f'{unused}: 2400 messages left out' in note
-                                          for note in notes)
+    (('/robot/states', '/joint_setpoints'), (), '/robot/states')]
 
 
-@pytest.mark.parametrize('topics, options, says, code', [
+def test_one_topic_tells_the_states(new_folder, capsys):
+    for topics, options, kept in TELLING:
+        folder = new_folder()
+        publish(folder / 'bag', {name: (JOINTS, Q + k, STAMPS + k)
+                                 for k, name in enumerate(topics)})
+        recorded, _ = imported(folder, folder / 'bag', *options)
+        k = topics.index(kept)
+        np.testing.assert_array_equal(recorded.stamp_ns, STAMPS + k)
+        np.testing.assert_array_equal(recorded.position, Q + k)
+        unused = topics[1 - k]
+        notes = [line for line in capsys.readouterr().out.splitlines()
+                 if line.startswith('note: ')]
+        assert ('setpoints' in unused) != any(f'{unused}: 2400 messages left out' in note
+                                              for note in notes)
+
+
+SEVERAL = [
     (('/a/joint_states', '/b/joint_states'), (), '2 topics of joint states, expected one: '
      '--topic /a/joint_states', 3),
     (('/sensor', '/goal'), (), '/goal, /sensor: 2 topics of joint states', 3),
     (('/sensor', '/goal'), ('--topic', 'goals'), '--topic goals: no topic of joints, expected '
-     'one of /goal, /sensor', 2)])
-def test_several_topics_of_states_are_asked_for(tmp_path, capsys, topics, options, says, code):
-    publish(tmp_path / 'bag', {name: (JOINTS, Q, STAMPS) for name in topics})
-    assert main(['import', str(tmp_path / 'bag'), *options, str(tmp_path / 'new')]) == code
-    assert says in capsys.readouterr().err
-    assert not (tmp_path / 'new').exists()
+     'one of /goal, /sensor', 2)]
+
+
+def test_several_topics_of_states_are_asked_for(new_folder, capsys):
+    for topics, options, says, code in SEVERAL:
+        folder = new_folder()
+        publish(folder / 'bag', {name: (JOINTS, Q, STAMPS) for name in topics})
+        assert main(['import', str(folder / 'bag'), *options, str(folder / 'new')]) == code
+        assert says in capsys.readouterr().err
+        assert not (folder / 'new').exists()
 
 
 def test_an_imported_robot_keeps_its_setpoints(tmp_path):
@@ -223,15 +231,19 @@ def test_two_controllers_of_the_same_joints_are_asked_for(tmp_path, capsys):
     np.testing.assert_array_equal(recorded.position, Q)
 
 
-@pytest.mark.parametrize('options, says', [
+UNUSED = [
     (('--use', 'motor=a', '--rate', '9'), '--use, --rate: no effect with a bag as FILE'),
     (('--set', 'a=1'), '--set: no effect with a bag as FILE, expected --topic or --stamps'),
     (('--joint', 'a'), '(commands read one joint with --recorded-motor NAME)'),
-    (('--arm-topic', '/b', '--joint', 'a'), '--joint: no effect with --params or --arm-topic')])
-def test_options_that_a_bag_does_not_use_are_refused(tmp_path, capsys, options, says):
-    publish(tmp_path / 'bag', {'/joint_states': (JOINTS, Q, STAMPS)})
-    assert main(['import', str(tmp_path / 'bag'), *options, str(tmp_path / 'new')]) == 2
-    assert says in capsys.readouterr().err
+    (('--arm-topic', '/b', '--joint', 'a'), '--joint: no effect with --params or --arm-topic')]
+
+
+def test_options_that_a_bag_does_not_use_are_refused(new_folder, capsys):
+    for options, says in UNUSED:
+        folder = new_folder()
+        publish(folder / 'bag', {'/joint_states': (JOINTS, Q, STAMPS)})
+        assert main(['import', str(folder / 'bag'), *options, str(folder / 'new')]) == 2
+        assert says in capsys.readouterr().err
 
 
 def test_poses_of_bodies_are_refused_by_name(tmp_path, capsys):
@@ -249,26 +261,30 @@ def bursts(stamps, size):
     return stamps[last] + 1000 * (np.arange(len(stamps)) % size) + 400_000
 
 
-@pytest.mark.parametrize('spoil, code, says', [
+SPOILT = [
     (lambda s: 0 * s, 2, 'all 2400 header stamps are 0'),
     (lambda s: bursts(s, 16), 1, '400 samples/s on average, stamped in bursts of 16 on receipt'),
-    (lambda s: bursts(s, 16) // 10 ** 6 * 10 ** 6, 1, 'stamped in bursts of 16 on receipt')])
-def test_what_check_recommends_for_stamps_makes_them_even(tmp_path, capsys, spoil, code, says):
-    _, u, y = drive()
-    path = states(tmp_path / 'bag', spoil(STAMPS), ('motor', 'arm'), y, u, log=STAMPS + 200_000)
-    assert main(['check', path]) == code
-    out, err = capsys.readouterr()
-    shown = ' '.join((out + err).split())
-    assert says in shown
-    words = re.search(r'gearbox_monitor (import BAG --stamps \w+ NEW)', shown)[1]
-    words = words.replace('BAG', path).replace('NEW', str(tmp_path / 'new'))
-    assert main(shlex.split(words)) == 0
-    with open_bag(tmp_path / 'new') as reader:
-        found = reader.joint_states('/joint_states', ('motor', 'arm'))
-    steps = np.diff(found.stamp_ns) * 1e-9
-    assert abs(steps.mean() * RATE - 1.0) < 1e-3 and steps.std() < 1e-5
-    assert main(['check', str(tmp_path / 'new'), '--for', 'estimation']) == 0, \
-        capsys.readouterr().out
+    (lambda s: bursts(s, 16) // 10 ** 6 * 10 ** 6, 1, 'stamped in bursts of 16 on receipt')]
+
+
+def test_what_check_recommends_for_stamps_makes_them_even(new_folder, capsys):
+    for spoil, code, says in SPOILT:
+        folder = new_folder()
+        _, u, y = drive()
+        path = states(folder / 'bag', spoil(STAMPS), ('motor', 'arm'), y, u, log=STAMPS + 200_000)
+        assert main(['check', path]) == code
+        out, err = capsys.readouterr()
+        shown = ' '.join((out + err).split())
+        assert says in shown
+        words = re.search(r'gearbox_monitor (import BAG --stamps \w+ NEW)', shown)[1]
+        words = words.replace('BAG', path).replace('NEW', str(folder / 'new'))
+        assert main(shlex.split(words)) == 0
+        with open_bag(folder / 'new') as reader:
+            found = reader.joint_states('/joint_states', ('motor', 'arm'))
+        steps = np.diff(found.stamp_ns) * 1e-9
+        assert abs(steps.mean() * RATE - 1.0) < 1e-3 and steps.std() < 1e-5
+        assert main(['check', str(folder / 'new'), '--for', 'estimation']) == 0, \
+            capsys.readouterr().out
 
 
 def test_two_publishers_on_one_topic_are_named_and_paired(tmp_path, capsys):

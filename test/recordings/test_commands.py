@@ -24,7 +24,7 @@ def files(tmp_path_factory):
     """Return the folder with one run of a drive in files of all kinds, and its bag."""
     h5py = pytest.importorskip('h5py')
     folder = tmp_path_factory.mktemp('kinds')
-    write_example_bag(folder / 'bag', MODEL, ExampleMotion(8.0, 250.0, rest=0.5), 1)
+    write_example_bag(folder / 'bag', MODEL, ExampleMotion(5.0, 250.0, rest=0.5), 1)
     MODEL.save(folder / 'drive.yaml')
     with open_bag(folder / 'bag') as reader:
         states = reader.joint_states('/joint_states', ['motor', 'arm'])
@@ -54,17 +54,16 @@ def answer(capsys, *words):
 
 
 def test_check_and_replay_say_of_a_file_what_they_say_of_its_bag(files, capsys):
+    def answers(path):
+        model = ('--model', files / 'drive.yaml')
+        return (answer(capsys, 'check', path, *model, '--json', '-')['suits'],
+                answer(capsys, 'replay', path, *model, '--json'), gm.load_recording(path, MODEL))
+    bag_suits, bag_replayed, bag = answers(files / 'bag')
     for ending in ENDINGS:
-        path, model = files / f'run.{ending}', ('--model', files / 'drive.yaml')
-        of_bag, of_file = (answer(capsys, 'check', p, *model, '--json', '-')
-                           for p in (files / 'bag', path))
-        assert of_file['suits'] == of_bag['suits']
-        of_bag, of_file = (answer(capsys, 'replay', p, *model, '--json') for p in (files / 'bag',
-                                                                                   path))
-        assert of_file['estimates'] == of_bag['estimates']
-        assert of_file['nis'] == pytest.approx(of_bag['nis'], rel=1e-6)
-        run = gm.load_recording(path, MODEL)
-        bag = gm.load_recording(files / 'bag', MODEL)
+        suits, replayed, run = answers(files / f'run.{ending}')
+        assert suits == bag_suits
+        assert replayed['estimates'] == bag_replayed['estimates']
+        assert replayed['nis'] == pytest.approx(bag_replayed['nis'], rel=1e-6)
         for name in ('torque', 'motor', 'arm'):
             np.testing.assert_allclose(getattr(run, name), getattr(bag, name), atol=1e-12)
 

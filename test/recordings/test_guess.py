@@ -63,17 +63,21 @@ def test_a_test_bench_is_asked_for_its_gear_and_signs_alone(tmp_path, capsys):
         np.testing.assert_allclose(bag.effort[:, 0], TORQUE, atol=1e-9)
 
 
-@pytest.mark.parametrize('columns', [
+NO_GEARS = [
     # One glitch of an encoder is no gear, degrees under a header [rad] are a unit.
     {'motor_pos': np.where(np.arange(len(T)) == 700, 500.0, ARM), 'arm_pos': ARM + 0.0},
-    {'motor_pos': np.rad2deg(ARM) + 1e-3 * np.sin(T ** 3), 'arm_pos': ARM}])
-def test_an_effort_is_never_multiplied_by_a_guess(tmp_path, capsys, columns):
-    path = csv(tmp_path / 'r.csv', {'t [s]': T, **{f'{name} [rad]': x for name, x in
-                                                  columns.items()}, 'torque [N m]': TORQUE})
-    code = main(['import', str(path), '--guess'])
-    out, err = capsys.readouterr()
-    assert 'gear_ratio' not in (yaml.safe_load(out) or {})
-    assert code == (3 if 'looks like a unit: --unit motor=deg' in err else 0)
+    {'motor_pos': np.rad2deg(ARM) + 1e-3 * np.sin(T ** 3), 'arm_pos': ARM}]
+
+
+def test_an_effort_is_never_multiplied_by_a_guess(new_folder, capsys):
+    for columns in NO_GEARS:
+        folder = new_folder()
+        path = csv(folder / 'r.csv', {'t [s]': T, **{f'{name} [rad]': x for name, x in
+                                                      columns.items()}, 'torque [N m]': TORQUE})
+        code = main(['import', str(path), '--guess'])
+        out, err = capsys.readouterr()
+        assert 'gear_ratio' not in (yaml.safe_load(out) or {})
+        assert code == (3 if 'looks like a unit: --unit motor=deg' in err else 0)
 
 
 def test_a_velocity_that_the_position_contradicts_is_left_out(tmp_path, capsys):
@@ -148,16 +152,20 @@ def test_two_encoders_whose_names_say_no_side_are_asked_for(tmp_path, capsys):
     assert '--use motor=enc_b --use arm=enc_a' in capsys.readouterr().err
 
 
-@pytest.mark.parametrize('columns, expected, code', [
+NOT_GUESSED = [
     ({'q': ARM, 'tau': TORQUE}, 'grows like a time, expected one, or --rate HZ', 3),
     ({'t': T, 'tau': TORQUE, 'x1': SPEED}, 'no position or velocity among tau, x1', 2),
     ({'t': T, 'q': 0.0 * ARM, 'tau': TORQUE}, 'q never changes, expected a motion', 2),
-    ({'t': T[:50], 'q': ARM[:50]}, 'expected two or more of at least 100', 2)])
-def test_what_cannot_be_guessed_is_said_in_one_line(tmp_path, capsys, columns, expected, code):
-    path = csv(tmp_path / 'r.csv', columns)
-    assert main(['import', str(path), '--guess', str(tmp_path / 'bag')]) == code
-    message = capsys.readouterr().err
-    assert message.count('\n') == 1 and expected in message and str(path) in message
+    ({'t': T[:50], 'q': ARM[:50]}, 'expected two or more of at least 100', 2)]
+
+
+def test_what_cannot_be_guessed_is_said_in_one_line(new_folder, capsys):
+    for columns, expected, code in NOT_GUESSED:
+        folder = new_folder()
+        path = csv(folder / 'r.csv', columns)
+        assert main(['import', str(path), '--guess', str(folder / 'bag')]) == code
+        message = capsys.readouterr().err
+        assert message.count('\n') == 1 and expected in message and str(path) in message
 
 
 def robot(path, joints, first=0, effort='i'):
@@ -167,41 +175,52 @@ def robot(path, joints, first=0, effort='i'):
                                  for k in range(joints)}})
 
 
-@pytest.mark.parametrize('options, constants', [
+CONSTANTS = [
     (('--torque-constant', '2'), (2.0, 2.0, 2.0)),
     (('--torque-constant', '2,3,4'), (2.0, 3.0, 4.0)),
     (('--joint', '1', '--torque-constant', '2,3,4'), (3.0,)),
-    (('--joint', '1', '--torque-constant', '5'), (5.0,))])
-def test_each_joint_takes_its_own_torque_constant(tmp_path, options, constants):
-    path = robot(tmp_path / 'r.csv', 3)
-    bag = tmp_path / 'bag'
-    assert main(['import', str(path), '--guess', *options, str(bag)]) == 0
-    with open_bag(bag) as reader:
-        names = reader.joint_names('/joint_states')
-        effort = reader.joint_states('/joint_states', names).effort[:, :len(constants)]
-    truth = [np.roll(TORQUE, 100 * int(1 if len(constants) == 1 else k)) * constant
-             for k, constant in enumerate(constants)]
-    np.testing.assert_allclose(np.abs(effort), np.abs(np.column_stack(truth)), atol=1e-9)
+    (('--joint', '1', '--torque-constant', '5'), (5.0,))]
 
 
-@pytest.mark.parametrize('options, says', [
+def test_each_joint_takes_its_own_torque_constant(new_folder):
+    for options, constants in CONSTANTS:
+        folder = new_folder()
+        path = robot(folder / 'r.csv', 3)
+        bag = folder / 'bag'
+        assert main(['import', str(path), '--guess', *options, str(bag)]) == 0
+        with open_bag(bag) as reader:
+            names = reader.joint_names('/joint_states')
+            effort = reader.joint_states('/joint_states', names).effort[:, :len(constants)]
+        truth = [np.roll(TORQUE, 100 * int(1 if len(constants) == 1 else k)) * constant
+                 for k, constant in enumerate(constants)]
+        np.testing.assert_allclose(np.abs(effort), np.abs(np.column_stack(truth)), atol=1e-9)
+
+
+NO_CONSTANTS = [
     (('--torque-constant', '2,3'), '2 constants (2, 3), expected 1 or 3, one of each joint '
      '(joint_0, joint_1, joint_2)'),
     (('--joint', '1', '--torque-constant', '2,3'), '2 constants (2, 3), expected 1 or 3, one of'),
-    (('--torque-constant', '2', '--unit', 'effort=N m'), 'no effort needs one')])
-def test_torque_constants_that_fit_no_joints_are_refused(tmp_path, capsys, options, says):
-    path = robot(tmp_path / 'r.csv', 3)
-    assert main(['import', str(path), '--guess', *options, str(tmp_path / 'bag')]) == 2
-    assert says in capsys.readouterr().err
+    (('--torque-constant', '2', '--unit', 'effort=N m'), 'no effort needs one')]
 
 
-@pytest.mark.parametrize('first', (0, 1))
-def test_names_of_joints_in_a_list_count_from_the_first_column(tmp_path, first):
-    path = robot(tmp_path / 'r.csv', 3, first, 'tau')
-    (tmp_path / 'joint_list.txt').write_text('base\nelbow\nwrist\n')
-    guess = guessed(load_table(path))
-    assert {name: block['position']['column'] for name, block in guess.data['joints'].items()} \
-        == {name: f'q_{k + first}' for k, name in enumerate(('base', 'elbow', 'wrist'))}
+def test_torque_constants_that_fit_no_joints_are_refused(new_folder, capsys):
+    for options, says in NO_CONSTANTS:
+        folder = new_folder()
+        path = robot(folder / 'r.csv', 3)
+        assert main(['import', str(path), '--guess', *options, str(folder / 'bag')]) == 2
+        assert says in capsys.readouterr().err
+
+
+def test_names_of_joints_in_a_list_count_from_the_first_column(new_folder):
+    for first in (0, 1):
+        folder = new_folder()
+        path = robot(folder / 'r.csv', 3, first, 'tau')
+        (folder / 'joint_list.txt').write_text('base\nelbow\nwrist\n')
+        guess = guessed(load_table(path))
+        columns = {name: block['position']['column']
+                   for name, block in guess.data['joints'].items()}
+        assert columns == {
+            name: f'q_{k + first}' for k, name in enumerate(('base', 'elbow', 'wrist'))}
 
 
 def test_a_role_that_is_stated_needs_no_name_that_tells(tmp_path):
@@ -210,20 +229,25 @@ def test_a_role_that_is_stated_needs_no_name_that_tells(tmp_path):
     np.testing.assert_allclose(joints.position[:, 0], ARM, atol=1e-12)
 
 
-@pytest.mark.parametrize('stated, says', [
+NO_UNITS = [
     ('position=degs', '--unit position=degs: unknown unit, expected one of rad, mrad, deg'),
     ('arm=deg', '--unit arm=deg: no such role, joint or column, expected one of '),
-    ('Q=deg', '--unit Q=deg: no such role, joint or column')])
-def test_a_unit_of_nothing_is_refused(tmp_path, capsys, stated, says):
-    path = csv(tmp_path / 'r.csv', NAMED)
-    assert main(['import', str(path), '--guess', '--unit', stated, str(tmp_path / 'bag')]) == 2
-    assert says in capsys.readouterr().err
+    ('Q=deg', '--unit Q=deg: no such role, joint or column')]
 
 
-@pytest.mark.parametrize('name', ('q', 'position', 'motor', 'motor_position'))
-def test_a_unit_is_stated_by_column_or_role(tmp_path, name):
-    joints = imported(tmp_path, csv(tmp_path / 'r.csv', NAMED), '--guess', '--unit', f'{name}=deg')
-    np.testing.assert_allclose(joints.position[:, 0], np.deg2rad(ARM), atol=1e-12)
+def test_a_unit_of_nothing_is_refused(new_folder, capsys):
+    for stated, says in NO_UNITS:
+        folder = new_folder()
+        path = csv(folder / 'r.csv', NAMED)
+        assert main(['import', str(path), '--guess', '--unit', stated, str(folder / 'bag')]) == 2
+        assert says in capsys.readouterr().err
+
+
+def test_a_unit_is_stated_by_column_or_role(new_folder):
+    for name in ('q', 'position', 'motor', 'motor_position'):
+        folder = new_folder()
+        joints = imported(folder, csv(folder / 'r.csv', NAMED), '--guess', '--unit', f'{name}=deg')
+        np.testing.assert_allclose(joints.position[:, 0], np.deg2rad(ARM), atol=1e-12)
 
 
 BAD_NUMBERS = [
@@ -255,31 +279,35 @@ def test_two_filtered_positions_are_asked_for(tmp_path, capsys):
     assert 'no name tells motor from arm: --use motor=q_filt_a' in capsys.readouterr().err
 
 
-@pytest.mark.parametrize('names, start, used', [
+BESIDE = [
     (('joint_states.csv', 'joint_commands.csv'), 0.0, True),
     (('run3_state_motor.csv', 'run3_control.csv'), 0.0, True),
     (('friction_gravity_state.csv', 'friction_gravity_control.csv'), 0.0, True),
     (('run3_state.csv', 'run4_control.csv'), 0.0, False),
-    (('states.csv', 'commands.csv'), 100.0, False)])
-def test_setpoints_in_a_file_beside_the_states(tmp_path, names, start, used, capsys):
+    (('states.csv', 'commands.csv'), 100.0, False)]
+
+
+def test_setpoints_in_a_file_beside_the_states(new_folder, capsys):
     """Names that differ in words of the vocabulary, the same joints, and the same clock."""
-    path = csv(tmp_path / names[0], {'t [s]': T, **{f'q_{k} [deg]': np.roll(ARM, k)
-                                                   for k in range(3)}})
-    csv(tmp_path / names[1], {'time_ms': 1e3 * (T + start), **{
-        f'q_{k}': 2.0 * np.roll(ARM, k) for k in range(3)}})
-    assert main(['import', str(tmp_path if used else path), '--guess',
-                 str(tmp_path / 'bag')]) == 0
-    with open_bag(tmp_path / 'bag') as reader:
-        assert ('/joint_setpoints' in reader.topics) == used
-        if used:
-            setpoints = reader.joint_states('/joint_setpoints', ['joint_0', 'joint_2'])
-            np.testing.assert_allclose(setpoints.position[:, 1], np.deg2rad(2.0 * np.roll(ARM, 2)),
-                                       atol=1e-12)
-    # Setpoints alone are no positions, unless a user says so.
-    alone = ['import', str(tmp_path / names[1]), '--guess']
-    assert main(alone) == (3 if used else 0)
-    assert (f'{names[0]} beside it has the positions' in capsys.readouterr().err) == used
-    assert main([*alone, '--use', 'motor=q']) == 0
+    for names, start, used in BESIDE:
+        folder = new_folder()
+        path = csv(folder / names[0], {'t [s]': T, **{f'q_{k} [deg]': np.roll(ARM, k)
+                                                       for k in range(3)}})
+        csv(folder / names[1], {'time_ms': 1e3 * (T + start), **{
+            f'q_{k}': 2.0 * np.roll(ARM, k) for k in range(3)}})
+        assert main(['import', str(folder if used else path), '--guess',
+                     str(folder / 'bag')]) == 0
+        with open_bag(folder / 'bag') as reader:
+            assert ('/joint_setpoints' in reader.topics) == used
+            if used:
+                setpoints = reader.joint_states('/joint_setpoints', ['joint_0', 'joint_2'])
+                np.testing.assert_allclose(
+                    setpoints.position[:, 1], np.deg2rad(2.0 * np.roll(ARM, 2)), atol=1e-12)
+        # Setpoints alone are no positions, unless a user says so.
+        alone = ['import', str(folder / names[1]), '--guess']
+        assert main(alone) == (3 if used else 0)
+        assert (f'{names[0]} beside it has the positions' in capsys.readouterr().err) == used
+        assert main([*alone, '--use', 'motor=q']) == 0
 
 
 def test_two_files_of_setpoints_are_asked_for_and_none_can_be_stated(tmp_path, capsys):
@@ -344,12 +372,13 @@ def test_a_resolution_of_both_encoders_shows_the_gear_ratio(tmp_path, capsys):
     assert 'the motor moves 20 times as much' in capsys.readouterr().err
 
 
-@pytest.mark.parametrize('second', ('output_torque', 'current'))
-def test_torques_of_an_arm_without_a_motor_are_asked_for(tmp_path, capsys, second):
-    path = csv(tmp_path / 'r.csv', {'t': T, 'link_position': ARM, 'link_torque': TORQUE,
-                                    second: 0.8 * TORQUE + 0.1 * np.cos(T)})
-    assert main(['import', str(path), '--guess']) == 3
-    assert f'--use effort=link_torque or --use effort={second}' in capsys.readouterr().err
+def test_torques_of_an_arm_without_a_motor_are_asked_for(new_folder, capsys):
+    for second in ('output_torque', 'current'):
+        folder = new_folder()
+        path = csv(folder / 'r.csv', {'t': T, 'link_position': ARM, 'link_torque': TORQUE,
+                                      second: 0.8 * TORQUE + 0.1 * np.cos(T)})
+        assert main(['import', str(path), '--guess']) == 3
+        assert f'--use effort=link_torque or --use effort={second}' in capsys.readouterr().err
 
 
 def test_options_of_a_question_can_be_pasted(tmp_path, capsys):
@@ -400,7 +429,7 @@ def test_a_row_for_each_joint_in_every_format(tmp_path, capsys):
             T, T + 0.001, TORQUE)[1:], atol=1e-4)
 
 
-@pytest.mark.parametrize('columns, expected', [
+ROLES = [
     # A temperature that flickers between two numbers is no name of a joint.
     ({**NAMED, 'motor_temp': np.random.default_rng(0).integers(41, 43, len(T))},
      {'motor_position': 'q', 'motor_effort': 'tau'}),
@@ -409,10 +438,14 @@ def test_a_row_for_each_joint_in_every_format(tmp_path, capsys):
      {'motor_position': 'pos_estimate', 'motor_setpoint': 'input_pos',
       'motor_effort': 'torque_estimate'}),
     ({'t': T, 'input_pos': 20.0 * ARM, 'output_pos': ARM + NOISE, 'tau': TORQUE},
-     {'motor_position': 'input_pos', 'arm_position': 'output_pos', 'motor_effort': 'tau'})])
-def test_roles_of_one_joint(tmp_path, columns, expected):
-    guess = guessed(load_table(csv(tmp_path / 'log.csv', columns)))
-    assert {role: block['column'] for role, block in guess.data['signals'].items()} == expected
+     {'motor_position': 'input_pos', 'arm_position': 'output_pos', 'motor_effort': 'tau'})]
+
+
+def test_roles_of_one_joint(new_folder):
+    for columns, expected in ROLES:
+        folder = new_folder()
+        guess = guessed(load_table(csv(folder / 'log.csv', columns)))
+        assert {role: block['column'] for role, block in guess.data['signals'].items()} == expected
 
 
 def test_names_of_joints_with_words_of_signals_beside_units_and_temperatures(tmp_path):

@@ -56,24 +56,24 @@ def _same(names, truth):
         name.startswith(true) or name.isdigit() for name, true in zip(names, truth))
 
 
-@pytest.mark.parametrize('make', (*log_layouts.LAYOUTS, *driver_layouts.LAYOUTS),
-                         ids=lambda make: make.__name__.strip('_'))
-def test_roles_are_right_or_asked_for(tmp_path, capsys, make):
-    if make.__name__ == '_aloha':
-        pytest.importorskip('h5py')
-    layout = make(tmp_path)
-    code = main(['import', str(layout.path), '--guess'])
-    out, errors = capsys.readouterr()
-    content = yaml.safe_load(out) or {}
-    assert code == (3 if layout.open else 0), errors
-    verdict = verdict_of(layout, code, content, errors)
-    assert verdict == ('asked' if layout.open else 'right'), errors
-    # One call more answers everything, and the bag holds what was simulated.
-    options = ['import', str(layout.path), '--guess', *layout.options, str(tmp_path / 'bag')]
-    assert main(options) == 0, capsys.readouterr().err
-    with open_bag(tmp_path / 'bag') as reader:
-        joints = reader.joint_names('/joint_states')
-        states = reader.joint_states('/joint_states', joints)
-    moving = layout.roles.get('position', layout.roles.get('velocity'))
-    assert len(joints) == max(2, len(moving)) or 'setpoint' in joints
-    assert np.nanmax(np.abs(states.position)) < 8.0
+def test_roles_are_right_or_asked_for(new_folder, capsys):
+    pytest.importorskip('h5py')
+    for make in (*log_layouts.LAYOUTS, *driver_layouts.LAYOUTS):
+        folder = new_folder()
+        layout = make(folder)
+        code = main(['import', str(layout.path), '--guess'])
+        out, errors = capsys.readouterr()
+        content = yaml.safe_load(out) or {}
+        assert code == (3 if layout.open else 0), (make, errors)
+        verdict = verdict_of(layout, code, content, errors)
+        assert verdict == ('asked' if layout.open else 'right'), (make, errors)
+        # One call more answers everything, and the bag holds what was simulated.
+        options = ['import', str(layout.path), '--guess', *layout.options, str(folder / 'bag')]
+        assert main(options) == 0, (make, capsys.readouterr().err)
+        capsys.readouterr()
+        with open_bag(folder / 'bag') as reader:
+            joints = reader.joint_names('/joint_states')
+            states = reader.joint_states('/joint_states', joints)
+        moving = layout.roles.get('position', layout.roles.get('velocity'))
+        assert len(joints) == max(2, len(moving)) or 'setpoint' in joints, make
+        assert np.nanmax(np.abs(states.position)) < 8.0, make
