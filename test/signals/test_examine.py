@@ -44,6 +44,11 @@ def sound():
     return recorded()
 
 
+@pytest.fixture(scope='module')
+def half(sound):
+    return Samples(*(getattr(sound, name)[:N // 2] for name in ('stamp_ns', 'u', 'y')))
+
+
 def changed(samples, **fields):
     return Samples(*(fields.get(name, getattr(samples, name)).copy()
                      for name in ('stamp_ns', 'u', 'y')))
@@ -101,13 +106,13 @@ def test_no_delay_is_claimed_from_a_slow_motion():
 
 def frozen(s):
     y = s.y.copy()
-    y[10000:11000, 1] = y[10000, 1]
+    y[5000:6000, 1] = y[5000, 1]
     return changed(s, y=y)
 
 
 def frozen_for_good(s):
     y = s.y.copy()
-    y[4000:, 1] = y[4000, 1]
+    y[2000:, 1] = y[2000, 1]
     return changed(s, y=y)
 
 
@@ -136,7 +141,7 @@ def stamped(s, seed=0, jitter=0.0, repeat=0, lose=0.0, hole=0):
     if repeat:
         stamp[repeat::repeat] = stamp[repeat - 1:-1:repeat]
     keep = random.random(len(stamp)) >= lose
-    keep[8000:8000 + hole] = False
+    keep[4000:4000 + hole] = False
     return Samples(stamp[keep], s.u[keep], s.y[keep])
 
 
@@ -147,20 +152,21 @@ def without_torque(s):
 def one_way(s):
     """Return a drive that holds a weight while it moves: one flank only."""
     loaded = MODEL.with_(effects=[{'id': 'load_torque', 'TL': 2.0}])
-    return recorded(2.0 + 0.5 * np.cos(4.0 * DT * np.arange(N)), model=loaded, rest=0)
+    n = len(s.stamp_ns)
+    return recorded(2.0 + 0.5 * np.cos(4.0 * DT * np.arange(n)), model=loaded, n=n, rest=0)
 
 
 SPOILT = [
     (lambda s: scaled(s, u=-1.0), ('signs', 'torque and motor'), 'the wrong way', BAD, PURPOSES),
     (lambda s: scaled(s, arm=-1.0), ('signs', 'motor and arm'), '-1.0', BAD, PURPOSES),
-    (lambda s: scaled(s, motor=35.0), ('signs', 'motor and arm'), 'arm moves 0.03', BAD, PURPOSES),
+    (lambda s: scaled(s, motor=35.0), ('signs', 'motor and arm'), 'arm moves 0.02998', BAD, PURPOSES),
     (lambda s: scaled(s, 1.0, 180 / np.pi, 180 / np.pi), ('model', 'diagnose'), 'in degrees', BAD,
      PURPOSES),
     (frozen, ('arm', 'sticks'), 'frozen', BAD, PURPOSES),
     (frozen_for_good, ('arm', 'sticks'), 'frozen', BAD, PURPOSES),
-    (lambda s: efforts(s, slice(6000, 9000), 0.0), ('torque', 'sticks'),
-     'longest from 6 s to 8.999 s: 0 N m', WARN, ()),
-    (lambda s: efforts(s, slice(3000, N), 9.0), ('torque', 'sticks'), 'clamped', BAD, PURPOSES),
+    (lambda s: efforts(s, slice(3000, 4500), 0.0), ('torque', 'sticks'),
+     'longest from 3 s to 4.499 s: 0 N m', WARN, ()),
+    (lambda s: efforts(s, slice(1500, N), 9.0), ('torque', 'sticks'), 'clamped', BAD, PURPOSES),
     (lambda s: efforts(s, slice(100, 120), 6.9e220), ('torque', 'unphysical'),
      '20 numbers infinite or beyond 1e9, the first 6.9e+220 at 0.1 s', WARN, ()),
     (lambda s: changed(s, u=s.u * 1e-309), ('torque', 'unphysical'), 'dead: uninitialised', BAD,
@@ -172,7 +178,7 @@ SPOILT = [
     (without_torque, ('torque', 'readings'), 'none', BAD, PURPOSES),
     (lambda s: changed(s, u=0.0 * s.u + (1.0, 0.0)), ('torque', 'readings'), 'throughout', BAD,
      PURPOSES),
-    (lambda s: stamped(s, repeat=100), ('stamps', 'order'), '159 repeated', WARN, ()),
+    (lambda s: stamped(s, repeat=100), ('stamps', 'order'), '79 repeated', WARN, ()),
     (lambda s: stamped(s, repeat=10), ('stamps', 'order'), 'repeated', BAD, PURPOSES),
     (lambda s: stamped(s, jitter=0.2), ('stamps', 'jitter'), '20 % of the period', WARN, ()),
     (lambda s: stamped(s, lose=0.02), ('stamps', 'gaps'), 'samples (', BAD, ('diagnosis',)),
@@ -185,11 +191,11 @@ SPOILT = [
 ]
 
 
-def test_what_is_wrong_is_said(sound):
+def test_what_is_wrong_is_said(half):
     for spoil, where, words, verdict, spoilt in SPOILT:
-        lines, suits = judged(spoil(sound))
+        lines, suits = judged(spoil(half))
         line = lines[where]
-        assert line.verdict() == verdict and line.advice
+        assert line.verdict() == verdict and line.advice, where
         assert words in line.figure
         assert {purpose for purpose in PURPOSES if suits[purpose] == BAD} >= set(spoilt)
         assert 'estimation' in spoilt or suits['estimation'] < BAD
