@@ -159,7 +159,8 @@ def one_way(s):
 SPOILT = [
     (lambda s: scaled(s, u=-1.0), ('signs', 'torque and motor'), 'the wrong way', BAD, PURPOSES),
     (lambda s: scaled(s, arm=-1.0), ('signs', 'motor and arm'), '-1.0', BAD, PURPOSES),
-    (lambda s: scaled(s, motor=35.0), ('signs', 'motor and arm'), 'arm moves 0.02998', BAD, PURPOSES),
+    (lambda s: scaled(s, motor=35.0), ('signs', 'motor and arm'), 'arm moves 0.02998', BAD,
+     PURPOSES),
     (lambda s: scaled(s, 1.0, 180 / np.pi, 180 / np.pi), ('model', 'diagnose'), 'in degrees', BAD,
      PURPOSES),
     (frozen, ('arm', 'sticks'), 'frozen', BAD, PURPOSES),
