@@ -65,8 +65,8 @@ from gearbox_monitor.library.simulator_file import (
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.report.words import number
 from gearbox_monitor.simulators.c99 import firmware
+from gearbox_monitor.simulators.file_edits import Patch
 from gearbox_monitor.simulators.mjcf_file import drive_of, MjcfDrive, read_file
-from gearbox_monitor.simulators.mjcf_patch import Patch
 from gearbox_monitor.simulators.mujoco_run import misfit, rig_of
 from gearbox_monitor.simulators.randomisation import randomisation, WRITERS
 from gearbox_monitor.simulators.robot_model import read_robot

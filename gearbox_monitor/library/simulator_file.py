@@ -21,10 +21,11 @@ from gearbox_monitor.plant.drive import DriveModel, expect_model, model_from_dic
 from gearbox_monitor.plant.effects.arm_side import ARM_COULOMB
 from gearbox_monitor.presentation import FileLimits, ModelOrigin, NO_LIMIT, Saved, Shown
 from gearbox_monitor.removed import refusal
+from gearbox_monitor.simulators.file_edits import Patch
 from gearbox_monitor.simulators.mjcf import Exported, refused, values_of
 from gearbox_monitor.simulators.mjcf_file import (
     MjcfDrive, model_of, read_file, read_mjcf, values_in)
-from gearbox_monitor.simulators.mjcf_patch import Patch, patched
+from gearbox_monitor.simulators.mjcf_patch import patched
 from gearbox_monitor.simulators.urdf_patch import patched_urdf
 from gearbox_monitor.simulators.xml_edit import difference
 

@@ -18,6 +18,6 @@ Public names, by module:
         open_loop, Refusal, scalar_joints, tendon_forces, undecided, undecided_of_robot, Unread
     description: expanded_root, LOCKED_IN_VALUES, LONGEST, parse, PRINCIPAL, RobotDescription,
         rotations, SUFFIXES, turn
-    dynamics: ArmLoad, arrays_of, MotionState, move, NO_PAYLOAD, Payload, torque_on
+    dynamics: ArmLoad, arrays_of, MotionState, Payload
     plausibility: implausible
 """

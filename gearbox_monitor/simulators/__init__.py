@@ -10,10 +10,11 @@ close the gap. All else in the file stays as the user wrote it.
 Public names, by module:
 
     c99: firmware
-    mjcf: CONSTRUCT, Exported, expression_of, NATIVE, REFUSED, refused, values_of
+    file_edits: Patch
+    mjcf: CONSTRUCT, Exported, expression_of, model_values, NATIVE, REFUSED, refused, values_of
     mjcf_file: compiled_file, drive_of, MjcfDrive, model_of, read_file, read_mjcf, RobotFile,
         values_in
-    mjcf_patch: Patch, patched
+    mjcf_patch: patched
     mujoco_run: misfit, rig_of, rollouts
     randomisation: randomisation, WRITERS
     robot_model: ChainFile, read_robot

@@ -2,13 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Edits of one simulator's file: attributes of joints, inertia of bodies, gravity, new elements.
+Edits of a robot's file as data, and what writes them: one function for MJCF and URDF each.
 
-A drive's model and a robot's findings become the same edits. MjcfEdits and UrdfEdits find the
-elements of a file by name and write them; all other bytes of the file stay.
+The model of a joint and the findings on a robot both become FileEdits. A writer finds the elements
+by name and edits their text; all other bytes of the file stay.
 """
 import cmath
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
@@ -18,8 +19,9 @@ from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.robot.chain import body_of, inertial, PER_LINK
 from gearbox_monitor.robot.compiled_model import mujoco_module
+from gearbox_monitor.simulators.mjcf import Exported
 from gearbox_monitor.simulators.xml_edit import (
-    Edit, edited, inertial_in, TENSOR, with_attributes, with_child, words_of, XmlDocument,
+    behind, Edit, edited, inertial_in, TENSOR, with_attributes, with_child, words_of, XmlDocument,
     XmlElement)
 
 SAME = 1e-6  # relative: numbers that differ by less are not edited; written ones have 9 digits
@@ -28,6 +30,9 @@ LEAST_INERTIA = 1e-9    # kg m^2, of a principal inertia
 BEYOND = 0.2  # of the largest principal inertia: what may be added to make a body possible
 HEAVY = 0.5   # largest share of the inertia of an arm that its mass takes, off the joint
 DISC = 0.05   # least share of the inertia about the axis that stays about the centre of mass
+URDF_PLACES = {  # attribute of a joint -> element and attribute of a URDF
+    'damping': ('dynamics', 'damping'), 'frictionloss': ('dynamics', 'friction'),
+    'effort': ('limit', 'effort')}
 
 
 class Body(NamedTuple):
@@ -38,7 +43,44 @@ class Body(NamedTuple):
     tensor: Array
 
 
-class Splice(NamedTuple):
+class NewElement(NamedTuple):
+    """An element that a file gets: its title for people, its text, and in which section."""
+
+    section: str
+    title: str
+    text: str
+
+
+@dataclass(frozen=True)
+class FileEdits:
+    """
+    What changes in a robot's file.
+
+    attributes {(kind, place): {attribute: text, None removes it}}; kind: joint, tendon, actuator,
+    sensor or keyframe; place: the compiled number, in a URDF the name; the attribute '' is its
+    tag. bodies {place: inertial parameters [10] that a body gains, in its frame}. gravity [3],
+    m/s^2. new: elements; rotor: the body that a new one follows, and that.
+    """
+
+    attributes: Mapping[tuple[str, int | str], Mapping[str, str | None]] = field(
+        default_factory=dict)
+    bodies: Mapping[int | str, Array] = field(default_factory=dict)
+    gravity: Array | None = None
+    new: tuple[NewElement, ...] = ()
+    rotor: tuple[int, NewElement] | None = None
+
+    def __or__(self, other: 'FileEdits') -> 'FileEdits':
+        """Return both edits; of one attribute those of `other` count, of one body the sum."""
+        a, b = (dict(e.attributes) for e in (self, other))
+        return FileEdits(
+            {key: {**a.get(key, {}), **b.get(key, {})} for key in (*a, *b)},
+            {**self.bodies, **{key: self.bodies.get(key, 0.0) + theta
+                               for key, theta in other.bodies.items()}},
+            self.gravity if other.gravity is None else other.gravity, self.new + other.new,
+            other.rotor or self.rotor)
+
+
+class Change(NamedTuple):
     """One attribute that was edited: of which element, its text before ('' for none) and after."""
 
     element: str
@@ -54,6 +96,16 @@ class Splice(NamedTuple):
             + self.after
 
 
+@dataclass(frozen=True)
+class Patch:
+    """The bytes of a patched file, its changes, what became of effects, joints of the drive."""
+
+    data: bytes
+    changes: tuple[Change, ...]
+    exported: tuple[Exported, ...] = ()
+    joints: tuple[str, str | None] = ('', None)
+
+
 def number(*values: float) -> str:
     """Return `values` as the files have them, 0 for -0."""
     return ' '.join(f'{value + 0.0:.9g}' for value in values)
@@ -62,6 +114,12 @@ def number(*values: float) -> str:
 def same(a: complex, b: complex) -> bool:
     """Return whether two numbers are the same for a file."""
     return a == b or cmath.isclose(a, b, rel_tol=SAME)  # an infinite one is close to no other
+
+
+def differing(values: Mapping[str, str | None], present: Mapping[str, str]
+              ) -> dict[str, str | None]:
+    """Return those of `values` {attribute: text} that are other numbers than those `present`."""
+    return {name: text for name, text in values.items() if not _alike(text, present.get(name))}
 
 
 def _alike(value: str | None, present: str | None) -> bool:
@@ -81,172 +139,78 @@ def titled(element: XmlElement) -> str:
     return f'{element.tag} "{name}"' if name else f'{element.tag} (line {element.line})'
 
 
-class FileEdits:
-    """Edits of one file as they gather: attributes of elements, new elements, text."""
+class _Text:
+    """The text of a file while edits are written into it."""
 
     def __init__(self, document: XmlDocument) -> None:
         self.document = document
-        self.changes: list[Splice] = []
-        self._attributes: dict[int, tuple[XmlElement, dict[str, str | None], str]] = {}
-        self._sections: dict[str, list[str]] = {}
-        self._children: dict[tuple[int, str], tuple[XmlElement, dict[str, str | None], bool]] = {}
+        self.changes: list[Change] = []
         self._edits: list[Edit] = []
 
-    def put(self, element: XmlElement, values: Mapping[str, str | None], tag: str = '',
-            title: str = '') -> None:
-        """
-        Give an element attributes.
-
-        Args:
-            element: of the file.
-            values: {attribute: text, None removes it}; what is there already is not edited.
-            tag: another name for the element, '' keeps it.
-            title: of the element for people, '' for its own.
-        """
-        _, new, old = self._attributes.setdefault(element.start, (element, {}, ''))
-        self._attributes[element.start] = element, new, tag or old
-        for name, value in values.items():
-            present = element.attributes.get(name)
-            if _alike(value, present):
-                continue
-            new[name] = value
-            self.changes.append(Splice(title or titled(element), name, present or '',
-                                       value or 'removed'))
-
-    def add(self, section: str, title: str, text: str) -> None:
-        """Add an element `title`, its `text`, to a section of the file such as tendon."""
-        self._sections.setdefault(section, []).append(text)
-        self.changes.append(Splice(title, '', '', 'new'))
-
-    def insert(self, edit: Edit, title: str, words: str = 'new') -> None:
-        """Add an `edit` of the text; `title` and `words` tell people of it."""
-        self._edits.append(edit)
-        self.changes.append(Splice(title, '', '', words))
+    def put(self, element: XmlElement, values: Mapping[str, str | None], title: str = '') -> None:
+        """Give an element attributes; what is there already is not edited."""
+        new = differing({k: v for k, v in values.items() if k}, element.attributes)
+        self.changes += [Change(title or titled(element), name, element.attributes.get(name, ''),
+                                value or 'removed') for name, value in new.items()]
+        self._edits += with_attributes(self.document, element, new, values.get('') or '')
 
     def put_child(self, parent: XmlElement, tag: str, values: Mapping[str, str | None],
-                  title: str, first: bool = False) -> None:
-        """
-        Give the first child of one tag attributes; a file without one gets it with them.
-
-        Args:
-            parent: element of the file.
-            tag: of the child.
-            values: {attribute: text}.
-            title: of the child for people.
-            first: a new one stands before all others.
-        """
-        present = parent.all(tag)
-        if present:
-            self.put(present[0], values, title=title)
-            return
-        _, new, first = self._children.setdefault((parent.start, tag), (parent, {}, first))
-        new.update(values)
-        self.changes.append(Splice(title, '', '', words_of(values)))
-
-    def patched(self, comment: str = '') -> bytes:
-        """Return the file with all edits, and a `comment` before its root."""
-        edits, new = list(self._edits), ''
-        for element, values, tag in self._attributes.values():
-            edits += with_attributes(self.document, element, values, tag)
-        for (_, tag), (parent, values, first) in self._children.items():
-            edits.append(with_child(self.document, parent, f'<{tag} {words_of(values)}/>', first))
-        for section, texts in self._sections.items():
-            lines = '\n'.join(texts)
-            parts = self.document.root.all(section)
-            if parts:
-                edits.append(with_child(self.document, parts[-1], lines))
-            else:
-                inner = '\n'.join(f'  {line}' for line in lines.splitlines())
-                new += f'<{section}>\n{inner}\n</{section}>\n'
-        if new:
-            edits.append(with_child(self.document, self.document.root, new))
-        if comment:
-            start = self.document.root.start
-            edits.insert(0, Edit(start, start, f'<!-- {comment} -->\n'))
-        return edited(self.document, edits)
-
-
-class MjcfEdits(FileEdits):
-    """Edits of an MJCF file; `compiled`: mujoco.MjModel of it."""
-
-    def __init__(self, document: XmlDocument, compiled: Any) -> None:
-        super().__init__(document)
-        self._compiled = compiled
-        self._bodies = list(_bodies(document.root.all('worldbody')))
-
-    def joint(self, index: int) -> XmlElement:
-        """Return the element of a compiled joint, by its number. Raises InputError."""
-        return self._element([e for body in self._bodies for e in _joints(body)], 'joint', index)
-
-    def listed(self, section: str, index: int) -> XmlElement:
-        """Return an element of the `section` tendon or actuator, see joint."""
-        return self._element([e for part in self.document.root.all(section)
-                              for e in part.children], section, index)
-
-    def body(self, index: int) -> XmlElement:
-        """Return the element of a compiled body, by its number. Raises InputError."""
-        return self._element(self._bodies, 'body', index, 1)
-
-    def _element(self, elements: Sequence[XmlElement], kind: str, index: int, first: int = 0
-                 ) -> XmlElement:
-        """Return the element of a name, or without one by its place among all."""
-        m = self._compiled
-        count = {'joint': m.njnt, 'body': m.nbody, 'tendon': m.ntendon,
-                 'actuator': len(m.actuator_trntype)}[kind]
-        names = [getattr(m, kind)(i).name for i in range(first, count)]
-        own = [e.attributes.get('name', '') for e in elements]
-        name = names[index - first]
-        if own == names:
-            return elements[index - first]
-        if name and name in own:
-            return elements[own.index(name)]
-        raise InputError(f'{self.document.name}: {kind} {name or index}: ' + (
-            'is not in this file itself, expected it here and not in one that it includes'
-            if name else 'has no name, expected one'))
-
-    def put_joint(self, index: int, values: Mapping[str, float]) -> None:
-        """Give a joint, by its number, attributes {name: value}. Raises InputError."""
-        self.put(self.joint(index), {k: number(v) for k, v in values.items()})
-
-    def put_body(self, index: int, body: Body) -> None:
-        """Give a body, by its number, mass and inertia. Raises InputError."""
-        for compiler in self.document.root.all('compiler'):
-            for key, usual in (('settotalmass', '-1'), ('inertiafromgeom', 'auto')):
-                if compiler.attributes.get(key, usual) not in (usual, 'false'):
-                    raise InputError(f'{self.document.name}: compiler: {key}: replaces masses of '
-                                     'bodies, expected none')
-        element = self.body(index)
-        tensor = np.where(np.abs(body.tensor) < 1e-9 * np.trace(body.tensor), 0.0, body.tensor)
-        full = number(*np.diag(tensor), tensor[0, 1], tensor[0, 2], tensor[1, 2])
-        self.put_child(element, 'inertial', {
-            'pos': number(*body.centre), 'mass': number(body.mass), 'fullinertia': full,
-            'diaginertia': None, **dict.fromkeys(TURN)}, f'inertial of {titled(element)}', True)
-
-    def put_gravity(self, vector: Array) -> None:
-        """Set gravity to `vector` [3] m/s^2."""
-        options = self.document.root.all('option')
-        values = {'gravity': number(*vector)}
-        own = next((o for o in reversed(options) if 'gravity' in o.attributes),
-                   options[-1] if options else None)
-        if own is not None:
-            self.put(own, values)
+                  title: str) -> None:
+        """Give the first child of a tag attributes; a file without one gets it."""
+        if present := parent.all(tag):
+            self.put(present[0], values, title)
         else:
-            self.put_child(self.document.root, 'option', values, 'option', first=True)
+            self.add(with_child(self.document, parent, f'<{tag} {words_of(values)}/>',
+                                tag in ('inertial', 'option')), title, words_of(values))
+
+    def add(self, edit: Edit, title: str, words: str = 'new') -> None:
+        """Add an `edit` of the text; `title` and `words` tell people of it."""
+        self._edits.append(edit)
+        self.changes.append(Change(title, '', '', words))
+
+    def patch(self, comment: str) -> Patch:
+        """Return the file with all edits, and a `comment` before its root."""
+        start = self.document.root.start
+        first = [Edit(start, start, f'<!-- {comment} -->\n')] if comment else []
+        return Patch(edited(self.document, first + self._edits), tuple(self.changes))
 
 
-def compiled_body(m: Any, index: int) -> Body:
+# ---------------------------------------------------------------------- MJCF
+
+
+def mjcf_element(document: XmlDocument, compiled: Any, kind: str, index: int) -> XmlElement:
     """
-    Return what a compiled body has itself, in its frame.
+    Return the element of a name, or without one by its place among all.
 
     Args:
-        m: mujoco.MjModel.
-        index: number of the body.
+        document: MJCF file.
+        compiled: mujoco.MjModel of it.
+        kind: joint, body, tendon or actuator; or sensor or keyframe, by their place in the file.
+        index: compiled number.
+
+    Raises:
+        InputError: it is in another file, which this one includes.
     """
-    frame = np.zeros(9)
-    mujoco_module().mju_quat2Mat(frame, m.body_iquat[index])
-    axes = frame.reshape(3, 3)
-    return Body(float(m.body_mass[index]), m.body_ipos[index].copy(),
-                axes @ np.diag(m.body_inertia[index]) @ axes.T)
+    m, first = compiled, int(kind == 'body')
+    elements = [e for part in document.root.all(kind) for e in part.children]
+    if kind in ('sensor', 'keyframe'):
+        return elements[index]
+    if kind in ('joint', 'body'):
+        elements = list(_bodies(document.root.all('worldbody')))
+    if kind == 'joint':
+        elements = [e for body in elements for e in _joints(body)]
+    count = {'joint': m.njnt, 'body': m.nbody, 'tendon': m.ntendon,
+             'actuator': len(m.actuator_trntype)}[kind]
+    names = [getattr(m, kind)(i).name for i in range(first, count)]
+    own = [e.attributes.get('name', '') for e in elements]
+    name = names[index - first]
+    if own == names:
+        return elements[index - first]
+    if name and name in own:
+        return elements[own.index(name)]
+    raise InputError(f'{document.name}: {kind} {name or index}: ' + (
+        'is not in this file itself, expected it here and not in one that it includes'
+        if name else 'has no name, expected one'))
 
 
 def _bodies(elements: Sequence[XmlElement]) -> Iterator[XmlElement]:
@@ -268,80 +232,160 @@ def _joints(body: XmlElement) -> Iterator[XmlElement]:
             yield from _joints(child)
 
 
-class UrdfEdits(FileEdits):
-    """Edits of a URDF file."""
+def write_mjcf(document: XmlDocument, compiled: Any, edits: FileEdits, comment: str = '') -> Patch:
+    """
+    Return an MJCF file with edits.
 
-    def __init__(self, document: XmlDocument) -> None:
-        super().__init__(document)
-        self._bodies: dict[str, tuple[XmlElement, dict[str, dict[str, str]]]] = {}
+    Args:
+        document: the file.
+        compiled: mujoco.MjModel of it.
+        edits: what changes, by compiled numbers.
+        comment: before the root, '' for none.
 
-    def patched(self, comment: str = '') -> bytes:
-        """Return the file with all edits, and a `comment` before its root."""
-        for element, parts in self._bodies.values():
-            lines = '\n'.join(f'  <{tag} {words_of(values)}/>' for tag, values in parts.items())
-            self._edits.append(with_child(self.document, element,
-                                          f'<inertial>\n{lines}\n</inertial>', first=True))
-        return super().patched(comment)
-
-    def named(self, tag: str, name: str) -> XmlElement:
-        """Return a joint or link of the robot, by its `tag` and `name`. Raises InputError."""
-        elements = self.document.root.all(tag)
-        names = [e.attributes.get('name', '') for e in elements]
-        if name not in names:
-            raise InputError(f'{self.document.name}: {tag}: {name!r} is not in this file, '
-                             + unknown(name, names))
-        return elements[names.index(name)]
-
-    def put_joint(self, name: str, values: Mapping[str, float]) -> None:
-        """Give a joint attributes: damping and friction of <dynamics>, effort of <limit>."""
-        joint = self.named('joint', name)
-        for tag, of in (('dynamics', ('damping', 'friction')), ('limit', ('effort',))):
-            own = {k: number(values[k]) for k in of if k in values}
-            present = joint.all(tag)
-            if present:
-                self.put(present[0], _without_zeros(own, present[0].attributes),
-                         title=f'{titled(joint)} {tag}')
-            elif any(values[k] for k in own):
-                self.put_child(joint, tag, own, f'{titled(joint)} {tag}')
-
-    def own(self, link: str) -> Body | None:
-        """Return what a `link` has itself, in its frame; None without <inertial>."""
-        present = self.named('link', link).all('inertial')
-        if not present:
-            return None
-        part = ElementTree.fromstring(self.document.data[present[0].start:present[0].end])
-        mass, centre, axes, tensor = inertial_in(part)
-        return Body(mass, centre, axes @ tensor @ axes.T)
-
-    def put_body(self, link: str, body: Body) -> None:
-        """Give a `link` mass and inertia; the frame of its <inertial> stays turned as it is."""
-        element = self.named('link', link)
-        present = element.all('inertial')
-        axes: Array = np.eye(3)
-        if present:
-            axes = inertial_in(ElementTree.fromstring(
-                self.document.data[present[0].start:present[0].end]))[2]
-        turned = axes.T @ body.tensor @ axes
-        tensor = {k: number(float(turned['xyz'.index(k[1]), 'xyz'.index(k[2])])) for k in TENSOR}
-        centre = np.where(np.abs(body.centre) < SAME * np.abs(body.centre).max(), 0.0, body.centre)
-        parts = {'origin': {'xyz': number(*centre)}, 'mass': {'value': number(body.mass)},
-                 'inertia': tensor}
-        if not present:
-            self._bodies[link] = element, parts
-            self.changes.append(Splice(f'inertial of {titled(element)}', '', '', 'new'))
-            return
-        for tag, values in parts.items():
-            title, own = f'{titled(element)} {tag}', present[0].all(tag)
-            if own:
-                self.put(own[0], _without_zeros(values, own[0].attributes), title=title)
-            elif any(float(word) for text in values.values() for word in text.split()):
-                self.put_child(present[0], tag, values, title)
+    Raises:
+        InputError: an element is not in the file, or a body cannot be so.
+    """
+    text, root = _Text(document), document.root
+    for (kind, place), values in edits.attributes.items():
+        text.put(mjcf_element(document, compiled, kind, int(place)), values)
+    for body, added in edits.bodies.items():
+        _put_body(text, compiled, int(body), added)
+    if edits.gravity is not None:
+        options = root.all('option')
+        own = [o for o in options if 'gravity' in o.attributes] or options
+        gravity = {'gravity': number(*edits.gravity)}
+        if own:
+            text.put(own[-1], gravity)
+        else:
+            text.put_child(root, 'option', gravity, 'option')
+    if edits.rotor is not None:
+        body, (_, title, words) = edits.rotor
+        text.add(behind(document, mjcf_element(document, compiled, 'body', body), words), title)
+    _add_elements(text, edits.new)
+    return text.patch(comment)
 
 
-def _without_zeros(values: Mapping[str, str], present: Mapping[str, str]) -> dict[str, str | None]:
-    """Return `values` without those that are 0, as an attribute that is not `present` is."""
-    return {k: v for k, v in values.items()
-            if k in present or any(float(word) for word in v.split())}
+def _add_elements(text: _Text, new: Iterable[NewElement]) -> None:
+    """Add elements to their sections, which a file gets that has none."""
+    root, missing = text.document.root, dict[str, str]()
+    for section, title, words in new:
+        if present := root.all(section):
+            text.add(with_child(text.document, present[-1], words), title)
+        else:
+            inner = '\n'.join(f'  {line}' for line in words.splitlines())
+            missing[section] = f'{missing.get(section, f"<{section}>")}\n{inner}'
+            text.changes.append(Change(title, '', '', 'new'))
+    for section, words in missing.items():
+        text._edits.append(with_child(text.document, root, f'{words}\n</{section}>'))
+
+
+def _put_body(text: _Text, compiled: Any, index: int, added: Array) -> None:
+    """Give a body, by its number, what it has and parameters [10] that it gains."""
+    document = text.document
+    for compiler in document.root.all('compiler'):
+        for key, usual in (('settotalmass', '-1'), ('inertiafromgeom', 'auto')):
+            if compiler.attributes.get(key, usual) not in (usual, 'false'):
+                raise InputError(f'{document.name}: compiler: {key}: replaces masses of '
+                                 'bodies, expected none')
+    element = mjcf_element(document, compiled, 'body', index)
+    body = with_added(compiled_body(compiled, index), added,
+                      f'{document.name}: body {compiled.body(index).name or index}')
+    tensor = np.where(np.abs(body.tensor) < 1e-9 * np.trace(body.tensor), 0.0, body.tensor)
+    full = number(*np.diag(tensor), tensor[0, 1], tensor[0, 2], tensor[1, 2])
+    text.put_child(element, 'inertial', {
+        'pos': number(*body.centre), 'mass': number(body.mass), 'fullinertia': full,
+        'diaginertia': None, **dict.fromkeys(TURN)}, f'inertial of {titled(element)}')
+
+
+def compiled_body(m: Any, index: int) -> Body:
+    """
+    Return what a compiled body has itself, in its frame.
+
+    Args:
+        m: mujoco.MjModel.
+        index: number of the body.
+    """
+    frame = np.zeros(9)
+    mujoco_module().mju_quat2Mat(frame, m.body_iquat[index])
+    axes = frame.reshape(3, 3)
+    return Body(float(m.body_mass[index]), m.body_ipos[index].copy(),
+                axes @ np.diag(m.body_inertia[index]) @ axes.T)
+
+
+# ---------------------------------------------------------------------- URDF
+
+
+def write_urdf(document: XmlDocument, edits: FileEdits, comment: str = '') -> Patch:
+    """
+    Return a URDF file with edits.
+
+    Args:
+        document: the file.
+        edits: what changes, by name.
+        comment: before the root, '' for none.
+
+    Raises:
+        InputError: an element is not in the file, a URDF has no such attribute, or a link cannot
+            be so.
+    """
+    text = _Text(document)
+    if edits.gravity is not None:
+        raise InputError('a URDF has no gravity')
+    for (kind, name), values in edits.attributes.items():
+        if kind != 'joint' or not values.keys() <= URDF_PLACES.keys():
+            raise InputError(f'a URDF has no {"rotors" if kind == "joint" else f"{kind}s"}')
+        joint = _named(document, kind, str(name))
+        for tag in dict.fromkeys(URDF_PLACES[k][0] for k in values):
+            own = {URDF_PLACES[k][1]: v for k, v in values.items() if URDF_PLACES[k][0] == tag}
+            _put_part(text, joint, tag, own)
+    for link, added in edits.bodies.items():
+        _put_link(text, str(link), added)
+    return text.patch(comment)
+
+
+def _named(document: XmlDocument, tag: str, name: str) -> XmlElement:
+    """Return a joint or link of the robot, by its `tag` and `name`. Raises InputError."""
+    elements = document.root.all(tag)
+    names = [e.attributes.get('name', '') for e in elements]
+    if name not in names:
+        raise InputError(f'{document.name}: {tag}: {name!r} is not in this file, '
+                         + unknown(name, names))
+    return elements[names.index(name)]
+
+
+def _put_part(text: _Text, element: XmlElement, tag: str, values: Mapping[str, str | None],
+              parent: XmlElement | None = None) -> None:
+    """Give a part of an `element` attributes, but no 0 where the file states none."""
+    parent = parent or element
+    present = parent.all(tag)
+    own = {k: v for k, v in values.items() if (present and k in present[0].attributes)
+           or any(float(word) for word in (v or '0').split())}
+    if own:
+        text.put_child(parent, tag, own if present else values, f'{titled(element)} {tag}')
+
+
+def _put_link(text: _Text, link: str, added: Array) -> None:
+    """Give a link what it has and parameters [10] that it gains; its frame stays turned."""
+    element, document = _named(text.document, 'link', link), text.document
+    present, own = element.all('inertial'), None
+    axes: Array = np.eye(3)
+    if present:
+        mass, centre, axes, tensor = inertial_in(ElementTree.fromstring(
+            document.data[present[0].start:present[0].end]))
+        own = Body(mass, centre, axes @ tensor @ axes.T)
+    body = with_added(own, added, f'{document.name}: link {link}')
+    turned = axes.T @ body.tensor @ axes
+    centre = np.where(np.abs(body.centre) < SAME * np.abs(body.centre).max(), 0.0, body.centre)
+    parts: dict[str, dict[str, str | None]] = {
+        'origin': {'xyz': number(*centre)}, 'mass': {'value': number(body.mass)},
+        'inertia': {k: number(float(turned[i, j])) for k, (i, j) in TENSOR.items()}}
+    if not present:
+        lines = '\n'.join(f'  <{tag} {words_of(values)}/>' for tag, values in parts.items())
+        text.add(with_child(document, element, f'<inertial>\n{lines}\n</inertial>', first=True),
+                 f'inertial of {titled(element)}')
+        return
+    for tag, values in parts.items():
+        _put_part(text, element, tag, values, present[0])
 
 
 # ---------------------------------------------------------------------- bodies

@@ -2,16 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Write a drive into an MJCF file: the smallest edits that make the file move like the model.
+The edits that make a drive in an MJCF or URDF file move like a model: the fewest.
 
-Two joints in the file take the model as it is. One joint takes a rigid model; for one with a
+Two joints in an MJCF file take the model as it is. One joint takes a rigid model; for one with a
 transmission it becomes the joint of the arm, and a body without shape, the rotor, gets that of the
 motor: the actuator moves there, and a tendon holds both together.
 """
 import cmath
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
+from functools import reduce
 import math
+from operator import or_
 from typing import NamedTuple
 
 import numpy as np
@@ -19,15 +21,16 @@ import numpy as np
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.transmission import FrictionLaw, IMPEDANCES
+from gearbox_monitor.robot.chain import inertial
 from gearbox_monitor.robot.compiled_model import moved_by, mujoco_module
 from gearbox_monitor.simulators.file_edits import (
-    about_axis, across, balanced, compiled_body, MjcfEdits, number, SAME, same, Splice, titled,
-    TURN)
+    about_axis, across, balanced, compiled_body, differing, FileEdits, mjcf_element, NewElement,
+    number, Patch, SAME, same, titled, TURN, write_mjcf)
 from gearbox_monitor.simulators.mjcf import (
     ARM, COGGING, constant_load, Exported, LUGRE, MjcfValues, MOTOR, Passive, steady, TENDON)
 from gearbox_monitor.simulators.mjcf_file import (
     drive_of, MjcfActuator, MjcfDrive, MjcfJoint, values_in, weight)
-from gearbox_monitor.simulators.xml_edit import behind, words_of, XmlElement
+from gearbox_monitor.simulators.xml_edit import words_of
 
 # Regularised Coulomb friction: a ramp up to this many 1 / sharpness is nearest to the arctangent
 # over motions of some hundred of them.
@@ -36,19 +39,9 @@ IMPEDANCE = 1e-3  # of the friction constraint: at small ones it is a function o
 ROTOR = 'mass="1e-6" diaginertia="1e-12 1e-12 1e-12"'
 
 
-@dataclass(frozen=True)
-class Patch:
-    """The bytes of a patched file, its changes, and what the model's effects became."""
-
-    data: bytes
-    changes: tuple[Splice, ...]
-    exported: tuple[Exported, ...]
-    joints: tuple[str, str | None]
-
-
 def patched(drive: MjcfDrive, values: MjcfValues, exported: Sequence[Exported]) -> Patch:
     """
-    Return the Patch that gives a drive in a file the values of a model.
+    Return the Patch that gives a drive in an MJCF file the values of a model.
 
     Args:
         drive: in the file.
@@ -67,46 +60,23 @@ def patched(drive: MjcfDrive, values: MjcfValues, exported: Sequence[Exported]) 
     if values.rigid and drive.arm is not None:
         raise InputError(f'{drive.path}: joints {drive.motor.name}, {drive.arm.name}: two, '
                          'expected one joint for a model with transmission.kind: rigid')
-    patch = _patch(drive, values, exported)
-    compiled = _again(patch, drive)
-    if not _actuators_agree(drive, values, compiled):
-        # The compiler derives gains from the inertia (dampratio): write them out.
-        patch = _patch(drive, values, exported, pinned=True)
-        compiled = _again(patch, drive)
-    _verify(compiled, drive, values)
-    return patch
-
-
-def _patch(drive: MjcfDrive, values: MjcfValues, exported: Sequence[Exported],
-           pinned: bool = False) -> Patch:
-    """Return the Patch, see patched; `pinned` writes out the gains of the actuator."""
-    edits = MjcfEdits(drive.document, drive.compiled)
     names: tuple[str, str | None] = (drive.motor.name, drive.arm.name if drive.arm else None)
-    if values.rigid:
-        _one_joint(edits, drive, values)
-    elif drive.arm is None:
-        names = _with_rotor(edits, drive, values)
-    else:
-        _two_joints(edits, drive, values)
-    _inertial(edits, drive, values)
-    _tendons(edits, drive, values, names)
-    _actuator(edits, drive, values, names[0], pinned)
-    _passives(edits, drive, values, names)
-    _sensors(edits, drive, values, names)
-    return Patch(edits.patched(), tuple(edits.changes), tuple(exported), names)
-
-
-def _again(patch: Patch, drive: MjcfDrive) -> MjcfDrive:
-    """Return the drive in a patched file."""
-    return drive_of(patch.data, drive.path, patch.joints, drive.keyframe,
-                    drive.actuator.name or None if drive.actuator else None)
+    if not values.rigid and drive.arm is None:  # the joint in the file becomes that of the arm
+        names = (f'{drive.motor.name}_motor', drive.motor.name)
+    edits = reduce(or_, (part(drive, values, names) for part in (
+        _joints, _tendons, _passives, _sensors)), inertial_edits(drive, values))
+    edits |= _actuator(drive, values, names[0], bool(edits.attributes or edits.bodies))
+    patch = replace(write_mjcf(drive.document, drive.compiled, edits), exported=tuple(exported),
+                    joints=names)
+    verify(patch, drive, values)
+    return patch
 
 
 # ---------------------------------------------------------------------- joints
 
 
 def _friction(drive: MjcfDrive, friction: float, values: MjcfValues, inertia: float,
-              on_arm: bool = False) -> dict[str, str]:
+              on_arm: bool = False) -> dict[str, str | None]:
     """
     Return the attributes of Coulomb friction: a constraint that is nearly a function of speed.
 
@@ -128,82 +98,73 @@ def _friction(drive: MjcfDrive, friction: float, values: MjcfValues, inertia: fl
             'solimpfriction': number(IMPEDANCE, IMPEDANCE)}
 
 
-def _put_joint(edits: MjcfEdits, drive: MjcfDrive, joint: MjcfJoint, target: Mapping[str, float],
-               of: MjcfValues, on_arm: bool = False) -> None:
+def _joint(drive: MjcfDrive, joint: MjcfJoint, target: Mapping[str, float], of: MjcfValues,
+           on_arm: bool = False) -> FileEdits:
     """Edit what of a joint differs from `target` {armature, damping, frictionloss, stiffness}."""
-    current = {'armature': joint.armature, 'damping': joint.damping,
-               'stiffness': joint.stiffness}
-    own = {'armature': target['armature'], 'damping': target['damping'] - joint.actuator_damping,
-           'stiffness': target['stiffness'] - joint.actuator_stiffness}
-    where = f'{drive.path}: joint {joint.name}'
+    where, m = f'{drive.path}: joint {joint.name}', drive.compiled
     inertia = (of.motor_inertia + of.arm_inertia if of.rigid
                else of.arm_inertia if on_arm else of.motor_inertia)
-    if own['armature'] < -SAME * inertia:
-        raise InputError(f'{where}: armature: would be {own["armature"]:.4g}, expected a model '
-                         'whose inertia is at least that of the body and of the actuator')
-    if own['damping'] < 0.0:
-        raise InputError(f'{where}: damping: would be {own["damping"]:.4g}, expected at least 0: '
-                         'the model has less viscous friction than the actuator in the file')
-    m = drive.compiled
+    added = {'armature': 0.0, 'damping': joint.actuator_damping,
+             'stiffness': joint.actuator_stiffness}
     # Higher coefficients stay.
     higher = {'armature': (), 'damping': m.dof_dampingpoly[m.jnt_dofadr[joint.index]],
               'stiffness': m.jnt_stiffnesspoly[joint.index]}
-    values = {name: number(max(0.0, value), *(higher[name] if np.any(higher[name]) else ()))
-              for name, value in own.items() if not same(target[name], current[name])}
+    values: dict[str, str | None] = {}
+    for name, actuators in added.items():
+        own = target[name] - actuators
+        if own < (-SAME * inertia if name == 'armature' else 0.0) and name != 'stiffness':
+            raise InputError(f'{where}: {name}: would be {own:.4g}, expected at least 0: the '
+                             'model has less than body and actuator in the file')
+        if not same(target[name], getattr(joint, name)):
+            values[name] = number(max(0.0, own), *(higher[name] if np.any(higher[name]) else ()))
     values |= _friction(drive, target['frictionloss'], of, inertia, on_arm)
     if same(target['frictionloss'], joint.frictionloss):
         del values['frictionloss']
     if joint.law == of.law:
-        values.pop('solreffriction', None)
-        values.pop('solimpfriction', None)
-    if values:
-        edits.put(edits.joint(joint.index), values)
+        values = {k: v for k, v in values.items() if not k.startswith('sol')}
+    return FileEdits({('joint', joint.index): values} if values else {})
 
 
-def _one_joint(edits: MjcfEdits, drive: MjcfDrive, values: MjcfValues) -> None:
-    """Edit the one joint of a rigid drive, whose inertias count in sum."""
-    joint, armature = drive.motor, values.motor_inertia
-    if drive.half_of_inertia:
-        armature = max(0.0, values.motor_inertia - values_in(drive).motor_inertia)
-    _put_joint(edits, drive, joint, {
-        'armature': armature, 'damping': values.motor_damping + values.arm_damping,
-        'frictionloss': values.motor_friction + values.arm_friction,
-        'stiffness': values.motor_stiffness}, values)
-
-
-def _two_joints(edits: MjcfEdits, drive: MjcfDrive, values: MjcfValues) -> None:
+def _joints(drive: MjcfDrive, values: MjcfValues, names: tuple[str, str | None]) -> FileEdits:
+    """Return the edits of the joints; one joint gets a rotor for a model with a transmission."""
     motor, arm = drive.motor, drive.arm_joint
-    _put_joint(edits, drive, motor, {
+    if values.rigid:
+        armature = values.motor_inertia
+        if drive.half_of_inertia:
+            armature = max(0.0, armature - values_in(drive).motor_inertia)
+        return _joint(drive, motor, {
+            'armature': armature, 'damping': values.motor_damping + values.arm_damping,
+            'frictionloss': values.motor_friction + values.arm_friction,
+            'stiffness': values.motor_stiffness}, values)
+    alone = drive.arm is None
+    edits = _joint(drive, arm, {
+        'armature': 0.0 if alone else arm.armature, 'damping': values.arm_damping,
+        'frictionloss': values.arm_friction, 'stiffness': 0.0 if alone else arm.stiffness},
+        values, on_arm=True)
+    if alone:
+        return edits | _rotor(drive, values, names[0])
+    return edits | _joint(drive, motor, {
         'armature': values.motor_inertia - motor.inertia, 'damping': values.motor_damping,
         'frictionloss': values.motor_friction, 'stiffness': values.motor_stiffness}, values)
-    _put_joint(edits, drive, arm, _of_arm(values, arm.armature, arm.stiffness), values,
-               on_arm=True)
 
 
-def _of_arm(values: MjcfValues, armature: float, stiffness: float) -> dict[str, float]:
-    return {'armature': armature, 'damping': values.arm_damping,
-            'frictionloss': values.arm_friction, 'stiffness': stiffness}
-
-
-def _with_rotor(edits: MjcfEdits, drive: MjcfDrive, values: MjcfValues) -> tuple[str, str]:
-    """Add the rotor's body and joint; return the names of the joints of motor and arm."""
-    joint = drive.motor
-    document, m = drive.document, drive.compiled
-    body = edits.body(m.jnt_bodyid[joint.index])
+def _rotor(drive: MjcfDrive, values: MjcfValues, name: str) -> FileEdits:
+    """Return the body and joint `name` of a rotor beside the joint of a drive."""
+    joint, document, m = drive.motor, drive.document, drive.compiled
+    index = int(m.jnt_bodyid[joint.index])
+    body = mjcf_element(document, m, 'body', index)
     if len(body.all('joint')) != 1:
         raise InputError(f'{drive.path}: line {body.line}: {titled(body)}: several joints, '
                          'expected one for a rotor beside it')
-    name = f'{joint.name}_motor'
-    names = {e.attributes.get('name') for e in document.root.walk()}
-    if name in names:
+    if name in {e.attributes.get('name') for e in document.root.walk()}:
         raise InputError(f'{drive.path}: {name}: the name is taken, expected it to be free for '
                          'the joint of the motor')
-    _put_joint(edits, drive, joint, _of_arm(values, 0.0, 0.0), values, on_arm=True)
     place = ''.join(f' {key}="{value}"' for key, value in body.attributes.items()
                     if key in ('pos', *TURN))
     friction = words_of(_friction(drive, values.motor_friction, values, values.motor_inertia))
     kind = 'slide' if joint.slide else 'hinge'
-    edits.insert(behind(document, body, f"""\
+    return FileEdits(_keyframes(drive, joint), rotor=(index, NewElement(
+        'body', f'body "{name}" with the joint of the motor', f"""\
 <body name="{name}"{place}>
   <inertial pos="0 0 0" {ROTOR}/>
   <joint name="{name}" type="{kind}" pos="{number(*m.jnt_pos[joint.index])}"
@@ -211,53 +172,54 @@ def _with_rotor(edits: MjcfEdits, drive: MjcfDrive, values: MjcfValues) -> tuple
          armature="{number(values.motor_inertia)}" damping="{number(values.motor_damping)}"
          stiffness="{number(values.motor_stiffness)}"
          {friction}/>
-</body>"""), f'body "{name}"', 'new, with the joint of the motor')
-    _keyframes(edits, drive, joint)
-    return name, joint.name
+</body>""")))
 
 
-def _keyframes(edits: MjcfEdits, drive: MjcfDrive, joint: MjcfJoint) -> None:
+def _keyframes(drive: MjcfDrive, joint: MjcfJoint
+               ) -> dict[tuple[str, int | str], dict[str, str | None]]:
     """Give the postures in keyframes the value of the motor's joint."""
     m = drive.compiled
     last = np.flatnonzero(moved_by(m, joint.index)[m.jnt_bodyid])[-1]
     place, own = m.jnt_qposadr[last] + 1, m.jnt_qposadr[joint.index]
     if m.jnt_type[last] == int(mujoco_module().mjtJoint.mjJNT_BALL):
         place += 3
-    for part in drive.document.root.all('keyframe'):
-        for key in part.all('key'):
-            row = key.attributes.get('qpos', '').split()
-            if row:
-                row += ['0'] * (m.nq - len(row))  # as MuJoCo fills it up
-                edits.put(key, {'qpos': ' '.join([*row[:place], row[own], *row[place:]])})
-            if key.attributes.get('qvel') or key.attributes.get('act'):
-                raise InputError(f'{drive.path}: line {key.line}: {titled(key)}: qvel or act, '
-                                 'expected only qpos where a joint is added')
+    edits: dict[tuple[str, int | str], dict[str, str | None]] = {}
+    keys = [key for part in drive.document.root.all('keyframe') for key in part.children]
+    for i, key in enumerate(keys):
+        if row := key.attributes.get('qpos', '').split():
+            row += ['0'] * (m.nq - len(row))  # as MuJoCo fills it up
+            edits['keyframe', i] = {'qpos': ' '.join([*row[:place], row[own], *row[place:]])}
+        if key.attributes.get('qvel') or key.attributes.get('act'):
+            raise InputError(f'{drive.path}: line {key.line}: {titled(key)}: qvel or act, '
+                             'expected only qpos where a joint is added')
+    return edits
 
 
 # ---------------------------------------------------------------------- inertia and weight
 
 
-def _inertial(edits: MjcfEdits, drive: MjcfDrive, values: MjcfValues) -> None:
-    """Give the arm's body the inertia about its joint, and the weight, of the model."""
-    joint = drive.arm_joint
+def inertial_edits(drive: MjcfDrive, values: MjcfValues) -> FileEdits:
+    """Return the edit of the arm's body in the file of `drive`: inertia and weight of `values`."""
+    joint, present = drive.arm_joint, values_in(drive)
     # What the joint's own armature adds stays with it, unless it was that of the motor.
     own = joint.armature if drive.arm is not None else 0.0
     heavier = values.arm_inertia - own - joint.inertia
-    if drive.half_of_inertia and values.rigid:
-        present = values_in(drive)
+    if drive.document.root.tag == 'robot':
+        heavier += values.motor_inertia   # a link holds all of it
+    elif drive.half_of_inertia and values.rigid:
         heavier = values.arm_inertia - present.arm_inertia + min(
             0.0, values.motor_inertia - present.motor_inertia)
     own_weight = None  # over what the joint reads now, before its zero moves
     if values.weight is not None:
-        own_weight = values.weight * cmath.rect(1.0, -values_in(drive).zero)
+        own_weight = values.weight * cmath.rect(1.0, -present.zero)
     moved = own_weight is not None and not same(own_weight, weight(drive))
     if abs(heavier) <= SAME * values.arm_inertia and not moved:
-        return
+        return FileEdits()
     m, index = drive.compiled, int(drive.compiled.jnt_bodyid[joint.index])
     axis, anchor, body = m.jnt_axis[joint.index], m.jnt_pos[joint.index], compiled_body(m, index)
     if joint.slide:
-        factor = (body.mass + heavier) / body.mass
-        body = body._replace(mass=body.mass + heavier, tensor=body.tensor * factor)
+        changed = body._replace(mass=body.mass + heavier,
+                                tensor=body.tensor * (body.mass + heavier) / body.mass)
     else:
         target = about_axis(body, axis, anchor) + heavier
         if target <= 0.0:
@@ -267,8 +229,8 @@ def _inertial(edits: MjcfEdits, drive: MjcfDrive, values: MjcfValues) -> None:
         if moved and own_weight is not None:
             moment = body.mass * across(body.centre - anchor, axis) + _added_moment(
                 drive, own_weight)
-        body = balanced(body, axis, anchor, target, moment)
-    edits.put_body(index, body)
+        changed = balanced(body, axis, anchor, target, moment)
+    return FileEdits(bodies={index: inertial(*changed) - inertial(*body)})
 
 
 def _added_moment(drive: MjcfDrive, target: complex) -> Array:
@@ -295,41 +257,33 @@ def _added_moment(drive: MjcfDrive, target: complex) -> Array:
 # ---------------------------------------------------------------------- tendon, actuator, sensors
 
 
-def _tendons(edits: MjcfEdits, drive: MjcfDrive, values: MjcfValues,
-             names: tuple[str, str | None]) -> None:
+def _tendons(drive: MjcfDrive, values: MjcfValues, names: tuple[str, str | None]) -> FileEdits:
+    """Return the edits of the gearbox, and of the tendon that yields beside it."""
     if values.rigid:
-        return
-    tendon = drive.tendon
+        return FileEdits()
+    tendon, elastic = drive.tendon, drive.hysteresis
     sign = tendon.sign if tendon else 1.0
     ends = sorted(sign * (edge - values.zero) for edge in (-values.half_gap, values.half_gap))
-    attributes = {'springlength': number(*ends),
-                  'stiffness': number(values.stiffness, 0.0, values.cubic) if values.cubic
-                  else number(values.stiffness), 'damping': number(values.damping)}
-    joints = f'  <joint joint="{names[0]}" coef="1"/>\n  <joint joint="{names[1]}" coef="-1"/>\n'
-    if tendon is None:
-        edits.add('tendon', f'tendon "{names[1]}_gearbox"',
-                  f'<fixed name="{names[1]}_gearbox" {words_of(attributes)}>\n{joints}</fixed>')
-    else:
-        if same(ends[0], tendon.low) and same(ends[1], tendon.high):
-            del attributes['springlength']
-        if all(map(same, (values.stiffness, 0.0, values.cubic), tendon.stiffness)):
-            del attributes['stiffness']
-        if same(values.damping, tendon.damping):
-            del attributes['damping']
-        if attributes:
-            edits.put(edits.listed('tendon', tendon.index), attributes)
-    present = values_in(drive).yielding
-    if values.yielding and present:
-        elastic = drive.hysteresis
-        if elastic is not None and not all(map(same, values.yielding, present)):
-            edits.put(edits.listed('tendon', elastic.index), {
-                'stiffness': number(values.yielding[0]),
-                'springyield': number(values.yielding[1])})
-    elif values.yielding:
-        edits.add('tendon', f'tendon "{names[1]}_hysteresis"',
-                  f'<fixed name="{names[1]}_hysteresis" springlength="0 0" '
-                  f'stiffness="{number(values.yielding[0])}" '
-                  f'springyield="{number(values.yielding[1])}">\n{joints}</fixed>')
+    wanted = [('gearbox', tendon, {
+        'springlength': number(*ends), 'damping': number(values.damping),
+        'stiffness': number(values.stiffness, *((0.0, values.cubic) if values.cubic else ()))})]
+    if values.yielding:
+        wanted.append(('hysteresis', elastic, {
+            'springlength': '0 0', 'stiffness': number(values.yielding[0]),
+            'springyield': number(values.yielding[1])}))
+    edits = FileEdits()
+    for name, present, attributes in wanted:
+        if present is None:
+            edits |= FileEdits(new=(NewElement('tendon', f'tendon "{names[1]}_{name}"', (
+                f'<fixed name="{names[1]}_{name}" {words_of(attributes)}>\n'
+                f'  <joint joint="{names[0]}" coef="1"/>\n'
+                f'  <joint joint="{names[1]}" coef="-1"/>\n</fixed>')),))
+        elif other := differing(attributes, {
+                'springlength': number(present.low, present.high),
+                'damping': number(present.damping), 'springyield': number(present.springyield),
+                'stiffness': number(*present.stiffness[:3 if any(present.stiffness[1:]) else 1])}):
+            edits |= FileEdits({('tendon', present.index): other})
+    return edits
 
 
 class _Force(NamedTuple):
@@ -374,109 +328,98 @@ def _forces(drive: MjcfDrive, values: MjcfValues) -> tuple[_Force, _Force]:
     existing = _Force(a.gain, a.bias, math.inf if present.lag and not present.servo
                       else was / size, was / (size * a.gain) if present.lag and not present.servo
                       else math.inf, law.lag if law else 0.0, law.delay if law else 0.0)
-    return existing, _Force(gain, (constant, *bias), span, control, values.lag,
-                            values.delay)
+    small = 1e-9 * max(abs(a.gain), 1.0)   # rounding alone is no change
+
+    def near(old: float, new: float) -> float:
+        """Return the `new` number, or the `old` one that it equals but for rounding."""
+        return old if same(old, new) or abs(old - new) <= small else new
+    return existing, _Force(near(a.gain, gain), (
+        near(a.bias[0], constant), near(a.bias[1], bias[0]), near(a.bias[2], bias[1])), *map(
+            near, existing[2:], (span, control, values.lag, values.delay)))
 
 
-def _agree(first: _Force, second: _Force) -> bool:
-    """Return whether two forces are the same but for rounding."""
-    small = 1e-9 * max(abs(first.gain), 1.0)
-    return all(same(a, b) or math.isfinite(a - b) and abs(a - b) <= small for a, b in zip(
-        (first.gain, *first.bias, *first[2:]), (second.gain, *second.bias, *second[2:])))
-
-
-def _actuators_agree(drive: MjcfDrive, values: MjcfValues, again: MjcfDrive) -> bool:
-    """Return whether the actuator of a patched drive is what `values` ask for."""
-    if drive.actuator is None or again.actuator is None:
-        return True
-    target = _forces(drive, values)[1]
-    return all(same(a, b) or abs(a - b) <= 1e-6 * max(1.0, abs(a)) for a, b in zip(
-        (target.gain, *target.bias), (again.actuator.gain, *again.actuator.bias)))
-
-
-def _actuator(edits: MjcfEdits, drive: MjcfDrive, values: MjcfValues, motor: str,
-              pinned: bool) -> None:
+def _actuator(drive: MjcfDrive, values: MjcfValues, motor: str, changed: bool) -> FileEdits:
+    """Return the edits of the actuator; `changed`: inertias did, of which gains may be made."""
     a = drive.actuator
     if a is None:
         plain = (values.gain == 1.0 and not values.lag and not values.delay
                  and math.isinf(values.limit) and values.servo is None)
         if plain and same(values.offset, values_in(drive).offset):
-            return
+            return FileEdits()
         raise InputError(f'{drive.path}: joint {drive.motor.name}: no actuator acts on it, '
                          'expected one')
     present, target = _forces(drive, values)
-    attributes: dict[str, str | None] = {}
-    moved = motor != drive.motor.name
-    changed = pinned or not _agree(present, target) or (
-        moved and math.isfinite(drive.motor.force[1]))
+    moved, changed = motor != drive.motor.name, changed and b'dampratio' in drive.document.data
     late = a.setpoint and values.servo is None and bool(values.lag or values.delay)
-    if not (moved or changed or late):
-        return
-    element = edits.listed('actuator', a.index)
-    where = _place(drive, element, a)
+    if not (moved or changed or late or present != target):
+        return FileEdits()
+    element = mjcf_element(drive.document, drive.compiled, 'actuator', a.index)
+    where = f'{drive.path}: line {element.line}: actuator {a.name}'
     if late:
         raise InputError(f'{where}: follows a setpoint, and lag or delay of a torque would act on '
                          'that; expected a motor')
-    if moved:
-        attributes |= {'joint': motor}
-        attributes |= _inherited(drive, element, a)
-    if changed:
-        attributes |= _of_actuator(drive, element, (present, target), pinned)
-        if math.isfinite(drive.motor.force[1]) and not same(present.span, target.span):
+    joints: dict[tuple[str, int | str], dict[str, str | None]] = {}
+    attributes = {'joint': motor, **_inherited(drive, element.tag, a)} if moved else {}
+    bounded = math.isfinite(drive.motor.force[1])
+    if present != target or changed or moved and bounded:
+        attributes |= _of_actuator(drive, element.tag, where, (present, target), changed)
+        if bounded and present.span != target.span:
             limit = target.span * abs(a.gear)
-            edits.put(edits.joint(drive.motor.index), {
-                'actuatorfrcrange': number(-limit, limit) if math.isfinite(limit) else None})
-    general = {'gainprm', 'biasprm', 'dyntype'} & set(attributes)
-    if general and element.tag in ('dcmotor', 'pid'):
+            joints['joint', drive.motor.index] = {
+                'actuatorfrcrange': number(-limit, limit) if math.isfinite(limit) else None}
+    if '' in attributes and element.tag in ('dcmotor', 'pid'):
         raise InputError(f'{where}: a {element.tag}, whose force is not that of the model, '
                          'expected motor, general or position')
-    if general:
-        attributes['inheritrange'] = None
-    edits.put(element, attributes, 'general' if general else '')
+    return FileEdits({('actuator', a.index): attributes, **joints})
 
 
-def _place(drive: MjcfDrive, element: XmlElement, a: MjcfActuator) -> str:
-    """Return the place of an actuator, for messages."""
-    return f'{drive.path}: line {element.line}: actuator {a.name}'
-
-
-def _inherited(drive: MjcfDrive, element: XmlElement, a: MjcfActuator) -> dict[str, str | None]:
+def _inherited(drive: MjcfDrive, tag: str, a: MjcfActuator) -> dict[str, str | None]:
     """Return the range of controls that an actuator has from its joint, which it leaves."""
     m = drive.compiled
     place = int(m.actuator_ctrladr[a.index])
-    if element.tag not in ('position', 'intvelocity') or not m.actuator_ctrllimited[place]:
+    if tag not in ('position', 'intvelocity') or not m.actuator_ctrllimited[place]:
         return {}
     span = number(*m.actuator_ctrlrange[place])
     return {'inheritrange': '0', 'ctrllimited': 'true', 'ctrlrange': span}
 
 
-def _of_actuator(drive: MjcfDrive, element: XmlElement, forces: tuple[_Force, _Force],
-                 pinned: bool) -> dict[str, str | None]:
+def _of_actuator(drive: MjcfDrive, tag: str, where: str, forces: tuple[_Force, _Force],
+                 explicit: bool) -> dict[str, str | None]:
     """Return the attributes that turn the force of an actuator into the second of `forces`."""
     a, (present, target) = drive.actuator, forces
     assert a is not None
-    where = _place(drive, element, a)
-    servo = target.bias[1] != 0.0
     if a.dynamics not in ('none', 'filter', 'filterexact'):
         raise InputError(f'{where}: dyntype {a.dynamics}, expected none for a lag')
     out: dict[str, str | None] = {}
-    gains = (present.gain, *present.bias), (target.gain, *target.bias)
-    lags = same(present.lag, target.lag)
-    if pinned or not lags or not all(map(same, *gains)):
-        if element.tag == 'position' and servo and lags and not target.lag and (
-                abs(target.bias[0]) <= SAME * target.gain) and same(target.gain, -target.bias[1]):
-            out = {'kp': number(target.gain), 'kv': number(-target.bias[2]), 'dampratio': None}
-        else:
-            out = _general(drive, target)
-    if not same(present.control, target.control):
+    if explicit or present[:2] != target[:2] or present.lag != target.lag:
+        lagging = present.lag != target.lag or bool(target.lag)
+        plain = tag == 'position' and not lagging
+        out = (plain and servo_gains(tag, target.gain, target.bias)) or _general(drive, target)
+    if present.control != target.control:
         out |= _limits('ctrl', -target.control, target.control)
-    if not same(present.span, target.span) or (
-            math.isfinite(target.span) and not same(present.bias[0], target.bias[0])):
+    if present.span != target.span or (
+            math.isfinite(target.span) and present.bias[0] != target.bias[0]):
         out |= _limits('force', target.bias[0] - target.span, target.bias[0] + target.span)
-    if not same(present.delay, target.delay):
+    if present.delay != target.delay:
         out |= (_delayed(drive, target.delay, where) if target.delay
                 else {'delay': None, 'nsample': None, 'interp': None})
     return out
+
+
+def servo_gains(tag: str, gain: float, bias: Sequence[float]) -> dict[str, str | None]:
+    """
+    Return the attributes of an actuator with the force gain c + bias, {} where it has none.
+
+    Args:
+        tag: of its element.
+        gain: of the control c.
+        bias: constant, over length and speed.
+    """
+    if tag == 'general':
+        return {'gainprm': number(gain), 'biasprm': number(*bias)}
+    if tag == 'position' and bias[1] and abs(bias[0]) <= SAME * gain and same(gain, -bias[1]):
+        return {'kp': number(gain), 'kv': number(-bias[2]), 'dampratio': None}
+    return {}
 
 
 def _limits(kind: str, low: float, high: float) -> dict[str, str | None]:
@@ -488,8 +431,9 @@ def _limits(kind: str, low: float, high: float) -> dict[str, str | None]:
 
 def _general(drive: MjcfDrive, target: _Force) -> dict[str, str | None]:
     """Return the attributes of an actuator general with a force and its lag."""
-    affine = bool(target.bias[0] or target.bias[1] or target.bias[2])
+    affine = any(target.bias)
     out: dict[str, str | None] = {
+        '': 'general', 'inheritrange': None,
         'gainprm': number(target.gain) if target.gain != 1.0 else None, 'biasprm': None,
         # Of the shortcuts that general replaces.
         'kp': None, 'kv': None, 'dampratio': None, 'timeconst': None}
@@ -515,63 +459,54 @@ def _delayed(drive: MjcfDrive, delay: float, where: str) -> dict[str, str | None
             'nsample': str(math.ceil(delay / drive.timestep - 1e-9) + 1)}
 
 
-def _passives(edits: MjcfEdits, drive: MjcfDrive, values: MjcfValues,
-              names: tuple[str, str | None]) -> None:
+def _passives(drive: MjcfDrive, values: MjcfValues, names: tuple[str, str | None]) -> FileEdits:
     """Add the passive torques of `values` that the file lacks, take out those that it has."""
-    present = values_in(drive)
+    present, removed, new = values_in(drive), FileEdits(), list[NewElement]()
     load = constant_load(values) - constant_load(present)
-    for where in (MOTOR, ARM, TENDON):
-        for kind in (LUGRE, COGGING):
-            if (where, kind) == (ARM, COGGING):
-                continue
-            own, file = values.passives(where, kind), present.passives(where, kind)
-            if len(own) == len(file) and all(all(map(same, a, b)) for a, b in zip(own, file)):
-                continue
-            for passive, i in drive.passive:
-                if (passive.where, passive.kind) == (where, kind):
-                    edits.put(edits.listed('actuator', i), {kind: None},
-                              title=f'dcmotor ({kind})')
-            for numbers in own:
-                _passive(edits, drive, Passive(where, kind, numbers), names)
+    for where, kind in ((MOTOR, LUGRE), (MOTOR, COGGING), (ARM, LUGRE), (TENDON, LUGRE),
+                        (TENDON, COGGING)):
+        own, file = values.passives(where, kind), present.passives(where, kind)
+        if len(own) == len(file) and all(all(map(same, a, b)) for a, b in zip(own, file)):
+            continue
+        removed |= FileEdits({('actuator', i): {kind: None} for passive, i in drive.passive
+                              if (passive.where, passive.kind) == (where, kind)})
+        new += [_passive(drive, Passive(where, kind, numbers), names) for numbers in own]
     if abs(load) > SAME * max(1.0, abs(constant_load(values))):
-        _passive(edits, drive, steady(-load), names)
+        new.append(_passive(drive, steady(-load), names))
+    return removed | FileEdits(new=tuple(new))
 
 
-def _passive(edits: MjcfEdits, drive: MjcfDrive, passive: Passive,
-             names: tuple[str, str | None]) -> None:
-    place = {MOTOR: ('joint', names[0]), ARM: ('joint', names[1] or names[0]),
-             TENDON: ('tendon', drive.tendon.name if drive.tendon
-                      else f'{names[1]}_gearbox')}[passive.where]
-    title = f'dcmotor ({passive.kind} on {place[1]})'
-    edits.add('actuator', title,
-              f'<dcmotor {place[0]}="{place[1]}" input="none" motorconst="0" resistance="1" '
-              f'{passive.kind}="{number(*passive.numbers)}"/>')
+def _passive(drive: MjcfDrive, passive: Passive, names: tuple[str, str | None]) -> NewElement:
+    kind, name = {MOTOR: ('joint', names[0]), ARM: ('joint', names[1] or names[0]),
+                  TENDON: ('tendon', drive.tendon.name if drive.tendon
+                           else f'{names[1]}_gearbox')}[passive.where]
+    return NewElement('actuator', f'dcmotor ({passive.kind} on {name})', (
+        f'<dcmotor {kind}="{name}" input="none" motorconst="0" resistance="1" '
+        f'{passive.kind}="{number(*passive.numbers)}"/>'))
 
 
-def _sensors(edits: MjcfEdits, drive: MjcfDrive, values: MjcfValues,
-             names: tuple[str, str | None]) -> None:
-    shift = values.zero - values_in(drive).zero
-    if shift:
-        _shift_zero(edits, drive, shift)
+def _sensors(drive: MjcfDrive, values: MjcfValues, names: tuple[str, str | None]) -> FileEdits:
+    """Return the edits of zero and delays of the readings."""
+    present, edits = values_in(drive), FileEdits()
+    if values.zero != present.zero:
+        edits = _shifted_zero(drive, values.zero - present.zero)
     if values.rigid and values.late[0] and values.late[1]:
         raise InputError(f'{drive.path}: joint {names[0]}: two delays of its reading, expected '
                          'one where motor and arm are one joint')
-    present = values_in(drive).late
-    for delay, was, name in zip(values.late, present, (names[0], names[1] or names[0])):
+    sensors = [e for part in drive.document.root.all('sensor') for e in part.children]
+    for delay, was, name in zip(values.late, present.late, (names[0], names[1] or names[0])):
         if not delay or same(delay, was):
             continue
-        where = f'{drive.path}: sensor of joint {name}'
-        delays = _delayed(drive, delay, where)
-        own = [e for part in drive.document.root.all('sensor') for e in part.all('jointpos')
-               if e.attributes.get('joint') == name]
-        if own:
-            edits.put(own[0], delays)
-        else:
-            edits.add('sensor', f'sensor "{name}_encoder"', f'<jointpos name="{name}_encoder" '
-                      f'joint="{name}" {words_of(delays)}/>')
+        delays = _delayed(drive, delay, f'{drive.path}: sensor of joint {name}')
+        own = [i for i, e in enumerate(sensors)
+               if (e.tag, e.attributes.get('joint')) == ('jointpos', name)]
+        edits |= FileEdits({('sensor', own[0]): delays}) if own else FileEdits(new=(NewElement(
+            'sensor', f'sensor "{name}_encoder"',
+            f'<jointpos name="{name}_encoder" joint="{name}" {words_of(delays)}/>'),))
+    return edits
 
 
-def _shift_zero(edits: MjcfEdits, drive: MjcfDrive, zero: float) -> None:
+def _shifted_zero(drive: MjcfDrive, zero: float) -> FileEdits:
     """Let the arm's joint read `zero` rad more; its limits move with it."""
     joint = drive.arm_joint
     m = drive.compiled
@@ -581,11 +516,13 @@ def _shift_zero(edits: MjcfEdits, drive: MjcfDrive, zero: float) -> None:
         values['range'] = number(*((m.jnt_range[joint.index] + zero) * unit))
     if joint.stiffness:
         values['springref'] = number((joint.springref + zero) * unit)
-    edits.put(edits.joint(joint.index), values)
+    return FileEdits({('joint', joint.index): values})
 
 
-def _verify(again: MjcfDrive, drive: MjcfDrive, values: MjcfValues) -> None:
-    """Raise InputError unless MuJoCo compiles a patch to `values`, in the posture of `drive`."""
+def verify(patch: Patch, drive: MjcfDrive, values: MjcfValues) -> None:
+    """Raise InputError unless MuJoCo compiles a `patch` of `drive` to `values`, in its posture."""
+    again = drive_of(patch.data, drive.path, patch.joints, drive.keyframe,
+                     drive.actuator.name or None if drive.actuator else None)
     v, arm = values, again.arm
     whole = v.arm_inertia + (v.motor_inertia if arm is None else 0.0)
     rows: list[tuple[str, complex, complex]] = [

@@ -18,14 +18,15 @@ from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects.controller import SERVO_GAIN
 from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_INERTIA, MOTOR_VISCOUS
-from gearbox_monitor.robot.chain import inertial, PER_LINK
+from gearbox_monitor.robot.chain import inertial
 from gearbox_monitor.robot.compiled_model import actuators_on, disabled
 from gearbox_monitor.simulators.file_edits import (
-    compiled_body, in_frame, MjcfEdits, number, UrdfEdits, with_added)
+    FileEdits, in_frame, mjcf_element, number, Patch, write_mjcf, write_urdf)
 from gearbox_monitor.simulators.mjcf import EXPRESSIONS, REFUSED
 from gearbox_monitor.simulators.mjcf_file import read_file
+from gearbox_monitor.simulators.mjcf_patch import servo_gains
 from gearbox_monitor.simulators.robot_model import ChainFile
-from gearbox_monitor.simulators.xml_edit import parse_xml
+from gearbox_monitor.simulators.xml_edit import parse_xml, XmlDocument
 
 POINT = np.zeros((3, 3))  # inertia of a point about itself
 TWO = 2.0  # deviations within which a sum below 0 is 0
@@ -35,23 +36,22 @@ class JointPlace(NamedTuple):
     """
     Where an effect of a joint stands in a file.
 
-    value: of the finding, a change; field: of the Chain; mjcf: attribute of a joint; flags: of
-    MuJoCo's options that switch it off; urdf: attribute of <dynamics>, '' for none.
+    value: of the finding, a change; field: of the Chain; attribute: of an MJCF joint; flags: of
+    MuJoCo's options that switch it off.
     """
 
     value: str
     field: str
-    mjcf: str
+    attribute: str
     flags: tuple[str, ...]
-    urdf: str
 
 
 # All other effects of joints have no attribute of their own, in either format.
 OF_JOINT = {
     MOTOR_COULOMB.id: JointPlace('Cc_change', 'coulomb', 'frictionloss',
-                                 ('FRICTIONLOSS', 'CONSTRAINT'), 'friction'),
-    MOTOR_VISCOUS.id: JointPlace('Cv_change', 'viscous', 'damping', ('DAMPER',), 'damping'),
-    MOTOR_INERTIA.id: JointPlace('m1_change', 'armature', 'armature', (), '')}
+                                 ('FRICTIONLOSS', 'CONSTRAINT')),
+    MOTOR_VISCOUS.id: JointPlace('Cv_change', 'viscous', 'damping', ('DAMPER',)),
+    MOTOR_INERTIA.id: JointPlace('m1_change', 'armature', 'armature', ())}
 OF_LINK: dict[str, Callable[[Mapping[str, float]], Array]] = {
     PAYLOAD.id: lambda v: inertial(v['m'], np.array([v['cx'], v['cy'], v['cz']]), POINT),
     LINK_INERTIA.id: lambda v: np.array([*np.zeros(4), *(v[name] for name in INERTIA_NAMES)])}
@@ -84,113 +84,92 @@ def closed_file(file: ChainFile, findings: Sequence[Mapping[str, Any]], author: 
     Returns:
         The text, None if nothing of them can stand in it, and {title of what cannot: reason}.
     """
-    closing = _Closing(file)
-    omitted: dict[str, str] = {}
+    document, omitted = parse_xml(read_file(file.path), str(file.path)), dict[str, str]()
+    edits, patch = FileEdits(), Patch(document.data, ())
     for finding in findings:
         name = title_of(finding)
         try:
             if finding.get('confirmed', True) is False:
                 raise InputError('free runs are farther off with it than without')
-            closing.take(finding)
+            further = edits | _edits(file, document, finding, edits)
+            patch = (write_urdf(document, further, author) if file.compiled is None else
+                     write_mjcf(document, file.compiled, further, author))
+            edits = further
         except InputError as error:
             omitted[name] = str(error)
         if 'Ca' in finding['values']:
             omitted[f'{name}: its difference by direction'] = 'no attribute has it'
-    if not closing.edits.changes:
-        return None, omitted
     try:
-        return closing.edits.patched(author).decode('utf-8'), omitted
+        return patch.data.decode('utf-8') if patch.changes else None, omitted
     except UnicodeDecodeError:
         return None, {**omitted, str(file.path): 'not UTF-8, expected it for a file to be written'}
 
 
-class _Closing:
-    """The edits of a file for findings: those of one attribute or body add up."""
+def _edits(file: ChainFile, document: XmlDocument, finding: Mapping[str, Any], before: FileEdits
+           ) -> FileEdits:
+    """Return the edits for a finding after those `before`. Raises InputError without a place."""
+    effect, values, chain = finding['effect'], finding['values'], file.chain
+    kind = 'joint' if finding.get('joint') else 'link'
+    names = chain.joints if kind == 'joint' else [BASE, *(link.name for link in chain.links)]
+    if finding.get(kind) not in names:
+        raise InputError(f'{kind}: {finding.get(kind)!r} is not in {file.path}, '
+                         + unknown(finding.get(kind), names))
+    lacking = [name for name in NEEDED.get(effect, ()) if name not in values]
+    if lacking or (effect in (*OF_JOINT, SERVO_GAIN.id)) > (kind == 'joint'):
+        raise InputError(f'no {", ".join(lacking) or "joint"}, expected it in the finding')
+    if effect in OF_JOINT:
+        return _of_joint(file, OF_JOINT[effect], finding, before)
+    if effect in OF_LINK:
+        return _of_link(file, finding['link'], OF_LINK[effect](values))
+    if effect == SERVO_GAIN.id:
+        return _of_servo(file, document, finding['joint'], values['kp_factor'])
+    if effect == BASE_TILT.id:
+        return FileEdits(gravity=tilted(chain.gravity, values['ax'], values['ay']))
+    row = EXPRESSIONS.get(effect)
+    raise InputError(row.words if row is not None and row.kind == REFUSED
+                     else 'no attribute of a joint or body has it')
 
-    def __init__(self, file: ChainFile) -> None:
-        document = parse_xml(read_file(file.path), str(file.path))
-        self.edits: MjcfEdits | UrdfEdits = (
-            UrdfEdits(document) if document.root.tag == 'robot'
-            else MjcfEdits(document, file.compiled))
-        self._file = file
-        self._joints: dict[tuple[int, str], float] = {}
-        self._links: dict[str, Array] = {}
 
-    def take(self, finding: Mapping[str, Any]) -> None:
-        """Write a finding. Raises InputError, and changes nothing, if the file has no place."""
-        effect, values, chain = finding['effect'], finding['values'], self._file.chain
-        kind = 'joint' if finding.get('joint') else 'link'
-        names = chain.joints if kind == 'joint' else [BASE, *(link.name for link in chain.links)]
-        if finding.get(kind) not in names:
-            raise InputError(f'{kind}: {finding.get(kind)!r} is not in {self._file.path}, '
-                             + unknown(finding.get(kind), names))
-        lacking = [name for name in NEEDED.get(effect, ()) if name not in values]
-        if lacking or (effect in (*OF_JOINT, SERVO_GAIN.id)) > (kind == 'joint'):
-            raise InputError(f'no {", ".join(lacking) or "joint"}, expected it in the finding')
-        if effect in OF_JOINT:
-            self._joint(chain.joints.index(finding['joint']), OF_JOINT[effect], finding)
-        elif effect in OF_LINK:
-            theta = OF_LINK[effect](values) + self._links.get(finding['link'], np.zeros(PER_LINK))
-            self._inertial(finding['link'], theta)
-            self._links[finding['link']] = theta
-        elif effect == SERVO_GAIN.id:
-            self._gain(chain.joints.index(finding['joint']), values['kp_factor'])
-        elif effect == BASE_TILT.id:
-            if isinstance(self.edits, UrdfEdits):
-                raise InputError('a URDF has no gravity')
-            self.edits.put_gravity(tilted(chain.gravity, values['ax'], values['ay']))
-        else:
-            row = EXPRESSIONS.get(effect)
-            raise InputError(row.words if row is not None and row.kind == REFUSED
-                             else 'no attribute of a joint or body has it')
+def _of_joint(file: ChainFile, place: JointPlace, finding: Mapping[str, Any], before: FileEdits
+              ) -> FileEdits:
+    """Add a finding to the attribute at its `place`. Raises InputError."""
+    attribute, m = place.attribute, file.compiled
+    joint = file.chain.joints.index(finding['joint'])
+    nominal = float((getattr(file.chain, place.field) if m is None
+                     else getattr(m, f'dof_{attribute}'))[joint])
+    if m is not None and place.flags and disabled(m, *place.flags):
+        raise InputError(f'{attribute}: a flag of <option> switches it off')
+    key = ('joint', finding['joint'] if m is None else joint)
+    nominal = float(before.attributes.get(key, {}).get(attribute) or nominal)
+    change = finding['values'][place.value]
+    unsure = finding['deviations'][place.value] or 0.0
+    changed = nominal + change
+    if changed < -TWO * unsure - 1e-9 * nominal:
+        raise InputError(f'{attribute} {nominal:.3g} in the file, {change:+.3g}, expected '
+                         'a sum of 0 or more')
+    return FileEdits({key: {attribute: number(max(changed, 0.0))}})
 
-    def _joint(self, joint: int, place: JointPlace, finding: Mapping[str, Any]) -> None:
-        """Add a finding to the attribute at its `place` of a `joint`. Raises InputError."""
-        edits, chain, m = self.edits, self._file.chain, self._file.compiled
-        if isinstance(edits, UrdfEdits):
-            attribute, nominal = place.urdf, float(getattr(chain, place.field)[joint])
-            if not attribute:
-                raise InputError('a URDF has no rotors')
-        else:
-            attribute, nominal = place.mjcf, float(getattr(m, f'dof_{place.mjcf}')[joint])
-            edits.joint(joint)
-            if place.flags and disabled(m, *place.flags):
-                raise InputError(f'{attribute}: a flag of <option> switches it off')
-        change = finding['values'][place.value]
-        unsure = finding['deviations'][place.value] or 0.0
-        changed = self._joints.get((joint, attribute), nominal) + change
-        if changed < -TWO * unsure - 1e-9 * nominal:
-            raise InputError(f'{attribute} {nominal:.3g} in the file, {change:+.3g}, expected '
-                             'a sum of 0 or more')
-        self._joints[joint, attribute] = max(changed, 0.0)
-        written = {attribute: max(changed, 0.0)}
-        if isinstance(edits, UrdfEdits):
-            edits.put_joint(chain.joints[joint], written)
-        else:
-            edits.put_joint(joint, written)
 
-    def _gain(self, joint: int, factor: float) -> None:
-        """Multiply kp of the servo of a `joint` by `factor`. Raises InputError."""
-        edits, m = self.edits, self._file.compiled
-        if isinstance(edits, UrdfEdits):
-            raise InputError('a URDF has no actuators')
-        servos = [(i, edits.listed('actuator', i)) for i in actuators_on(m, joint)]
-        if not factor > 0.0:
-            raise InputError(f'kp_factor: {factor:g}, expected more than 0')
-        if [element.tag for _, element in servos] != ['position']:
-            raise InputError('kp: expected one actuator <position> of the joint')
-        (i, element), = servos
-        edits.put(element, {'kp': number(factor * m.actuator_gainprm[i, 0]),
-                            'kv': number(-m.actuator_biasprm[i, 2]), 'dampratio': None})
+def _of_link(file: ChainFile, link: str, theta: Array) -> FileEdits:
+    """Add `theta` [10], in the frame of its joint, to what a `link` has in the file."""
+    m = file.compiled
+    if m is None or link == BASE:
+        return FileEdits(bodies={link: theta})
+    # A body with several joints is several links of one name, of which the last has the mass.
+    joint = max(i for i, of in enumerate(file.chain.links) if of.name == link)
+    return FileEdits(bodies={int(m.jnt_bodyid[joint]): in_frame(theta, m.jnt_pos[joint])})
 
-    def _inertial(self, link: str, theta: Array) -> None:
-        """Add `theta` [10], in the frame of its joint, to what a `link` has in the file."""
-        edits, m, path = self.edits, self._file.compiled, self._file.path
-        if isinstance(edits, UrdfEdits):
-            edits.put_body(link, with_added(edits.own(link), theta, f'{path}: link {link}'))
-            return
-        # A body with several joints is several links of one name, of which the last has the mass.
-        joint = max(i for i, of in enumerate(self._file.chain.links) if of.name == link)
-        body = int(m.jnt_bodyid[joint])
-        edits.put_body(body, with_added(compiled_body(m, body), in_frame(
-            theta, m.jnt_pos[joint]), f'{path}: body {link}'))
+
+def _of_servo(file: ChainFile, document: XmlDocument, joint: str, factor: float) -> FileEdits:
+    """Multiply kp of the servo of a `joint` by `factor`. Raises InputError."""
+    m = file.compiled
+    if m is None:
+        raise InputError('a URDF has no actuators')
+    if not factor > 0.0:
+        raise InputError(f'kp_factor: {factor:g}, expected more than 0')
+    servos = list(actuators_on(m, file.chain.joints.index(joint)))
+    gains = [servo_gains(mjcf_element(document, m, 'actuator', i).tag, factor * m.actuator_gainprm[
+        i, 0], m.actuator_biasprm[i, :3] * [1.0, factor, 1.0]) for i in servos]
+    if len(gains) != 1 or not gains[0]:
+        raise InputError('kp: expected one actuator <position> of the joint')
+    return FileEdits({('actuator', servos[0]): gains[0]})

@@ -126,8 +126,7 @@ def test_the_robot_is_read():
 INEXPRESSIBLE = [
     (('<limit lower="-2" upper="2" effort="10" velocity="3"/>', ''), {},
      'no <limit> in the joint, which needs a velocity: add one with effort="4"'),
-    (('mass   value="1.0"', 'mass value="one"'), {}, "'one', expected a number"),
-    (('', ''), {'arm_inertia': 0.02}, 'expected a sum above 0; the joint moves 0.026442'),
+    (('', ''), {'arm_inertia': 0.02}, 'weight: MuJoCo makes'),
     (('<axis xyz="0 2 0"/>', '<axis xyz="0 0 1"/>'),
      {'effects': [{'id': 'gravity', 'G': 1.5}]}, 'gravity acts along its axis'),
     (('', ''), {'transmission': {'kind': 'dead_zone'}}, 'a joint is rigid there')]
