@@ -41,6 +41,7 @@ from gearbox_monitor.cli.inputs import (
 from gearbox_monitor.cli.options import (
     expect_new_files, ids_in, JSON_FILE_HELP, refuse, show, wrapped, write_files)
 from gearbox_monitor.cli.progress import progress_bar
+from gearbox_monitor.diagnosis.joint import closed_model
 from gearbox_monitor.diagnosis.joint.diagnose import chosen_ids
 from gearbox_monitor.diagnosis.joint.verdict import NONE, Verdict
 from gearbox_monitor.diagnosis.robot.power import UNDECIDED
@@ -49,7 +50,7 @@ from gearbox_monitor.files.opening import dump, plain
 from gearbox_monitor.files.yaml_files import expect_new_file, model_text
 from gearbox_monitor.library.identify import diagnose, expect_ids
 from gearbox_monitor.library.robot import diagnose_robot, robot_effects, RobotDiagnosis
-from gearbox_monitor.library.simulator_file import export_model
+from gearbox_monitor.library.simulator_file import export_model, written_model
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.presentation import on_axis
@@ -65,7 +66,6 @@ from gearbox_monitor.report.words import (
 from gearbox_monitor.robot.description import SUFFIXES
 from gearbox_monitor.ros.middleware import cores
 from gearbox_monitor.signals.uniform import UniformRecording
-from gearbox_monitor.simulators.mjcf import refused
 from gearbox_monitor.simulators.user_simulator import confirmation, user_simulator, UserSimulator
 
 if TYPE_CHECKING:
@@ -121,8 +121,9 @@ def run(args: Namespace) -> int:
                            seed=args.seed, jobs=args.jobs, progress=progress)
     data = plain(verdict.to_dict())
     data['warnings'] = [*notes, *(data.get('warnings') or [])]
-    data = {'summary': summary(data, model.axis), **data}
     closed = verdict.model
+    changes = _changes(args, verdict, validate, data) if verdict.findings else []
+    data = {'summary': summary(data, model.axis), **data}
     if simulator is not None:
         sigma = np.array([1.0 if s is None else s for s in data['sigma']])
         try:
@@ -135,7 +136,6 @@ def run(args: Namespace) -> int:
     # Motions of a torque are found, for model files.
     command = [] if args.joint or model.controller else suggestion(
         data, recordings, args.model, args.out)
-    changes = _changes(args, closed, data) if verdict.findings else []
     files = user_files(args)
     drawn: Drawn = {}
     if args.out:
@@ -166,25 +166,37 @@ def user_files(args: Namespace) -> UserFiles:
                      args.values)
 
 
-def _changes(args: Namespace, closed: DriveModel, data: dict[str, Any]) -> list[str]:
+def _changes(args: Namespace, verdict: Verdict, validation: UniformRecording | None,
+             data: dict[str, Any]) -> list[str]:
     """
     Return what the closed model changes in the simulator's file --model, in words.
 
-    It goes into `data` as well, as `file_changes`; a file that cannot take it leaves a warning.
+    It goes into `data` as well, as `file_changes` and `lacking`, and the gap after becomes that of
+    the written file; a file that cannot take it leaves a warning.
     """
     if args.joint is None:
         return []
+    closed, basis = verdict.model, verdict.basis
+    reading = {'keyframe': args.keyframe, 'actuator': args.actuator, 'root': args.root}
     try:
         to = 'urdf' if Path(args.model).suffix.lower() == '.urdf' else 'mjcf'
-        patch = export_model(closed, to, args.model, joint=args.joint,
-                             arm_joint=args.model_arm_joint, keyframe=args.keyframe,
-                             actuator=args.actuator, root=args.root).patch
+        file = export_model(closed, to, args.model, joint=args.joint,
+                            arm_joint=args.model_arm_joint, **reading)
+        written = written_model(file, closed, **reading)
     except InputError as error:
         data['warnings'].append(f'not in the file of the simulator: {error}')
         return []
-    data['file_changes'] = [change._asdict() for change in patch.changes]
-    return [*(f'{Path(args.model).name}: {change.words}' for change in patch.changes),
-            *(f'not in it: {row.id}: {row.words}' for row in refused(patch.exported))]
+    data |= plain(closed_model.file_closure(
+        basis.recordings, written, basis.sigma, basis.published, basis.closed_runs, args.seed))
+    if validation is not None:
+        data['validation'] = plain(closed_model.validate(
+            validation, basis.model, written, basis.sigma))
+    if (data['closed_fraction'] or 0.0) < 0.0:
+        data |= {'closed_fraction': None, 'closed_fraction_ci': None}
+    data['file_changes'] = [change._asdict() for change in file.patch.changes]
+    data['lacking'] = [f'{row.id}: {row.words}' for row in file.lacking]
+    return [*(f'{Path(args.model).name}: {change.words}' for change in file.patch.changes),
+            *(f'not in it: {row}' for row in data['lacking'])]
 
 
 def draw(verdict: Verdict, data: Mapping[str, Any],

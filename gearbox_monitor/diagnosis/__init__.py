@@ -9,7 +9,7 @@ one drive by the innovations of a filter, `robot` all joints by the balance of t
 
 Public names, by module:
 
-    joint: basis_functions, diagnose, localisation, unit_adaptation
+    joint: basis_functions, closed_model, diagnose, localisation, unit_adaptation
     joint.basis_functions: FEWEST
     joint.candidates: CandidateModel, Coordinate, NUISANCES, sine_and_cosine
     joint.change_diagnosis: diagnose_change

@@ -16,6 +16,6 @@ Public names, by module:
     robot: check_robot, diagnose_robot, learn_robot, load_robot, recorded_names, Robot,
         robot_effects, RobotDiagnosis
     simulator_file: CatalogueActuator, export_model, is_actuator, load_actuator, load_model,
-        NAMES, SimulatorFile, SIMULATORS, TARGETS, with_backlash
+        NAMES, SimulatorFile, SIMULATORS, TARGETS, with_backlash, written_model
     watch: watch_robot
 """

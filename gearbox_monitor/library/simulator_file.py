@@ -22,9 +22,9 @@ from gearbox_monitor.plant.effects.arm_side import ARM_COULOMB
 from gearbox_monitor.presentation import FileLimits, ModelOrigin, NO_LIMIT, Saved, Shown
 from gearbox_monitor.removed import refusal
 from gearbox_monitor.simulators.file_edits import Patch
-from gearbox_monitor.simulators.mjcf import Exported, refused, values_of
+from gearbox_monitor.simulators.mjcf import Exported, model_values, refused, values_of
 from gearbox_monitor.simulators.mjcf_file import (
-    MjcfDrive, model_of, read_file, read_mjcf, values_in)
+    drive_of, MjcfDrive, model_of, read_file, read_mjcf, values_in)
 from gearbox_monitor.simulators.mjcf_patch import patched
 from gearbox_monitor.simulators.urdf_patch import patched_urdf
 from gearbox_monitor.simulators.xml_edit import difference
@@ -177,6 +177,7 @@ def _ranges(data: Mapping[str, Any]) -> ParameterRanges:
 
 
 TARGETS = ('mjcf', 'urdf')
+OF_MUJOCO = ('friction_law', 'timestep', 'integrator')  # which an MJCF file states
 # A gearbox of unknown stiffness: its oscillation takes so many time steps, which every integrator
 # of MuJoCo resolves, and is damped so far, as those of real gearboxes.
 STEPS_PER_OSCILLATION, DAMPING_RATIO = 20.0, 0.1
@@ -258,6 +259,29 @@ def export_model(model: DriveModel, to: str, into: str | Path, *, joint: str,
     drive = read_mjcf(path, joint, arm_joint, keyframe, actuator, root)
     return SimulatorFile(to, path, drive.document.data, patched(drive, values, exported), drive, (
         *_of_effort(drive, model), *_of_law(model), *_beyond(drive)))
+
+
+def written_model(file: SimulatorFile, model: DriveModel, **reading: Any) -> DriveModel:
+    """
+    Return the drive in a file as it was written, which lacks what the file cannot hold.
+
+    Args:
+        file: of export_model.
+        model: that was written; tolerances and what is recorded are those of it.
+        reading: keyframe, actuator and root, see export_model.
+    """
+    joint, arm_joint = file.patch.joints
+    drive = drive_of(file.patch.data, file.into, (joint, arm_joint), reading.get('keyframe'),
+                     reading.get('actuator'), reading.get('root'))
+    outside = {key: value for key, value in model.to_dict().items() if key not in (
+        *model_values(values_in(drive)), 'axis', 'gear_ratio', 'torque_constant', 'controller')}
+    if model.controller is None:
+        outside['controller'] = None
+    if file.drive is not None:
+        outside = {k: v for k, v in outside.items() if k not in OF_MUJOCO}
+    written = model_of(drive, outside)
+    torques = model.effort_scale / written.gear_ratio   # in units of which recordings are read
+    return replace(written.with_torque_constant(torques), origin=model.origin)
 
 
 def with_backlash(into: str | Path, backlash: float, *, joint: str,

@@ -9,7 +9,7 @@ import pytest
 
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.library.simulator_file import with_backlash
+from gearbox_monitor.library.simulator_file import export_model, with_backlash, written_model
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.simulators.mjcf import EXPRESSIONS, REFUSED, values_of
@@ -415,3 +415,17 @@ def test_backlash_that_no_file_can_have(tmp_path):
         path.write_text(text or ROBOT.read_text())
         with pytest.raises(InputError, match=problem):
             with_backlash(path, **{'backlash': 0.012, 'joint': 'elbow', **change})
+
+
+def test_the_gap_after_is_that_of_the_written_file():
+    """What the file cannot hold is not in its run; recorded efforts keep their unit."""
+    nominal_model = model_of(read_mjcf(ROBOT, 'elbow'))
+    held = [{'id': 'motor_coulomb', 'Cc': 0.4}, {'id': 'torque_gain', 'g': -0.2}]
+    model = nominal_model.with_(effects=[
+        *nominal_model.effects, *held, {'id': 'viscous_asymmetry', 'Cva': 0.05}])
+    file = export_model(model, 'mjcf', ROBOT, joint='elbow')
+    written = written_model(file, model)
+    expected = nominal_model.with_(effects=[*nominal_model.effects, *held])
+    np.testing.assert_allclose(simulate(written, U, DT).y, simulate(expected, U, DT).y, atol=1e-8)
+    assert written.effort_scale == nominal_model.effort_scale
+    assert [row.id for row in file.lacking] == ['viscous_asymmetry']

@@ -85,6 +85,24 @@ def closure(before: Sequence[WindowRuns], after: Sequence[WindowRuns], claims: b
             'closed_fraction_ci': interval, 'channels': channels, 'regions': regions}
 
 
+def file_closure(recordings: Sequence[UniformRecording], model: DriveModel, sigma: Array,
+                 published: Sequence[WindowRuns], closed: Sequence[WindowRuns], seed: int = 0
+                 ) -> dict[str, Any]:
+    """
+    Return how far the drive in a written file closes the gap, see closure.
+
+    Args:
+        recordings: that were diagnosed.
+        model: of the drive in the file.
+        sigma: noise of the encoders [2], rad.
+        published: free runs of the model as published, of each recording.
+        closed: of the model that closes the gap, near whose states those of the file begin.
+        seed: seed of the random numbers.
+    """
+    runs = [open_loop(recording, model, sigma) for recording in recordings]
+    return closure(published, with_starts_of(runs, closed), True, seed)
+
+
 def _noise(runs: Sequence[WindowRuns]) -> Array:
     """Return the power [W] of what runs leave above the frequencies of motion, mean 1."""
     out = []
