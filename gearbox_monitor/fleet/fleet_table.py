@@ -89,8 +89,8 @@ def _history(name: str, rows: Sequence[Row], services: list[tuple[int, str]]) ->
     diagnosed = next((row for row in reversed(rows) if row['diagnosis'] in VERDICTS), {})
     return {
         'gearbox': name, **figures(health), 'summary': summary,
-        'level': level.name if compared or health.alerts else None, 'bags': len(rows),
-        'first': rows[0]['start'], 'last': rows[-1]['start'], 'points': points,
+        'level': level.name if compared or health.alerts or health.slips else None,
+        'bags': len(rows), 'first': rows[0]['start'], 'last': rows[-1]['start'], 'points': points,
         **{key: rows[-1][key] for key in COPIED},
         **{key: diagnosed.get(key) for key in ('diagnosis', 'diagnosis_effect')}}
 

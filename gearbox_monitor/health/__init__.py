@@ -24,7 +24,7 @@ Public names, by module:
     diagnostic_keys: published
     elastic_regression: add_row, certainty, D_FRICTION, D_RATE, D_TORQUE, D_TWIST, D_U, D_X2,
         D_X3, D_X4, HALF_GAP, N_CARRIED, N_DATA, N_SHAPE, S_GROUP, STIFFNESS, Sums
-    health_record: FeatureHealth, GROSS, Health, HealthSettings, Window
+    health_record: FeatureHealth, GROSS, Health, HealthSettings, SLIP, Window
     health_words: figures, NOTHING_EARLIER, sentence, worst
     judgement: accepted, folded, from_data, serviced, to_data, under
     monitor: CONDITIONS, DRIFT_SHOWS, Monitor

@@ -91,6 +91,12 @@ class AlertLimits:
     # Stated deviations of the torque: 0.3 % by chance on either side.
     twist_sure: float = 3.0
 
+    # --- Slip
+    # Deviations of the zero of the twist, and the share of backlash and elastic twist that it may
+    # move by: load and runout of the teeth move it by a tenth.
+    slip_sure: float = 4.0
+    slip_room: float = 0.2
+
     # --- Elastic curve
     # s of a window, and those of it that must be there.
     curve_window: float = 10.0

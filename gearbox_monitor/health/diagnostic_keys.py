@@ -163,6 +163,9 @@ DIAGNOSTIC_KEYS = (
          ('baseline_stiffness', 'N m/rad', 'healthy stiffness at this operating point'),
          ('growth', '-', 'relative growth of the backlash (lost motion): of the newest windows, '
           'or of the change'),
+         ('slips', '-', 'slips since the baseline was saved, if any'),
+         ('slip_rad', 'rad', 'step of motor against arm at the newest slip'),
+         ('slip_rad_std', 'rad', 'its deviation'), ('slip_at', '', 'when it was'),
          ('forecast_s', 's', 'time until the limit is reached'),
          ('forecast_earliest_s', 's', 'its 95 % interval'),
          ('forecast_latest_s', 's', 'its 95 % interval'),

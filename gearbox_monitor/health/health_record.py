@@ -11,6 +11,7 @@ from gearbox_monitor.health.backlash.change_tests import (
     ChangeTest, COMPONENTS, FEATURES, GAP, limits_of, LOST_MOTION, TESTS, WEAR)
 from gearbox_monitor.health.backlash.features import Backlash, Friction, NotExcited
 from gearbox_monitor.health.backlash.operating_point import Bins
+from gearbox_monitor.health.slip import Slip, Zero
 from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.parameters import CURVES, EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
@@ -21,6 +22,7 @@ from gearbox_monitor.plant.drive import DriveModel
 ERRORS_LARGER, AT_ODDS, TRUSTED = -1, 0, 1
 FOUND, WARNED, GROSS = 1, 2, 3  # stages of an alert
 OVER_LIMIT = 'gap_limit'  # stage of a backlash above that parameter, whatever the baseline
+SLIP = 'slip'  # and number of the newest one
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,8 @@ class HealthSettings:
     together. baseline_windows: how many a point learns. bins: of operating points.
     limits {test: (notice, warn, error)}: relative changes; below `notice` nothing is reported.
     gap_limit: rad, 0 = none. viscous (N m s/rad), coulomb (N m): friction of the model; half_gap:
-    its half backlash (rad). window: s. follows_curve: whether the filter's torque follows the
+    its half backlash (rad). motor_turn: of the motor's encoder, on the arm side (rad), 0 for an
+    axis that is not rotary. window: s. follows_curve: whether the filter's torque follows the
     elastic curve of the model.
     """
 
@@ -44,6 +47,7 @@ class HealthSettings:
     viscous: float = 0.0
     coulomb: float = 0.0
     half_gap: float = 0.0
+    motor_turn: float = 0.0
     window: float = 10.0
     follows_curve: bool = False
 
@@ -56,7 +60,9 @@ class HealthSettings:
             max(p.false_alarm_interval / p.drift_window, 20.0), p.baseline_windows,
             Bins(p.angle_bin, p.speed_bin, p.load_bin, p.temperature_bin, model.axis == 'rotary'),
             limits_of(p), p.gap_limit, model.viscous_friction, model.coulomb_friction,
-            shape.half_gap + play, p.drift_window, p.tau_k_model in CURVES)
+            shape.half_gap + play,
+            2.0 * math.pi / abs(model.gear_ratio) if model.axis == 'rotary' else 0.0,
+            p.drift_window, p.tau_k_model in CURVES)
 
     @property
     def threshold(self) -> float:
@@ -84,13 +90,15 @@ class Window:
     features: of the window, or why there are none. trust: in its estimates, see TRUSTED; those one
     level below may be off together. temperature: of the gearbox (deg C), None if unknown.
     comparable: whether a window that is not trusted is compared where its fit is as good as those
-    of the baseline; else it is only shown.
+    of the baseline; else it is only shown. counts_on: whether the encoders count from where they
+    did in the last window with a gap.
     """
 
     features: Backlash | NotExcited
     trust: int = TRUSTED
     temperature: float | None = None
     comparable: bool = False
+    counts_on: bool = False
 
     @property
     def stamp_ns(self) -> int:
@@ -117,7 +125,8 @@ class Window:
         else:
             friction = row['friction']
             features = NotExcited(**{**row, 'friction': friction and Friction(**friction)})
-        return cls(features, int(data['trust']), data['temperature'], bool(data['comparable']))
+        return cls(features, int(data['trust']), data['temperature'], bool(data['comparable']),
+                   bool(data['counts_on']))
 
 
 @dataclass(frozen=True)
@@ -179,8 +188,9 @@ class Health:
     baseline_ns: first window that the baseline rests on, 0 while there is none. marks: (stamp,
     words) of services and of baselines that were adopted. cause: what a comparison of recordings
     named, '' for nothing. recordings: that it rests on. earlier: whether the baseline is from
-    before this run or recording, or was saved. statistics: all that the next judgement depends on,
-    plain data.
+    before this run or recording, or was saved. slips: since the baseline was saved, in order of
+    time; zeros: of the twist, see slip.found_in. statistics: all else that the next judgement
+    depends on, plain data.
     """
 
     settings: HealthSettings
@@ -202,6 +212,8 @@ class Health:
     cause: str = ''
     recordings: tuple[str, ...] = ()
     earlier: bool = False
+    slips: tuple[Slip, ...] = ()
+    zeros: tuple[Zero, ...] = ()
     statistics: Mapping[str, Any] = field(default_factory=dict, repr=False)
 
     def feature(self, name: str) -> FeatureHealth:
@@ -251,6 +263,8 @@ class Health:
                 stages[test.component][test.key] = self.alerts[test.key].stage
         if self.over_limit:
             stages['backlash'][OVER_LIMIT] = GROSS
+        if self.slips:
+            stages['backlash'][f'{SLIP} {len(self.slips)}'] = WARNED
         return stages
 
 

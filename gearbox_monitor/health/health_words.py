@@ -46,6 +46,12 @@ def outcome(health: Health, component: str) -> Outcome:
         level, texts = Level.ERROR, [
             f'backlash {health.width.level:.4g} rad exceeds {OVER_LIMIT} '
             f'{health.settings.gap_limit:.4g} rad: service the gearbox']
+    if component == 'backlash' and health.slips:
+        slip, values['slips'] = health.slips[-1], len(health.slips)
+        values.update(slip_rad=slip.size, slip_rad_std=slip.std, slip_at=when(slip.stamp_ns))
+        level = max(level, Level.WARN)
+        texts.append(f'slip of {abs(slip.size):.2g} rad +- {slip.std:.1g} rad at '
+                     f'{when(slip.stamp_ns)}: check clutch, hub and couplings')
     for test in active:
         level = max(level, Level.ERROR if health.alerts[test.key].stage == GROSS else Level.WARN)
         texts.append(_described(health, test, values))
@@ -103,6 +109,7 @@ def figures(health: Health) -> dict[str, Any]:
             for name, feature in zip(FEATURES, health.features)},
         'alerts': {test: asdict(alert) for test, alert in health.alerts.items()},
         'limit': health.limits(tests_of(GAP)[0])[2], 'marks': [list(m) for m in health.marks],
+        'slips': [list(slip) for slip in health.slips],
         'cause': health.cause, 'baseline_ns': health.baseline_ns, 'stamp_ns': health.stamp_ns,
         'recordings': list(health.recordings)}
 

@@ -14,11 +14,13 @@ from typing import Any
 
 from gearbox_monitor.health.backlash.change import Tracker
 from gearbox_monitor.health.backlash.change_tests import COMPONENTS
+from gearbox_monitor.health.backlash.features import Backlash
 from gearbox_monitor.health.health_record import Health, HealthSettings, Window
+from gearbox_monitor.health.slip import found_in, Slip, Zero
 from gearbox_monitor.kernels.types import Values
 
-KEPT = ('cause', 'recordings', 'earlier')  # what a window does not change
-RECORDINGS = 1000  # names that are kept
+KEPT = ('cause', 'recordings', 'earlier', 'slips', 'zeros')  # what wear does not change
+RECORDINGS, SLIPS = 1000, 100  # that are kept
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,11 @@ def judge(health: Health, window: Window) -> tuple[Health, tuple[Event, ...]]:
         window: the newest window; one that was judged before changes nothing.
     """
     after = _following(health, Tracker.of(health.settings, health.statistics).update(window))
+    if isinstance(window.features, Backlash) and window.stamp_ns != health.stamp_ns:
+        zeros, slip = found_in(health.zeros if window.counts_on else (), window.features,
+                               health.settings.motor_turn)
+        after = replace(after, zeros=zeros, slips=(
+            *after.slips, slip)[-SLIPS:] if slip else after.slips)
     if not after.alerts:
         after = replace(after, cause='')
     return after, events(health, after)
@@ -65,7 +72,7 @@ def accepted(health: Health) -> tuple[Health, int]:
     The wear becomes 0 with its deviation, at all operating points; all alerts end.
     """
     tracker, windows = Tracker.of(health.settings, health.statistics).accept()
-    return replace(_following(health, tracker), cause='', earlier=True), windows
+    return replace(_following(health, tracker), cause='', earlier=True, slips=()), windows
 
 
 def serviced(health: Health, stamp_ns: int, note: str) -> Health:
@@ -79,7 +86,7 @@ def serviced(health: Health, stamp_ns: int, note: str) -> Health:
 
     """
     tracker = Tracker.of(health.settings, health.statistics).served(stamp_ns, note)
-    return replace(_following(health, tracker), cause='')
+    return replace(_following(health, tracker), cause='', slips=())
 
 
 def under(health: Health, settings: HealthSettings) -> Health:
@@ -114,4 +121,6 @@ def from_data(settings: HealthSettings, data: Values | None) -> Health:
     if data['statistics']:  # none before the first window
         health = Tracker.of(settings, data['statistics']).health()
     return replace(health, cause=str(data['cause']), earlier=bool(data['earlier']),
-                   recordings=tuple(map(str, data['recordings'])))
+                   recordings=tuple(map(str, data['recordings'])),
+                   **{name: tuple(kind(int(stamp), *map(float, row)) for stamp, *row in data[name])
+                      for name, kind in (('slips', Slip), ('zeros', Zero))})

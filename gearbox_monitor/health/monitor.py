@@ -172,6 +172,7 @@ class Monitor:
         # Smoothed, for a hidden arm what it fits: of the window, and what ROW_CHECKS read.
         self._rows = RowHistory()
         self._begin_window()
+        self._counts_on = False  # see Window
         self._hidden_arm = self._hidden_arm_of({})
         self._evaluate_at(0)
         self._reference = self._set_reference
@@ -237,6 +238,7 @@ class Monitor:
             'health': json.dumps(to_data(self.health)),
             'temperature': json.dumps(self.temperature),
             'window_start': json.dumps(self._window_start),
+            'counts_on': json.dumps(self._counts_on),
             'phase': json.dumps(self._phase_ns),
             **({} if self._hidden_arm is None else {
                 'hidden_arm': json.dumps(self._hidden_arm.to_list())})}
@@ -250,6 +252,7 @@ class Monitor:
                            json.loads(snapshot['phase']))
             monitor.temperature = json.loads(snapshot['temperature'])
             monitor._window_start = json.loads(snapshot['window_start'])
+            monitor._counts_on = json.loads(snapshot['counts_on'])
             monitor._window_whole = monitor._window_start is None
             monitor._hidden_arm = monitor._hidden_arm_of(snapshot)
         return monitor
@@ -318,7 +321,12 @@ class Monitor:
     def _evaluate_if_due(self, stamp_ns: int, code: int) -> None:
         """Evaluate when the next second of stamps begins; `code`: of the sample at `stamp_ns`."""
         if code == sample_loop.START:
-            self._begin_window()  # positions may count from elsewhere now
+            self._begin_window()
+            # After positions that jump the encoders count on, after a silence maybe not.
+            before = Recent(*self._estimates.between(
+                stamp_ns - round(self.parameters.max_gap * SECOND), stamp_ns))
+            self._counts_on &= len(before) > 0 and bool(np.isfinite(
+                before.pair(sample_loop.E_INNOVATION_MOTOR)[-1]).all())
         if code not in IN_TIME:
             return
         if self.estimator.accurate_since_ns == stamp_ns:
@@ -515,9 +523,11 @@ class Monitor:
 
     def _window_ended(self, stamps: Integers, rows: Array, end: int) -> Outcomes:
         window = self._fitted(stamps, rows, end)
-        judged = Window(window, self._trust(), self.temperature, self._comparable())
+        judged = Window(window, self._trust(), self.temperature, self._comparable(),
+                        self._counts_on)
         self.judged.append(judged)
         if isinstance(window, features.Backlash):
+            self._counts_on = True
             self.windows.append(window)
         self.health, _ = judge(self.health, judged)
         return health_words.outcomes(self.health)

@@ -27,6 +27,7 @@ from gearbox_monitor.files.baselines import (
 from gearbox_monitor.health.backlash.change_tests import FRICTION, TESTS
 from gearbox_monitor.health.backlash.wear import when
 from gearbox_monitor.health.checks.outcome import Level, Outcome
+from gearbox_monitor.health.health_record import SLIP
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_VISCOUS
 from gearbox_monitor.ros.naming_child import FAILED, SHORT_OF_MEMORY
@@ -297,7 +298,8 @@ class ChangeWatch:
         health, p = self._monitor.health, self._monitor.parameters
         stages = {test: stage for tests in health.stages().values()
                   for test, stage in tests.items()}
-        grown = [test for test, stage in stages.items() if stage > self._stages.get(test, 0)]
+        grown = [test for test, stage in stages.items()
+                 if stage > self._stages.get(test, 0) and not test.startswith(SLIP)]
         self._stages = stages
         if grown:
             self._due = NamingAlert(', '.join(grown), max(

@@ -1,0 +1,133 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A slip of clutch or hub is found with its size and time; nothing else that happens is one."""
+from dataclasses import replace
+import json
+import math
+
+import numpy as np
+import pytest
+
+from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.health.backlash.features import Backlash
+from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.health.health_record import Health, HealthSettings, Window
+from gearbox_monitor.health.health_words import outcomes, sentence
+from gearbox_monitor.health.judgement import accepted, from_data, judge, to_data
+from gearbox_monitor.health.monitor import Monitor
+from gearbox_monitor.parameters import EstimatorParameters
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.faults import Excitation
+from gearbox_monitor.plant.simulate import Noise, Plant
+
+MODEL, DT = DriveModel(), 2e-3
+SECONDS, AT = 34.0, 14.0
+
+
+@pytest.fixture(scope='module')
+def healthy():
+    t = np.arange(round(SECONDS / DT)) * DT
+    run = Plant(MODEL, Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)), seed=3).run(
+        Excitation().torque(t), DT)
+    return Samples((1e9 * t).astype(np.int64) + 10 ** 18,
+                   np.column_stack([run.u, np.full(len(t), np.nan)]), run.y)
+
+
+def health_of(samples, **parameters):
+    monitor = Monitor(MODEL, {'drift_window': 4.0, **parameters})
+    monitor.run(samples)
+    assert sum(isinstance(w.features, Backlash) for w in monitor.judged) >= 5
+    return monitor.health
+
+
+@pytest.mark.parametrize('size, lasts', [(0.15, 0.08), (-0.5, 0.0)])
+def test_a_slip_is_found_with_size_and_time(healthy, size, lasts):
+    """Slowly under load, or from one sample to the next, which the filter refuses to follow."""
+    seconds, y = (healthy.stamp_ns - healthy.stamp_ns[0]) * 1e-9, healthy.y.copy()
+    y[:, 0] += size * np.clip((seconds - AT) / max(lasts, DT), 0.0, 1.0)
+    health = health_of(replace(healthy, y=y))
+    slip, = health.slips
+    assert abs(slip.size - size) < 3.0 * slip.std < 0.02
+    assert abs(slip.stamp_ns - healthy.stamp_ns[0] - AT * 1e9) <= 4e9
+    level, words = sentence(health)
+    assert level == Level.WARN and words.startswith(
+        f'slip of {abs(size):.2g} rad +- ') and '2001-09-09 01:46:5' in words
+    assert not health.alerts  # the backlash is what it was
+
+
+def gap_opens(y, seconds):
+    y[:, 0] += 0.03 * np.sign(y[:, 0] - y[:, 1]) * (seconds > AT)
+
+
+def dropout(y, seconds):
+    y[(seconds > AT) & (seconds < AT + 0.5)] = np.nan
+    y[seconds > AT + 0.5, 0] += 0.4  # the driver counts anew
+
+
+def turn(y, seconds):
+    y[seconds > AT, 1] -= 2.0 * math.pi
+
+
+@pytest.mark.parametrize('change', [gap_opens, dropout, turn])
+def test_what_is_no_slip(healthy, change):
+    y = healthy.y.copy()
+    change(y, (healthy.stamp_ns - healthy.stamp_ns[0]) * 1e-9)
+    assert not health_of(replace(healthy, y=y)).slips
+
+
+class Windows:
+    """Windows of a drive, with all that may happen to it."""
+
+    def __init__(self, seed):
+        self.random = np.random.default_rng(seed)
+        self.health = Health(HealthSettings.of(EstimatorParameters(), DriveModel(gear_ratio=50.0)))
+        self.stamp, self.zero, self.gap, self.count = 10 ** 18, 0.3, 0.2, 0
+
+    def go(self, count=4, counts_on=True, load=4.0):
+        for k in range(count):
+            self.stamp += 10 ** 10
+            noise = 0.002 * self.random.standard_normal(2)
+            self.health, _ = judge(self.health, Window(Backlash(
+                self.stamp, self.gap + noise[0], 0.002, 25.0, 0.2, zero=self.zero + noise[1],
+                flank=0.4, coverage=9.0, angle=0.3, speed=2.0, load=load),
+                counts_on=counts_on or k > 0))
+
+    def slip(self):
+        self.zero += 0.15
+        self.count += 1
+
+    def restart(self):
+        """Read the state again; the encoders count anew."""
+        self.health = from_data(self.health.settings, json.loads(json.dumps(to_data(self.health))))
+        self.zero -= 0.7
+        self.go(1, counts_on=False)
+
+    def wear(self):
+        """Let one flank wear."""
+        self.gap += 0.06
+        self.zero += 0.03
+
+    def turn(self):
+        self.zero -= 2.0 * math.pi
+
+    def load(self):
+        self.go(3, load=12.0)
+        self.zero += 0.01
+
+
+EVENTS = ('slip', 'restart', 'wear', 'turn', 'load')
+
+
+@pytest.mark.parametrize('first', EVENTS)
+@pytest.mark.parametrize('second', EVENTS)
+def test_two_events_in_a_row(first, second):
+    gearbox = Windows(EVENTS.index(first) * 5 + EVENTS.index(second))
+    for event in (first, second):
+        gearbox.go()
+        getattr(gearbox, event)()
+    gearbox.go()
+    sizes = [slip.size for slip in gearbox.health.slips]
+    assert sizes == pytest.approx([0.15] * gearbox.count, abs=0.02)
+    assert outcomes(gearbox.health)['backlash'].values.get('slips', 0) == gearbox.count
+    assert not accepted(gearbox.health)[0].slips
