@@ -38,7 +38,8 @@ Outputs, sensor_msgs/JointState ([field by field](#fields)):
 - `transmission_state_smoothed`: the same, smoothed over `smoother_lag`, stamped with the estimated
   time. Use it to plot torque over twist.
 - `innovations`: measured less predicted position of each measured encoder; `innovations_stddev`:
-  their predicted deviations.
+  their predicted deviations; `innovation_test_ratios`: squares over those of 5 deviations, 1: a
+  reading at the gate.
 - `estimated_joint_states`: filtered positions and velocities of motor and arm.
 - `paired_joint_states`: with `arm_topic`, the pairs, input of replay.
 
@@ -74,7 +75,8 @@ Publishes `joint_states` and, for scoring, the truth `plant/transmission_state`
 change [at run time](parameters.md#plant).
 
 `arm_plant` publishes the same topics with all motors (`motor1` ... `motor6`) and joints (`joint1`
-... `joint6`) of an arm. The [recorder](recorder.md) records all of the above by default.
+... `joint6`) of an arm. The [recorder](recorder.md) records all of the above by default, but for
+the test ratios.
 
 ## Fields
 
@@ -125,7 +127,8 @@ def topics() -> str:
     lines = ['| topic | joint | position | velocity | effort |', '|---|---|---|---|---|']
     for signal in SIGNALS:
         for i, joint in enumerate(signal.joints):
-            cells = [COLUMNS[signal.smoothed][field[i]] if field else ''
+            cells = ['test ratio' if signal.gated and field else
+                     COLUMNS[signal.smoothed][field[i]] if field else ''
                      for field in (signal.position, signal.velocity, signal.effort)]
             lines.append(f'| `{signal.topic}` | `{joint}` | ' + ' | '.join(cells) + ' |')
     return '\n'.join(lines)

@@ -35,16 +35,19 @@ from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.noise_search import MIN_SAMPLES, MIN_SECONDS
 from gearbox_monitor.files.yaml_files import expect_new_file
+from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.library.robot import check_robot
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.presentation import on_axis
+from gearbox_monitor.recordings.innovations import innovation_topics, nis_of
 from gearbox_monitor.recordings.joint_input import bag_arguments, find_input
 from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.recorded_samples import sample_parts
 from gearbox_monitor.robot.description import SUFFIXES
-from gearbox_monitor.signals.examine import Examination, examine, joined, SAMPLES, WINDOWS
-from gearbox_monitor.signals.finding import BAD, DataFinding, OK, PURPOSES, WARN
+from gearbox_monitor.signals.examine import (
+    Examination, examine, examined, joined, SAMPLES, WINDOWS)
+from gearbox_monitor.signals.finding import BAD, DataFinding, hurts, OK, PURPOSES, WARN
 
 WIDTH = 80
 INDENT = 24  # of the figures
@@ -81,7 +84,13 @@ def run(args: Namespace) -> int:
         return run_robot(args)
     expect_new_file(args.json)
     with opened(args) as reader:
-        source = find_input(reader, args.topic)
+        filters = of_filters(reader)
+        try:
+            source = find_input(reader, args.topic)
+        except InputError:
+            if not filters:
+                raise
+            return _show_filters(args, filters)
         topic = source.topic
         stated, model_file = estimator_options(args)
         stated.update({name: getattr(args, name) for name in ('motor_joint', 'arm_joint')
@@ -89,13 +98,14 @@ def run(args: Namespace) -> int:
         drive, parameters, is_known = settings_of(args, reader, source, stated, model_file)
         model = drive if is_known else None
         servo = model is not None and model.controller is not None
-        examined, notes, joints = _examined(reader, topic, model, parameters,
+        found, notes, joints = _examined(reader, topic, model, parameters,
                                             [args.setpoint_joint] * servo)
         data = {'bag': str(args.bag), 'topic': topic,
                 'joints': {'there': joints, 'motor': parameters.motor_joint,
                            'arm': parameters.arm_joint},
                 'model': model is not None, 'topics': _topics(reader), 'notes': notes,
                 'options': {'model': args.model, 'topic': args.topic, 'params': args.params}}
+    found = examined([*found.lines, *filters], found.begin, found.seconds)
     axis = model.axis if model is not None else 'rotary'
     data['lines'] = [{
         'group': line.group, 'name': line.name,
@@ -103,13 +113,42 @@ def run(args: Namespace) -> int:
         'advice': on_axis(line.advice, axis) if line.verdict(args.purposes) > OK else '',
         'values': line.values,
         'hurts': {purpose: verdict.name.lower() for purpose, verdict in line.hurts.items()}}
-        for line in examined.lines]
+        for line in found.lines]
     data['suits'] = {purpose: {'verdict': SUITS[verdict], 'because': list(names)}
-                     for purpose, (verdict, names) in examined.suits.items()
+                     for purpose, (verdict, names) in found.suits.items()
                      if purpose in args.purposes}
     data = {'summary': summary(data), **data}
     show(args, data, lambda: text(data, sys.stdout.isatty() and not os.environ.get('NO_COLOR')))
-    return int(any(examined.suits[purpose][0] == BAD for purpose in args.purposes))
+    return int(any(found.suits[purpose][0] == BAD for purpose in args.purposes))
+
+
+def of_filters(reader: BagReader) -> list[DataFinding]:
+    """Return whether filters, of whatever kind, state the variance that their errors have."""
+    found = []
+    for topic, spreads in innovation_topics(reader).items():
+        ratios = nis_of(reader, topic, spreads)
+        if not ratios:
+            continue
+        total = sum(count for _, count in ratios.values())
+        nis = sum(mean * count for mean, count in ratios.values()) / total
+        each = ', '.join(f'{name} {mean:.3g}' for name, (mean, _) in ratios.items())
+        right = LIMITS.nis_low <= nis <= LIMITS.nis_high
+        found.append(DataFinding(
+            'filter', 'NIS', f'{topic}: {nis:.3g} over {total} readings, expected 1 ({each})',
+            '' if right else 'its R and Q state too ' + (
+                'little' if nis > 1.0 else 'much') + ' noise: tune them',
+            {} if right else hurts(WARN),
+            {'nis': nis, **{f'nis_{name}': mean for name, (mean, _) in ratios.items()}}))
+    return found
+
+
+def _show_filters(args: Namespace, filters: Sequence[DataFinding]) -> int:
+    """Show the findings of a bag without joint states; return the exit code."""
+    lines = _plain(filters)
+    head = f'{args.bag} holds estimates of a filter, and no joint states.'
+    show(args, {'summary': head, 'bag': str(args.bag), 'lines': lines},
+         lambda: robot_text(head, lines))
+    return 0
 
 
 def _examined(reader: BagReader, topic: str, model: DriveModel | None,
@@ -130,8 +169,8 @@ def _examined(reader: BagReader, topic: str, model: DriveModel | None,
                 except InputError as error:
                     parts.append(error)
     reader.require_joints(topic, [motor, *setpoint], decode.joints)
-    examined = [part for part in parts if isinstance(part, Examination)]
-    if not examined:
+    evaluated = [part for part in parts if isinstance(part, Examination)]
+    if not evaluated:
         raise InputError(f'{reader.path}: {topic}: {parts[0]}')
     notes = [reader.notice] if reader.notice else []
     notes += [f'part {k} of {len(parts)} is not evaluated: {part}'
@@ -142,7 +181,7 @@ def _examined(reader: BagReader, topic: str, model: DriveModel | None,
     if arm and arm not in decode.joints:  # it was never measured
         notes.append(f'{topic} has no joint {arm!r}, only {", ".join(decode.joints)}: name it '
                      "with --arm-joint, '' where there is no arm encoder")
-    return joined(examined, parameters.drift_window), notes, list(decode.joints)
+    return joined(evaluated, parameters.drift_window), notes, list(decode.joints)
 
 
 def _min_samples(reader: BagReader, topic: str, parameters: EstimatorParameters) -> int:
@@ -277,12 +316,16 @@ def run_robot(args: Namespace) -> int:
     expect_new_file(args.json)
     findings = check_robot(args.bag, robot_of(args), recorded=names_of(args), topic=args.topic,
                            reading=reading_of_robot(args))
-    lines = [{'group': f.group, 'name': f.name, 'verdict': f.verdict().name.lower(),
-              'figure': f.figure, 'advice': f.advice, 'values': f.values} for f in findings]
+    lines = _plain(findings)
     head = robot_summary(str(args.bag), findings)
     show(args, {'summary': head, 'bag': str(args.bag), 'model': str(args.model), 'lines': lines},
          lambda: robot_text(head, lines))
     return int(any(f.verdict() == BAD for f in findings))
+
+
+def _plain(findings: Sequence[DataFinding]) -> list[dict[str, Any]]:
+    return [{'group': f.group, 'name': f.name, 'verdict': f.verdict().name.lower(),
+             'figure': f.figure, 'advice': f.advice, 'values': f.values} for f in findings]
 
 
 def robot_summary(log: str, findings: Sequence[DataFinding]) -> str:

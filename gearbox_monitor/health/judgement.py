@@ -122,5 +122,5 @@ def from_data(settings: HealthSettings, data: Values | None) -> Health:
         health = Tracker.of(settings, data['statistics']).health()
     return replace(health, cause=str(data['cause']), earlier=bool(data['earlier']),
                    recordings=tuple(map(str, data['recordings'])),
-                   **{name: tuple(kind(int(stamp), *map(float, row)) for stamp, *row in data[name])
-                      for name, kind in (('slips', Slip), ('zeros', Zero))})
+                   slips=tuple(Slip(int(s), *map(float, row)) for s, *row in data['slips']),
+                   zeros=tuple(Zero(int(s), *map(float, row)) for s, *row in data['zeros']))

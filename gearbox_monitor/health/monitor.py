@@ -49,6 +49,12 @@ COMPONENTS = ('observability', 'prediction error', 'covariance', 'model', 'backl
 
 LOST = tuple(code for code in sample_loop.REASONS if code != sample_loop.START)
 REASON_CODES = np.array(list(sample_loop.REASONS))
+REFUSALS = [sample_loop.REASONS[code] for code in (
+    sample_loop.ZERO_STAMP, sample_loop.DUPLICATE, sample_loop.BACKWARD, sample_loop.JUMP,
+    sample_loop.NO_EFFORT, sample_loop.NO_MEASUREMENT, sample_loop.DIVERGED,
+    sample_loop.POSITION_JUMP)]
+RESET = {'reset_motor_rad': sample_loop.E_X1, 'reset_arm_rad': sample_loop.E_X2,
+         'reset_tau_k': sample_loop.E_TAU_K}  # what a restart moves
 STATE_COLUMNS = {'tau_arm': sample_loop.E_TAU_ARM, 'tau_e': sample_loop.E_TAU_E}
 MEDIAN_STRIDE = 8
 NO_DATA = Outcome(Level.WARN, 'no data yet')
@@ -109,6 +115,9 @@ class Monitor:
             self.outcomes.update(health_words.outcomes(self.health))
         self.temperature: float | None = None
         self._phase_ns = phase_ns
+        self._newest: list[float] = []  # of RESET, in the newest estimate
+        self._restarts = False  # whether the next estimate is the first after a restart
+        self._said: dict[str, float | str] = {}  # of the newest restart and refusal
         self._set_reference: float | None = None
         self._forget()
 
@@ -239,6 +248,7 @@ class Monitor:
             'temperature': json.dumps(self.temperature),
             'window_start': json.dumps(self._window_start),
             'counts_on': json.dumps(self._counts_on),
+            'said': json.dumps([self._newest, self._restarts, self._said]),
             'phase': json.dumps(self._phase_ns),
             **({} if self._hidden_arm is None else {
                 'hidden_arm': json.dumps(self._hidden_arm.to_list())})}
@@ -253,6 +263,7 @@ class Monitor:
             monitor.temperature = json.loads(snapshot['temperature'])
             monitor._window_start = json.loads(snapshot['window_start'])
             monitor._counts_on = json.loads(snapshot['counts_on'])
+            monitor._newest, monitor._restarts, monitor._said = json.loads(snapshot['said'])
             monitor._window_whole = monitor._window_start is None
             monitor._hidden_arm = monitor._hidden_arm_of(snapshot)
         return monitor
@@ -309,6 +320,10 @@ class Monitor:
 
     def _remember(self, batch: Batch) -> None:
         if len(batch.stamps):
+            first, last = batch.rows[[0, -1]][:, list(RESET.values())].tolist()
+            if self._restarts and self._newest:
+                self._said.update(zip(RESET, np.subtract(first, self._newest).tolist()))
+            self._newest, self._restarts = last, False
             self._estimates.add(batch.stamps, batch.rows[:, COLUMNS],
                                 int(batch.stamps[-1]) - ESTIMATES_KEPT)
         stamps, rows = batch.smoothed_stamps, batch.smoothed
@@ -322,6 +337,7 @@ class Monitor:
         """Evaluate when the next second of stamps begins; `code`: of the sample at `stamp_ns`."""
         if code == sample_loop.START:
             self._begin_window()
+            self._restarts = True
             # After positions that jump the encoders count on, after a silence maybe not.
             before = Recent(*self._estimates.between(
                 stamp_ns - round(self.parameters.max_gap * SECOND), stamp_ns))
@@ -371,11 +387,14 @@ class Monitor:
         self._last_counts = self.counts.copy()
         if not self.parameters.arm_joint:
             new[sample_loop.ARM_MISSING] = 0
+        refused = {name: count for name, count in _by_reason(new).items() if name in REFUSALS}
+        if any(refused.values()):
+            self._said['last_refusal'] = max(refused, key=lambda name: refused[name])
         second = stamps[np.searchsorted(stamps, stamp_ns - SECOND, 'right'):]
         values = {
             **{usability.key_of(reason): count
                for reason, count in _by_reason(self.counts).items()},
-            'samples': self.input_count,
+            **self._said, 'samples': self.input_count,
             'rate_hz': float(len(second)),
             'longest_gap_s': float(np.diff(second).max() * 1e-9) if len(second) > 1 else 0.0}
         return usability.check(_by_reason(new), int(new[sample_loop.ESTIMATE]), values)

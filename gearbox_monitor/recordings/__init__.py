@@ -15,6 +15,7 @@ Public names, by module:
         write_robot_pair
     from_bag: ANY, drive_recording, robot_recording
     guess: Answers, Guess, Unsettled
+    innovations: innovation_topics, nis_of
     joint_input: bag_arguments, DIAGNOSTIC_ARRAY, find_input, find_topic, GEARBOX, Joiner,
         JointInput, match_stamps, PAYLOAD_CHANGE, recorded_inputs, StampMatcher, topics_called
     messages: converted_bag, paired_bag

@@ -14,6 +14,7 @@ import numpy as np
 
 from gearbox_monitor.estimation import rts_smoother, sample_loop
 from gearbox_monitor.estimation.estimates import Estimates
+from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.kernels.types import Array, Integers
 
 TRANSMISSION = 'transmission'
@@ -27,7 +28,8 @@ class Signal:
 
     Columns are those of an estimate row, or of a smoothed row where `smoothed`. A motor or arm
     whose position is NaN was not measured and is left out. `deviation`: values are standard
-    deviations.
+    deviations. `gated`: columns of deviations; the position is the test ratio of its column, the
+    square over that of `gate` deviations.
     """
 
     topic: str
@@ -37,6 +39,20 @@ class Signal:
     effort: tuple[int, ...] = ()
     smoothed: bool = False
     deviation: bool = False
+    gated: tuple[int, ...] = ()
+
+    def positions(self, rows: Array) -> Array:
+        """Return the values of the field position [..., J] for `rows` [..., M]."""
+        values: Array = rows[..., self.position]
+        if self.gated:
+            values = (values / (LIMITS.gate * rows[..., self.gated])) ** 2
+        return values
+
+    def scale(self, joint: str, gear_ratio: float) -> float:
+        """Return the factor from the arm side to messages of the `joint`."""
+        if joint != MOTOR or self.gated:
+            return 1.0
+        return abs(gear_ratio) if self.deviation else gear_ratio
 
 
 SIGNALS = (
@@ -51,6 +67,9 @@ SIGNALS = (
            (sample_loop.E_INNOVATION_MOTOR, sample_loop.E_INNOVATION_ARM)),
     Signal('innovations_stddev', (MOTOR, ARM),
            (sample_loop.E_INNOVATION_STD_MOTOR, sample_loop.E_INNOVATION_STD_ARM), deviation=True),
+    Signal('innovation_test_ratios', (MOTOR, ARM),
+           (sample_loop.E_INNOVATION_MOTOR, sample_loop.E_INNOVATION_ARM),
+           gated=(sample_loop.E_INNOVATION_STD_MOTOR, sample_loop.E_INNOVATION_STD_ARM)),
     Signal('estimated_joint_states', (MOTOR, ARM), (sample_loop.E_X1, sample_loop.E_X2),
            (sample_loop.E_X3, sample_loop.E_X4)),
 )
@@ -90,9 +109,9 @@ def joint_values(signal: Signal, row: Sequence[float] | Array, names: Mapping[st
         value = row[signal.position[i]]
         if value != value and joint != TRANSMISSION:
             continue
-        scale = 1.0
-        if joint == MOTOR:
-            scale = abs(gear_ratio) if signal.deviation else gear_ratio
+        if signal.gated:
+            value = (value / (LIMITS.gate * row[signal.gated[i]])) ** 2
+        scale = signal.scale(joint, gear_ratio)
         joints.append(names.get(joint, joint))
         position.append(float(value) * scale)
         if signal.velocity:
@@ -116,9 +135,8 @@ def signal_values(signal: Signal, estimates: Estimates, gear_ratio: float
     """
     stamps = estimates.smoothed_stamp_ns if signal.smoothed else estimates.stamp_ns
     rows = estimates.smoothed if signal.smoothed else estimates.rows
-    scale = np.array([(abs(gear_ratio) if signal.deviation else gear_ratio)
-                      if joint == MOTOR else 1.0 for joint in signal.joints])
-    values = {'position': rows[:, signal.position] * scale}
+    scale = np.array([signal.scale(joint, gear_ratio) for joint in signal.joints])
+    values = {'position': signal.positions(rows) * scale}
     if signal.velocity:
         values['velocity'] = rows[:, signal.velocity] * scale
     if signal.effort:

@@ -25,7 +25,7 @@ from gearbox_monitor.health.diagnostic_keys import published
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.cdr import encode_joint_states
-from gearbox_monitor.recordings.topics import joint_values, MOTOR, Signal, TRANSMISSION
+from gearbox_monitor.recordings.topics import joint_values, Signal, TRANSMISSION
 
 NAN = math.nan
 # Position of motor and arm, effort of motor and arm, as received.
@@ -174,7 +174,7 @@ def serialised(signal: Signal, estimates: Sequence[tuple[GearboxNames, Estimate]
         if any(e.stamp_ns != stamps[0] for _, e in estimates):
             return to_joint_states(signal, estimates)
         rows = np.array([[e.row for _, e in estimates]])
-    position = rows[..., signal.position]
+    position = signal.positions(rows)
     if TRANSMISSION not in signal.joints and np.isnan(position).any():
         return to_joint_states(signal, estimates)
     joints, scale = _joints(signal, *[names for names, _ in estimates])
@@ -188,8 +188,8 @@ def serialised(signal: Signal, estimates: Sequence[tuple[GearboxNames, Estimate]
 def _joints(signal: Signal, *gearboxes: GearboxNames) -> tuple[tuple[str, ...], Array]:
     """Return the joints of `gearboxes` in a message of `signal`, and the scale of each."""
     return tuple(names.joints[joint] for names in gearboxes for joint in signal.joints), np.array([
-        [(abs(names.gear_ratio) if signal.deviation else names.gear_ratio)
-         if joint == MOTOR else 1.0 for joint in signal.joints] for names in gearboxes])
+        [signal.scale(joint, names.gear_ratio) for joint in signal.joints]
+        for names in gearboxes])
 
 
 def key_values(component: str, values: Mapping[str, Any]) -> list[KeyValue]:

@@ -10,8 +10,8 @@ jumps, a recording on an even grid, and findings with limit and advice. Nothing 
 Public names, by module:
 
     .: SignalHandlerOptions
-    examine: admitted, Examination, examine, joined, measured_samples, require_samples,
-        SAMPLES, WINDOWS
+    examine: admitted, Examination, examine, examined, joined, measured_samples,
+        require_samples, SAMPLES, WINDOWS
     finding: BAD, DataFinding, hurts, OK, PURPOSES, WARN
     jumps: counted_on, JumpFinding, OUTLIER, PERIODS, SLIP, strangers, TURNS, turns,
         without_jumps

@@ -32,7 +32,7 @@ from gearbox_monitor.signals.uniform import (
     Doubt, held_rate, is_uninitialised, merged, physical_columns, prepare, RecordingKind, REPEATED,
     UniformRecording)
 
-GROUPS = ('stamps', 'torque', 'motor', 'arm', 'motion', 'signs', 'model')
+GROUPS = ('stamps', 'torque', 'motor', 'arm', 'motion', 'signs', 'model', 'filter')
 # Faults of channels, signs and units, which say how the data would have to be read.
 READ_OTHERWISE = ('sign', 'swapped', 'units')
 # What the model file of a drive with one encoder must have.

@@ -34,11 +34,11 @@ def healthy():
                    np.column_stack([run.u, np.full(len(t), np.nan)]), run.y)
 
 
-def health_of(samples, **parameters):
-    monitor = Monitor(MODEL, {'drift_window': 4.0, **parameters})
+def monitor_of(samples):
+    monitor = Monitor(MODEL, {'drift_window': 4.0})
     monitor.run(samples)
     assert sum(isinstance(w.features, Backlash) for w in monitor.judged) >= 5
-    return monitor.health
+    return monitor
 
 
 @pytest.mark.parametrize('size, lasts', [(0.15, 0.08), (-0.5, 0.0)])
@@ -46,7 +46,7 @@ def test_a_slip_is_found_with_size_and_time(healthy, size, lasts):
     """Slowly under load, or from one sample to the next, which the filter refuses to follow."""
     seconds, y = (healthy.stamp_ns - healthy.stamp_ns[0]) * 1e-9, healthy.y.copy()
     y[:, 0] += size * np.clip((seconds - AT) / max(lasts, DT), 0.0, 1.0)
-    health = health_of(replace(healthy, y=y))
+    health = monitor_of(replace(healthy, y=y)).health
     slip, = health.slips
     assert abs(slip.size - size) < 3.0 * slip.std < 0.02
     assert abs(slip.stamp_ns - healthy.stamp_ns[0] - AT * 1e9) <= 4e9
@@ -73,7 +73,14 @@ def turn(y, seconds):
 def test_what_is_no_slip(healthy, change):
     y = healthy.y.copy()
     change(y, (healthy.stamp_ns - healthy.stamp_ns[0]) * 1e-9)
-    assert not health_of(replace(healthy, y=y)).slips
+    monitor = monitor_of(replace(healthy, y=y))
+    assert not monitor.health.slips
+    values = monitor.outcomes['input'].values
+    assert values.get('last_refusal', '') == {
+        gap_opens: '', dropout: 'samples without measurement', turn: 'positions that jump'}[change]
+    if change is turn:
+        moved = values['reset_motor_rad'], values['reset_arm_rad']
+        assert moved == pytest.approx((0.0, -2.0 * math.pi), abs=0.3)
 
 
 class Windows:

@@ -8,6 +8,7 @@ import shlex
 
 from mcap.writer import Writer as McapWriter
 import numpy as np
+import pytest
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 
@@ -61,6 +62,35 @@ def imported(tmp_path, *options):
     with open_bag(tmp_path / 'new') as reader:
         joints = reader.joint_names('/joint_states')
         return reader.joint_states('/joint_states', joints), dict(reader.topics)
+
+
+@pytest.mark.parametrize('factor, verdict', [(1.0, 'ok'), (3.0, 'warn')])
+def test_check_states_the_nis_of_any_filter(tmp_path, capsys, factor, verdict):
+    """Of a flight controller's estimator, without joint states; matched by time."""
+    kind = 'px4_msgs/msg/EstimatorInnovations'
+    text = 'uint64 timestamp\nfloat32[2] gps_hvel\nfloat32 baro_vpos\n'
+    store = get_typestore(Stores.ROS2_JAZZY)
+    store.register(get_types_from_msg(text, kind))
+    random = np.random.default_rng(4)
+    std = np.array([0.3, 0.5, 2.0])
+    with BagWriter(tmp_path / 'flight') as writer:
+        topics = [f'/fmu/out/estimator_innovation{name}' for name in ('s', '_variances')]
+        for topic in topics:
+            writer.add_topic(topic, kind, msgdef=text)
+        for k in range(400):
+            rows = std * random.standard_normal(3), std ** 2 / factor
+            for topic, row, late in zip(topics, rows, (0, 1)):
+                message = store.types[kind](k, row[:2].astype('f4'), float(row[2]))
+                if not (late and k == 7):
+                    writer.write(topic, T0 + 10 ** 6 * k,
+                                 bytes(store.serialize_cdr(message, kind)))
+    assert main(['check', str(tmp_path / 'flight'), '--json', '-']) == 0
+    line, = json.loads(capsys.readouterr().out)['lines']
+    assert line['verdict'] == verdict and f'over {3 * 399} readings' in line['figure']
+    values = line['values']
+    assert values['nis'] == pytest.approx(factor, rel=0.15)
+    assert values['nis_baro_vpos'] == pytest.approx(factor, rel=0.25)
+    assert ('too little noise' in line['advice']) == (factor > 1.0)
 
 
 def test_ros1_bag(tmp_path, capsys):

@@ -12,6 +12,7 @@ from rosbags.typesys import get_typestore, Stores
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Sample, Samples
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K
+from gearbox_monitor.estimation.sample_loop import E_INNOVATION_MOTOR, E_INNOVATION_STD_MOTOR
 from gearbox_monitor.files.yaml_files import load_parameters
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.parameters import SETTINGS
@@ -21,7 +22,7 @@ from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.joint_input import DIAGNOSTIC_ARRAY, find_input, Joiner, WAIT
 from gearbox_monitor.recordings.read import JOINT_STATE, open_bag
-from gearbox_monitor.recordings.topics import joint_values, SIGNALS
+from gearbox_monitor.recordings.topics import joint_values, signal_values, SIGNALS
 from gearbox_monitor.recordings.write import BagWriter
 
 T0, MS = 1_700_000_000_000_000_000, 1_000_000
@@ -176,6 +177,11 @@ def test_without_an_arm_encoder_the_torque_is_as_good(name):
     assert all(outcome.level == 0 for outcome in alone.outcomes.values()), alone.outcomes
     window = alone.windows[-1]  # without a reversal of the load at rest, of 10 s
     assert abs(window.gap - 0.2) < 4.0 * window.gap_std < 0.1
+    ratios = next(signal for signal in SIGNALS if signal.gated)
+    joints, (ratio,), *_ = joint_values(ratios, estimates.rows[-1], {}, 50.0)
+    error, std = estimates.rows[-1][[E_INNOVATION_MOTOR, E_INNOVATION_STD_MOTOR]]
+    assert joints == ['motor'] and ratio == pytest.approx(error ** 2 / (25.0 * std ** 2))
+    assert signal_values(ratios, estimates, 50.0)[1]['position'][-1][0] == pytest.approx(ratio)
     signal = SIGNALS[0]
     joints, twist, rate, torque = joint_values(signal, estimates.rows[-1], {}, 1.0)
     assert joints == ['transmission'] and np.isnan([*twist, *rate]).all()
