@@ -83,25 +83,25 @@ def test_page_holds_it_all(bags, pages):
         assert word not in html
 
 
-def test_an_hour_at_a_kilohertz_makes_a_small_page():
+def test_an_hour_makes_a_small_page():
     """Its size depends on the time and on the events, not on the samples."""
     random, line = np.random.default_rng(1), Timeline(60.0)
     for minute in range(60):
-        stamps = T0 + (minute * 60_000 + np.arange(60_000)) * 1_000_000
-        noise = random.standard_normal((6, 60_000))
+        stamps = T0 + (minute * 6000 + np.arange(6000)) * 10_000_000
+        noise = random.standard_normal((6, 6000))
         line.add_inputs(stamps, noise[0])
-        line.add_errors(stamps, noise[:2].T, np.ones((60_000, 2)))
-        line.add_torque(stamps, noise[2], np.ones(60_000))
+        line.add_errors(stamps, noise[:2].T, np.ones((6000, 2)))
+        line.add_torque(stamps, noise[2], np.ones(6000))
         line.add_nis(stamps, noise[3] ** 2)
         line.add_loop(stamps, noise[4], noise[5], noise[4] + noise[3])
         for k in range(6):
-            line.add_window(stamps[10_000 * k], WindowBacklash(0.0, 0.2, 0.01, 0.2, True))
+            line.add_window(stamps[1000 * k], WindowBacklash(0.0, 0.2, 0.01, 0.2, True))
         for k in range(60):  # levels that change every second
-            line.add_outcomes(stamps[1000 * k], {
+            line.add_outcomes(stamps[100 * k], {
                 name: (k % 3, 'far too often' * 5)
                 for name in (*recording_page.TRUST, *recording_page.WEAR)})
     line.finish()
-    assert len(line.loops) == 60 and line.last == pytest.approx(3600.0, abs=0.01)
+    assert len(line.loops) == 60 and line.last == pytest.approx(3599.99, abs=1e-3)
     html = recording_page.recording_page(
         line, RecordingFacts(True, DriveModel(), Monitor(DriveModel()).parameters), 'hour',
         'BAG')

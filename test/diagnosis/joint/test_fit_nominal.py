@@ -63,8 +63,8 @@ def test_values_are_found_again(tmp_path, capsys):
 
 def test_torque_that_no_model_explains_is_not_put_into_the_values(tmp_path, capsys):
     """It lasts 0.3 s: deviations count it, and a value within them is determined all the same."""
-    dt, noise = 1e-3, np.random.default_rng(5)
-    t = np.arange(8000) * dt
+    dt, noise = 2e-3, np.random.default_rng(5)
+    t = np.arange(4000) * dt
     u = Excitation('multisine', (4.0, 2.0, 1.0), (0.5, 1.3, 3.1)).torque(t)
     fade = np.exp(-dt / 0.3)
     unknown = lfilter([1.0], [1.0, -fade], 0.1 * np.sqrt(1.0 - fade * fade)

@@ -3,8 +3,6 @@
 
 
 """Several recordings of one drive: coverage of the range, one answer where a value differs."""
-import itertools
-
 import numpy as np
 import pytest
 
@@ -21,10 +19,10 @@ MODEL = DriveModel()
 
 def test_range_covers_the_mean_at_its_odds():
     """Of recordings that differ by more and by less than their errors, which differ, too."""
-    for count, between in itertools.product((2, 6), (0.0, 1.0, 5.0)):
+    for count, between in ((2, 0.0), (2, 5.0), (6, 0.0), (6, 1.0)):
         random = np.random.default_rng([count, round(between)])
         covered = []
-        for _ in range(600):
+        for _ in range(400):
             errors = random.uniform(0.7, 1.4, count)
             values = 3.0 + between * random.standard_normal(count) + (
                 errors * random.standard_normal(count))
