@@ -93,9 +93,9 @@ def alarmed(outcomes):
 
 
 def test_no_alarm_without_growth():
-    """Two joints for an hour each, learning included; odds of an alarm: 720 / 3.15e6."""
+    """Two joints for half an hour each, learning included; odds of an alarm: 360 / 3.15e6."""
     for seed, case in enumerate('AB'):
-        assert not alarmed(Gearbox(seed, case).go(360))
+        assert not alarmed(Gearbox(seed, case).go(180))
 
 
 def test_one_percent_is_found():

@@ -80,8 +80,10 @@ def test_policy_is_what_the_nodes_use(file, nodes, tmp_path, monkeypatch):
     names = ['estimator/shoulder', 'estimator/elbow'] if robot else ['estimator']
     recorded = [f'{name}/snapshot' for name in names]
     recorded += [t for t in RecorderParameters().topics if t != 'estimator/snapshot']
-    options = {'plant': {'publish_clock': True}, 'estimator': {'use_sim_time': True}, 'recorder': {
-        'use_sim_time': True, 'output': tmp_path / 'bag', 'topics': json.dumps(recorded)}}
+    options = {
+        'plant': {'publish_clock': True, 'rate': 100.0}, 'estimator': {'use_sim_time': True},
+        'recorder': {'use_sim_time': True, 'output': tmp_path / 'bag',
+                     'topics': json.dumps(recorded)}}
     files = {'estimator': ['--params-file', tmp_path / 'robot.yaml']} if robot else {}
     (tmp_path / 'robot.yaml').write_text((SECURITY.parent / 'robot.yaml').read_text().replace(
         'estimator:', '/elbow/estimator:'))
