@@ -35,6 +35,7 @@ from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate, Trajectory
+from gearbox_monitor.report.chart import LoopSlice, Plane, Trace
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -286,30 +287,26 @@ real one absorbs it (transmission kind passive_play)."""
 
 def picture(data: Mapping[str, Any]) -> 'Figure':
     """Return a Figure of torque over twist, true and estimated, of both cases in `data`."""
-    from matplotlib.figure import Figure
-
-    from gearbox_monitor.report import plots
-    figure = Figure(figsize=(13, 10), layout='constrained')
-    for row, case in enumerate(CASES):
+    from gearbox_monitor.report.plots import figure
+    rows = []
+    for case in CASES:
         model, noise, u = drive(case)
         trajectory = simulate(model, u, DT, noise, 0)
         samples, first = run_samples(trajectory), round(BURN_IN / DT)
         parameters = data['cases'][case]['parameters']
-        truth = plots.Curve(trajectory.x[first:, 0] - trajectory.x[first:, 1],
-                            trajectory.tau_k[first:], 'true', plots.BLACK)
-        for column, (name, color) in enumerate((('EKF', plots.BLUE), ('UKF', plots.ORANGE))):
+        truth = Trace(trajectory.x[first:, 0] - trajectory.x[first:, 1],
+                      trajectory.tau_k[first:], 'true', 'recording')
+        loops = []
+        for name in ('EKF', 'UKF'):
             e = Monitor(model, {**parameters, **FILTERS[name]}).run(samples)
-            axes = figure.add_subplot(2, 3, 3 * row + column + 1)
-            plots.draw_loops(axes, (plots.Curve(e.twist[first:], e.tau_k[first:], name, color),
-                                    truth))
-            axes.set_title(f'{case}: {name}, filtered', loc='left')
+            loops.append((f'{name}, filtered', e.twist[first:], e.tau_k[first:]))
         e = Monitor(model, {**parameters, 'smoother_lag': 0.1}).run(samples)
-        axes = figure.add_subplot(2, 3, 3 * row + 3)
-        plots.draw_loops(axes, (plots.Curve(e.smoothed[first:, 0], e.smoothed[first:, S_TAU_K],
-                                            'EKF, smoothed', plots.GREEN), truth))
-        axes.set_title(f'{case}: EKF, smoothed with a lag of 0.1 s', loc='left')
-    figure.suptitle('Torque over twist: Figures 3 (A) and 4 (B) of the paper', fontsize=14)
-    return figure
+        loops.append(('EKF, smoothed with a lag of 0.1 s', e.smoothed[first:, 0],
+                      e.smoothed[first:, S_TAU_K]))
+        rows.append([Plane(f'{case}: {name}', [LoopSlice(name, (twist, tau_k))],
+                           'twist, motor - arm (rad)', 'torque (N m)', traces=[truth])
+                     for name, twist, tau_k in loops])
+    return figure(rows, 'Torque over twist: Figures 3 (A) and 4 (B) of the paper')
 
 
 def run(args: argparse.Namespace) -> int:

@@ -19,6 +19,7 @@ usage examples:
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from itertools import cycle
 from pathlib import Path
 import sys
 import time
@@ -45,11 +46,14 @@ from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.recorded_samples import RecordedSamples, sliced
 from gearbox_monitor.recordings.replay import truth, truth_of
 from gearbox_monitor.recordings.topics import PLANT_TRANSMISSION_STATE
+from gearbox_monitor.report.chart import Chart, LoopSlice, Panel, Plane, Trace
 
 KnownTorque: TypeAlias = tuple[Integers, Array]  # stamps [N] ns, torque [N] N m
 WARM_UP = 200  # samples that a filter takes before it is timed: kernels are compiled by then
 REPEATS = 3    # runs of which the fastest counts
 SHORTEST = 1000  # samples
+ZOOM = 1.0       # s of torque in the picture
+COLOURS = ('closed', 'late', 'signal', 'error', 'nominal')
 
 
 @dataclass(frozen=True)
@@ -228,27 +232,37 @@ def _true_twist(reader: BagReader, recording: RecordedSamples) -> Array | None:
 
 def _draw(args: Namespace, results: Sequence[FilterResult], torque: KnownTorque | None,
           twist: Array | None, axis: str) -> None:
-    """Write the figure."""
-    from gearbox_monitor.report import plots
+    """Write the figure: a loop of each filter, torque and errors of all."""
+    from gearbox_monitor.report.plots import figure
     origin = min(r.estimates.stamp_ns[0] for r in results)
-    runs = []
-    for r in results:
+    end = max(r.estimates.stamp_ns[-1] for r in results)
+    middle = 0.5e-9 * (min(r.estimates.stamp_ns[-1] for r in results) - origin)
+    span = (middle - 0.5 * ZOOM, middle + 0.5 * ZOOM)
+    tau_k, errors, loop = list[Trace](), list[Trace](), list[Trace]()
+    if torque is not None:
+        stamps, value = torque
+        keep = (stamps >= origin) & (stamps <= end)
+        tau_k.append(Trace((stamps[keep] - origin) * 1e-9, value[keep], 'true', 'recording'))
+        if twist is not None:
+            loop.append(Trace(twist[keep], value[keep], 'true', 'recording'))
+    planes = []
+    for r, role in zip(results, cycle(COLOURS)):
         e = r.estimates
         keep = settled(e.stamp_ns)
-        error = None
+        t = (e.stamp_ns[keep] - origin) * 1e-9
+        tau_k.append(Trace(t, e.tau_k[keep], r.name, role))
         if torque is not None:
             value, valid = reference_at(e.stamp_ns, *torque)
-            error = np.where(valid, e.tau_k - value, np.nan)[keep]
-        runs.append(plots.FilterRun(
-            r.name, (e.stamp_ns[keep] - origin) * 1e-9, e.twist[keep], e.tau_k[keep], error))
-    truth_curve = None
-    if torque is not None:
-        end = max(r.estimates.stamp_ns[-1] for r in results)
-        stamps, tau_k = torque
-        keep = (stamps >= origin) & (stamps <= end)
-        truth_curve = plots.TrueTorque(
-            (stamps[keep] - origin) * 1e-9, tau_k[keep], None if twist is None else twist[keep])
-    figure = plots.comparison(runs, truth_curve, f'Filters on {Path(args.bag).name}',
-                                     axis=axis)
-    write_files({Path(args.png): figure})
+            errors.append(Trace(t, np.where(valid, e.tau_k - value, np.nan)[keep], '', role))
+        planes.append(Plane(r.name, [LoopSlice(r.name, (e.twist[keep], e.tau_k[keep]))],
+                            on_axis('twist, motor - arm (rad)', axis),
+                            on_axis('torque (N m)', axis), traces=loop))
+    panels = [Panel(on_axis('torque, filtered (N m)', axis), [t.within(span) for t in tau_k])]
+    if errors:
+        panels.append(Panel(on_axis('error against the truth (N m)', axis),
+                            [t.within(span) for t in errors], 0.0))
+    write_files({Path(args.png): figure(
+        [*(planes[k:k + 3] for k in range(0, len(planes), 3)),
+         [Chart(f'{ZOOM:g} s of it', panels, 'time (s)', span=span)]],
+        f'Filters on {Path(args.bag).name}')})
     print(f'compare: wrote {args.png}', file=sys.stderr)

@@ -2,21 +2,22 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """What a demo prints at its end: torque error, losses and alarms."""
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, TypeAlias
 
+from matplotlib.figure import Figure
 import numpy as np
 
-from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TAU_K_STD, S_TWIST
 from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.health.monitor import Monitor
-from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.recordings.joint_input import DIAGNOSTIC_ARRAY
 from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.recorded_samples import RecordedSamples
 from gearbox_monitor.recordings.replay import Replay, replay
 from gearbox_monitor.recordings.topics import DIAGNOSTICS, DRIFT_ALERTS, PLANT_TRANSMISSION_STATE
-from gearbox_monitor.report import plots
+from gearbox_monitor.report.plots import figure
+from gearbox_monitor.report.recording_charts import overview, TrueTrajectory
+from gearbox_monitor.report.timeline import RecordedAlert, timeline_of
 
 NS_PER_SECOND = 1e9
 Alarms: TypeAlias = list[dict[str, Any]]
@@ -66,9 +67,7 @@ def diagnostics(reader: BagReader, recording: RecordedSamples, estimator: str = 
     return alarms, alerts, losses
 
 
-SECOND = 1e9
 LEVEL_WORDS = {'WARN': 'warning', 'ERROR': 'error'}
-Seconds: TypeAlias = Callable[[Any], Array]  # stamps (ns) to s from the first sample
 
 
 def evaluate(reader: BagReader, demo: Any) -> dict[str, Any]:
@@ -84,7 +83,8 @@ def evaluate(reader: BagReader, demo: Any) -> dict[str, Any]:
         recorder_losses=losses, alarms=alarms, alerts=alerts, fault=demo.fault,
         verdict=result.monitor.outcomes['backlash'].message if result.monitor else 'not known',
         duration_s=float(demo.duration), picture=str(demo.out / 'demo.png'))
-    plots.overview(_run(reader, result, data, demo)).savefig(data['picture'], dpi=110)
+    if result.monitor:
+        picture(reader, result, result.monitor, data, demo).savefig(data['picture'], dpi=110)
     return data
 
 
@@ -155,44 +155,45 @@ def text(data: Mapping[str, Any]) -> str:
 
 # ---------------------------------------------------------------------- picture
 
-def _run(reader: BagReader, result: Replay, data: Mapping[str, Any],
-         demo: Any) -> plots.RunCurves:
-    """Return the plots.RunCurves of a replay."""
-    estimates, stamps = result.estimates, result.recording.samples.stamp_ns
-    first = stamps.min() if len(stamps) else 0
+def picture(reader: BagReader, result: Replay, monitor: Monitor, data: Mapping[str, Any],
+            demo: Any) -> Figure:
+    """
+    Return the Figure of a replay, with the truth of the simulated drive.
 
-    def seconds(stamps: Any) -> Array:
-        """Return stamps (ns) as s from the first sample."""
-        return (np.asarray(stamps) - first) / SECOND
+    Args:
+        reader: the bag.
+        result: of its replay.
+        monitor: at the end of the replay.
+        data: results of `evaluate`.
+        demo: options of the run, a cli.demo.Demo.
 
-    t, t_s = seconds(estimates.stamp_ns), seconds(estimates.smoothed_stamp_ns)
-    smoothed = estimates.smoothed
-    truth = reader.joint_states('/' + PLANT_TRANSMISSION_STATE, ('transmission',)) \
-        if '/' + PLANT_TRANSMISSION_STATE in reader.topics else None
-    settled = t_s > 1.0
+    """
+    line = timeline_of(result.estimates, monitor.windows, monitor.outcomes['backlash'].values,
+                       monitor.parameters)
+    for alarm in data['alarms']:
+        if alarm['component'] == 'backlash':
+            line.alerts.append(RecordedAlert(alarm['t'], 'backlash', Level[alarm['level']],
+                                             alarm['message']))
+    truth = None
+    if '/' + PLANT_TRANSMISSION_STATE in reader.topics:
+        states = reader.joint_states('/' + PLANT_TRANSMISSION_STATE, ('transmission',))
+        t = np.linspace(0.0, demo.duration, 200)
+        grown = 1.0 + demo.growth_rate * np.maximum(t - demo.growth_start, 0.0)
+        truth = TrueTrajectory(
+            line.seconds(states.stamp_ns), states.effort[:, 0], states.position[:, 0],
+            (t, 2.0 * monitor.model.transmission.half_gap * grown))
     notes = []
     if data.get('tau_k_error') is not None:
         notes = [f'torque error {data["tau_k_error"]:.2f} N m rms filtered, '
                  f'{data["tau_k_error_smoothed"]:.2f} smoothed, of {data["tau_k_rms"]:.2f}',
                  f'NIS {data["nis"]:.2f} (2 expected)',
                  f'replay identical: {data.get("replay_identical", "not compared")}']
-    return plots.RunCurves(
-        _title(result.monitor, data),
-        _loops(demo, t_s[settled], smoothed[settled], truth, seconds),
-        plots.TorqueCurve(t, estimates.tau_k, estimates.tau_k_std),
-        plots.TorqueCurve(t_s, smoothed[:, S_TAU_K], smoothed[:, S_TAU_K_STD]),
-        plots.TorqueCurve(seconds(truth.stamp_ns), truth.effort[:, 0]) if truth else None,
-        _backlash(result.monitor, data, demo, seconds) if result.monitor else None,
-        plots.Innovations(
-            t, np.column_stack([estimates.innovation_motor, estimates.innovation_arm]),
-            np.column_stack([estimates.innovation_std_motor, estimates.innovation_std_arm]),
-            ('motor', 'arm')),
-        tuple(notes))
+    return figure(overview(line, result.estimates, truth=truth), _title(monitor, data), notes)
 
 
-def _title(monitor: Monitor | None, data: Mapping[str, Any]) -> str:
+def _title(monitor: Monitor, data: Mapping[str, Any]) -> str:
     """Return what the run says of the backlash, with its sizes."""
-    gaps = [window.gap for window in monitor.windows] if monitor else []
+    gaps = [window.gap for window in monitor.windows]
     if not gaps:
         return 'Demo: no backlash was measured'
     alarms = [f'{LEVEL_WORDS[alarm["level"]]} at {alarm["t"]:.1f} s' for alarm in data['alarms']
@@ -200,40 +201,3 @@ def _title(monitor: Monitor | None, data: Mapping[str, Any]) -> str:
     if not alarms:
         return f'Demo: backlash {gaps[-1]:.3f} rad, no alarm'
     return f'Demo: backlash {gaps[0]:.3f} to {gaps[-1]:.3f} rad, {", ".join(alarms)}'
-
-
-def _loops(demo: Any, t: Array, smoothed: Array, truth: Any,
-           seconds: Seconds) -> tuple[plots.Curve, ...]:
-    """Return the curves of the first and the last window, and the truth of the same times."""
-    w = demo.window
-    spans = (('first', plots.BLUE, 1.0, 1.0 + w),
-             ('last', plots.ORANGE, demo.duration - w, demo.duration))
-    curves = []
-    for name, color, begin, end in spans:
-        take = (t >= begin) & (t <= end)
-        curves.append(plots.Curve(smoothed[take, S_TWIST], smoothed[take, S_TAU_K],
-                                  f'{name} {w:.3g} s, smoothed', color))
-    if truth is not None:
-        when = seconds(truth.stamp_ns)
-        for label, (_, _, begin, end) in (('true', spans[0]), (None, spans[1])):
-            take = (when >= begin) & (when <= end)
-            curves.append(plots.Curve(truth.position[take, 0], truth.effort[take, 0], label,
-                                      plots.BLACK))
-    return tuple(curves)
-
-
-def _backlash(monitor: Monitor, data: Mapping[str, Any], demo: Any,
-              seconds: Seconds) -> plots.BacklashCurve:
-    """Return the backlash of the windows, with limits, alarms and truth."""
-    windows, p = list(monitor.windows), monitor.parameters
-    baseline = monitor.health.feature('gap').baseline
-    level = baseline if baseline > 0.0 else None
-    t = np.linspace(0.0, demo.duration, 200)
-    grown = 1.0 + demo.growth_rate * np.maximum(t - demo.growth_start, 0.0)
-    alarms = [(a['t'], f'{a["level"].lower()}: {a["t"]:.1f} s', a['level'] == 'ERROR')
-              for a in data['alarms'] if a['component'] == 'backlash']
-    return plots.BacklashCurve(
-        seconds([w.stamp_ns for w in windows]), np.array([w.gap for w in windows]),
-        np.array([w.gap_std for w in windows]), demo.window, level,
-        level and level * (1.0 + p.gap_warn), level and level * (1.0 + p.gap_error),
-        tuple(alarms), (t, 2.0 * monitor.model.transmission.half_gap * grown))

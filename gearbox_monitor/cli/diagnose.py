@@ -54,7 +54,8 @@ from gearbox_monitor.library.simulator_file import export_model, written_model
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.presentation import on_axis
-from gearbox_monitor.report.diagnosis_evidence import gather, measures_twist, shows_place
+from gearbox_monitor.report.diagnosis_evidence import (
+    gather, measures_twist, shows_place, window_chart)
 from gearbox_monitor.report.diagnosis_page import diagnosis_page, PageContext
 from gearbox_monitor.report.robot_gap_page import robot_gap_page
 from gearbox_monitor.report.robot_words import robot_text
@@ -217,16 +218,15 @@ def draw(verdict: Verdict, data: Mapping[str, Any],
 
     """
     evidence = gather(verdict, model)
-    title = data['summary']
     drawn: dict[str, str | Figure] = {
         'report.html': diagnosis_page(data, evidence, recordings, context)}
     if not has_matplotlib():
         print('diagnose: no pictures, matplotlib is not installed, expected '
               f'{installed_by("pictures")}', file=sys.stderr)
         return drawn
-    from gearbox_monitor.report import plots
-    drawn['overlay.png'] = plots.windows_figure(evidence.overlay, evidence.windows, title,
-                                                on_axis('rad', model.axis))
+    from gearbox_monitor.report.plots import figure
+    drawn['overlay.png'] = figure([[window_chart(evidence.overlay, words, window, model.axis)
+                                    for words, window in evidence.windows]], data['summary'])
     return drawn
 
 

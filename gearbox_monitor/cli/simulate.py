@@ -30,7 +30,8 @@ from gearbox_monitor.errors import expect_matplotlib
 from gearbox_monitor.files.opening import dump, plain
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.presentation import on_axis
-from gearbox_monitor.report.diagnosis_evidence import notable_windows
+from gearbox_monitor.report.diagnosis_evidence import (
+    notable_windows, whole_chart, window_chart)
 from gearbox_monitor.report.words import number, percent, unit_of
 from gearbox_monitor.signals.uniform import UniformRecording
 
@@ -66,7 +67,7 @@ def run(args: Namespace) -> int:
     data['notes'] = notes
     data = {'summary': summary(data), **data}
     unit = on_axis('rad', models['nominal model'].axis)
-    written = write(laid, data, args, unit)
+    written = write(laid, data, args, models['nominal model'].axis)
     print(dump(data) if args.json == '-' else text(data, recording, written, unit))
     return 0
 
@@ -151,8 +152,8 @@ def _cell(value: float | None) -> str:
     return 'diverges' if value is None else number(value)
 
 
-def write(laid: Overlay, data: Mapping[str, Any], args: Namespace,
-          unit: str = 'rad') -> list[Path]:
+def write(laid: Overlay, data: Mapping[str, Any], args: Namespace, axis: str = 'rotary'
+          ) -> list[Path]:
     """
     Write pictures and JSON.
 
@@ -160,7 +161,7 @@ def write(laid: Overlay, data: Mapping[str, Any], args: Namespace,
         laid: models over the recording.
         data: of figures.
         args: options of the command.
-        unit: of the encoders.
+        axis: of the drive, for units.
 
     Returns:
         The files.
@@ -171,9 +172,10 @@ def write(laid: Overlay, data: Mapping[str, Any], args: Namespace,
         title = f'{Path(laid.recording.name).name}: gap {number(data["gap_before"])}'
         if data['gap_after'] is not None:
             title += f', closed {number(data["gap_after"])}'
-        from gearbox_monitor.report import plots
-        drawn = (plots.windows_figure(laid, notable_windows(laid, False), title, unit),
-                 plots.free_figure(laid, title, unit))
+        from gearbox_monitor.report.plots import figure
+        drawn = (figure([[window_chart(laid, words, window, axis)
+                          for words, window in notable_windows(laid, False)]], title),
+                 figure([[whole_chart(laid, axis)]], title))
         contents |= {Path(args.out, name): figure for name, figure in zip(PICTURES, drawn)}
     if args.json and args.json != '-':
         contents[Path(args.json)] = dump(data) + '\n'

@@ -9,19 +9,23 @@ one file that loads nothing.
 
 Public names, by module:
 
-    .: plots, words
-    diagnosis_evidence: gather, measures_twist, notable_windows, shows_place
+    .: words
+    chart: BarRow, Bars, Chart, LoopSlice, Panel, Plane, Trace
+    diagnosis_evidence: gather, measures_twist, notable_windows, shows_place, whole_chart,
+        window_chart
     diagnosis_page: diagnosis_page, PageContext
     explanation: ALL_CONDITIONS, Explanation, explanations
     fleet_page: fleet_page, headline
     live_history: GearboxHistory, StatusAlert
     live_page: live_frame, LivePage
-    plots: windows_figure
+    plots: figure
+    recording_charts: backlash_chart, overview, TrueTrajectory
     recording_page: figures, headline, recording_page, robot_page
     robot_gap_page: robot_gap_page
     robot_words: finding_words, reading_words, robot_headline, robot_text
     summary: change, in_unit, PLACES, sized, summary, with_deviation
-    timeline: EstimatorChoice, RecordingFacts, Timeline, TimelineSource
+    timeline: EstimatorChoice, measured, RecordedAlert, RecordingFacts, Timeline, timeline_of,
+        TimelineSource
     watch_words: watch_data, watch_headline, watch_text
     words: change_sentence, counted, dense_regions, ids_of, meaning, NAMING, next_steps,
         NO_FILES, number, percent, place_text, SUGGESTED, suggestion, torque_map_of, undefined,

@@ -9,7 +9,7 @@ templates/, style and script in assets/; both are inlined.
 """
 import base64
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 import hashlib
 from importlib.resources import files
@@ -22,6 +22,7 @@ from markupsafe import escape, Markup
 
 from gearbox_monitor import __version__
 from gearbox_monitor.presentation import on_axis
+from gearbox_monitor.report.svg import bar_views, chart_view, plane_view
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,15 @@ class Page:
     axis: str = 'rotary'
 
 
+@dataclass(frozen=True)
+class PageTable:
+    """A table: header and rows of text; numeric: columns aligned to the right."""
+
+    header: Sequence[str]
+    rows: Sequence[Sequence[object]]
+    numeric: Sequence[int] = field(default=())
+
+
 def units_of(text: str, axis: str) -> str:
     """Return `text` with the units of `axis`; what is escaped stays so."""
     return type(text)(on_axis(text, axis))
@@ -67,8 +77,8 @@ def environment() -> Environment:
     jinja = Environment(
         loader=PackageLoader('gearbox_monitor.report'), autoescape=True, trim_blocks=True,
         lstrip_blocks=True, undefined=StrictUndefined)
-    jinja.filters['units_of'] = units_of
-    jinja.filters['whole_options'] = whole_options
+    for drawer in (units_of, whole_options, chart_view, plane_view, bar_views):
+        jinja.filters[drawer.__name__] = drawer
     return jinja
 
 

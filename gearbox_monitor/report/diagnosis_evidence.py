@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Views of a residual: binned over the motion, smoothed over time.
+Evidence of a diagnosis: residuals binned over the motion, charts of models over a recording.
 
-x, y: values of the axes; x_edges, y_edges, edges: of their bins.
+edges: of the bins of an axis.
 """
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -22,6 +22,8 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.presentation import on_axis
+from gearbox_monitor.report.chart import Chart, Panel, Trace
+from gearbox_monitor.report.words import unit_of
 from gearbox_monitor.signals.uniform import UniformRecording
 
 
@@ -45,22 +47,6 @@ def binned(x: Array, value: Array, edges: Array) -> BinnedMap:
         edges: edges of the bins [B + 1], in the unit of the motion variable.
     """
     return BinnedMap(edges, _rms(value, _bins(x, edges), len(edges) - 1, FEWEST))
-
-
-def plane(x: Array, y: Array, value: Array, x_edges: Array, y_edges: Array) -> Array:
-    """
-    Return the rms [Y, X] of value [..., C] over two variables; NaN where samples are few.
-
-    Args:
-        x: motion variable in each sample.
-        y: second motion variable in each sample.
-        value: quantity to average, of the shape of `x`, or with channels as a last axis.
-        x_edges: edges of the columns [X + 1].
-        y_edges: edges of the rows [Y + 1].
-    """
-    rows, columns = len(y_edges) - 1, len(x_edges) - 1
-    at = _bins(y, y_edges) * columns + _bins(x, x_edges)
-    return _rms(value, at, rows * columns, FEWEST / 10.0).reshape(rows, columns)
 
 
 def _bins(x: Array, edges: Array) -> Integers:
@@ -101,7 +87,7 @@ def clipped_to_range(y: Array, measured: Array) -> Array:
 COMPARED = 10  # effects in the matrix of distinguishable effects
 QUANTITIES = {'speed': 'speed of the motor (rad/s)', 'angle': 'angle of the arm (rad)',
               'twist': 'twist, motor - arm (rad)', 'time': 'time (s)'}  # and units, rotary
-PLANE_BINS = 20
+RUN_ROLES = ('nominal', 'closed')  # of curves, in the order of the runs
 
 
 @dataclass(frozen=True)
@@ -111,17 +97,6 @@ class MissingSignal:
     place: str
     unit: str
     laws: Mapping[str, basis_functions.Law]
-
-
-@dataclass(frozen=True)
-class ResidualPlanes:
-    """Rms [Y, X] of the residuals over two quantities x and y, one plane per run."""
-
-    x: str
-    y: str
-    x_edges: Array
-    y_edges: Array
-    values: Sequence[Array]
 
 
 @dataclass(frozen=True)
@@ -141,7 +116,6 @@ class DiagnosisEvidence:
     overlay: Overlay
     windows: Sequence[tuple[str, int]]
     maps: Mapping[str, Sequence[BinnedMap]]
-    planes: ResidualPlanes
     missing: MissingSignal | None
     matrix: tuple[list[str], Array] | None
     separations: Mapping[str, tuple[float, Mapping[str, float]]]
@@ -177,7 +151,7 @@ def gather(verdict: Verdict, model: DriveModel) -> DiagnosisEvidence:
         missing = missing_signal(none, data['where']['place'])
     return DiagnosisEvidence(
         model.axis, {name: on_axis(_label(name, recording), model.axis) for name in motion}, laid,
-        notable_windows(laid), maps, _planes(motion, residuals), missing,
+        notable_windows(laid), maps, missing,
         distinguishable(basis, data), basis.separations,
         shows_place(recording, model))
 
@@ -212,14 +186,6 @@ def _motion(recording: UniformRecording, model: DriveModel, windows: ShootingWin
     twist = measures_twist(recording, model)
     return {name: value[windows.samples] for name, value in basis_functions.motion(
         recording.positions, recording.dt).items() if name != 'twist' or twist}
-
-
-def _planes(motion: Mapping[str, Array], residuals: Sequence[Array]) -> ResidualPlanes:
-    """Return the residuals over speed and twist, or angle if there is no twist."""
-    x, y = 'speed', 'twist' if 'twist' in motion else 'angle'
-    x_edges, y_edges = (basis_functions.edges_of(motion[name], PLANE_BINS) for name in (x, y))
-    return ResidualPlanes(x, y, x_edges, y_edges, [
-        plane(motion[x], motion[y], r, x_edges, y_edges) for r in residuals])
 
 
 def closed_name(verdict: Verdict, model: DriveModel) -> str:
@@ -276,3 +242,56 @@ def explained_by(name: str, law: basis_functions.Law) -> str:
     if name == 'time':  # the past says nothing of other windows
         return 'over time'
     return f'over {name}: explains {100.0 * law.explained:.0f} %'
+
+
+# ---------------------------------------------------------------------- models over a recording
+
+
+def window_chart(overlay: Overlay, words: str, window: int, axis: str) -> Chart:
+    """
+    Return recording and models over each other in one window, residuals below.
+
+    Args:
+        overlay: models over the recording.
+        words: name of the window.
+        window: its number.
+        axis: of the drive, for units.
+
+    """
+    t, panels = overlay.t[window], []
+    for channel in overlay.channels:
+        measured = overlay.measured[window, :, channel]
+        readings = [Trace(t, measured, 'recording', 'recording')]
+        residual = []
+        for run, role in zip(overlay.runs, RUN_ROLES):
+            y = run.y[window, :, channel]
+            readings.append(Trace(t, y, run.name, role))
+            residual += [Trace(t, measured - y, '', f'{role} faint'),
+                         Trace(t, smoothed(measured - y, overlay.recording.dt), run.name,
+                               f'{role} firm')]
+        panels += _channel_panels(overlay.recording.readings[channel], readings, residual, axis)
+    return Chart(f'{words.capitalize()}: {t[0]:.0f} to {t[-1]:.0f} s', panels, 'time (s)')
+
+
+def whole_chart(overlay: Overlay, axis: str) -> Chart:
+    """Return one free run of each model of `overlay` over the whole recording, by `axis`."""
+    t, panels = overlay.recording.t, []
+    for channel in overlay.channels:
+        measured = overlay.recording.y[:, channel]
+        readings = [Trace(t, measured, 'recording', 'recording')]
+        readings += [Trace(t, clipped_to_range(run.free[:, channel], measured), run.name, role)
+                     for run, role in zip(overlay.runs, RUN_ROLES)]
+        residual = [Trace(t, measured - trace.y, trace.name, f'{trace.role} firm')
+                    for trace in readings[1:]]
+        panels += _channel_panels(overlay.recording.readings[channel], readings, residual, axis)
+    return Chart('One free run over the whole recording, from the state of its first window; '
+                 'errors add up', panels, 'time (s)')
+
+
+def _channel_panels(name: str, readings: Sequence[Trace], residual: Sequence[Trace],
+                    axis: str) -> list[Panel]:
+    """Return the panels of one encoder: its readings and, below, the residual."""
+    unit = unit_of(name, 'rad')
+    quantity = f'{name}, angle' if unit == 'rad' else name
+    return [Panel(on_axis(f'{quantity} ({unit})', axis), readings),
+            Panel(on_axis(f'{name}, recording - model ({unit})', axis), residual, 0.0, 110)]

@@ -7,16 +7,15 @@ from dataclasses import dataclass
 import re
 from typing import Any, TypeAlias
 
-from gearbox_monitor.diagnosis.joint.closed_model import Overlay
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.presentation import on_axis
-from gearbox_monitor.report.builder import Page, render_page, Section, verdict_numbers
+from gearbox_monitor.report.builder import (
+    Page, PageTable, render_page, Section, verdict_numbers)
+from gearbox_monitor.report.chart import BarRow, Bars, Chart, Panel, Span, Trace
 from gearbox_monitor.report.diagnosis_evidence import (
-    clipped_to_range, DiagnosisEvidence, explained_by, MissingSignal, smoothed)
-from gearbox_monitor.report.figures import (
-    BarRow, bars, chart, heat_maps, PageTable, Panel, Span, Trace, View)
+    DiagnosisEvidence, explained_by, MissingSignal, RUN_ROLES, whole_chart, window_chart)
 from gearbox_monitor.report.words import (
     dense_regions, gain_text, ids_of, meaning, MEANINGS, NAMING, next_steps, NO_FILES, number,
     percent, place_text, sentence, torque_map_of, undefined, unit_of, UserFiles, value_rows,
@@ -24,7 +23,6 @@ from gearbox_monitor.report.words import (
 from gearbox_monitor.signals.uniform import UniformRecording
 
 VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a verdict
-ROLES = ('nominal', 'closed')
 RANKED = 10
 RIVALS = 6
 LONGEST = 12  # characters of a value in the summary: a number, no table
@@ -123,7 +121,7 @@ def _gaps(data: VerdictData, validated: str | None) -> Section:
                for name, bins in (data.get('regions') or {}).items()
                for part, v in bins.items() if v]
     return Section('diagnosis/gap.html', {
-        'gaps': bars(gaps, True, top), 'closed': bars(closed, top=whole),
+        'gaps': Bars(gaps, True, top), 'closed': Bars(closed, top=whole),
         'undefined': '' if closed or data['verdict'] == 'none' else undefined(data),
         'free_run': _free_run(data, validated),
         'regions': PageTable(('region', 'part', 'before', 'after'), regions, (2, 3))}, 'The gap')
@@ -166,67 +164,10 @@ def _free_run(data: VerdictData, validated: str | None) -> dict[str, Any] | None
 
 def _overlays(evidence: DiagnosisEvidence) -> Section:
     """Return charts of recording and models over each other, of typical windows and of all."""
-    overlay, charts = evidence.overlay, []
-    for words, window in evidence.windows:
-        panels = []
-        for channel in overlay.channels:
-            angle, residual = window_traces(overlay, window, channel)
-            panels += _channel_panels(overlay.recording.readings[channel], angle, residual,
-                                      evidence.axis)
-        title = (f'{words.capitalize()} among those held out: {overlay.t[window, 0]:.0f} to '
-                 f'{overlay.t[window, -1]:.0f} s')
-        charts.append((words, chart(title, panels, 'time (s)', 't (s)')))
-    charts.append(('whole recording, one run', _whole(overlay, evidence.axis)))
+    charts = [(words, window_chart(evidence.overlay, words, window, evidence.axis))
+              for words, window in evidence.windows]
+    charts.append(('whole recording, one run', whole_chart(evidence.overlay, evidence.axis)))
     return Section('diagnosis/overlays.html', {'charts': charts}, 'Before and after')
-
-
-def window_traces(overlay: Overlay, window: int, channel: int) -> tuple[list[Trace], list[Trace]]:
-    """
-    Return the curves of one window and encoder.
-
-    Args:
-        overlay: models over the recording.
-        window: its number.
-        channel: column of the readings.
-
-    Returns:
-        Curves of the angle and of the residual, rad or N m.
-
-    """
-    t, measured = overlay.t[window], overlay.measured[window, :, channel]
-    angle = [Trace(t, measured, 'recording', 'recording')]
-    residual = []
-    for run, role in zip(overlay.runs, ROLES):
-        y = run.y[window, :, channel]
-        angle.append(Trace(t, y, run.name, role))
-        residual += [Trace(t, measured - y, '', f'{role} faint'),
-                     Trace(t, smoothed(measured - y, overlay.recording.dt), run.name,
-                           f'{role} firm')]
-    return angle, residual
-
-
-def _channel_panels(name: str, traces: Sequence[Trace], residual: Sequence[Trace],
-                    axis: str) -> list[Panel]:
-    """Return the panels of one encoder: readings and, below, the residual."""
-    unit = unit_of(name, 'rad')
-    quantity = f'{name}, angle' if unit == 'rad' else name
-    return [Panel(on_axis(f'{quantity} ({unit})', axis), traces),
-            Panel(on_axis(f'{name}, recording - model ({unit})', axis), residual, 0.0, 110)]
-
-
-def _whole(overlay: Overlay, axis: str) -> View:
-    """Return the chart of one run over the whole recording."""
-    t, panels = overlay.recording.t, []
-    for channel in overlay.channels:
-        measured = overlay.recording.y[:, channel]
-        traces = [Trace(t, measured, 'recording', 'recording')]
-        traces += [Trace(t, clipped_to_range(run.free[:, channel], measured), run.name, role)
-                   for run, role in zip(overlay.runs, ROLES)]
-        residual = [Trace(trace.x, measured - trace.y, trace.name, f'{trace.role} firm')
-                    for trace in traces[1:]]
-        panels += _channel_panels(overlay.recording.readings[channel], traces, residual, axis)
-    return chart('One free run over the whole recording, from the state of its first window; '
-                 'errors add up', panels, 'time (s)', 't (s)')
 
 
 def _location(data: VerdictData, evidence: DiagnosisEvidence) -> Section:
@@ -243,18 +184,13 @@ def _location(data: VerdictData, evidence: DiagnosisEvidence) -> Section:
     for name, maps in evidence.maps.items():
         label = evidence.labels[name]
         traces = [Trace(residual.edges, residual.rms, run.name, role, step=True)
-                  for run, role, residual in zip(evidence.overlay.runs, ROLES, maps)]
+                  for run, role, residual in zip(evidence.overlay.runs, RUN_ROLES, maps)]
         panel = Panel('gap', traces, 1.0, 130, NOISE_RANGE)
-        charts.append(chart(f'over {name}', [panel], label, label, False))
-    planes = evidence.planes
+        charts.append(Chart(f'over {name}', [panel], label, zoom=False))
     return Section('diagnosis/where.html', {
-        'placed': evidence.placed, 'places': bars(rows, top=1.0), 'regions': regions,
+        'placed': evidence.placed, 'places': Bars(rows, top=1.0), 'regions': regions,
         'effects': len(ids_of(data)), 'missing': _missing(evidence.missing, evidence.labels),
-        'charts': charts, 'planes': heat_maps(
-            f'Gap over {planes.x} and {planes.y}',
-            [(run.name, v) for run, v in zip(evidence.overlay.runs, planes.values)],
-            (planes.x_edges, evidence.labels[planes.x]),
-            (planes.y_edges, evidence.labels[planes.y]), '= gap')}, 'Where', folded=True)
+        'charts': charts}, 'Where', folded=True)
 
 
 def _missing(missing: MissingSignal | None, labels: Mapping[str, str]) -> dict[str, Any] | None:
@@ -267,9 +203,8 @@ def _missing(missing: MissingSignal | None, labels: Mapping[str, str]) -> dict[s
         margin: Array = 2.0 * law.error
         trace = Trace(law.centers, law.value, f'missing {quantity}', 'signal',
                       band=(law.value - margin, law.value + margin))
-        charts.append(chart(explained_by(name, law), [
-            Panel(f'{quantity} ({missing.unit})', (trace,), 0.0, 130)], labels[name],
-            labels[name], False))
+        charts.append(Chart(explained_by(name, law), [
+            Panel(f'{quantity} ({missing.unit})', (trace,), 0.0, 130)], labels[name], zoom=False))
     return {'quantity': quantity, 'place': place_text(missing.place), 'charts': charts}
 
 
@@ -291,7 +226,7 @@ def _ranking(data: VerdictData, evidence: DiagnosisEvidence) -> Section:
     matrix = evidence.matrix and {
         'names': evidence.matrix[0], 'shares': (100.0 * evidence.matrix[1]).tolist()}
     return Section('diagnosis/ranking.html', {
-        'gains': bars(rows), 'has_effect': has_effect, 'rivals': rivals, 'close': close,
+        'gains': Bars(rows), 'has_effect': has_effect, 'rivals': rivals, 'close': close,
         'imitators': _imitators(evidence.separations), 'matrix': matrix,
         'limit': THRESHOLDS.isolable}, 'Which effect', folded=True)
 

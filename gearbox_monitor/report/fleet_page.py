@@ -9,8 +9,9 @@ import numpy as np
 
 from gearbox_monitor.health.backlash.wear import when
 from gearbox_monitor.presentation import on_axis
-from gearbox_monitor.report.builder import advice, Page, page_summary, render_page, Section
-from gearbox_monitor.report.figures import BarRow, bars, chart, Mark, PageTable, Panel, Trace
+from gearbox_monitor.report.builder import (
+    advice, Page, page_summary, PageTable, render_page, Section)
+from gearbox_monitor.report.chart import BarRow, Bars, Chart, Mark, Panel, Trace
 from gearbox_monitor.report.words import counted, width_and_std
 
 Gearbox: TypeAlias = Mapping[str, Any]  # of fleet.fleet_table.gearboxes
@@ -137,7 +138,7 @@ def _ranking(gearboxes: Sequence[Gearbox]) -> Section:
         rows.append(BarRow(gearbox['gearbox'], note, change, growth_text(feature), role, interval))
     top = max([0.05, *(row.interval[1] for row in rows if row.interval)])
     return Section('fleet/ranking.html', {
-        'bars': bars(rows, top=min(top, 1.0)), 'unlisted': len(gearboxes) - RANKED},
+        'bars': Bars(rows, top=min(top, 1.0)), 'unlisted': len(gearboxes) - RANKED},
         'Worst first')
 
 
@@ -148,11 +149,11 @@ def _curves(gearboxes: Sequence[Gearbox]) -> Section:
     last = max((gearbox['points'][-1]['start'] for gearbox in measured), default=0.0)
     days = max((last - first) / DAY, 1.0)
     label = f'days since {day(first)}'
-    charts = [chart(
+    charts = [Chart(
         f'{gearbox["gearbox"]}: {gearbox["summary"]}',
-        [panel for feature in CURVES for panel in _panel(gearbox, feature, first)], label, label,
-        False, [Mark((stamp - first) / DAY, words.split(',')[0], 'good')
-                for stamp, words in gearbox['marks']], span=(-0.01 * days, 1.01 * days))
+        [panel for feature in CURVES for panel in _panel(gearbox, feature, first)], label,
+        [Mark((stamp - first) / DAY, words.split(',')[0], 'good')
+         for stamp, words in gearbox['marks']], (-0.01 * days, 1.01 * days), zoom=False)
         for gearbox in measured[:DRAWN]]
     return Section('fleet/curves.html', {
         'charts': charts, 'unlisted': len(measured) - DRAWN}, 'Over time')

@@ -16,7 +16,7 @@ import numpy as np
 
 from gearbox_monitor.health.monitor import DRIFT_SHOWS
 from gearbox_monitor.kernels.types import Array, Integers
-from gearbox_monitor.report.figures import thinned_rows
+from gearbox_monitor.report.chart import thinned_rows
 from gearbox_monitor.report.timeline import (
     is_number, LARGEST, LevelSpans, PublishedWindows, SECOND_NS, WindowBacklash)
 

@@ -12,13 +12,13 @@ import numpy as np
 
 from gearbox_monitor.health.health_words import NOTHING_EARLIER
 from gearbox_monitor.presentation import on_axis
-from gearbox_monitor.report.builder import framed, Page, page_summary, render_section, Section
-from gearbox_monitor.report.figures import (
-    chart, Lane, loop_plane, LoopSlice, PageTable, Panel, round_span, Trace)
+from gearbox_monitor.report.builder import (
+    framed, Page, page_summary, PageTable, render_section, Section)
+from gearbox_monitor.report.chart import Chart, Lane, LoopSlice, Panel, Plane, round_span, Trace
 from gearbox_monitor.report.live_history import (
     GearboxHistory, LEVEL_SECONDS, MOTION_SECONDS, SILENT_SECONDS, worst_first)
-from gearbox_monitor.report.recording_page import (
-    backlash_panel, drawn_windows, joint_table, live_row, ROLES, worst_rows)
+from gearbox_monitor.report.recording_charts import backlash_panel, drawn_windows, ROLES
+from gearbox_monitor.report.recording_page import joint_table, live_row, worst_rows
 from gearbox_monitor.report.timeline import LEVELS
 from gearbox_monitor.report.words import sentence, width_and_std
 
@@ -125,12 +125,12 @@ def _motion(gearbox: GearboxHistory) -> Section:
         return on_axis(text, gearbox.axis)
     limits = round_span(motion.tau_k)
     std = 2.0 * gearbox.tau_k_std
-    data['torque'] = chart('Torque over time', [Panel(
+    data['torque'] = Chart('Torque over time', [Panel(
         label('torque (N m)'), [Trace(
             motion.t, motion.tau_k, 'torque' if math.isnan(std) else 'torque, ± 2 sigma',
             'signal', band=(motion.tau_k - std, motion.tau_k + std))],
         height=420, limits=limits)],
-        'time before the newest sample (s)', 't (s)', False, span=(-MOTION_SECONDS, 0.0))
+        'time before the newest sample (s)', span=(-MOTION_SECONDS, 0.0), zoom=False)
     facts = [(name, label(f'{values[-1]:{width}} {unit}')) for name, values, width, unit in (
         ('torque', motion.tau_k[np.isfinite(motion.tau_k)], '.2f', 'N m'),
         ('twist', motion.twist[np.isfinite(motion.twist)], '.4f', 'rad')) if len(values)]
@@ -141,7 +141,7 @@ def _motion(gearbox: GearboxHistory) -> Section:
             rows = (loop.t >= begin) & (loop.t <= end)
             slices.append(LoopSlice(f'{begin:g} s' if end else 'now', (NOTHING, NOTHING),
                                     [(loop.twist[rows], loop.tau_k[rows])]))
-        data['plane'] = loop_plane(
+        data['plane'] = Plane(
             'Torque over twist', slices, label('twist, motor - arm (rad)'),
             label('torque (N m)'), limits=(round_span(loop.twist), limits))
     if gearbox.windows:
@@ -168,15 +168,15 @@ def _condition(gearbox: GearboxHistory) -> Section:
     windows, lost_motion = drawn_windows(
         [replace(window, t=window.t - time_s) for window in gearbox.windows])
     if windows:
-        data['backlash'] = chart(
+        data['backlash'] = Chart(
             'Lost motion' if lost_motion else 'Backlash',
-            [backlash_panel(windows, lost_motion, MINUTE, gearbox.axis)], 'time (min)', 't (min)',
-            False, span=(1.03 * min(windows[0].t / MINUTE, -1.0), 0.0))
+            [backlash_panel(windows, lost_motion, MINUTE, gearbox.axis)], 'time (min)',
+            span=(1.03 * min(windows[0].t / MINUTE, -1.0), 0.0), zoom=False)
     rows = sorted(((spans.levels[-1], name, spans.messages[-1])
                    for name, spans in gearbox.levels.items()), key=lambda row: -row[0])
     return Section('live/condition.html', {
         **data,
-        'levels': chart('Levels', lanes, 'time (min)', 't (min)', False, span=(-last, 0.0)),
+        'levels': Chart('Levels', lanes, 'time (min)', span=(-last, 0.0), zoom=False),
         'components': PageTable(('level', 'component', 'message'), [
             (LEVELS[level], name, message) for level, name, message in rows]),
         'alerts': [f'{alert.when}: {alert.component} {LEVELS[alert.level]}: {alert.message}'

@@ -10,30 +10,26 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.backlash.wear import when
 from gearbox_monitor.health.health_words import NOTHING_EARLIER, worst
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.presentation import on_axis
-from gearbox_monitor.report.builder import advice, Page, page_summary, render_page, Section
-from gearbox_monitor.report.figures import (
-    chart, Lane, loop_plane, LoopSlice, Mark, PageTable, Panel, Trace, View)
+from gearbox_monitor.report.builder import (
+    advice, Page, page_summary, PageTable, render_page, Section)
 from gearbox_monitor.report.live_history import GearboxHistory, is_wear, MOTION_ROWS
+from gearbox_monitor.report.recording_charts import (
+    backlash_chart, CHANNELS, drawn_windows, errors_chart, input_chart, levels_chart, loop_plane,
+    nis_chart, ROLES, time_axis, torque_chart)
 from gearbox_monitor.report.timeline import (
-    LEVELS, LevelSpans, Loop, RecordingFacts, Timeline, WindowBacklash)
+    LEVELS, LevelSpans, RecordingFacts, Timeline, WindowBacklash)
 from gearbox_monitor.report.words import number, sentence, width_and_std
 
 TRUST = ('observability', 'prediction error', 'covariance', 'model', 'input')
 WEAR = ('backlash', 'friction')
 NO_DATA = 'no data'  # so begins the message of a component that was never evaluated
 TRUSTED = 0.9      # share of the time below which that is the headline
-MINUTES = 600.0    # s: longer recordings are shown in minutes
 LISTED = 200       # changes of level
-COARSE = 400       # points of the line of the prediction errors
-CHANNELS = ('motor', 'arm')
-ROLES = ('good', 'warn', 'error')  # of alerts and of the headline, by level
-GROUP = 'time'
 
 
 def recording_page(timeline: Timeline, facts: RecordingFacts, name: str, bag: str) -> str:
@@ -51,39 +47,10 @@ def recording_page(timeline: Timeline, facts: RecordingFacts, name: str, bag: st
 
     """
     axis = facts.model.axis
-    scale, unit = (60.0, 'min') if timeline.last > MINUTES else (1.0, 's')
-    time = TimeAxis(max(timeline.last / scale, 1e-9), scale, unit)
     return render_page(Page(f'Recording {name}', _summary(timeline, facts), (
         advice(next_steps(timeline, facts, bag)), _loops(timeline, axis),
-        _backlash(timeline, time, axis), _trust(timeline, time), _errors(timeline, time, axis),
-        _torque(timeline, time, axis), _input(timeline, facts, time), _parameters(facts)), axis))
-
-
-@dataclass(frozen=True)
-class TimeAxis:
-    """The axis of time: its last value, s per unit, and the name of the unit."""
-
-    last: float
-    scale: float
-    unit: str
-
-    def text(self, t: float) -> str:
-        """Return the time `t` s in words."""
-        return f'{t / self.scale:.4g} {self.unit}'
-
-    def chart(self, title: str, panels: Sequence[Panel | Lane],
-              marks: Sequence[Mark] = ()) -> View:
-        """
-        Return a chart on this axis; all of them zoom together.
-
-        Args:
-            title: plain text above the chart.
-            panels: from top to bottom.
-            marks: moments drawn through all panels.
-
-        """
-        return chart(title, panels, f'time ({self.unit})', f't ({self.unit})', marks=marks,
-                     group=GROUP, span=(0.0, self.last))
+        _backlash(timeline, axis), _trust(timeline), _errors(timeline, axis),
+        _torque(timeline, axis), _input(timeline, facts), _parameters(facts)), axis))
 
 
 def figures(timeline: Timeline, facts: RecordingFacts) -> dict[str, Any]:
@@ -208,184 +175,53 @@ def _summary(timeline: Timeline, facts: RecordingFacts) -> Section:
 
 def _loops(timeline: Timeline, axis: str) -> Section:
     """Return the hysteresis loops by slices of time; without any the twist was not measured."""
-    minutes, plane = timeline.slice_seconds >= 60.0, None
-    if timeline.loops:
-        slices = [LoopSlice(_interval(loop, minutes), loop.cloud, (loop.up, loop.down))
-                  for loop in timeline.loops]
-        length = 'minute' if timeline.slice_seconds == 60.0 else f'{timeline.slice_seconds:g} s'
-        plane = loop_plane(f'One loop per {length}', slices,
-                           on_axis('twist, motor - arm (rad)', axis),
-                           on_axis('torque (N m)', axis))
-    return Section('recording/loops.html', {'plane': plane}, 'Torque over twist')
+    return Section('recording/loops.html', {'plane': loop_plane(timeline, axis)},
+                   'Torque over twist')
 
 
-def _interval(loop: Loop, minutes: bool) -> str:
-    """Return begin and end of `loop` in words."""
-    scale, unit = (60.0, 'min') if minutes else (1.0, 's')
-    return f'{loop.begin / scale:.0f} to {np.ceil(loop.end / scale):.0f} {unit}'
-
-
-def _backlash(timeline: Timeline, time: TimeAxis, axis: str) -> Section:
+def _backlash(timeline: Timeline, axis: str) -> Section:
     """Return backlash, or lost motion in its place, over time, with alerts."""
+    time = time_axis(timeline)
     alerts = [f'{k}, {time.text(alert.t)}: {alert.component} {LEVELS[alert.level]}: '
               f'{alert.message}' for k, alert in enumerate(timeline.alerts, 1)]
     spans = timeline.spans.get('backlash')
     message = spans.messages[-1] if spans and spans.messages else ''
-    view, lost_motion = None, False
-    if timeline.windows:
-        windows, lost_motion = drawn_windows(timeline.windows)
-        marks = [Mark(alert.t / time.scale, str(k), ROLES[alert.level])
-                 for k, alert in enumerate(timeline.alerts, 1)]
-        view = time.chart('Lost motion' if lost_motion else 'Backlash',
-                          [backlash_panel(windows, lost_motion, time.scale, axis)], marks)
-    else:
+    if not timeline.windows:
         message = message or 'nothing was evaluated'
     return Section('recording/backlash.html', {
-        'chart': view, 'lost_motion': lost_motion, 'alerts': alerts, 'message': message},
+        'chart': backlash_chart(timeline, axis),
+        'lost_motion': drawn_windows(timeline.windows)[1], 'alerts': alerts, 'message': message},
         'Backlash')
 
 
-def drawn_windows(windows: Sequence[WindowBacklash]) -> tuple[Sequence[WindowBacklash], bool]:
-    """Return those of `windows` to draw, and whether by their lost motion."""
-    separable = [w for w in windows if w.separable]
-    lost_motion = 2 * len(separable) < len(windows)
-    return windows if lost_motion else separable, lost_motion
-
-
-def backlash_panel(windows: Sequence[WindowBacklash], lost_motion: bool, scale: float,
-                   axis: str) -> Panel:
-    """
-    Return the panel of backlash, with baseline and limits, or of lost motion.
-
-    Args:
-        windows: from the oldest.
-        lost_motion: whether it stands for backlash.
-        scale: s per unit of the time axis.
-        axis: of the drive, for units.
-
-    """
-    t = np.array([w.t for w in windows]) / scale
-    value = np.array([w.lost_motion if lost_motion else w.gap for w in windows])
-    traces = []
-    if lost_motion:
-        traces.append(Trace(t, value, 'lost motion', 'closed', dots=True))
-    else:
-        for name, role, level in (
-                ('baseline', 'limit', np.array([w.baseline for w in windows])),
-                ('plan a service', 'warn', np.array([w.warn for w in windows])),
-                ('service it', 'error', np.array([w.error for w in windows]))):
-            if np.isfinite(level).any():
-                traces.append(Trace(t, level, name, role))
-        std = np.array([w.gap_std for w in windows])
-        traces.append(Trace(t, value, 'backlash, ± 2 sigma', 'closed', dots=True,
-                            band=(value - 2.0 * std, value + 2.0 * std)))
-    curves = np.concatenate([value, *(trace.y for trace in traces[:-1])])
-    if not lost_motion and np.isfinite(std).any():  # a first, uncertain window hides no other
-        curves = np.concatenate([curves, value - 2.0 * np.nanmedian(std),
-                                 value + 2.0 * np.nanmedian(std)])
-    curves = curves[np.isfinite(curves)]
-    low, high = (float(curves.min()), float(curves.max())) if len(curves) else (0.0, 1.0)
-    room = 0.15 * (high - low) or 0.5 * abs(high) or 1.0
-    return Panel(on_axis(f'{"lost motion" if lost_motion else "backlash"} (rad)', axis), traces,
-                 height=240, limits=(low - room, high + room))
-
-
-def _trust(timeline: Timeline, time: TimeAxis) -> Section:
+def _trust(timeline: Timeline) -> Section:
     """Return levels over time, and the first of all changes."""
-    lanes, changes = [], []
-    for name in (*TRUST, *WEAR):
-        if name in timeline.spans:
-            spans = timeline.spans[name]
-            lanes.append(_lane(name, spans, time.scale))
-            changes += [(t, name, level, message) for t, level, message in zip(
-                spans.begins, spans.levels, spans.messages)]
-    changes.sort(key=lambda change: change[0])
+    time = time_axis(timeline)
+    levels = {name: timeline.spans[name] for name in (*TRUST, *WEAR) if name in timeline.spans}
+    changes = sorted(((t, name, level, message) for name, spans in levels.items()
+                      for t, level, message in zip(spans.begins, spans.levels, spans.messages)),
+                     key=lambda change: change[0])
     return Section('recording/trust.html', {
-        'chart': time.chart('Levels', lanes) if lanes else None, 'changes': len(changes),
+        'chart': levels_chart(levels, time), 'changes': len(changes),
         'listed': [f'{time.text(t)}: {name} {LEVELS[level]}: {message}'
                    for t, name, level, message in changes[:LISTED]]}, 'Trust')
 
 
-def _lane(name: str, spans: LevelSpans, scale: float) -> Lane:
-    """Return the lane of one component with the shares of its levels."""
-    shares = ', '.join(f'{level} {100 * share:.3g} %'
-                       for level, share in zip(LEVELS, spans.shares()) if share)
-    return Lane(f'{name}: {shares}', [begin / scale for begin in spans.begins], spans.end / scale,
-                spans.levels, [f'{name} {LEVELS[level]}' for level in spans.levels])
-
-
-def _errors(timeline: Timeline, time: TimeAxis, axis: str) -> Section:
+def _errors(timeline: Timeline, axis: str) -> Section:
     """Return innovations of the encoders and their NIS, if there are estimates."""
-    t, panels = timeline.errors.t / time.scale, []
-    for k, name in enumerate(CHANNELS):
-        low, high, mean = timeline.errors.of(k)
-        _, _, std = timeline.errors.of(k + 2)
-        count, covered = timeline.coverage[k]
-        if not count:
-            continue
-        top = 3.0 * float(np.nanmedian(2.0 * std))
-        panels.append(Panel(
-            on_axis(f'{name}, rad: {100 * covered / count:.1f} % within 2 sigma', axis),
-            (Trace(t, mean, 'mean, lowest, highest', 'closed', band=(low, high)),
-             Trace(t, 2.0 * std, '2 sigma as stated', 'nominal firm'),
-             Trace(t, -2.0 * std, '', 'nominal firm')), 0.0, 150, limits=(-top, top)))
     return Section('recording/errors.html', {
-        'errors': time.chart('Prediction errors of the encoders', panels) if len(t) else None,
-        'nis': _nis_chart(timeline, time)}, 'Prediction errors')
+        'errors': errors_chart(timeline, axis), 'nis': nis_chart(timeline)}, 'Prediction errors')
 
 
-def _nis_chart(timeline: Timeline, time: TimeAxis) -> View | None:
-    """Return the chart of the NIS with the limits of its alarm, or None without any."""
-    _, _, nis = timeline.nis.of(0)
-    finite = np.isfinite(nis)  # once per second if it comes from diagnostics
-    if not finite.any():
-        return None
-    edges = np.array([0.0, time.last])
-    t, nis = _coarser(timeline.nis.t[finite] / time.scale, nis[finite])
-    top = max(1.6, min(4.0, float(np.nanpercentile(nis, 99)) * 1.2))
-    return time.chart('Size of the prediction errors: NIS over its degrees of freedom', [
-        Panel('1 is expected', (
-            Trace(edges, np.full(2, LIMITS.nis_high), 'limits of the alarm', 'warn'),
-            Trace(edges, np.full(2, LIMITS.nis_low), '', 'warn'),
-            Trace(t, nis, 'NIS', 'closed')), 1.0, 140, limits=(0.0, top))])
-
-
-def _coarser(t: Array, values: Array) -> tuple[Array, Array]:
-    """Return means of neighbours of `t` and `values`, no more than COARSE."""
-    size = -(-len(t) // COARSE)
-    count = len(t) // size
-    return (t[:count * size].reshape(count, size).mean(axis=1),
-            values[:count * size].reshape(count, size).mean(axis=1))
-
-
-def _torque(timeline: Timeline, time: TimeAxis, axis: str) -> Section:
+def _torque(timeline: Timeline, axis: str) -> Section:
     """Return torque through the gearbox, its stated deviation, and the commanded torque."""
-    t = timeline.torque.t / time.scale
-    low, high, mean = timeline.torque.of(0)
-    _, _, std = timeline.torque.of(1)
-    u_low, u_high, u_mean = timeline.torque.of(2)
-    panels = []
-    if np.isfinite(mean).any():
-        panels.append(Panel(on_axis('through the gearbox (N m)', axis), (
-            Trace(t, mean, 'mean, lowest, highest', 'closed', band=(low, high)),), 0.0))
-        panels.append(Panel(on_axis('its stated deviation (N m)', axis), (
-            Trace(t, std, 'deviation', 'nominal firm'),), height=90, include=(0.0,)))
-    panels.append(Panel(on_axis('commanded (N m)', axis), (
-        Trace(t, u_mean, 'commanded', 'recording', band=(u_low, u_high)),), 0.0, 120))
-    return Section('recording/chart.html', {'chart': time.chart('Torque, filtered', panels)},
-                   'Torque')
+    return Section('recording/chart.html', {'chart': torque_chart(timeline, axis)}, 'Torque')
 
 
-def _input(timeline: Timeline, facts: RecordingFacts, time: TimeAxis) -> Section:
+def _input(timeline: Timeline, facts: RecordingFacts) -> Section:
     """Return rate and longest step of the samples; counts of what was refused or missing."""
-    t, rate, step = timeline.rates()
-    panels = [
-        Panel('samples/s', (Trace(t / time.scale, rate, 'rate', 'closed'),), None, 110, (0.0,)),
-        Panel('longest step (ms)', (
-            Trace(t / time.scale, 1e3 * step, 'longest step between stamps', 'nominal firm'),),
-            None, 110, (0.0,))]
     return Section('recording/input.html', {
-        'chart': time.chart('Samples by their stamps', panels),
+        'chart': input_chart(timeline),
         'counts': PageTable(('counter', ''), [
             (name, count) for name, count in facts.counts.items() if count and name != 'starts'],
             (1,))}, 'Input')

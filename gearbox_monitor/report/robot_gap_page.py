@@ -11,8 +11,8 @@ import numpy as np
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.presentation import on_axis
 from gearbox_monitor.report.builder import (
-    advice, Page, page_summary, render_page, Section, verdict_numbers)
-from gearbox_monitor.report.figures import BarRow, bars, PageTable
+    advice, Page, page_summary, PageTable, render_page, Section, verdict_numbers)
+from gearbox_monitor.report.chart import BarRow, Bars
 from gearbox_monitor.report.robot_words import (
     axes_of, finding_words, MEANINGS, next_steps, remainder_words, size_unit)
 from gearbox_monitor.report.words import sentence
@@ -153,7 +153,7 @@ def _gaps(data: VerdictData) -> Section:
         for title, when, kind in ((joint, 'before', 'nominal'), ('', 'after', 'closed')):
             rows.append(BarRow(title, when, sizes[when], f'{sizes[when]:.3g} {unit}', kind))
     return Section('robot_gap/gaps.html', {
-        'gaps': bars(rows), 'runs': bool(runs), 'lacking': data.get('lacking') or []},
+        'gaps': Bars(rows), 'runs': bool(runs), 'lacking': data.get('lacking') or []},
         'The gap of each joint')
 
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """The time line of a recording: its windows, levels and alerts, from a bag."""
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 import math
 from typing import Any
@@ -204,6 +204,12 @@ def gap_limits(values: Mapping[str, Any]) -> tuple[float, float, float]:
     return baseline, baseline * (1.0 + warn), baseline * (1.0 + error)
 
 
+def measured(fit: Backlash, values: Mapping[str, Any]) -> WindowBacklash:
+    """Return the window of a `fit` with the limits in the `values` of the outcome on backlash."""
+    return WindowBacklash(math.nan, fit.gap, fit.gap_std, fit.lost_motion, fit.separable,
+                          *gap_limits(values))
+
+
 class PublishedWindows:
     """Tells the drift windows in what a node publishes about backlash, once per second."""
 
@@ -369,6 +375,19 @@ class Timeline:
             self.loops.append(loop_of(self._begin, min(end, float(rows[-1, 0])), *rows[:, 1:].T))
         self._slice, self._begin = [], end
 
+    def add_estimates(self, estimates: Estimates, twist_std: float) -> None:
+        """Take `estimates`; `twist_std`: see twist_std."""
+        stamps, smoothed = estimates.stamp_ns, estimates.smoothed
+        self.add_errors(
+            stamps, np.column_stack([estimates.innovation_motor, estimates.innovation_arm]),
+            np.column_stack([estimates.innovation_std_motor, estimates.innovation_std_arm]))
+        self.add_torque(stamps, estimates.tau_k, estimates.tau_k_std)
+        with np.errstate(invalid='ignore', divide='ignore'):
+            self.add_nis(stamps, estimates.nis / estimates.dof)
+        valid = smoothed[:, S_TWIST_NOISE_STD] <= twist_std
+        self.add_loop(estimates.smoothed_stamp_ns[valid], *(
+            smoothed[valid, column] for column in (S_TWIST, S_TWIST_RATE, S_TAU_K)))
+
     def add_outcomes(self, stamp_ns: int, outcomes: Mapping[str, tuple[int, str]]) -> None:
         """Take `outcomes` {component: (level, message)} in force at `stamp_ns`."""
         t = max(self.second(stamp_ns), 0.0)
@@ -421,6 +440,7 @@ ERRORS, ERRORS_STD = 'innovations', 'innovations_stddev'
 MINUTE = 60.0
 SHORT, SHORT_SLICE = 180.0, 10.0  # s: shorter recordings have loops of 10 s
 MAX_LOOPS = 240
+PICTURE_LOOPS = 5
 REMEMBERED = 4096  # innovations: more than a smoother's lag
 
 
@@ -635,17 +655,8 @@ class MonitorFollower:
 
     def take(self, estimates: Estimates) -> None:
         """Take the `estimates` of the newest samples."""
-        monitor, timeline, stamps = self._monitor, self._timeline, estimates.stamp_ns
-        timeline.add_errors(
-            stamps, np.column_stack([estimates.innovation_motor, estimates.innovation_arm]),
-            np.column_stack([estimates.innovation_std_motor, estimates.innovation_std_arm]))
-        timeline.add_torque(stamps, estimates.tau_k, estimates.tau_k_std)
-        with np.errstate(invalid='ignore', divide='ignore'):
-            timeline.add_nis(stamps, estimates.nis / estimates.dof)
-        valid = estimates.smoothed[:, S_TWIST_NOISE_STD] <= self._twist_std
-        rows = estimates.smoothed[valid]
-        timeline.add_loop(estimates.smoothed_stamp_ns[valid], rows[:, S_TWIST],
-                          rows[:, S_TWIST_RATE], rows[:, S_TAU_K])
+        monitor, timeline = self._monitor, self._timeline
+        timeline.add_estimates(estimates, self._twist_std)
         if monitor.outcomes is self._outcomes:
             return
         self._outcomes = monitor.outcomes
@@ -653,14 +664,36 @@ class MonitorFollower:
             name: (outcome.level, outcome.message) for name, outcome in self._outcomes.items()})
         if monitor.windows and monitor.windows[-1] is not self._window:
             self._window = window = monitor.windows[-1]
-            timeline.add_window(window.stamp_ns, WindowBacklash(
-                math.nan, window.gap, window.gap_std, window.lost_motion, window.separable,
-                *gap_limits(self._outcomes['backlash'].values)))
+            timeline.add_window(window.stamp_ns,
+                                measured(window, self._outcomes['backlash'].values))
         for component, stages in monitor.health.stages().items():
             if stages != self._stages.get(component, {}):
                 self._stages[component] = stages
                 outcome = self._outcomes[component]
                 timeline.add_alert(monitor.stamp_ns, component, outcome.level, outcome.message)
+
+
+def timeline_of(estimates: Estimates, windows: Iterable[Backlash], values: Mapping[str, Any],
+                parameters: EstimatorParameters | None = None) -> Timeline:
+    """
+    Return the time line of estimates that are at hand, for their picture.
+
+    Args:
+        estimates: all of a recording.
+        windows: its measurements of backlash.
+        values: of the newest outcome on backlash, for its limits.
+        parameters: of the estimator, None: all twists count as measured.
+
+    """
+    stamps = estimates.stamp_ns
+    seconds = float(np.ptp(stamps)) / SECOND_NS if len(stamps) else 0.0
+    timeline = Timeline(max(seconds / PICTURE_LOOPS, 1e-3))
+    timeline.add_inputs(stamps, np.full(len(stamps), np.nan))
+    timeline.add_estimates(estimates, twist_std(parameters) if parameters else math.inf)
+    for window in windows:
+        timeline.add_window(window.stamp_ns, measured(window, values))
+    timeline.finish()
+    return timeline
 
 
 class MeasuredTwist:

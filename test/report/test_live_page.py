@@ -231,7 +231,7 @@ def test_page_in_a_browser(browser, server, width):
 
     def texts(selector):  # in one script: the page may redraw between two commands
         return browser.execute_script(
-            'return Array.from(document.querySelectorAll(arguments[0]), e => e.innerText)',
+            'return Array.from(document.querySelectorAll(arguments[0]), e => e.textContent)',
             selector)
     wait(lambda: texts('#live h2') == [name, 'wrist'], 'drawing')
     assert browser.execute_script(OVERFLOW) == []

@@ -1,66 +1,73 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Pictures from arrays, also from few or none."""
-from dataclasses import replace
+"""Charts by matplotlib, also of few or no values, against the charts of a page."""
+from pathlib import Path
+import re
 
 from matplotlib.figure import Figure
 import numpy as np
 import pytest
 
-from gearbox_monitor.report import plots
+import gearbox_monitor
+from gearbox_monitor.report import plots, svg
+from gearbox_monitor.report.chart import (
+    BarRow, Bars, Chart, Lane, LoopSlice, Mark, Panel, Plane, thinned, Trace)
 
 
 def example(n):
     t = np.linspace(0.0, 10.0, n)
-    tau_k = np.sin(t)
-    errors = np.column_stack([0.01 * np.cos(50.0 * t), np.full(n, np.nan)])
-    torque = plots.TorqueCurve(t, tau_k, np.full(n, 0.1))
-    backlash = plots.BacklashCurve(
-        np.arange(n)[:3], np.full(min(n, 3), 0.2), np.full(min(n, 3), 0.01), 1.0, 0.2, 0.22, 0.25,
-        ((2.0, 'warn', False),))
-    return plots.RunCurves(
-        'Title', (plots.Curve(tau_k, tau_k, 'loop'),), torque, torque, None, backlash,
-        plots.Innovations(t, errors, np.full((n, 2), 0.01), ('motor', 'arm')))
-
-
-RUNS = [
-    example(20000), example(1), example(0), plots.RunCurves('nothing')]
+    y = np.sin(t)
+    y[n // 2:n // 2 + 2] = np.nan
+    return [[
+        Chart('torque', [
+            Panel('N m', [Trace(t, y, 'smoothed', 'signal', band=(y - 0.1, y + 0.1)),
+                          Trace(t, y, '', 'closed faint')], 0.0),
+            Panel('rad', [Trace(t, y, 'windows', 'closed', dots=True, band=(y - 0.1, y + 0.1)),
+                          Trace(np.append(t, 11.0), y, 'judged', 'nominal', step=True)]),
+            Lane('trust', [0.0, 2.0], 5.0, [0, 2], ['OK', 'ERROR'])],
+            'time (s)', [Mark(2.0, 'warning', 'warn')], span=(0.0, 12.0)),
+        Plane('loop', [LoopSlice('first', (t[:400], y[:400]), [(t[:9], y[:9])]),
+                       LoopSlice('last', (t[:9], 2.0 * y[:9]))], 'twist', 'torque',
+              traces=[Trace(t, y, 'true', 'recording')])],
+        [Bars([BarRow('base', 'before', 2.0, '2', 'nominal'),
+               BarRow('base', 'after', 1.0, '1', 'closed', (0.5, 1.5)),
+               BarRow('wrist', '', None, 'none', 'closed')])]]
 
 
 @pytest.mark.filterwarnings('error')
-def test_overview_is_drawn(tmp_path):
-    for run in RUNS:
-        figure = plots.overview(run)
-        figure.savefig(tmp_path / 'run.png', dpi=50)
-        assert (tmp_path / 'run.png').read_bytes()[:4] == b'\x89PNG'
+@pytest.mark.parametrize('rows', [example(20_000), example(2), example(0), []])
+def test_few_or_no_values_are_drawn(rows, tmp_path):
+    plots.figure(rows, 'Title', ['a note']).savefig(tmp_path / 'run.png', dpi=50)
+    assert (tmp_path / 'run.png').read_bytes()[:4] == b'\x89PNG'
+    for chart in (part for row in rows for part in row if isinstance(part, Chart)):
+        assert 'nan' not in str(svg.chart_view(chart)['panels'])
 
 
-def test_backlash_axis_shows_levels_and_alarms():
-    (axes,) = [a for a in plots.overview(example(100)).axes if 'Backlash' in a.get_title('left')]
-    lines = [line.get_xydata().tolist() for line in axes.lines]
-    assert all(any(level in np.ravel(line) for line in lines) for level in (0.2, 0.22, 0.25, 2.0))
-    assert axes.get_ylim()[1] > 0.25
+def test_page_and_picture_have_the_same_scales_and_colours():
+    rows = example(1000)
+    chart, plane = rows[0]
+    torque, windows, lane, loop, _ = plots.figure(rows).axes
+    view, flat = svg.chart_view(chart), svg.plane_view(plane)
+    for axes, panel in zip((torque, windows, lane), view['panels']):
+        assert axes.get_ylim() == pytest.approx((float(panel['low']), float(panel['high'])))
+        assert axes.get_xlim() == (float(view['first']), float(view['last'])) == (0.0, 12.0)
+    assert loop.get_xlim() == pytest.approx((float(flat['x_low']), float(flat['x_high'])))
+    assert 2.0 in np.ravel([line.get_xdata() for line in windows.lines if len(
+        line.get_xdata()) == 2])  # the mark is drawn through all panels
+    style = Path(gearbox_monitor.__file__).with_name('report').joinpath(
+        'assets/page.css').read_text(encoding='utf-8')
+    light = dict(re.findall(r'--(\w+): (#\w+)', style[:style.index('@media')]))
+    assert {name: light[name] for name in plots.COLOURS} == plots.COLOURS
 
 
-def test_alarms_say_how_long_after_the_true_crossing_and_times_are_aligned():
-    run = example(20000)
-    t = np.array([0.0, 10.0, 30.0])
-    curve = replace(run.backlash, alarms=((19.0, 'warn', False), (25.0, 'error', True)),
-                    truth=(t, np.array([0.2, 0.2, 0.3])))  # 0.22 after 14 s, 0.25 after 20 s
-    figure = plots.overview(replace(run, backlash=curve))
-    axes = figure.axes[1]
-    shown = ' '.join(text.get_text() for text in axes.texts)
-    assert 'warn,\n5.0 s after' in shown and 'error,\n5.0 s after' in shown
-    whole = [a for a in figure.axes if a.get_xlabel() == 'time (s)' and 'shaded' not in
-             a.get_title('left')]
-    assert len(whole) == 4 and len({a.get_xlim() for a in whole}) == 1
-
-
-def test_long_runs_are_thinned():
-    run = example(100_000)
-    for axes in plots.overview(run).axes:
-        assert all(len(line.get_xdata()) <= 2 * plots.MAX_POINTS for line in axes.lines)
+def test_long_curves_are_thinned_and_keep_their_extremes():
+    for axes in plots.figure(example(100_000)).axes:
+        assert all(len(line.get_xdata()) < 10_000 for line in axes.lines)
+    x, y = np.arange(100_000.0), np.zeros(100_000)
+    y[54321] = 1.0
+    a, b = thinned(x, y, 1000)
+    assert len(a) <= 1010 and b.max() == 1.0 and a[0] == 0.0 and a[-1] == x[-1]
 
 
 def test_a_long_title_stays_inside_its_picture():

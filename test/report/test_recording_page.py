@@ -16,7 +16,8 @@ from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.write import BagWriter
 from gearbox_monitor.report import recording_page
-from gearbox_monitor.report.figures import loop_plane, LoopSlice
+from gearbox_monitor.report.chart import LoopSlice, Plane
+from gearbox_monitor.report.svg import plane_view
 from gearbox_monitor.report.timeline import (
     Envelope, loop_of, RecordingFacts, Timeline, WindowBacklash)
 
@@ -138,7 +139,7 @@ def test_branches_of_a_loop_are_its_two_sides():
     for (x, y), side in ((loop.up, 0.5), (loop.down, -0.5)):
         assert np.isfinite(x).sum() > 25 and np.isnan(y).any()
         assert y == pytest.approx(3.0 * x + side, abs=1e-6, nan_ok=True)
-    view = loop_plane('', [LoopSlice('', loop.cloud, (loop.up, loop.down))], '', '')
+    view = plane_view(Plane('', [LoopSlice('', loop.cloud, (loop.up, loop.down))], '', ''))
     assert view['slices'][0]['lines'].count('M') == 4  # no line across it
 
 

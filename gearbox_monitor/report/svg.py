@@ -1,0 +1,198 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Charts on pages: curves become SVG paths in the units of their panel.
+
+Functions are pure and return views, plain data by the names by which templates/figures.html draws
+them; nothing here is HTML.
+"""
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+import json
+import math
+from typing import Any, TypeAlias, TypeVar
+
+import numpy as np
+
+from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.report.chart import Bars, Chart, Lane, Panel, Plane, Span, tick_step, Trace
+
+View: TypeAlias = Mapping[str, Any]  # {name in templates/figures.html: value}
+Place = TypeVar('Place', float, Array)
+UNITS = 10000      # width and height of a panel's view box
+LEVEL_HEIGHTS = (0.25, 0.6, 1.0)  # of a lane, by level
+
+
+@dataclass(frozen=True)
+class Tick:
+    """A labelled place on an axis, in percent of its length."""
+
+    percent: float
+    text: str
+
+
+@dataclass(frozen=True)
+class Axis:
+    """Maps values between low and high to the units of a view box."""
+
+    low: float
+    high: float
+
+    def share(self, value: float) -> float:
+        """Return the place of `value` along the axis, 0 to 1."""
+        return (value - self.low) / (self.high - self.low)
+
+    def right(self, value: Place) -> Place:
+        """Return the place of `value`, or of values [N], in units, growing to the right."""
+        return UNITS * (value - self.low) / (self.high - self.low)
+
+    def down(self, value: Place) -> Place:
+        """Return the place of `value`, or of values [N], in units from above, as SVG counts y."""
+        return UNITS * (self.high - value) / (self.high - self.low)
+
+    def ticks(self, count: int = 5) -> list[tuple[float, str]]:
+        """Return about `count` round values with their texts."""
+        step = tick_step(self.low, self.high, count)
+        first, last = math.ceil(self.low / step - 1e-9), math.floor(self.high / step + 1e-9)
+        digits = max(0, -math.floor(math.log10(step) + 1e-9))
+        return [(k * step, f'{k * step:.{digits}f}') for k in range(first, last + 1)]
+
+    def to_the_right(self) -> list[Tick]:
+        """Return the ticks of an x axis."""
+        return [Tick(100.0 * self.share(value), text) for value, text in self.ticks()]
+
+
+def chart_view(chart: Chart) -> View:
+    """Return the view of `chart` that templates/figures.html draws."""
+    legend: dict[str, Trace] = {}
+    for trace in chart.traces():
+        if trace.name:
+            legend.setdefault(trace.name, trace)
+    axis = Axis(*chart.extent())
+    return {
+        'title': chart.title, 'x_label': chart.x_label, 'group': chart.group, 'zoom': chart.zoom,
+        'panels': [_panel(panel, axis) if isinstance(panel, Panel) else _lane(panel, axis)
+                   for panel in chart.panels],
+        'legend': legend.values(),
+        'marks': [{'percent': 100.0 * axis.share(mark.x), 'x': f'{mark.x:.9g}',
+                   'label': mark.label, 'role': mark.role,
+                   'd': f'M{axis.right(mark.x):.0f} 0V{UNITS}'} for mark in chart.marks],
+        'ticks': axis.to_the_right(), 'first': f'{axis.low:.9g}', 'last': f'{axis.high:.9g}',
+        'vertical': ''.join(f'M{axis.right(value):.0f} 0V{UNITS}' for value, _ in axis.ticks())}
+
+
+def _lane(lane: Lane, axis: Axis) -> View:
+    """Return the view of one Lane; colour and height say the same."""
+    ends = (*lane.begins[1:], lane.end)
+    paths = ['', '', '']
+    for begin, end, level in zip(lane.begins, ends, lane.levels):
+        low, high = (UNITS * (0.5 + side * 0.5 * LEVEL_HEIGHTS[level]) for side in (-1, 1))
+        paths[level] += (f'M{axis.right(begin):.0f} {low:.0f}H{axis.right(end):.0f}'
+                         f'V{high:.0f}H{axis.right(begin):.0f}Z')
+    spans = json.dumps([[float(f'{b:.6g}'), w] for b, w in zip(lane.begins, lane.words)])
+    return {
+        'label': lane.label, 'height': lane.height, 'low': '0', 'high': '1', 'ticks': (),
+        'paths': [{'style': f'lane level{level}', 'd': path, 'name': ''}
+                  for level, path in enumerate(paths) if path],
+        'horizontal': '', 'level': '', 'spans': spans, 'end': f'{lane.end:.6g}'}
+
+
+def _panel(panel: Panel, axis: Axis) -> View:
+    """Return the view of one Panel."""
+    y = Axis(*panel.extent())
+    y_ticks = y.ticks(max(4, panel.height // 36))
+    return {
+        'label': panel.label, 'height': panel.height, 'low': f'{y.low:.9g}',
+        'high': f'{y.high:.9g}', 'paths': _paths(panel.traces, axis, y), 'spans': '', 'end': '',
+        'ticks': _below_label(y, y_ticks, panel.height),
+        'horizontal': ''.join(f'M0 {y.down(value):.0f}H{UNITS}' for value, _ in y_ticks),
+        'level': '' if panel.level is None else f'M0 {y.down(panel.level):.0f}H{UNITS}'}
+
+
+def _paths(traces: Sequence[Trace], axis: Axis, y: Axis) -> list[View]:
+    """Return the paths of `traces`, each above its band."""
+    paths = list[View]()
+    for trace in traces:
+        area = '' if trace.band is None else _band(trace.x, trace.band, axis, y)
+        if area:
+            paths.append({'style': f'band {trace.role}', 'd': area, 'name': ''})
+        xs, ys = trace.points()
+        paths.append({'style': trace.style, 'name': trace.name,
+                      'd': _drawn(axis.right(xs), y.down(ys), trace.dots)})
+    return paths
+
+
+def _below_label(axis: Axis, y_ticks: Sequence[tuple[float, str]], height: int) -> list[Tick]:
+    """Return the ticks of a y axis, `height` pixels high, but those that would hit its label."""
+    return [Tick(100.0 * axis.down(value) / UNITS, text) for value, text in y_ticks
+            if axis.down(value) / UNITS * height > 6.0]
+
+
+def _drawn(xs: Array, ys: Array, dots: bool) -> str:
+    """Return the d through `xs`, `ys` [N] in units, `dots` or a line that breaks at NaN."""
+    out, pen = [], 'M'
+    for a, b in zip(xs, ys):
+        if not math.isfinite(a + b):
+            pen = 'M'
+            continue
+        out.append(f'{pen}{a:.0f} {b:.0f}{"h0" if dots else ""}')
+        pen = 'M' if dots else 'L'
+    return ''.join(out)
+
+
+def _band(x: Array, band: tuple[Array, Array], axis: Axis, y_axis: Axis) -> str:
+    """Return the d of the area between the curves of `band`; it breaks where one is NaN."""
+    xs = axis.right(np.asarray(x, float))
+    low, high = (y_axis.down(np.asarray(v, float)) for v in band)
+    finite = np.isfinite(low) & np.isfinite(high)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], finite, [False]])))
+    path = ''
+    for begin, end in zip(edges[::2], edges[1::2]):
+        upper = [f'{a:.0f} {b:.0f}' for a, b in zip(xs[begin:end], high[begin:end])]
+        lower = [f'{a:.0f} {b:.0f}' for a, b in zip(xs[begin:end][::-1], low[begin:end][::-1])]
+        path += f'M{"L".join(upper + lower)}Z'
+    return path
+
+
+def plane_view(plane: Plane) -> View:
+    """Return the view of a loop `plane` that templates/figures.html draws."""
+    x_axis, y_axis = (Axis(*span) for span in plane.extent())
+
+    def path(x: Array, y: Array, dots: bool) -> str:
+        """Return the d of a line through `x`, `y`, or of a cloud of `dots`."""
+        return _drawn(x_axis.right(x), y_axis.down(y), dots)
+    slices = [{'age': k / max(len(plane.slices) - 1, 1), 'name': s.name,
+               'cloud': path(*s.cloud, dots=True),
+               'lines': ''.join(path(*line, dots=False) for line in s.lines)}
+              for k, s in enumerate(plane.slices)]
+    y_ticks = y_axis.ticks(plane.height // 48)
+    lattice = ''.join(f'M{x_axis.right(value):.0f} 0V{UNITS}' for value, _ in x_axis.ticks())
+    lattice += ''.join(f'M0 {y_axis.down(value):.0f}H{UNITS}' for value, _ in y_ticks)
+    return {
+        'title': plane.title, 'slices': slices, 'x_low': f'{x_axis.low:.9g}',
+        'x_high': f'{x_axis.high:.9g}', 'y_low': f'{y_axis.low:.9g}',
+        'y_high': f'{y_axis.high:.9g}', 'x_ticks': x_axis.to_the_right(),
+        'y_ticks': _below_label(y_axis, y_ticks, plane.height), 'lattice': lattice,
+        'x_label': plane.x_label, 'y_label': plane.y_label, 'height': plane.height,
+        'paths': _paths(plane.traces, x_axis, y_axis)}
+
+
+def bar_views(bars: Bars) -> list[View]:
+    """Return the views of `bars` that templates/elements.html draws."""
+    full = bars.full()
+
+    def part(value: float) -> float:
+        """Return the length of a bar of `value` in percent."""
+        if bars.log:
+            share = math.log(max(value, 1.0)) / max(math.log(max(full, 1.0)), 1e-9)
+        else:
+            share = value / full if full > 0.0 else 0.0
+        return 100.0 * min(1.0, max(0.0, share))
+
+    def whisker(interval: Span) -> Span:
+        """Return begin and length of a whisker in percent."""
+        low, high = map(part, interval)
+        return low, max(high - low, 0.0)
+    return [{'row': row, 'fill': None if row.value is None else part(row.value),
+             'whisker': row.interval and whisker(row.interval)} for row in bars.rows]
