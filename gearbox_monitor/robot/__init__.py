@@ -11,13 +11,13 @@ Public names, by module:
 
     .: arm_plant
     arm_plant: DRIVES, GapGrowth, HIGH, LOW, program, WorkingArm
-    chain: body_of, Chain, chain_of, inertial, joint_losses, level_frame, Link, losses_of,
-        PER_LINK, pseudo_inertia, ranges_in
+    chain: body_of, Chain, chain_of, inertial, joint_losses, level_frame, Link, PER_LINK,
+        pseudo_inertia, ranges_in
     compiled_model: actuator_law, actuator_losses, ActuatorLaw, actuators_on, at_rest,
         disabled, DRAG, enabled, ends_of, is_off, kind_of, moved_by, mujoco_module, name_of,
         open_loop, Refusal, scalar_joints, tendon_forces, undecided, undecided_of_robot, Unread
-    description: expanded_root, LOCKED_IN_VALUES, LONGEST, parse, PRINCIPAL, RobotDescription,
-        rotations, SUFFIXES, turn
+    description: expanded_root, finite_number, LOCKED_IN_VALUES, LONGEST, parse, PRINCIPAL,
+        RobotDescription, rotations, SUFFIXES, turn
     dynamics: ArmLoad, arrays_of, MotionState, Payload
     plausibility: implausible
 """

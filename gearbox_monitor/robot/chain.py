@@ -364,7 +364,8 @@ def ranges_in(text: str, joints: Sequence[str], source: str = 'URDF') -> tuple[A
         row = (-math.inf, math.inf)
         if limit is not None and elements[name].get('type') != 'continuous' and (
                 'lower' in limit.attrib and 'upper' in limit.attrib):
-            low, high = (finite_number(limit.attrib[key], f'{source}: joint {name}: limit: {key}')
+            low, high = (finite_number(
+                limit.attrib[key], f'{source}: joint {name}: limit: {key}', math.inf)
                          for key in ('lower', 'upper'))
             row = (low, high) if low < high else row
         rows.append(row)

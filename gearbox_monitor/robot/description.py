@@ -18,7 +18,7 @@ import numpy as np
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.kernels.types import Array
 
-SUFFIXES = ('.xml', '.urdf', '.mjcf')  # of files that describe whole robots
+SUFFIXES = ('.xml', '.urdf', '.mjcf', '.xacro')  # of files that describe whole robots
 MOVABLE = ('revolute', 'continuous', 'prismatic')
 LONGEST = 4_000_000  # characters of a description
 LOCKED_IN_VALUES = 'or joints that stand still (locked in --values)'
@@ -106,7 +106,7 @@ def expanded_root(text: str | bytes, source: str) -> ElementTree.Element:
         source: its name, for messages.
 
     Raises:
-        InputError: no XML, no <robot>, or macros, properties or `${prefix}` of xacro.
+        InputError: no XML, no <robot>, or macros, `${prefix}` or `$(arg name)` of xacro.
     """
     try:
         root = ElementTree.fromstring(text)
@@ -118,7 +118,7 @@ def expanded_root(text: str | bytes, source: str) -> ElementTree.Element:
         namespace, _, tag = element.tag.rpartition('}')
         words = [f'<xacro:{tag}>'] if 'xacro' in namespace else [
                 f'<{element.tag} {name}="{value}">'
-                for name, value in element.attrib.items() if '${' in value]
+                for name, value in element.attrib.items() if '${' in value or '$(' in value]
         if words:
             raise InputError(f'{source}: {words[0]}: of xacro, expected a URDF: '
                              f'xacro {source} > robot.urdf')
@@ -139,6 +139,8 @@ class _Parser:
         self._links = self._named(root, 'link')
         self._joints = self._named(root, 'joint')
         movable = [name for name, joint in self._joints.items() if joint.get('type') != 'fixed']
+        if not movable:
+            self._fail('joints', 'none can move', 'at least one of ' + ', '.join(MOVABLE))
         for name in locked:
             if name not in movable:
                 self._unknown('locked', name, movable)
@@ -312,13 +314,23 @@ class _Parser:
         raise InputError(f'{self._source}: {where}: {value}, expected {expected}')
 
 
-def finite_number(text: str, where: str) -> float:
-    """Return the number that an attribute holds as `text`. Raises InputError: `where` it is."""
+def finite_number(text: str, where: str, most: float = 1e9) -> float:
+    """
+    Return the number that an attribute holds.
+
+    Args:
+        text: of the attribute.
+        where: it is, for messages.
+        most: size that it may not exceed; infinite: a range may have no end.
+
+    Raises:
+        InputError: no number, or a larger one.
+    """
     try:
         value = float(text)
     except ValueError:
         value = math.nan
-    if not abs(value) < 1e9:
+    if not abs(value) <= most:
         raise InputError(f'{where}: {text!r}, expected a number')
     return value
 

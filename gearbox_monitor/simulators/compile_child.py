@@ -11,6 +11,7 @@ import json
 import math
 import os
 from pathlib import Path
+import re
 import resource
 import stat
 import sys
@@ -24,6 +25,16 @@ SHORT = ('unknown exception', 'allocate', 'memory')  # what MuJoCo says where me
 
 class Rejected(Exception):
     """The file refers to what it may not, or MuJoCo refuses it: the reason."""
+
+
+def in_words(error: Exception) -> str:
+    """Return what MuJoCo says of a file: the line, the element, and what is wrong with it."""
+    text = ' '.join(str(error).split())
+    place = re.search(r"Element (?:name )?'([^']*)'(?:, id \d+)?(?:, line (\d+))?", text)
+    words = re.sub(r'^(XML )?(Error: )*(Schema violation: )?', '', text[:place.start()] if place
+                   else text).strip()
+    at = [f'line {place[2]}' * bool(place[2]), place[1]] if place else []
+    return ': '.join(filter(None, [*at, f'{words}, expected a file that MuJoCo compiles']))
 
 
 def checked(place: Path, root: Path, named: str) -> bool:
@@ -191,7 +202,7 @@ def compiled(text: str, folder: Path, root: Path, locked: dict[str, float]) -> b
         without_shapes(spec, mujoco, root)
         model = compiled_without(locked, spec, mujoco)
     except (ValueError, RuntimeError, MemoryError) as error:
-        raise Rejected(f'{error}, expected a file that MuJoCo compiles') from None
+        raise Rejected(in_words(error)) from None
     buffer = np.empty(mujoco.mj_sizeModel(model), np.uint8)
     mujoco.mj_saveModel(model, None, buffer)
     return buffer.tobytes()

@@ -60,7 +60,7 @@ def compiled_model(data: bytes, path: Path, root: Path | None = None,
         except compile_child.Rejected as refusal:
             raise InputError(f'{path}: {refusal}') from None
         except (ValueError, RuntimeError, UnicodeDecodeError) as error:
-            raise InputError(f'{path}: {error}, expected a file that MuJoCo compiles') from None
+            raise InputError(f'{path}: {compile_child.in_words(error)}') from None
     folder = path.resolve().parent
     binary = _in_child(data, path, folder, (root or folder).resolve(), json.dumps(locked))
     return mujoco.MjModel.from_binary_path('robot.mjb', {'robot.mjb': binary})

@@ -14,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 import math
 from pathlib import Path
+import re
 from typing import Any
 
 import numpy as np
@@ -147,8 +148,11 @@ class MjcfDrive:
         """Return what acts on the joints of the drive and is not read."""
         joints = [j.index for j in (self.motor, self.arm) if j is not None]
         gearboxes = [t.index for t in (self.tendon, self.hysteresis) if t is not None]
-        return [*undecided(self.compiled, joints, at_rest(self.compiled, self.posture), gearboxes),
-                *(self.lacking or _of_drive(self))]
+        acting = undecided(self.compiled, joints, at_rest(self.compiled, self.posture), gearboxes)
+        if self.document.root.tag == 'robot':  # all equalities are <mimic>
+            acting = [r._replace(attribute='mimic') if r.attribute.startswith('equality') else r
+                      for r in acting]
+        return [*acting, *(self.lacking or _of_drive(self))]
 
 
 def read_mjcf(path: str | Path, joint: str, arm_joint: str | None = None,
@@ -227,9 +231,10 @@ def compiled_file(data: bytes, path: Path, root: Path | None = None) -> RobotFil
                          '<mujoco>, or <robot> of a URDF file')
     try:
         compiled = compiled_model(data, path, root)
-    except InputError:
+    except InputError as error:
         if document.root.tag == 'robot':
             parse(document.data.decode('utf-8', 'replace'), str(path))  # in the file's own words
+            raise InputError(re.sub(r': line \d+:', ':', str(error), count=1)) from None
         raise
     if not compiled.njnt:
         raise InputError(f'{path}: no joint that moves, expected at least one')
@@ -507,18 +512,24 @@ def _lacking(file: RobotFile, joint: MjcfJoint) -> tuple[Refusal, ...]:
     root = file.document.root
     if root.tag != 'robot':
         return ()
-    heavy = {link.attributes.get('name') for link in root.all('link')
-             for inertial in link.all('inertial') for mass in inertial.all('mass')
-             if float(mass.attributes.get('value', 0)) > 0.0}
+    masses = {link.attributes.get('name', ''): float(mass.attributes.get('value', 0))
+              for link in root.all('link') for inertial in link.all('inertial')
+              for mass in inertial.all('mass')}
     below, child_of = dict[str, list[str]](), dict[str, str]()
     for element in root.all('joint'):
         parent, child = (element.all(tag)[0].attributes['link'] for tag in ('parent', 'child'))
         below.setdefault(parent, []).append(child)
         child_of[element.attributes.get('name', '')] = child
+    if joint.name not in child_of:  # MuJoCo makes several of it
+        return (Refusal(joint.name, 'type', 'planar, expected revolute, continuous or prismatic'),)
     moved = [child_of[joint.name]]
     for link in moved:
         moved += below.get(link, [])
-    if heavy.isdisjoint(moved):
+    for link in moved:
+        if masses.get(link, 0.0) < 0.0:
+            return (Refusal(joint.name, 'inertia', f'link {link}: mass {masses[link]:g} kg, '
+                            'expected 0 or more'),)
+    if not any(masses.get(link) for link in moved):
         return (Refusal(joint.name, 'inertia', f'{", ".join(moved)}: no mass, expected an '
                         '<inertial> in one of these links'),)
     limit = SPOILT * (joint.inertia + joint.armature)

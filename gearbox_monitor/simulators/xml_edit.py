@@ -9,6 +9,7 @@ The parser (expat) tells where each element stands; edits replace or insert byte
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 import difflib
+import math
 from pathlib import Path
 import re
 from typing import Any
@@ -18,10 +19,9 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.robot.chain import losses_of
-from gearbox_monitor.robot.description import expanded_root, PRINCIPAL, turn
+from gearbox_monitor.robot.description import expanded_root, finite_number, PRINCIPAL, turn
 
 _ATTRIBUTE = re.compile(rb'\s+([\w:.-]+)\s*=\s*("[^"]*"|\'[^\']*\')')
 
@@ -239,6 +239,9 @@ def difference(path: str, before: bytes, after: bytes) -> list[str]:
 
 SHAPES = ('visual', 'collision')
 ONCE = ('origin', 'inertial', 'mass', 'inertia', 'parent', 'child', 'axis', 'limit', 'dynamics')
+NUMBERS = {'origin': ('xyz', 'rpy'), 'axis': ('xyz',), 'mass': ('value',), 'mimic': (
+    'multiplier', 'offset'), 'limit': ('lower', 'upper', 'effort', 'velocity'), 'dynamics': (
+    'damping', 'friction'), 'inertia': ('ixx', 'iyy', 'izz', 'ixy', 'ixz', 'iyz')}
 TENSOR = {'ixx': (0, 0), 'iyy': (1, 1), 'izz': (2, 2),
           'ixy': (0, 1), 'ixz': (0, 2), 'iyz': (1, 2)}
 # What counts as nothing: kg and kg m^2 of links that have none.
@@ -281,13 +284,17 @@ def readable_urdf(data: bytes, name: str) -> tuple[bytes, list[str], dict[str, f
         InputError: no XML, or a number that is none.
     """
     root = expanded_root(data, name)
+    joints = [joint.get('name', '') for joint in root.findall('joint')]
     notes, spoilt = list[str](), dict[str, float]()
     for element in root.findall('joint') + root.findall('link'):
         title = f'{name}: {element.tag} {element.get("name", "")}'
         for part in (element, *element.findall('inertial')):
             notes += _first(part, title)
-        if element.tag == 'joint':
-            losses_of(element, name)  # MuJoCo takes an empty number for none
+        _expect_numbers(element, title)
+        for mimic in element.findall('mimic'):  # of no joint, MuJoCo would let it move by itself
+            if mimic.get('joint') not in joints:
+                raise InputError(f'{title}: mimic: {mimic.get("joint")!r}, '
+                                 + unknown(mimic.get('joint', ''), joints))
         for inertial in element.findall('inertial'):
             words, off = _tensor(inertial, title)
             notes += words
@@ -297,6 +304,19 @@ def readable_urdf(data: bytes, name: str) -> tuple[bytes, list[str], dict[str, f
     for key, value in BOUNDS.items():
         compiler.attrib.setdefault(key, value)
     return ElementTree.tostring(root), notes, spoilt
+
+
+def _expect_numbers(element: ElementTree.Element, title: str) -> None:
+    """Raise InputError unless what has to be a number in an `element` is one, or three of it."""
+    for part in element.iter():
+        for key in NUMBERS.get(part.tag, ()):
+            words = part.get(key, '0').split() or ['']
+            if key in ('xyz', 'rpy') and key in part.attrib and len(words) != 3:
+                raise InputError(f'{title}: {part.tag}: {key}: {part.get(key)!r}, expected three '
+                                 'numbers')
+            for word in words:
+                finite_number(word, f'{title}: {part.tag}: {key}',
+                              math.inf if part.tag == 'limit' else 1e9)
 
 
 def _first(element: ElementTree.Element, title: str) -> list[str]:
@@ -322,14 +342,9 @@ def _tensor(inertial: ElementTree.Element, title: str) -> tuple[list[str], float
     element, mass = inertial.find('inertia'), inertial.find('mass')
     if element is None or mass is None:
         return [], 0.0
-    try:
-        ixx, iyy, izz, ixy, ixz, iyz = (float(element.get(k, '0')) for k in TENSOR)
-        size = float(mass.get('value', '0'))
-    except ValueError:
-        raise InputError(f'{title}: inertial: {dict(element.attrib)}, expected numbers') from None
+    ixx, iyy, izz, ixy, ixz, iyz = (float(element.get(k, '0')) for k in TENSOR)
+    size = float(mass.get('value', '0'))
     tensor = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
-    if not np.isfinite(tensor).all():
-        raise InputError(f'{title}: inertial: {dict(element.attrib)}, expected finite numbers')
     values, axes = np.linalg.eigh(tensor)
     deficit = max(0.0, -float(values[0]))
     body = values + deficit

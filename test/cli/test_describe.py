@@ -127,17 +127,43 @@ def test_a_link_spoils_its_own_joints_only(tmp_path, capsys):
     assert code == 1 and '5 of 6 joints are read' in out and 'flange, tool: no mass' in out
 
 
+NO_URDF = [
+    ('name="joint2"', 'name="${prefix}joint2"', 'of xacro, expected a URDF: xacro '),
+    ('effort="250"', 'effort="$(arg effort)"', 'of xacro, expected a URDF: xacro '),
+    ('<link name="base', '<xacro:arm xmlns:xacro="http://www.ros.org/wiki/xacro"/><link '
+     'name="base', 'of xacro, expected a URDF: xacro '),
+    (ARM[ARM.index('<joint'):ARM.rindex('</robot>')], '', 'no joint that moves'),
+    ('type="revolute"', 'type="ball"', "joint joint1: type 'ball', expected one of revolute"),
+    ('effort="250"', 'effort="ten"', "joint joint1: limit: effort: 'ten', expected a number"),
+    ('<mass value="11.5"/>', '<mass value="11,5"/>', "link upper_arm: mass: value: '11,5', expe"),
+    ('</joint>', '<mimic joint="joint7"/></joint>', "joint joint1: mimic: 'joint7', did you mean")]
+
+
 def test_what_is_no_urdf_is_refused_in_its_own_words(tmp_path, capsys):
-    for old, new in (('name="joint2"', 'name="${prefix}joint2"'), (
-            '<link name="base', '<xacro:arm xmlns:xacro="http://www.ros.org/wiki/xacro"/>'
-            '<link name="base')):
+    for old, new, said in NO_URDF:
         code, out = described(tmp_path / 'arm.urdf', capsys, old, new)
-        assert code == 2 and out.endswith('arm.urdf > robot.urdf') and 'xacro' in out
-    code, out = described(tmp_path / 'arm.urdf', capsys, ARM[ARM.index('<joint'):ARM.rindex(
-        '</robot>')], '')
-    assert code == 2 and 'joint' in out
-    code, out = described(tmp_path / 'arm.urdf', capsys, 'type="revolute"', 'type="ball"')
-    assert code == 2 and "joint joint1: type 'ball', expected one of revolute" in out
+        assert code == 2 and said in out, out
+
+
+OTHERS = [  # what spoils a joint, and how many of six remain
+    ('</joint>', '<mimic joint="joint3"/></joint>', 'mimic: couples it with joint3', 4),
+    ('<mass value="11.5"/>', '<mass value="-11.5"/>', 'link upper_arm: mass -11.5 kg', 4),
+    ('type="revolute"', 'type="planar"', 'type: planar, expected revolute', 5)]
+
+
+def test_what_spoils_a_joint_is_said_in_words_of_the_format(tmp_path, capsys):
+    for old, new, said, count in OTHERS:
+        code, out = described(tmp_path / 'arm.urdf', capsys, old, new)
+        assert code == 1 and said in out and f'{count} of ' in out, out
+
+
+def test_what_mujoco_refuses_is_said_with_its_line_and_element(tmp_path, capsys):
+    path = tmp_path / 'robot.xml'
+    path.write_text(ROBOT.replace('<freejoint name="base"/>', '\n<freejoint nam="base"/>'))
+    assert main(['describe', str(path)]) == 2
+    line = ROBOT[:ROBOT.index('<freejoint name="base"/>')].count('\n') + 2
+    assert f"robot.xml: line {line}: freejoint: unrecognized attribute: 'nam'" in (
+        capsys.readouterr().err)
 
 
 def test_healthy_robots_are_not_doubted():
