@@ -99,11 +99,11 @@ def test_no_alarm_without_growth():
 
 
 def test_one_percent_is_found():
-    """Mean delay of 12 jumps of +1 % at the default setting; the bar is 180 s."""
+    """Mean delay of 6 jumps of +1 % at the default setting; the bar is 180 s."""
     gearbox, delays = Gearbox(7, 'A'), []
     gearbox.go(150)
     healthy, stamp = gearbox.health, gearbox.stamp
-    for _ in range(12):
+    for _ in range(6):
         gearbox.health = healthy
         gearbox.stamp = stamp
         found = alarmed(gearbox.go(20, 0.01))

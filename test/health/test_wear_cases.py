@@ -26,14 +26,14 @@ COULOMB = 0.27 / 18.0 / FRICTION  # its share of it
 
 
 @cache
-def healthy(seed, windows, temperature):
-    gearbox = Gearbox(seed, 'A')
+def healthy(windows, temperature):
+    gearbox = Gearbox(9, 'A')
     gearbox.go(windows, temperature=temperature)
     return gearbox
 
 
-def learnt(seed, windows=90, temperature=None):
-    return deepcopy(healthy(seed, windows, temperature))
+def learnt(windows=90, temperature=None):
+    return deepcopy(healthy(windows, temperature))
 
 
 def size(gearbox, key, true, stage=None):
@@ -47,7 +47,7 @@ def size(gearbox, key, true, stage=None):
 @pytest.mark.parametrize('growth, stage, new', [
     (0.2, WARNED, {'load': 9.0}), (0.5, GROSS, {'temperature': 45.0})])
 def test_growth_together_with_a_new_motion_or_a_warming(growth, stage, new):
-    gearbox = learnt(1, **({'temperature': 20.0} if 'temperature' in new else {}))
+    gearbox = learnt(**({'temperature': 20.0} if 'temperature' in new else {}))
     gearbox.go(3, growth, **new)
     assert size(gearbox, 'gap', growth, stage).std < 0.04
     gearbox.go(40, growth, **new)  # nor is it learnt as healthy
@@ -55,7 +55,7 @@ def test_growth_together_with_a_new_motion_or_a_warming(growth, stage, new):
 
 
 def test_growth_learnt_in_a_new_motion_has_its_size_in_the_old_one():
-    gearbox = learnt(3)
+    gearbox = learnt()
     gearbox.go(60, 0.2, load=9.0)
     found = gearbox.go(10, 0.2)
     assert size(gearbox, 'gap', 0.2, WARNED).std < 0.005
@@ -63,7 +63,7 @@ def test_growth_learnt_in_a_new_motion_has_its_size_in_the_old_one():
 
 
 def test_a_little_in_a_new_motion_is_not_separable_until_the_old_one():
-    gearbox = learnt(9)
+    gearbox = learnt()
     found = gearbox.go(140, 0.03, load=9.0)  # beyond the horizon of the test
     assert not gearbox.health.alerts
     values = found[-1]['backlash'].values
@@ -75,7 +75,7 @@ def test_a_little_in_a_new_motion_is_not_separable_until_the_old_one():
 
 
 def test_a_step_below_its_deviation_in_a_new_motion_is_told_once_its_size_is_known():
-    gearbox = learnt(9)
+    gearbox = learnt()
     gearbox.go(60, load=9.0)
     gearbox.go(30, 0.015, load=9.0)
     growth, std = gearbox.health.growth(FEATURES.index('gap'))
@@ -85,13 +85,13 @@ def test_a_step_below_its_deviation_in_a_new_motion_is_told_once_its_size_is_kno
 
 
 def test_a_motion_that_hides_a_service_is_a_warning():
-    outcome = learnt(9).go(3, 0.07, load=9.0)[-1]['backlash']
+    outcome = learnt().go(3, 0.07, load=9.0)[-1]['backlash']
     assert outcome.level == Level.WARN and len(outcome.message) <= 120
     assert 'not separable from the new motion: drive the old one' in outcome.message
 
 
 def test_shrinkage_is_a_change_and_over_when_it_has_gone():
-    gearbox = learnt(4)
+    gearbox = learnt()
     found = gearbox.go(50, -0.1)
     size(gearbox, 'gap_loss', 0.1)
     assert 'backlash has shrunk by 10' in found[-1]['backlash'].message
@@ -104,7 +104,7 @@ def test_shrinkage_is_a_change_and_over_when_it_has_gone():
 
 def test_friction_is_an_alarm_and_the_gap_beside_it_too():
     """Prediction errors speak against the windows: the features that cause it do not hide."""
-    gearbox = learnt(5)
+    gearbox = learnt()
     for growth, windows in ((0.0, 6), (0.1, 6)):
         for _ in range(windows):
             window = gearbox.window(growth, viscous=0.6 * FRICTION)
@@ -119,7 +119,7 @@ def test_friction_is_an_alarm_and_the_gap_beside_it_too():
 
 
 def test_slow_friction_keeps_up():
-    gearbox = learnt(6)
+    gearbox = learnt()
     for k in range(150):
         gearbox.go(1, viscous=2.0 * k / 360 * FRICTION)
     size(gearbox, 'friction', 2.0 * 149 / 360, GROSS)
@@ -132,7 +132,7 @@ def test_slow_friction_keeps_up():
     (0.0, 0.4, 'friction')])
 def test_one_change_of_friction_is_one_alert(viscous, coulomb, key):
     """viscous, coulomb: changes over the friction at the speed of the windows."""
-    gearbox, told = learnt(7), []
+    gearbox, told = learnt(), []
     for _ in range(20):
         found = gearbox.go(1, viscous=viscous * FRICTION, coulomb=18.0 * coulomb * FRICTION)
         told.append(gearbox.health.stages()['friction'])
@@ -150,14 +150,14 @@ def test_one_change_of_friction_is_one_alert(viscous, coulomb, key):
 
 
 def test_a_shift_of_friction_names_both_coefficients():
-    message = learnt(7).go(4, viscous=-0.3 * FRICTION, coulomb=5.4 * FRICTION)[-1][
+    message = learnt().go(4, viscous=-0.3 * FRICTION, coulomb=5.4 * FRICTION)[-1][
         'friction'].message
     assert 'friction has shifted to Coulomb by' in message
     assert '(viscous -3' in message and ', Coulomb +2' in message
 
 
 def test_a_slow_shift_of_friction_is_found_while_the_sum_stays():
-    gearbox = learnt(8)
+    gearbox = learnt()
     for k in range(60):
         gearbox.go(1, viscous=-0.2 * k / 60 * FRICTION, coulomb=3.6 * k / 60 * FRICTION)
     size(gearbox, 'viscous_share_loss', 0.2)
@@ -218,7 +218,7 @@ def test_a_gap_grows_in_a_warming_oil():
 
 
 def test_one_of_two_changes_ends():
-    gearbox = learnt(8)
+    gearbox = learnt()
     gearbox.go(20, 0.3, viscous=0.6 * FRICTION)
     levels = {f['friction'].level for f in gearbox.go(20, 0.0, viscous=0.6 * FRICTION)}
     assert levels == {Level.ERROR} and list(gearbox.health.alerts) == ['friction']
@@ -226,7 +226,7 @@ def test_one_of_two_changes_ends():
 
 
 def test_a_stiffer_gearbox_is_told_and_is_no_gap():
-    gearbox = learnt(10)
+    gearbox = learnt()
     found = gearbox.go(20, stiffness=5.75)
     size(gearbox, 'stiffness_growth', 0.15)
     assert 'stiffness has grown by +1' in found[-1]['backlash'].message
@@ -234,7 +234,7 @@ def test_a_stiffer_gearbox_is_told_and_is_no_gap():
 
 
 def test_a_saved_baseline_is_zero_everywhere():
-    gearbox = learnt(7)
+    gearbox = learnt()
     gearbox.go(20, load=9.0)
     gearbox.go(20, 0.3)
     gearbox.health, _ = accepted(gearbox.health)
@@ -248,7 +248,7 @@ def test_a_saved_baseline_is_zero_everywhere():
 
 def test_what_seems_to_come_with_a_change_is_saved_with_it():
     """A loop that appears makes the gap look 1 % smaller."""
-    gearbox = learnt(10)
+    gearbox = learnt()
     gearbox.go(4, -0.01, hysteresis=-0.13 * 3.6)
     assert list(gearbox.health.alerts) == ['hysteresis_down']
     gearbox.health, _ = accepted(gearbox.health)
