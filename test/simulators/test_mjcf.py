@@ -12,7 +12,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.library.simulator_file import export_model, with_backlash, written_model
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import simulate
-from gearbox_monitor.simulators.mjcf import EXPRESSIONS, REFUSED, values_of
+from gearbox_monitor.simulators.mjcf import values_of
 from gearbox_monitor.simulators.mjcf_file import (
     compiled_model, drive_of, model_of, read_mjcf, values_in, weight)
 from gearbox_monitor.simulators.mjcf_patch import patched
@@ -37,10 +37,6 @@ CASES = {
     'actuator_delay': {'T': 0.0053}, 'saturation': {'umax': 4.0},
     'motor_encoder_delay': {'T': 0.0053}, 'arm_encoder_delay': {'T': 0.0028},
     'encoder_offset': {'c': 0.05}}
-
-SERVO_CASES = {
-    'servo_gain': {'kp': 30.0}, 'servo_limit': {'umax': 4.0}, 'setpoint_delay': {'T': 0.0053},
-    'setpoint_lag': {'T': 0.01}}
 
 
 def nominal(**changes):
@@ -72,39 +68,6 @@ def compared(model, path=PAIR, joints=('motor', 'arm')):
     """Return rms deviations of MuJoCo from our simulator, rad, and the Patch."""
     patch = patched(read_mjcf(path, *joints), *values_of(model))
     return np.sqrt(np.mean((free_run(patch) - simulate(model, U, DT).y) ** 2, axis=0)), patch
-
-
-def test_every_expressed_effect_has_a_case():
-    assert {name for name, e in EXPRESSIONS.items() if e.kind != REFUSED} == {
-        *CASES, *SERVO_CASES}
-
-
-def expect_free_run(name):
-    model = nominal(**{'half_gap': 0.0} if name == 'hysteresis_branch' else {})
-    effects = [e for e in model.effects if e['id'] != name]
-    model = model.with_(effects=[*effects, {'id': name, **CASES[name]}])
-    rms, patch = compared(model)
-    assert not [row for row in patch.exported if row.kind == REFUSED]
-    assert rms.max() < BOUND
-    assert_read_back(model, patch, U)
-
-
-def test_free_run_with_an_effect():
-    for name in CASES:
-        expect_free_run(name)
-
-
-def test_free_run_of_a_servo_with_an_effect():
-    for name in SERVO_CASES:
-        model = nominal().with_(controller={'kp': 40.0, 'kd': 1.0, 'torque_limit': 8.0}, effects=[
-            *nominal().effects, {'id': name, **SERVO_CASES[name]}])
-        patch = patched(read_mjcf(PAIR, 'motor', 'arm'), *values_of(model))
-        assert not [row for row in patch.exported if row.kind == REFUSED]
-        setpoints = 0.15 * U
-        rms = free_run(patch, setpoints) - simulate(model, setpoints, DT).y
-        # a filter of MuJoCo begins at 0, ours at the first setpoint
-        assert np.abs(rms[200:]).max() < 5.0 * BOUND or name == 'setpoint_lag'
-        assert_read_back(model, patch, setpoints)
 
 
 def assert_read_back(model, patch, u):

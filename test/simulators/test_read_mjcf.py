@@ -10,8 +10,6 @@ import pytest
 
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.yaml_files import save_model
-from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.simulate import Plant
 from gearbox_monitor.robot.compiled_model import decision, undecided
 from gearbox_monitor.simulators import compiling
@@ -304,29 +302,3 @@ def test_a_run_of_the_file_has_no_gap(name, tmp_path, monkeypatch):
     np.savetxt('run.csv', np.column_stack([t, u if servo else u / model.torque_constant, y]),
                '%.9g', ',', header=f't,{column},motor', comments='')
     assert main(['diagnose', 'run.csv', '--model', 'robot.xml', '--joint', 'elbow']) == 0
-
-
-@pytest.mark.system
-@pytest.mark.parametrize('effect', [
-    {'id': 'torque_gain', 'g': -0.3}, {'id': 'actuator_lag', 'T': 0.02},
-    {'id': 'actuator_delay', 'T': 0.015}, {'id': 'saturation', 'umax': 4.0}])
-def test_what_export_corrects_stays_corrected(effect, tmp_path, monkeypatch):
-    """An identified effect is in the patched file: the same recording has no gap any more."""
-    monkeypatch.chdir(tmp_path)
-    base = {'position_gain': 0.0, 'friction_law': {'kind': 'mujoco'}, 'timestep': 0.0005,
-            'integrator': 'implicitfast', 'transmission': {'kind': 'rigid'}}
-    for name, effects in (('plain', []), ('true', [effect])):
-        save_model(Path(f'{name}.yaml'), model_from_dict({**base, 'effects': effects}, name), [])
-    assert main(['example', 'run', '--model', 'true.yaml', '--seconds', '8', '--motion', 'varied',
-                 '--process-noise', '0', '--encoders', 'motor']) == 0
-    Path('empty.xml').write_text("""<mujoco><option timestep=".0005" integrator="implicitfast"/>
-<worldbody><body name="arm"><joint name="joint" axis="0 1 0" armature=".006442"/>
-<inertial pos="0 0 0" mass=".023454" diaginertia=".023454 .023454 .023454"/></body></worldbody>
-<actuator><general name="joint" joint="joint" gear="1"/></actuator></mujoco>""")
-    assert main(['export', 'plain.yaml', '--to', 'mjcf', '--into', 'empty.xml', '--joint',
-                 'joint', '--out', 'robot.xml']) == 0
-    assert main(['export', 'true.yaml', '--to', 'mjcf', '--into', 'robot.xml', '--joint',
-                 'joint', '--out', 'fits.xml']) == 0
-    words = ['diagnose', 'run', '--recorded-arm', '', '--joint', 'joint', '--model']
-    assert main([*words, 'robot.xml']) == 1
-    assert main([*words, 'fits.xml']) == 0
