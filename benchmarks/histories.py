@@ -32,7 +32,7 @@ from gearbox_monitor.health.backlash.features import Backlash
 from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.health.health_record import (
     ERRORS_LARGER, Health, HealthSettings, tests_of, TRUSTED, Window)
-from gearbox_monitor.health.health_words import outcomes
+from gearbox_monitor.health.wear_outcome import outcomes
 from gearbox_monitor.health.judgement import accepted, from_data, judge, to_data, under
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel

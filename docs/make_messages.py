@@ -10,15 +10,16 @@ sys.path.insert(0, str(ROOT))
 
 from gearbox_monitor.estimation import rts_smoother, sample_loop  # noqa: E402
 from gearbox_monitor.health.backlash.change_tests import size_name, TESTS  # noqa: E402
-from gearbox_monitor.health.diagnostic_keys import CHANGE_KEYS, DIAGNOSTIC_KEYS  # noqa: E402
+from gearbox_monitor.ros.diagnostic_keys import CHANGE_KEYS, DIAGNOSTIC_KEYS  # noqa: E402
 from gearbox_monitor.recordings.topics import SIGNALS  # noqa: E402
+from gearbox_monitor.report.sentences import title  # noqa: E402
 
 PAGE = ROOT / 'docs/messages.md'
 HEAD = """\
 # Topics and messages
 
 `docs/make_messages.py` generates this page from `gearbox_monitor/recordings/topics.py` and
-`gearbox_monitor/health/diagnostic_keys.py`. SI units; every message carries the stamp of its
+`gearbox_monitor/ros/diagnostic_keys.py`. SI units; every message carries the stamp of its
 measurement.
 
 ## Estimator
@@ -160,7 +161,8 @@ def table(component: str) -> str:
 def changes() -> str:
     """Return the table of the tests for changes: the keys of all are formed alike."""
     lines = [CHANGES, '| TEST | SIZE | component | message |', '|---|---|---|---|']
-    lines += [f'| `{test.key}` | `{size_name(test)}` | {test.component} | {test.words} ... % |'
+    lines += [f'| `{test.key}` | `{size_name(test)}` | {test.component} | '
+              f'{title(f"{test.key}_1")} |'
               for test in TESTS]
     return '\n'.join(lines) + '\n'
 

@@ -31,7 +31,7 @@ DOCS = Path(__file__).resolve().parent
 sys.path.insert(0, str(DOCS.parent))
 
 from gearbox_monitor.estimation.estimates import Samples  # noqa: E402
-from gearbox_monitor.health.diagnostic_keys import published  # noqa: E402
+from gearbox_monitor.ros.diagnostic_keys import published  # noqa: E402
 from gearbox_monitor.health.monitor import Monitor  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
 from gearbox_monitor.plant.faults import Excitation, Faults, FaultyPlant  # noqa: E402

@@ -76,6 +76,10 @@ class Paged(Drawn):
 PRISMATIC = {'kg m^2': 'kg', 'N m': 'N', 'rad': 'm', 'angle': 'position', 'torque': 'force'}
 # Whole words, perhaps in mN m or torques; parts of ids, as in torque_offset, and options stay.
 _WORDS = re.compile(r'(?<![\w-])([mk]?)(kg m\^2|N m|rad|angle|torque)(s?)(?!\w)')
+EXACT = 0.0  # deviation of a value that states none
+UNKNOWN = 'unknown'
+DIGITS, ROUGH = 3, 2  # of a value without deviation, and of one that nothing determines
+MOST_DECIMALS, LARGEST = 8, 6  # beyond them a power of ten
 
 
 def on_axis(label: str, axis: str) -> str:
@@ -88,6 +92,85 @@ def on_axis(label: str, axis: str) -> str:
     if axis != 'prismatic':
         return label
     return _WORDS.sub(lambda match: match[1] + PRISMATIC[match[2]] + match[3], label)
+
+
+class Quantity(NamedTuple):
+    """
+    A value as people read it: `f'{quantity}'`, with its sign `f'{quantity:+}'`.
+
+    deviation: standard deviation, EXACT where none is stated, None where nothing determines the
+    value; unit: '' or '-' for a pure number.
+    """
+
+    value: float | None
+    deviation: float | None = EXACT
+    unit: str = ''
+
+    def __format__(self, spec: str) -> str:
+        value, deviation = self.digits(spec)
+        if value == UNKNOWN:
+            return value
+        text = f'{value} ± {deviation}' if deviation else value
+        if not deviation and self.deviation != EXACT:
+            text = f'about {text}'
+        unit = self.unit.strip('-').replace('^2', '²').replace('^3', '³')
+        return text + ' ' * (unit not in ('', '°')) + unit
+
+    def __str__(self) -> str:
+        return format(self)
+
+    def digits(self, sign: str = '') -> tuple[str, str]:
+        """
+        Return value and deviation as digits that end at the same place, '' for no deviation.
+
+        The deviation has one digit, or two where the first one is 1; `sign`: '+' states it always.
+        """
+        value, deviation = self.value, self.deviation
+        if value is None or not math.isfinite(value):
+            return UNKNOWN, ''
+        if deviation == EXACT:
+            magnitude = _magnitude(value, DIGITS)
+            decimals = DIGITS - 1 - magnitude
+            return _rounded(value, max(decimals, 0) if magnitude < LARGEST else decimals, sign), ''
+        if deviation is None or not 0.0 < deviation < math.inf:
+            return _rounded(value, ROUGH - 1 - _magnitude(value, ROUGH), sign), ''
+        leading, _, exponent = f'{deviation:.0e}'.partition('e')
+        decimals = (leading == '1') - int(exponent)
+        if decimals > MOST_DECIMALS or -decimals > LARGEST:
+            count = decimals + _magnitude(max(abs(value), deviation), 1)
+            count = min(max(count, 0), MOST_DECIMALS)
+            return f'{value:{sign}.{count}e}', f'{deviation:.{leading == "1":d}e}'
+        return _rounded(value, decimals, sign), _rounded(deviation, decimals, '')
+
+
+def _magnitude(value: float, digits: int) -> int:
+    """Return the power of ten of a value that is rounded to so many digits."""
+    return int(f'{value:.{digits - 1}e}'.partition('e')[2])
+
+
+def _rounded(value: float, decimals: int, sign: str) -> str:
+    """Return a value with so many decimals, or with a power of ten where these are too many."""
+    if decimals > MOST_DECIMALS or abs(value) >= 10.0 ** LARGEST:
+        digits = max(decimals + _magnitude(value, 1), 0) if value else 0
+        return f'{value:{sign}.{digits}e}'
+    return f'{round(value, decimals) + 0.0:{sign}.{max(decimals, 0)}f}'
+
+
+def number(value: float | None, unit: str = '') -> str:
+    """Return a value that states no deviation, to three digits."""
+    return str(Quantity(value, EXACT, unit))
+
+
+def percent(share: float | None, deviation: float | None = EXACT) -> Quantity:
+    """Return the Quantity of a share and its deviation in percent."""
+    return Quantity(None if share is None else 100.0 * share,
+                    None if deviation is None else 100.0 * deviation, '%')
+
+
+def change(value: float, nominal: float) -> str:
+    """Return the change from `nominal`, which is not 0, to `value` in percent."""
+    size = 100.0 * (value - nominal) / abs(nominal)
+    return f'{_rounded(size, max(1 - _magnitude(size, 2), 0), "+")} %'
 
 
 NO_LIMIT = (-math.inf, math.inf)

@@ -31,6 +31,7 @@ from typing import Any
 import numpy as np
 import scipy
 
+from gearbox_monitor.report.sentences import phrase
 from gearbox_monitor.cli.options import (
     add_estimator_arguments, estimator_options, opened, show, warn)
 from gearbox_monitor.errors import InputError
@@ -40,9 +41,8 @@ from gearbox_monitor.health.backlash.features import (
     Backlash, combine, NotExcited, reason_of, separable_of)
 from gearbox_monitor.health.backlash.locked_input import is_locked, locked_windows
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.presentation import on_axis
+from gearbox_monitor.presentation import number, on_axis, Quantity
 from gearbox_monitor.recordings.replay import Replay, replay
-from gearbox_monitor.report.summary import with_deviation
 
 UNITS = {'rotary': {'rad': 1.0, 'mrad': 1e-3, 'deg': math.radians(1.0),
                     'arcmin': math.radians(1.0) / 60.0},
@@ -69,7 +69,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
-    unit_axis, max_gap = limit_of(args.max_gap) if args.max_gap else ('', None)
+    unit, max_gap = limit_of(args.max_gap) if args.max_gap else ('', None)
     limits = {'max_gap': max_gap, 'min_stiffness': args.min_stiffness}
     if args.min_stiffness is not None and not 0.0 < args.min_stiffness < math.inf:
         raise InputError(f'--min-stiffness: {args.min_stiffness:g}, expected a number > 0 (N m/'
@@ -86,10 +86,11 @@ def run(args: Namespace) -> int:
     assert result.summary is not None
     notes = result.summary['notes']
     model = result.estimator.model
-    if unit_axis and unit_axis != model.axis:
+    if unit and unit not in UNITS[model.axis]:
         raise InputError(f'--max-gap: {args.max_gap!r}, expected a limit in '
                          f'{", ".join(UNITS[model.axis])}: the axis of the model is {model.axis}')
-    data = {'bag': str(args.bag), **limits, 'confidence': args.confidence,
+    data = {'bag': str(args.bag), 'unit': unit or next(iter(UNITS[model.axis])), **limits,
+            'confidence': args.confidence,
             **judge(windows(result), limits, args.confidence), 'notes': notes}
     data = {'summary': summary(data, model.axis), **data}
     if args.write_model:
@@ -105,24 +106,22 @@ def run(args: Namespace) -> int:
 
 def limit_of(word: str) -> tuple[str, float]:
     """
-    Return (axis that the unit belongs to, '' without a unit; limit in rad or m) of `word`.
+    Return (unit, '' without one; limit in rad or m) of `word`.
 
     Raises InputError: no number above 0, or an unknown unit.
     """
     match = re.fullmatch(r'\s*([-+.0-9eE]+)\s*([a-z]*)\s*', word)
-    axis, factor = '', 1.0
-    if match and match[2]:
-        axis, factor = next(((axis, units[match[2]]) for axis, units in UNITS.items()
-                             if match[2] in units), ('', math.nan))
+    factors = UNITS['rotary'] | UNITS['prismatic'] | {'': 1.0}
+    unit = match[2] if match else ''
     try:
-        value = float(match[1]) * factor if match else math.nan
+        value = float(match[1]) * factors.get(unit, math.nan) if match else math.nan
     except ValueError:
         value = math.nan
     if not 0.0 < value < math.inf:
         rotary, prismatic = (', '.join(units) for units in UNITS.values())
         raise InputError(f'--max-gap: {word!r}, expected a number > 0 with {rotary} (prismatic '
                          f'axis: {prismatic}), or nothing for rad (m)')
-    return axis, value
+    return unit, value
 
 
 def windows(result: Replay) -> Sequence[Backlash | NotExcited]:
@@ -150,7 +149,7 @@ def judge(fits: Sequence[Any], limits: Mapping[str, float | None],
     used, separable = separable_of(fits)
     data: dict[str, Any] = {'windows': len(fits), 'windows_used': len(used)}
     if not used:
-        return {'verdict': 'not excited', 'reason': reason_of(fits), **data}
+        return {'verdict': 'not excited', 'reason': phrase(reason_of(fits)), **data}
     gap = combine(used, 'gap', LIMITS.gap_error)
     stiffness = combine(used, 'stiffness', LIMITS.stiffness_error)
     hysteresis = combine(used, 'hysteresis')
@@ -225,53 +224,43 @@ def write_model(path: str, model: DriveModel, data: Mapping[str, Any], bag: str)
     save_model(path, model.with_(**changes), [
         f'Transmission measured by "gearbox_monitor accept" in {Path(bag).name}, '
         f'{data["windows_used"]} windows:',
-        on_axis(', '.join(f'{noun} {_measured(data, name)} {unit}' for name, noun, unit in (
-            ('gap_rad', 'backlash', 'rad'), ('stiffness', 'stiffness', 'N m/rad'),
-            ('hysteresis', 'hysteresis', 'N m')) if name in data) + '.', model.axis),
+        ', '.join(f'{noun} {_measured(data, name, model.axis)}' for name, noun in (
+            ('gap_rad', 'backlash'), ('stiffness', 'stiffness'), ('hysteresis', 'hysteresis'))
+            if name in data) + '.',
         'All other values as before.'])
 
 
 def summary(data: Mapping[str, Any], axis: str = 'rotary') -> str:
     """Return the verdict `data` on a drive with `axis` in one sentence, with sizes and limits."""
     backlash, stiffness = 'at most {} is allowed', 'at least {} is required'
-    rows = [('gap_rad', 'the backlash', 'rad', 'max_gap', backlash),
-            ('stiffness', 'the stiffness', 'N m/rad', 'min_stiffness', stiffness)]
+    rows = [('gap_rad', 'the backlash', 'max_gap', backlash),
+            ('stiffness', 'the stiffness', 'min_stiffness', stiffness)]
     if not data.get('separable'):
-        rows = [('lost_motion_rad', 'the lost motion, backlash included,', 'rad', 'max_gap',
-                 backlash)]
+        rows = [('lost_motion_rad', 'the lost motion, backlash included,', 'max_gap', backlash)]
     sizes = []
-    for name, noun, unit, limit, words in rows:
+    for name, noun, limit, words in rows:
         if name in data:
-            bound = f' ({words.format(f"{data[limit]:.4g} {unit}")})' if data[limit] else ''
-            sizes.append(f'{noun} is {_measured(data, name)} {unit}{bound}')
+            bound = f' ({words.format(_limit(data, limit, axis))})' if data[limit] else ''
+            sizes.append(f'{noun} is {_measured(data, name, axis)}{bound}')
     reason = f': {data["reason"]}' if data['reason'] else ''
-    return on_axis('; '.join([data['verdict'].capitalize() + reason, *sizes]) + '.', axis)
+    return '; '.join([data['verdict'].capitalize() + reason, *sizes]) + '.'
 
 
 def text(data: Mapping[str, Any], axis: str = 'rotary') -> str:
     """Return the result `data` of a drive with `axis` as lines for people."""
     lines = [data['summary'], '', f'bag          {data["bag"]}',
              f'windows      {data["windows_used"]} used of {data["windows"]}']
-    results = []
-    if 'gap_rad' in data:
-        if data['separable']:
-            results += [
-                f'backlash     {_measured(data, "gap_rad")} rad' + _arcmin(data, 'gap_rad', axis),
-                f'stiffness    {_measured(data, "stiffness")} N m/rad']
-            if 'hysteresis' in data:
-                results.append(f'hysteresis   {_measured(data, "hysteresis")} N m')
-        else:
-            results.append('backlash     not distinguished from compliance by this motion')
-        if 'lost_motion_rad' in data:
-            results.append(f'lost motion  {_measured(data, "lost_motion_rad")} rad'
-                           + _arcmin(data, 'lost_motion_rad', axis))
-    for name, noun, limit, unit, sign in (
-            ('gap', 'backlash', 'max_gap', 'rad', '<='),
-            ('stiffness', 'stiffness', 'min_stiffness', 'N m/rad', '>=')):
+    rows = [('gap_rad', 'backlash'), ('stiffness', 'stiffness'), ('hysteresis', 'hysteresis')]
+    if 'gap_rad' in data and not data['separable']:
+        rows = []
+        lines.append('backlash     not distinguished from compliance by this motion')
+    lines += [f'{noun:<13s}{_measured(data, name, axis)}'
+              for name, noun in (*rows, ('lost_motion_rad', 'lost motion')) if name in data]
+    for name, noun, limit, sign in (('gap', 'backlash', 'max_gap', '<='),
+                                    ('stiffness', 'stiffness', 'min_stiffness', '>=')):
         if f'probability_{name}' in data:
-            results.append(f'limit        {noun} {sign} {data[limit]:.4g} {unit}: holds with '
-                           f'probability {data["probability_" + name]:.3f}')
-    lines += [on_axis(line, axis) for line in results]
+            lines.append(f'limit        {noun} {sign} {_limit(data, limit, axis)}: holds with '
+                         f'probability {data["probability_" + name]:.3f}')
     lines += [f'note         {note}' for note in data['notes']]
     if 'model_file' in data:
         lines.append(f'model        written to {data["model_file"]}')
@@ -281,12 +270,20 @@ def text(data: Mapping[str, Any], axis: str = 'rotary') -> str:
     return '\n'.join(lines)
 
 
-def _measured(data: Mapping[str, Any], name: str, unit: float = 1.0) -> str:
-    """Return the value `name` of `data` and its deviation in a `unit`."""
-    return with_deviation(data[name] / unit, data[f'{name}_std'] / unit, '+-')
+def _measured(data: Mapping[str, Any], name: str, axis: str) -> Quantity:
+    """Return the value `name` of `data`, an angle in the unit of the limit."""
+    unit, factor = _unit(data, name, axis)
+    return Quantity(data[name] / factor, data[f'{name}_std'] / factor, unit)
 
 
-def _arcmin(data: Mapping[str, Any], name: str, axis: str) -> str:
-    """Return the angle `name` of `data` in arc minutes, '' for a prismatic axis."""
-    return '' if axis == 'prismatic' else (
-        f' = {_measured(data, name, UNITS["rotary"]["arcmin"])} arcmin at the output')
+def _limit(data: Mapping[str, Any], name: str, axis: str) -> str:
+    """Return the limit `name` of `data`, an angle in the unit in which it was given."""
+    unit, factor = _unit(data, name, axis)
+    return number(data[name] / factor, unit)
+
+
+def _unit(data: Mapping[str, Any], name: str, axis: str) -> tuple[str, float]:
+    """Return (unit of the value `name`, what it is of rad, N m and N m/rad)."""
+    if 'stiffness' in name or name == 'hysteresis':
+        return on_axis('N m/rad' if 'stiffness' in name else 'N m', axis), 1.0
+    return data['unit'], UNITS[axis][data['unit']]

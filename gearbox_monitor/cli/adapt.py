@@ -31,7 +31,8 @@ from gearbox_monitor.files.opening import plain
 from gearbox_monitor.files.yaml_files import expect_outside_of_bag, load_parameters
 from gearbox_monitor.library.identify import adapt, write_adapted
 from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, MIXED
-from gearbox_monitor.report.words import counted, number
+from gearbox_monitor.presentation import number
+from gearbox_monitor.report.words import counted
 
 
 def add_arguments(parser: ArgumentParser) -> None:

@@ -53,17 +53,16 @@ from gearbox_monitor.library.robot import diagnose_robot, robot_effects, RobotDi
 from gearbox_monitor.library.simulator_file import export_model, written_model
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
-from gearbox_monitor.presentation import on_axis
+from gearbox_monitor.presentation import number, on_axis, percent, Quantity
 from gearbox_monitor.report.diagnosis_evidence import (
     gather, measures_twist, shows_place, window_chart)
 from gearbox_monitor.report.diagnosis_page import diagnosis_page, PageContext
 from gearbox_monitor.report.robot_gap_page import robot_gap_page
 from gearbox_monitor.report.robot_words import robot_text
-from gearbox_monitor.report.summary import PLACES, summary, with_deviation
+from gearbox_monitor.report.summary import PLACES, summary
 from gearbox_monitor.report.words import (
-    counted, dense_regions, ids_of, meaning, NAMING, next_steps, NO_FILES, number, percent,
-    place_text, SUGGESTED, suggestion, torque_map_of, undefined, unit_of, UserFiles, value_rows,
-    value_text)
+    counted, dense_regions, ids_of, meaning, NAMING, next_steps, NO_FILES, place_text, SUGGESTED,
+    suggestion, torque_map_of, undefined, unit_of, UserFiles, value_rows)
 from gearbox_monitor.robot.description import SUFFIXES
 from gearbox_monitor.ros.middleware import cores
 from gearbox_monitor.signals.uniform import UniformRecording
@@ -312,7 +311,7 @@ def _about(data: VerdictData, recordings: Sequence[UniformRecording], model: Dri
     unit = on_axis('rad', model.axis)
     first = 'torque' if model.driven_by == 'position' else 'motor'
     return lines + _entry('noise', ', '.join(
-        f'{name} {value:.3g} {unit_of(name, unit)}'
+        f'{name} {number(value, unit_of(name, unit))}'
         for name, value in zip((first, 'arm'), data['sigma']) if value is not None))
 
 
@@ -359,10 +358,10 @@ def _gap(data: VerdictData, verbose: bool) -> list[str]:
     if data['verdict'] == 'none':
         return _entry('misfit', words)
     closed, interval = data.get('closed_fraction'), data.get('closed_fraction_ci')
-    lines = _entry('misfit', f'{words}; {percent(closed)} closed')
-    if closed is None:
-        lines += _entry('', undefined(data))
-    elif interval and verbose:
+    lines = _entry('misfit', f'{words}; ' + (
+        f'closed share not defined: {undefined(data)}' if closed is None else
+        f'{percent(closed)} closed'))
+    if closed is not None and interval and verbose:
         lines += _entry('', f'90 % interval {percent(interval[0])} to {percent(interval[1])}')
     for channel, part in (data.get('channels') or {}).items() if verbose else ():
         lines.append(f'  {channel:<{LABEL - 2}s}{number(part["before"])} before, '
@@ -371,25 +370,25 @@ def _gap(data: VerdictData, verbose: bool) -> list[str]:
 
 
 def _parameters(data: VerdictData, model: DriveModel) -> list[str]:
-    lines = [f'{"" if k else "values":<{LABEL}s}{row.effect} {value_text(row, "+-")}'
+    lines = [f'{"" if k else "values":<{LABEL}s}{row.effect} {row}'
              for k, row in enumerate(value_rows(data, model.axis))]
     for name, ranges in (data.get('between_recordings') or {}).items():
         for parameter, part in ranges.items():
             lines += _entry('', f'{name} {parameter} in {len(part["recordings"])} recordings: '
                             f'{number(part["mean"])}, 90 % range {number(part["low"])} to '
                             f'{number(part["high"])}; it differs between them by '
-                            f'{part["between"]:.2g}')
+                            f'{number(part["between"])}')
     for burst in data.get('bursts') or ():
         lines += _entry('' if burst is not data['bursts'][0] else 'bursts',
                         f'{burst["t0"]:.2f} to {burst["t0"] + burst["duration"]:.2f} s: '
-                        f'{number(burst["amplitude"])} {on_axis("N m", model.axis)}')
+                        + number(burst['amplitude'], on_axis('N m', model.axis)))
     for sentence in data.get('equivalent') or ():
         lines += _entry('the same as', sentence)
     torque_map = torque_map_of(data)
     if torque_map is not None:
         words, rows = torque_map
         lines += _entry('torque map', f'{words}, for what no effect explains: '
-                        + ', '.join(f'{x}: {torque} +- {error}' for x, torque, error in rows)
+                        + ', '.join(f'{x}: {torque} ± {error}' for x, torque, error in rows)
                         + f' {on_axis("N m", model.axis)}')
     return lines
 
@@ -418,7 +417,7 @@ def _where(data: VerdictData, recordings: Sequence[UniformRecording], model: Dri
         lines = _entry('where', 'one encoder does not show it: record both')
     for place, part in data['where']['places'].items() if placed else ():
         lines.append(f'{"" if lines else "where":<{LABEL}s}{place_text(place):<18s}a free signal '
-                     f'there explains {100 * part["explained"]:5.1f} %')
+                     f'there explains {percent(part["explained"])}')
     words = dense_regions(data['where'].get('region') or {}, any(
         measures_twist(recording, model) for recording in recordings))
     return lines + (_entry('largest at', ', '.join(words)) if words else [])
@@ -432,8 +431,8 @@ def _nominal(data: VerdictData, model: DriveModel) -> list[str]:
              for name, shift in shifts.items()]
     lines = _entry('model values', ', '.join(words) + '; in brackets: deviation in tolerances')
     if model.tolerance and data['process_torque'] is not None:
-        lines += _entry(on_axis('torque noise', model.axis), f'{number(data["process_torque"])} '
-                        f'{on_axis("N m", model.axis)} rms per sample')
+        noise = number(data['process_torque'], on_axis('N m', model.axis))
+        lines += _entry(on_axis('torque noise', model.axis), f'{noise} rms per sample')
     return lines
 
 
@@ -448,7 +447,7 @@ def _simulator_lines(data: VerdictData) -> list[str]:
                         f'{number(part["gap_before"])} before, {number(part["gap_after"])} after, '
                         f'closed {closed}')
     ways = ', '.join(f'{name} as {way}' for name, way in theirs['passed'].items())
-    fitted = ', '.join(f'{name} {key} = {with_deviation(value, deviation, "+-")}'
+    fitted = ', '.join(f'{name} {key} = {Quantity(value, deviation)}'
                        for name, values in theirs['values'].items()
                        for key, (value, deviation) in values.items())
     for words, row in (('passed to it', ways), ('values in it', fitted)):

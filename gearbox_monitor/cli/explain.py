@@ -24,6 +24,7 @@ from gearbox_monitor.errors import InputError, most_similar
 from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.plant.effects import EFFECTS, library, LOCATIONS
 from gearbox_monitor.report.explanation import ALL_CONDITIONS, Explanation, explanations
+from gearbox_monitor.report.sentences import title
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -68,8 +69,8 @@ def contents() -> dict[str, list[str]]:
     listed['effects: whole robot'] = list(dict.fromkeys(e.id for e in ROBOT_EFFECTS))
     for condition in ALL_CONDITIONS:
         says = listed.setdefault(f'conditions: {condition.component}', [])
-        if condition.says not in says:
-            says.append(condition.says)
+        if title(condition.code) not in says:
+            says.append(title(condition.code))
     listed['levels'] = [level.name for level in Level]
     return {heading: names for heading, names in listed.items() if names}
 

@@ -63,7 +63,7 @@ from gearbox_monitor.library.simulator_file import (
     CatalogueActuator, export_model, is_actuator, load_actuator, load_model, NAMES, SimulatorFile,
     SIMULATORS, TARGETS, with_backlash)
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.report.words import number
+from gearbox_monitor.presentation import number
 from gearbox_monitor.simulators.c99 import firmware
 from gearbox_monitor.simulators.file_edits import Patch
 from gearbox_monitor.simulators.mjcf_file import drive_of, MjcfDrive, read_file
@@ -275,7 +275,7 @@ def run_robot(args: Namespace) -> int:
     lines += [f'  {title_of(finding)}: ' + ', '.join(
         f'{name} {value:.6g}' for name, value in finding['values'].items())
         for finding in data['findings']]
-    lines += [f'not in the file: {title}: {why}' for title, why in unwritten.items()]
+    lines += [f'not in the file: {title}: {reason}' for title, reason in unwritten.items()]
     if data.get('model_digest') not in (None, file.digest):
         lines.append(f'note: {path} is not the file of the diagnosis ({data.get("model")}): the '
                      'changes are added to what stands in it')

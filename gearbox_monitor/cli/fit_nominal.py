@@ -39,8 +39,7 @@ from gearbox_monitor.diagnosis.joint.nominal import fit_nominal
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import plain
 from gearbox_monitor.files.yaml_files import expect_folder_of, expect_new_file, save_model
-from gearbox_monitor.report.summary import change, in_unit, sized
-from gearbox_monitor.report.words import number
+from gearbox_monitor.presentation import change, number, Quantity
 
 SECONDS = 1.0
 CERTAIN = 3.0  # errors by which a value differs from the model file
@@ -113,7 +112,8 @@ def largest_change(values: Mapping[str, Mapping[str, Any]]) -> list[str]:
         return ['None of them differs from the model file by more than its error.']
     v = values[name]
     by = f' ({change(v["value"], v["start"])})' if v['start'] else ''
-    return [f'{name} is {in_unit(sized(v["value"]), v["unit"])}, not {sized(v["start"])}{by}.']
+    return [f'{name} is {Quantity(v["value"], v["error"], v["unit"])}, not '
+            f'{number(v["start"])}{by}.']
 
 
 def text(data: Mapping[str, Any], args: Namespace) -> str:
@@ -131,16 +131,17 @@ def text(data: Mapping[str, Any], args: Namespace) -> str:
     if data['process_torque_time']:
         lines.append(f'torque that the model lacks lasts {data["process_torque_time"]:g} s '
                      '(likeliest process_torque_time)')
-    gap = f'misfit {data["gap_after"]:.4g}'
+    gap = f'misfit {number(data["gap_after"])}'
     if data['gap_before'] is not None:
-        gap += f' after, {data["gap_before"]:.4g} before'
+        gap += f' after, {number(data["gap_before"])} before'
     lines.append(f'{gap} (in standard deviations of the encoders, runs of '
                  f'{args.windows:g} s)')
     validation = data['validation']
     if validation:
         runs = validation['free_run']
-        lines.append(f'{Path(args.validate).name}: misfit {validation["gap_before"]:.4g} before, '
-                     f'{validation["gap_after"]:.4g} after')
+        lines.append(f'{Path(args.validate).name}: misfit '
+                     f'{number(validation["gap_before"])} before, '
+                     f'{number(validation["gap_after"])} after')
         for name in runs['before']:
             start, fitted = runs['before'][name], runs['after'][name]
             if start is not None or fitted is not None:
@@ -153,4 +154,4 @@ def text(data: Mapping[str, Any], args: Namespace) -> str:
 
 
 def _rms(value: float | None) -> str:
-    return 'diverges' if value is None or not math.isfinite(value) else f'{value:.3g} rms'
+    return 'diverges' if value is None or not math.isfinite(value) else f'{number(value)} rms'

@@ -29,10 +29,10 @@ from gearbox_monitor.diagnosis.joint.closed_model import closed_of, Overlay, ove
 from gearbox_monitor.errors import expect_matplotlib
 from gearbox_monitor.files.opening import dump, plain
 from gearbox_monitor.files.yaml_files import load_model
-from gearbox_monitor.presentation import on_axis
+from gearbox_monitor.presentation import number, on_axis, percent
 from gearbox_monitor.report.diagnosis_evidence import (
     notable_windows, whole_chart, window_chart)
-from gearbox_monitor.report.words import number, percent, unit_of
+from gearbox_monitor.report.words import unit_of
 from gearbox_monitor.signals.uniform import UniformRecording
 
 PICTURES = ('windows.png', 'free_run.png')
@@ -122,7 +122,7 @@ def text(data: Mapping[str, Any], recording: UniformRecording, written: Sequence
     """
     both = data['gap_after'] is not None
     sigma = ', '.join(
-        f'{name} {data["sigma"][1 if name == "arm" else 0]:.3g} {unit_of(name, unit)}'
+        f'{name} {number(data["sigma"][name == "arm"], unit_of(name, unit))}'
         for name in data['channels'])
     lines = wrapped(data['summary'])
     lines += wrapped(f'{recording.name}: {recording.duration:.1f} s, '

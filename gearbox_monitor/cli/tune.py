@@ -45,9 +45,8 @@ from gearbox_monitor.estimation.tune import expected_seconds, tune
 from gearbox_monitor.files.yaml_files import error_words, expect_new_file, write_parameters
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.parameters import ESTIMATOR, MIXED
-from gearbox_monitor.presentation import on_axis
+from gearbox_monitor.presentation import change, EXACT, number, on_axis, percent, Quantity
 from gearbox_monitor.recordings.read import BagReader, JOINT_STATE
-from gearbox_monitor.report.summary import change, in_unit, sized
 from gearbox_monitor.signals.examine import measured_samples
 
 SAME = 1.0  # of log-likelihood: parameters as good as tuned ones
@@ -127,8 +126,8 @@ def summary(data: Mapping[str, Any], axis: str = 'rotary') -> str:
     name = max(moved, key=lambda n: moved[n], default=None)
     if name is not None and moved[name] > 0.0:
         value, start = data['parameters'][name], before[name]
-        size = in_unit(sized(value), on_axis(units[name], axis))
-        sentences.append(f'{name} changes most: {size}, not {sized(start)} '
+        size = Quantity(value, value * errors.get(name, EXACT), on_axis(units[name], axis))
+        sentences.append(f'{name} changes most: {size}, not {number(start)} '
                          f'({change(value, start)}).')
     return ' '.join(sentences)
 
@@ -144,7 +143,7 @@ def text(data: Mapping[str, Any], axis: str = 'rotary') -> str:
         f'tau_k_model {data["tau_k_model"]}',
         f'R from       {where[data["noise_from"]]}',
         f'search       {data["evaluations"]} runs; {data["starts_met"]} of {data["starts"]} '
-        f'starts agree within {100 * data["spread"]:.2g} %', '',
+        f'starts agree within {percent(data["spread"])}', '',
         f'{"":24s}{"before":>14s}{"after":>14s}']
     start, tuned = data['before'], data['after']
 

@@ -16,6 +16,7 @@ from typing import Any, TYPE_CHECKING, TypeAlias
 
 import yaml
 
+from gearbox_monitor.presentation import percent
 from gearbox_monitor import __version__
 from gearbox_monitor.errors import InputError, Problems
 from gearbox_monitor.files.opening import read_text, write_new
@@ -469,4 +470,4 @@ def error_words(error: float | None) -> str:
     """Return the relative standard `error` of a tuned value in words, '' for none."""
     if not error:
         return ''
-    return f' +- {100 * error:.2g} %' if error < 1.0 else ', undetermined'
+    return f' ± {percent(error, error).digits()[1]} %' if error < 1.0 else ', undetermined'

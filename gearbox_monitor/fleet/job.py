@@ -20,6 +20,7 @@ import re
 import threading
 from typing import Any, TypeAlias
 
+from gearbox_monitor.report.sentences import phrase
 from gearbox_monitor import __version__
 from gearbox_monitor.diagnosis.joint.diagnose import diagnose
 from gearbox_monitor.errors import InputError
@@ -296,7 +297,7 @@ def _features(windows: Sequence[Any]) -> Row:
     if used:
         row['separable'] = separable
     else:
-        row['not_excited'] = reason_of(windows)
+        row['not_excited'] = phrase(reason_of(windows))
     for name in COMBINED:
         # Lost motion needs no torque: every window counts that shows it.
         combined = combine(windows if name == 'lost_motion' else used, name)

@@ -9,24 +9,25 @@ same samples give the same outcomes, live and offline.
 
 Public names, by module:
 
-    .: health_words
+    .: wear_outcome
     alert_limits: LIMITS
     backlash: change_tests
-    backlash.change_tests: COMPONENTS, FEATURES, FRICTION, TESTS
-    backlash.features: Backlash, combine, Combined, NotExcited, reason_of, separable_of
+    backlash.change_tests: ChangeTest, COMPONENTS, FEATURES, FRICTION, limit_names, size_name,
+        TESTS, WEAR
+    backlash.features: Backlash, combine, Combined, NotExcited, reason_of, separable_of,
+        width_of
     backlash.locked_input: is_locked, locked_windows
     backlash.operating_point: Bins
     backlash.wear: when
     checks: usability
-    checks.innovation: N_SUMS, Watch, watch
-    checks.outcome: Condition, Level, LEVELS, Outcome, outcome_of, with_more
+    checks.innovation: LJUNG_BOX_LIMIT, MEAN_LIMIT, N_SUMS, Watch, watch
+    checks.outcome: Condition, Group, Level, Outcome, outcome_of, Said, with_more
     checks.usability: key_of
-    diagnostic_keys: published
     elastic_regression: add_row, certainty, D_FRICTION, D_RATE, D_TORQUE, D_TWIST, D_U, D_X2,
         D_X3, D_X4, HALF_GAP, N_CARRIED, N_DATA, N_SHAPE, S_GROUP, STIFFNESS, Sums
     health_record: FeatureHealth, GROSS, Health, HealthSettings, SLIP, Window
-    health_words: figures, NOTHING_EARLIER, sentence, worst
     judgement: accepted, folded, from_data, serviced, to_data, under
-    monitor: CONDITIONS, DRIFT_SHOWS, Monitor
+    monitor: CONDITIONS, DRIFT_SHOWS, Monitor, NO_DATA, ROW_CHECKS
     staleness: Silence
+    wear_outcome: figures, sentence, worst
 """

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Limits of alerts, each with what it means: what decides stands here and nowhere else.
+Limits of alerts, each with its meaning: all that decides is here and nowhere else.
 
 Settings of a fit, grids of a search and sizes of buffers, which change how soon a result arrives
 and not what counts as one, stand where they are used. Limits of wear and priors of features

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Torque over twist with errors of torque and twist beside it, and its least squares.
+Torque over twist with errors of torque and twist, and its least squares.
 
     tau = K dz(y, b) + k_s (z - w) + dCv x3 + dCc (2/pi) atan(alpha x3) + g u + dm m
     z = twist - t0 - s x2 - d x4,  w = play of half width |c| behind z

@@ -132,7 +132,7 @@ class Window:
 @dataclass(frozen=True)
 class Alert:
     """
-    A change that was found, and stands until it is over.
+    A change that was found, until it is over.
 
     since_ns: where it began, found_ns: where it was found; found: its relative size then;
     growth, std: now; stage: FOUND, WARNED (above the limit for a warning) or GROSS (for an error).
@@ -180,24 +180,24 @@ class Health:
     """
     Health of one gearbox after the window that ended at `stamp_ns`, 0 before any.
 
-    features: of FEATURES, in their order. alerts {test: Alert}. ended {component: words}: what
-    was over with the newest window. window: the newest one; backlash, friction: the newest that
-    showed them. compared: whether the newest window was. over_limit: whether the backlash surely
-    exceeds gap_limit. point: its operating point in words, point_windows: windows there. scores
-    {test: log10 of its odds}. coefficients: (growth, deviation) of viscous and Coulomb friction.
-    baseline_ns: first window that the baseline rests on, 0 while there is none. marks: (stamp,
-    words) of services and of baselines that were adopted. cause: what a comparison of recordings
-    named, '' for nothing. recordings: that it rests on. earlier: whether the baseline is from
-    before this run or recording, or was saved. slips: since the baseline was saved, in order of
-    time; zeros: of the twist, see slip.found_in. statistics: all else that the next judgement
-    depends on, plain data.
+    features: of FEATURES, in their order. alerts {test: Alert}. ended {component: ((test, size),
+    ...)}: what was over with the newest window, ('', 0) of a baseline that was saved. window: the
+    newest one; backlash, friction: the newest that showed them. compared: whether the newest
+    window was. over_limit: whether the backlash surely exceeds gap_limit. point: its operating
+    point in words, point_windows: windows there. scores {test: log10 of its odds}. coefficients:
+    (growth, deviation) of viscous and Coulomb friction. baseline_ns: first window that the
+    baseline rests on, 0 while there is none. marks: (stamp, words) of services and of baselines
+    that were adopted. cause: as a comparison of recordings named it, or ''. recordings:
+    that it rests on. earlier: whether the baseline is from before this run or recording, or was
+    saved. slips: since the baseline was saved, in order of time; zeros: of the twist, see
+    slip.found_in. statistics: all else that the next judgement depends on, plain data.
     """
 
     settings: HealthSettings
     stamp_ns: int = 0
     features: tuple[FeatureHealth, ...] = (FeatureHealth(),) * len(FEATURES)
     alerts: Mapping[str, Alert] = field(default_factory=dict)
-    ended: Mapping[str, str] = field(default_factory=dict)
+    ended: Mapping[str, tuple[tuple[str, float], ...]] = field(default_factory=dict)
     window: Window | None = None
     backlash: Backlash | None = None
     friction: Backlash | Friction | None = None
@@ -217,7 +217,7 @@ class Health:
     statistics: Mapping[str, Any] = field(default_factory=dict, repr=False)
 
     def feature(self, name: str) -> FeatureHealth:
-        """Return what is known about the feature `name`, one of FEATURES."""
+        """Return the FeatureHealth of the feature `name`, one of FEATURES."""
         return self.features[FEATURES.index(name)]
 
     def growth(self, column: int) -> tuple[float, float]:
@@ -269,7 +269,7 @@ class Health:
 
 
 def active_tests(health: Health, component: str) -> list[ChangeTest]:
-    """Return the tests of a `component` that stand in `health`, the worst first."""
+    """Return the tests of a `component` with an alert in `health`, the worst first."""
     return sorted((test for test in TESTS
                    if test.component == component and test.key in health.alerts),
                   key=lambda test: -health.alerts[test.key].stage)

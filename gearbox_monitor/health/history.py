@@ -1,7 +1,7 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The newest estimates and smoothed rows: what trust reads of them, once per second."""
+"""The newest estimates and smoothed rows, which trust reads once per second."""
 from collections.abc import Sequence
 
 import numpy as np

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The one judgement of wear: Health and a window in, Health and what happened out.
+The one judgement of wear: Health and a window in, Health and events out.
 
-The live node folds its windows with `judge`; replay, report, accept and fleet fold those of
-recordings. A state file and a baseline are a Health as `to_data` writes it.
+The live node folds its windows with `judge`; replay, report, accept and fleet fold the windows
+of recordings. A state file and a baseline are a Health as `to_data` writes it.
 """
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -19,7 +19,7 @@ from gearbox_monitor.health.health_record import Health, HealthSettings, Window
 from gearbox_monitor.health.slip import found_in, Slip, Zero
 from gearbox_monitor.kernels.types import Values
 
-KEPT = ('cause', 'recordings', 'earlier', 'slips', 'zeros')  # what wear does not change
+KEPT = ('cause', 'recordings', 'earlier', 'slips', 'zeros')  # unchanged by a window
 RECORDINGS, SLIPS = 1000, 100  # that are kept
 
 
@@ -33,26 +33,26 @@ class Event:
 
 def judge(health: Health, window: Window) -> tuple[Health, tuple[Event, ...]]:
     """
-    Return what is known after one more window, and which alerts changed with it.
+    Return the Health after one more window, and the alerts that changed with it.
 
     Args:
-        health: what was known before; it stays as it is.
+        health: before the window; it stays unchanged.
         window: the newest window; one that was judged before changes nothing.
     """
-    after = _following(health, Tracker.of(health.settings, health.statistics).update(window))
+    judged = _following(health, Tracker.of(health.settings, health.statistics).update(window))
     if isinstance(window.features, Backlash) and window.stamp_ns != health.stamp_ns:
         zeros, slip = found_in(health.zeros if window.counts_on else (), window.features,
                                health.settings.motor_turn)
-        after = replace(after, zeros=zeros, slips=(
-            *after.slips, slip)[-SLIPS:] if slip else after.slips)
-    if not after.alerts:
-        after = replace(after, cause='')
-    return after, events(health, after)
+        judged = replace(judged, zeros=zeros, slips=(
+            *judged.slips, slip)[-SLIPS:] if slip else judged.slips)
+    if not judged.alerts:
+        judged = replace(judged, cause='')
+    return judged, events(health, judged)
 
 
-def events(before: Health, after: Health) -> tuple[Event, ...]:
-    """Return the Events that lead from `before` to `after`."""
-    old, new = before.stages(), after.stages()
+def events(previous: Health, present: Health) -> tuple[Event, ...]:
+    """Return the Events that lead from the `previous` Health to the `present` one."""
+    old, new = previous.stages(), present.stages()
     return tuple(Event(component, new[component]) for component in COMPONENTS
                  if new[component] != old[component])
 
@@ -67,7 +67,7 @@ def folded(health: Health, windows: Iterable[Window], recording: str = '') -> He
 
 def accepted(health: Health) -> tuple[Health, int]:
     """
-    Return `health` with what is measured now as the healthy state, and the windows it rests on.
+    Return `health` with the present state as the healthy one, and its number of windows.
 
     The wear becomes 0 with its deviation, at all operating points; all alerts end.
     """
@@ -77,12 +77,12 @@ def accepted(health: Health) -> tuple[Health, int]:
 
 def serviced(health: Health, stamp_ns: int, note: str) -> Health:
     """
-    Return `health` after a service: what the next windows measure is a new baseline.
+    Return `health` after a service: the next windows are a new baseline.
 
     Args:
         health: before it.
         stamp_ns: of the service.
-        note: what was done, '' for nothing.
+        note: on the service, or ''.
 
     """
     tracker = Tracker.of(health.settings, health.statistics).served(stamp_ns, note)
@@ -109,7 +109,7 @@ def from_data(settings: HealthSettings, data: Values | None) -> Health:
     Return the Health that to_data gave; None: nothing is known yet.
 
     Args:
-        settings: what it is judged by from now on.
+        settings: for the next judgements.
         data: of to_data.
 
     Raises:

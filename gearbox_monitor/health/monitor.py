@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Trust and drift: a Monitor judges once per second what its Estimator yields.
+Trust and drift: a Monitor judges the estimates of its Estimator once per second.
 
 The live node, replay and the tests call the same Monitor, sample by sample (`step`) or in arrays
 (`run`): same samples in, same outcomes out.
@@ -21,7 +21,7 @@ from gearbox_monitor.estimation.estimates import Batch, Estimate, Estimates, Sam
 from gearbox_monitor.estimation.estimator import Estimator, snapshot_errors
 from gearbox_monitor.estimation.process_model import P0, R1, R2, TAU_K
 from gearbox_monitor.estimation.rts_smoother import S_TWIST_NOISE_STD
-from gearbox_monitor.health import health_words
+from gearbox_monitor.health import wear_outcome
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.backlash import features
 from gearbox_monitor.health.backlash.wear import when
@@ -29,7 +29,7 @@ from gearbox_monitor.health.checks import (
     covariance, elastic_curve, innovation, learned_curve, model_mismatch, observability, passivity,
     twist_range, usability)
 from gearbox_monitor.health.checks.outcome import (
-    Alarm, Condition, DEBOUNCE, joined, Level, Outcome, outcome_of, with_more)
+    Alarm, Condition, DEBOUNCE, joined, Level, Outcome, outcome_of, Said, with_more)
 from gearbox_monitor.health.checks.row_check import middle, thinned
 from gearbox_monitor.health.health_record import (
     AT_ODDS, ERRORS_LARGER, Health, HealthSettings, TRUSTED, Window)
@@ -57,20 +57,15 @@ RESET = {'reset_motor_rad': sample_loop.E_X1, 'reset_arm_rad': sample_loop.E_X2,
          'reset_tau_k': sample_loop.E_TAU_K}  # what a restart moves
 STATE_COLUMNS = {'tau_arm': sample_loop.E_TAU_ARM, 'tau_e': sample_loop.E_TAU_E}
 MEDIAN_STRIDE = 8
-NO_DATA = Outcome(Level.WARN, 'no data yet')
-NOT_EVALUATED = Outcome(Level.WARN, 'not evaluated: filter restarted or data missing within the '
-                        f'last {LIMITS.settle + 1.0:g} s')
-NO_ESTIMATES = Outcome(Level.WARN, 'no estimates')
+NO_DATA, NOT_EVALUATED, NO_ESTIMATES = (Outcome.of(Level.WARN, code) for code in (
+    'no_data_yet', 'not_evaluated', 'no_estimates'))
 # Components that a change of the gearbox or of its friction affects.
 DRIFT_SHOWS = {'prediction error', 'model'}
 JUDGED = COMPONENTS[:4]  # once per second, from the newest estimates
 # Samples that stand in time: an evaluation may be due with them.
 IN_TIME = (sample_loop.ESTIMATE, sample_loop.START, sample_loop.NO_EFFORT,
            sample_loop.NO_MEASUREMENT)
-AT_BOUND = Condition(
-    'covariance', Level.WARN, 'adaptation at its bound',
-    'an adapted parameter is at its bound (AEKF only)', 'the evaluation',
-    'the model or a start value is wrong: check it', ('adapted_...',))
+AT_BOUND = Condition('at_bound', 'covariance', Level.WARN, ('adapted_...',))
 # What smoothed torque and twist show, beside the prediction errors and in their component.
 ROW_CHECKS = (passivity.CHECK, twist_range.CHECK, elastic_curve.CHECK)
 CONDITIONS = (
@@ -112,7 +107,7 @@ class Monitor:
         self.judged: deque[Window] = deque(maxlen=WINDOWS_KEPT)
         self.health = from_data(HealthSettings.of(estimator.parameters, estimator.model), known)
         if self.health.stamp_ns:
-            self.outcomes.update(health_words.outcomes(self.health))
+            self.outcomes.update(wear_outcome.outcomes(self.health))
         self.temperature: float | None = None
         self._phase_ns = phase_ns
         self._newest: list[float] = []  # of RESET, in the newest estimate
@@ -152,7 +147,7 @@ class Monitor:
         """Go on from `health`: a baseline was saved, or a cause was named."""
         self.health = health
         if health.stamp_ns:
-            self.outcomes = {**self.outcomes, **health_words.outcomes(health)}
+            self.outcomes = {**self.outcomes, **wear_outcome.outcomes(health)}
 
     @property
     def tau_k_std_reference(self) -> float | None:
@@ -356,7 +351,7 @@ class Monitor:
         settled = self.estimator.accurate_since_ns + round(LIMITS.settle * SECOND)
         recent = Recent(*self._estimates.between(stamp_ns - ESTIMATES_KEPT + 1, stamp_ns + 1))
         outcomes = {'input': self._check_input(recent.stamps, stamp_ns)}
-        broken: list[Condition] = []
+        broken: list[Said] = []
         if stamp_ns - settled >= SECOND:
             recent = recent.after(settled - 1)
             if len(recent):
@@ -425,13 +420,13 @@ class Monitor:
         return innovation.check(white, recent[sample_loop.E_NIS], recent[sample_loop.E_DOF],
                                 errors, stds, for_mean, newest)
 
-    def _check_rows(self, settled: int, stamp_ns: int) -> tuple[list[Condition], dict[str, float]]:
+    def _check_rows(self, settled: int, stamp_ns: int) -> tuple[list[Said], dict[str, float]]:
         """
         Run ROW_CHECKS on the smoothed rows since `settled`; return (broken conditions, values).
 
         One that abstains moves its alarm neither way.
         """
-        broken: list[Condition] = []
+        broken: list[Said] = []
         values: dict[str, float] = {}
         if not len(self._rows) or not self.parameters.arm_joint:
             return broken, values
@@ -444,7 +439,7 @@ class Monitor:
             counts[0] += 1
             if result is not None:
                 counts[1] += 1
-                alarm.judge(outcome_of(result[0], '', {}), stamp_ns)
+                alarm.judge(outcome_of(result[0], None, {}), stamp_ns)
                 broken += result[0]
                 values.update(result[1])
             values[f'{check.name}_evaluations'] = int(counts[0])
@@ -470,9 +465,7 @@ class Monitor:
                   **{f'adaptation_{k}': v for k, v in guards.items()}}
         bound = self.estimator.adapted_to_bound()
         if bound and outcome.level == Level.OK:
-            return outcome_of(
-                [replace(AT_BOUND, says=f'adaptation at its bound: {", ".join(bound)}')],
-                '', values)
+            return outcome_of([AT_BOUND.said(names=', '.join(bound))], None, values)
         return replace(outcome, values=values)
 
     def _check_model(self, outcomes: Outcomes, stamp_ns: int) -> Outcome:
@@ -549,7 +542,7 @@ class Monitor:
             self._counts_on = True
             self.windows.append(window)
         self.health, _ = judge(self.health, judged)
-        return health_words.outcomes(self.health)
+        return wear_outcome.outcomes(self.health)
 
     def _lost_and_all(self) -> tuple[int, int]:
         """Return how many samples were lost or bad so far, and how many there should have been."""

@@ -5,7 +5,7 @@
 from gearbox_monitor.estimation.sample_loop import REASONS, SECOND
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.checks import usability
-from gearbox_monitor.health.checks.outcome import Level, Outcome
+from gearbox_monitor.health.checks.outcome import Level, Outcome, Said
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.types import Integers
 
@@ -14,7 +14,7 @@ class Silence:
     """
     Watches one Monitor: its stamps must advance from one look to the next.
 
-    why: the reason why no usable sample arrived before the last look, '' if samples arrived.
+    why: codes of the reason why no usable sample arrived before the last look, '' if some did.
     """
 
     def __init__(self) -> None:
@@ -24,7 +24,7 @@ class Silence:
         self.why = ''
 
     def outcomes(self, monitor: Monitor, now_ns: int, foreign: int = 0,
-                 cause: tuple[str, str] | None = None) -> dict[str, Outcome]:
+                 cause: Said | None = None) -> dict[str, Outcome]:
         """
         Return the outcomes of a monitor, replaced where its stream is dead.
 
@@ -32,8 +32,8 @@ class Silence:
             monitor: the Monitor that takes the samples.
             now_ns: time of a steady clock, ns.
             foreign: number of messages that named none of our joints.
-            cause: (reason, advice) of the receiver of messages, if it knows why none of them
-                becomes a sample.
+            cause: what the receiver of messages says, if it knows why none of them becomes a
+                sample.
 
         Returns:
             {component: Outcome}; a dead stream is never OK.
@@ -50,20 +50,17 @@ class Silence:
         counts = {usability.key_of(reason): int(monitor.counts[code])
                   for code, reason in REASONS.items() if monitor.counts[code]}
         counts['messages_without_our_joints'] = foreign
-        reason, advice, self.why = 'no samples received', usability.SILENT.advice, 'silent'
-        if cause:
-            (reason, advice), self.why = cause, 'joints'
-        elif refused:
+        says = [cause or usability.SILENT.said()]
+        if refused and not cause:
             new = monitor.counts - self._counts
             causes = usability.refused({text: int(new[code]) for code, text in REASONS.items()})
-            self.why = '; '.join(cause.advice for cause in causes)
-            advice = self.why or advice
-            reason = (f'{refused} samples came, none was usable'
-                      + ''.join(f', {cause.says}' for cause in causes))
-        outcomes = {name: Outcome(Level.WARN, 'no data', {'lasts_s': silent})
+            says = [Said('unusable', {'count': refused}, Level.OK if causes else Level.ERROR),
+                    *causes]
+        self.why = ' '.join(said.code for said in says)
+        outcomes = {name: Outcome.of(Level.WARN, 'no_data', {'lasts_s': silent})
                     for name in monitor.outcomes}
         # Discovery takes a while: before the first sample ever, silence is not yet an error.
         starting = not monitor.input_count and not foreign and silent < LIMITS.start_time
         outcomes['input'] = Outcome(Level.WARN if starting else Level.ERROR,
-                                    f'{reason}: {advice}', {**counts, 'lasts_s': silent})
+                                    (tuple(says),), {**counts, 'lasts_s': silent})
         return outcomes

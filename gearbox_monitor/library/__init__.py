@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The public API: what `import gearbox_monitor` offers.
+The public API, as `import gearbox_monitor` offers it.
 
 In go paths, arrays, DataFrames and models; out come results that show themselves. The commands
 call the same functions.

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from gearbox_monitor.report.sentences import phrase
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Estimates, Samples
 from gearbox_monitor.files.baselines import earlier
@@ -32,7 +33,7 @@ Parameters = EstimatorParameters | Mapping[str, object] | str | Path | None
 @dataclass(frozen=True, repr=False)
 class RecordingEstimates(Estimates):
     """
-    Estimates of a recording, and what a Monitor says of them at its end.
+    Estimates of a recording, and the outcomes of a Monitor at its end.
 
     recording; parameters: in force; outcomes {component: Outcome}; health: of the gearbox;
     backlash: of each window of drift_window seconds; notes: sentences about the filter.
@@ -85,7 +86,7 @@ class BacklashWindows(Drawn):
 
     @property
     def separable(self) -> bool:
-        """Whether the motion tells gap and compliance apart; if not, the lost motion counts."""
+        """Whether the motion separates backlash and compliance; if not, the lost motion counts."""
         return self._used[1]
 
     @property
@@ -105,9 +106,9 @@ class BacklashWindows(Drawn):
 
     @property
     def reason(self) -> str:
-        """What the motion lacks, '' where some window shows the gap."""
-        return '' if self._used[0] else reason_of(
-            [fit for fit in self.fits if isinstance(fit, NotExcited)])
+        """Why no window shows the backlash, '' where one does."""
+        return '' if self._used[0] else phrase(reason_of(
+            [fit for fit in self.fits if isinstance(fit, NotExcited)]))
 
 
 def estimate(recording: DriveRecording, model: DriveModel | None = None, *,
@@ -155,7 +156,7 @@ def backlash(recording: DriveRecording, model: DriveModel | None = None, *,
              window: float | None = None, parameters: Parameters = None,
              **changes: object) -> BacklashWindows:
     """
-    Return the backlash of a recording, from torque over twist in windows that stand alone.
+    Return the backlash of a recording, from torque over twist in independent windows.
 
     Args:
         recording: of `load_recording`; the motion must load both flanks.
@@ -189,12 +190,12 @@ def _monitor(recording: Any, model: DriveModel | None, parameters: Parameters,
              changes: Mapping[str, object]) -> Monitor:
     """Return a Monitor for a recording, with the baseline that its parameters name."""
     drive, values = _inputs(recording, model, parameters, changes)
-    known, _ = earlier(values)
-    return Monitor(drive, values, known)
+    baseline, _ = earlier(values)
+    return Monitor(drive, values, baseline)
 
 
 def _estimated(run: Callable[[Samples], Estimates], recording: DriveRecording) -> Estimates:
-    """Return what `run` makes of a recording. Raises InputError if that is nothing."""
+    """Return the estimates of `run` on a recording. Raises InputError if there are none."""
     estimates = run(recording.samples())
     if not len(estimates.stamp_ns):
         raise InputError(f'{recording.name}: no estimate of {len(recording)} samples: their times '

@@ -35,7 +35,7 @@ def diagnose(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
              exclude: Sequence[str] = (), seed: int = 0, jobs: int = 1,
              progress: Progress | None = None) -> Verdict:
     """
-    Return the verdict on recordings of one drive: the effects that its model lacks.
+    Return the verdict on recordings of one drive: the effects missing from its model.
 
     Every effect of the library is fitted; the likelihood of the recordings decides which of them
     count (docs/science.md).
@@ -137,7 +137,7 @@ def uniform(recordings: Recorded | Sequence[Recorded], model: DriveModel,
 
 
 def expect_ids(option: str, ids: object) -> None:
-    """Raise InputError unless `ids`, an argument `option`, are those of effects."""
+    """Raise InputError unless `ids`, an argument `option`, name effects."""
     effects = library()
     for name in _expect_list(option, ids, 'ids of effects'):
         if name not in effects:
@@ -156,7 +156,7 @@ class TunedParameters(Shown, Saved):
     """
     Parameters of a filter as a recording has them.
 
-    parameters: all of them, with what was tuned; before: those in force; model: of the drive;
+    parameters: all of them, with the tuned values; before: those in force; model: of the drive;
     figures {name: value}: of the search, as `tune --json` prints them.
     """
 
@@ -196,7 +196,7 @@ def tune(recording: DriveRecording, model: DriveModel | None = None, *,
     Args:
         recording: of `load_recording`; with half a second of standstill R comes from there.
         model: of the drive, None for the one of the recording.
-        parameters: before, as `estimate` takes them; the result depends on what is not tuned.
+        parameters: before, as `estimate` takes them; the result depends on those that it keeps.
         reference: measured torque of the transmission [N], N m: then its error counts instead.
         smoother: tune for the smoothed torque.
         speeds: tune the process noise of the speeds, too.
@@ -232,7 +232,7 @@ def adapt(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
     """
     Return model and parameters of one unit, from its motion alone, without a torque sensor.
 
-    `fit` and `tune` in one; the tolerances state what stays open (docs/tuning.md).
+    `fit` and `tune` in one; the tolerances state the remaining uncertainty (docs/tuning.md).
 
     Args:
         recordings: of `load_recording`, of this unit, with both encoders.
@@ -264,8 +264,8 @@ def adapt(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
 def _warn_of_doubts(parts: Iterable[UniformRecording],
                     recordings: Recorded | Sequence[Recorded]) -> None:
     """Warn of recordings that may have to be read otherwise, which commands do by notes."""
-    given = [recordings] if not isinstance(recordings, Sequence) else recordings
-    if any(isinstance(recording, UniformRecording) for recording in given):
+    listed = [recordings] if not isinstance(recordings, Sequence) else recordings
+    if any(isinstance(recording, UniformRecording) for recording in listed):
         return
     for part in parts:
         if part.doubt is not None:
@@ -297,7 +297,7 @@ def write_adapted(folder: str | Path, result: Adapted, names: str) -> Path:
 
 def _kept_before(result: Adapted, model: DriveModel, parameters: EstimatorParameters,
           recordings: Sequence[UniformRecording]) -> str:
-    """Return why model and parameters stay as they were, '' if those of `result` are as likely."""
+    """Return why model and parameters stay unchanged, '' if `result` is at least as likely."""
     if result.fit is None:
         return ''
     samples = [samples_of(recording) for recording in recordings]

@@ -15,7 +15,7 @@ from gearbox_monitor.health.backlash.features import Backlash
 from gearbox_monitor.library.estimation import BacklashWindows, RecordingEstimates
 from gearbox_monitor.library.recording import DriveRecording
 from gearbox_monitor.library.robot import RobotDiagnosis
-from gearbox_monitor.presentation import on_axis
+from gearbox_monitor.presentation import on_axis, Quantity
 from gearbox_monitor.report.chart import BarRow, Bars, Chart, Panel, Trace
 from gearbox_monitor.report.diagnosis_evidence import gather, window_chart
 from gearbox_monitor.report.plots import figure
@@ -81,9 +81,9 @@ def _(fit: NominalFit) -> Figure:
     for v in fit.values:
         scale = abs(v.start) or abs(v.value) or 1.0
         ends = [(v.value + side * 2.0 * v.error) / scale for side in (-1.0, 1.0)]
-        rows.append(BarRow(v.name, '', v.value / scale, f'{v.value:.4g}',
+        rows.append(BarRow(v.name, '', v.value / scale, str(Quantity(v.value, v.error)),
                            'closed' if v.determined else 'limit', (ends[0], ends[1])))
-    return figure([[Bars(rows)]], 'Fitted values over those of the model, 2 standard errors; '
+    return figure([[Bars(rows)]], 'Fitted over model values, 2 standard errors; '
                                   'grey: not identified')
 
 

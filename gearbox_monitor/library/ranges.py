@@ -23,7 +23,7 @@ from gearbox_monitor.plant.effects import library
 from gearbox_monitor.presentation import on_axis
 
 SHORT = {where: name for name, where in NUISANCES.items()}
-EXPECTED = 'JSON of fit-nominal, adapt or diagnose, or what fit or diagnose returns'
+EXPECTED = 'JSON of fit-nominal, adapt or diagnose, or a result of fit or diagnose'
 Source = NominalFit | Adapted | Verdict | RobotDiagnosis | str | Path
 
 
@@ -32,8 +32,8 @@ def ranges(sources: Sequence[Source]) -> ParameterRanges:
     Return the ranges that a new drive of the kind may have, from estimates of several.
 
     Args:
-        sources: one estimate of each drive, or of each recording of one drive: what `fit`,
-            `adapt`, `diagnose` and `diagnose_robot` return, or the JSON files of the commands. Of
+        sources: one estimate of each drive, or of each recording of one drive: results of `fit`,
+            `adapt`, `diagnose` and `diagnose_robot`, or the JSON files of the commands. Of
             a verdict the values of its findings count, as if their errors were independent; of
             one on a robot only its payload.
 

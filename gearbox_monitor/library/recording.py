@@ -40,9 +40,9 @@ class DriveRecording(Drawn):
     """
     The recording of a drive, as its model refers it to the arm side.
 
-    name: what messages call it. limits: of the simulator's file that the model is from. arm_side:
-    the motor is at the output already, whatever the gear ratio of the model. repeated: what is
-    used of samples with one stamp.
+    name: in messages. limits: of the simulator's file that the model is from. arm_side:
+    the motor is at the output already, whatever the gear ratio of the model. repeated: which
+    samples with one stamp are used.
     """
 
     name: str
@@ -93,7 +93,7 @@ class DriveRecording(Drawn):
 
     @property
     def torque(self) -> Array:
-        """Torque of the motor [N] on the arm side, N m; NaN: a setpoint stands in for it."""
+        """Torque of the motor [N] on the arm side, N m; NaN: a setpoint replaces it."""
         u = self.readings.u[:, 0]
         return u if self.model.controller is None else np.full(len(u), np.nan)
 
@@ -120,7 +120,7 @@ class DriveRecording(Drawn):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Sentences about what was read and what was not."""
+        """Sentences about columns and values that are not used."""
         limits = self.limits
         notes = [*limits.notes, *self.recording.notes]
         motor = self.recording.joints.get(self.recording.on_side(MOTOR) or '')
@@ -178,7 +178,7 @@ class DriveRecording(Drawn):
             [u[:, :1], y, u[:, 1:]]), self.repeated)
 
         def place(row: int, field: str) -> str:
-            """Return where the value of field in a row that is left stands."""
+            """Return the place of a value: its sample and its field."""
             return f'sample {int(rows[row])}, {field}'
         columns = (self.stamp_ns[rows], values[:, 0], values[:, 1:3], values[:, 3])
         words = (self.name, place, self.model, self.model.origin.name)
@@ -191,8 +191,8 @@ class DriveRecording(Drawn):
         """Return (u, y) of the samples with turns of both encoders counted on, and notes."""
         u, y, notes = self.readings.u.copy(), self.readings.y.copy(), []
         for i, side in enumerate((MOTOR, ARM)):
-            y[:, i], found = counted_on(y[:, i], self.stamp_ns)
-            for turn in found:
+            y[:, i], turns = counted_on(y[:, i], self.stamp_ns)
+            for turn in turns:
                 seconds = float(self.stamp_ns[turn.row] - self.stamp_ns[0]) / SECOND
                 notes.append(f'{side}: {jump_words(turn, seconds)}')
                 if side == MOTOR and self.model.controller is not None:
@@ -215,21 +215,21 @@ def load_recording(source: Any, model: Any = None, *, joints: Mapping[str, str] 
 
     Args:
         source: path of a bag or another file; a mapping of arrays [N], a DataFrame with these
-            columns; or what `simulate` returns.
+            columns; or a result of `simulate`.
         model: of the drive, or the robot of `load_robot`; None: the recording alone.
         joints: names of the joints in the file: {'motor': ..., 'arm': ..., 'setpoint': ...} of a
             drive, {joint: its name in the log} of a robot, where they are called otherwise; '' for
             an arm without encoder.
         topic: of the JointState, in bags.
-        repeated: what is used of samples with one stamp: first, average or drop.
-        name: what messages call the recording, None for its file.
+        repeated: which samples with one stamp are used: first, average or drop.
+        name: of the recording in messages, None for its file.
         reading: how columns are read whose names and units do not say it.
 
     Returns:
         A DriveRecording for a model of a drive, a RobotLog for a robot, else a Recording.
 
     Raises:
-        InputError: naming file or column, value and what was expected.
+        InputError: naming file or column, value and the expectation.
 
     >>> import numpy as np
     >>> t = np.arange(1000) * 0.01
@@ -272,10 +272,10 @@ def _read(source: Any, model: DriveModel | None, joints: dict[str, str], topic: 
         return _of_arrays(source, model), True
     path = expect_path(source, 'source', 'a recording')
     with open_recording(path, reading, topic) as reader:
-        found = find_input(reader, topic).topic
-        present = reader.joint_names(found)
+        name = find_input(reader, topic).topic
+        present = reader.joint_names(name)
         if model is None and not joints:
-            return robot_recording(reader, found, present), False
+            return robot_recording(reader, name, present), False
         names = {role: joints.get(role, role) for role in ROLES}
         if not joints and len(present) == 1:
             names.update(motor=present[0], arm='')
@@ -294,7 +294,7 @@ def _of_arrays(source: Any, model: DriveModel | None) -> Recording:
                          f'or arrays by name: {EXPECTED}')
     columns = {str(name): source[name] for name in names}
     if 'torque' in columns and 'u' in columns:
-        raise InputError('torque: beside u, expected one of them')
+        raise InputError('torque and u: both given, expected one of them')
     if 'torque' in columns:
         columns['u'] = columns.pop('torque')
     driving = 'u' if model is None or model.controller is None else 'setpoint'
@@ -346,12 +346,12 @@ def _stamps(value: Any) -> Integers:
 def all_of(recordings: Any, model: DriveModel, argument: str = 'recordings'
            ) -> Iterator[DriveRecording | UniformRecording]:
     """
-    Return what `load_recording` gave, one or several, each read for a drive.
+    Return recordings of `load_recording`, one or several, each read for a drive.
 
     Args:
         recordings: one recording or a sequence of them.
         model: of the drive.
-        argument: what messages call the recordings.
+        argument: name of the recordings in messages.
 
     Raises:
         InputError: something else, or none.

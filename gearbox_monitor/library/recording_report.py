@@ -63,7 +63,7 @@ def write_report(bag: str | Path, out: str | Path | None = None, *, topic: str =
         progress: called with (task, share that is done).
 
     Returns:
-        The pages; of several gearboxes one of all, and one of each beside it.
+        The pages; of several gearboxes one of all, and one of each.
 
     Raises:
         InputError: the bag, or a file, is unusable, or a page exists.
@@ -80,7 +80,7 @@ def write_report(bag: str | Path, out: str | Path | None = None, *, topic: str =
                           for gearbox in gearboxes_of(parameters, 'estimator')]
 
     def recorded(node: str, task: str) -> tuple[Timeline, RecordingFacts]:
-        """Return what the recording shows of the estimator of a `node`; `task` names it."""
+        """Return Timeline and facts of the estimator of a `node`; `task` names it."""
         values = load_parameters(parameters, 'estimator', SETTINGS, node) if parameters else {}
         file = model or values.pop('model', '')
         values.pop('model', None)
@@ -109,7 +109,7 @@ def write_report(bag: str | Path, out: str | Path | None = None, *, topic: str =
 
 def _of_robot(bag: str, page: Path, estimators: Sequence[str],
               recorded: Callable[[str, str], tuple[Timeline, RecordingFacts]]) -> ReportPages:
-    """Write the page of all `estimators`, and one of each beside it."""
+    """Write the page of all `estimators`, and one of each."""
     names = [node.rsplit('/', 1)[1] for node in estimators]
     if len(set(names)) < len(names):
         names = [node.strip('/').replace('/', '_') for node in estimators]
@@ -134,5 +134,5 @@ def _of_robot(bag: str, page: Path, estimators: Sequence[str],
 
 
 def _name(bag: str | Path) -> str:
-    """Return what pages call the recording."""
+    """Return the name of the recording on pages."""
     return '/'.join(Path(bag).parts[-2:])

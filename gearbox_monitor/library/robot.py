@@ -44,7 +44,7 @@ Progress = Callable[[int, int], None]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Robot:
-    """A robot: its file in a simulator, and what a user states beside it."""
+    """A robot: its file in a simulator, and further values that a user states."""
 
     file: ChainFile
     values: RobotValues
@@ -63,9 +63,9 @@ class RobotDiagnosis(Paged, Saved):
     """
     The diagnosis of a whole robot.
 
-    verdict: of all joints; robot: that it is about; data: the verdict as plain data, with what
-    MuJoCo's free runs confirm (rollouts); closed: the robot's file with the findings, None where
-    none can stand in it; lacking: findings that it lacks.
+    verdict: of all joints; robot: that it is about; data: the verdict as plain data, with the
+    free runs of MuJoCo (rollouts); closed: the robot's file with the findings, None where
+    none can stand in it; lacking: findings that are not in it.
     """
 
     verdict: RobotVerdict
@@ -103,11 +103,11 @@ def load_robot(path: str | Path, *, values: str | Path | None = None,
 
     Args:
         path: of the file.
-        values: YAML file of what is known beside it (docs/robot_gap.md), None for nothing.
+        values: YAML file of further values (docs/robot_gap.md), None for nothing.
         root: folder below which the files lie that it includes, None for its own folder.
 
     Raises:
-        InputError: naming what the file holds and what was expected.
+        InputError: naming the fault of the file and the expectation.
     """
     path = expect_path(path, 'path', 'an MJCF or URDF file')
     if path.suffix.lower() not in SUFFIXES:
@@ -168,7 +168,7 @@ def learn_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
                 reading: ReadOptions = BY_NAMES,
                 progress: Progress | None = None) -> tuple[Knowledge, list[str]]:
     """
-    Return what logs of the healthy robot teach, as a reference, and notes about them.
+    Return the reference that logs of the healthy robot give, and notes about them.
 
     Args:
         logs: as `robot_logs` takes them; or one file of the command learn.
@@ -187,14 +187,14 @@ def learn_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
 def _learnt(logs: str | Path | Sequence[str | Path], robot: Robot,
             recorded: Mapping[str, str] | None, topic: str, reading: ReadOptions,
             progress: Progress | None) -> tuple[Knowledge, list[str], float]:
-    """Return what `learn_robot` does, and the least misfit of the logs, 0 where it is unknown."""
+    """Return as `learn_robot`, and the least misfit of the logs, 0 where it is unknown."""
     expect_robot(robot)
     paths = [str(path) for path in ([logs] if isinstance(logs, (str, Path)) else logs)]
     if len(paths) == 1 and paths[0].endswith(SUFFIX):
         return load_knowledge(paths[0], robot.file.digest), [], 0.0
     learnt = [path for path in paths if path.endswith(SUFFIX)]
     if learnt:
-        raise InputError(f'reference: {", ".join(learnt)} beside others, expected logs, or one '
+        raise InputError(f'reference: {", ".join(learnt)} and others, expected logs, or one '
                          'file of learn')
     read = robot_logs(paths, robot, recorded=recorded, topic=topic, learnt=True, reading=reading)
     _, doubts = as_named(read, robot, reading)
@@ -203,7 +203,7 @@ def _learnt(logs: str | Path | Sequence[str | Path], robot: Robot,
     result = knowledge.learn(robot_model(robot.file, robot.values, True), read, robot.file.digest,
                              progress=progress or (lambda done, total: None))
     limits = robot.file.low, robot.file.high
-    left = min(misfit(log, robot_model(robot.file, robot.values, False), limits) for log in read)
+    floor = min(misfit(log, robot_model(robot.file, robot.values, False), limits) for log in read)
     differs = balance.examined(robot_model(robot.file, robot.values, True), read, result)
     axes = {link.joint: 'prismatic' if link.slides else 'rotary'
             for link in robot.file.chain.links}
@@ -211,7 +211,7 @@ def _learnt(logs: str | Path | Sequence[str | Path], robot: Robot,
                     *(f'the reference is not as the file says: {finding_words(f.to_dict(), axes)}'
                       for f in differs),
                     *(f'{joint}: the model leaves more than half of its effort unexplained: it '
-                      'is not judged' for joint in result.unjudged)], left
+                      'is not judged' for joint in result.unjudged)], floor
 
 
 def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
@@ -221,7 +221,7 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
                    reading: ReadOptions = BY_NAMES,
                    progress: Progress | None = None) -> RobotDiagnosis:
     """
-    Return the diagnosis of a whole robot: beside its file, or against a healthy reference.
+    Return the diagnosis of a whole robot against its file, or against a healthy reference.
 
     Args:
         logs: to judge, as `robot_logs` takes them.
@@ -245,14 +245,14 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
         if name not in robot_effects():
             raise InputError(f'effects: {unknown(name, robot_effects())}')
     knowledge: Knowledge | None = None
-    notes, left = list[str](), 0.0
+    notes, floor = list[str](), 0.0
     if reference is not None:
-        knowledge, notes, left = _learnt(reference, robot, recorded, topic, reading, progress)
+        knowledge, notes, floor = _learnt(reference, robot, recorded, topic, reading, progress)
     model = robot_model(file, values, knowledge is not None)
     read = robot_logs(logs, robot, recorded=recorded, topic=topic, reading=reading,
                       learnt=knowledge is not None)
     notes += [*_unread(file), *(f'{log.name}: {note}' for log in read for note in log.notes)]
-    read, readings = as_named(read, robot, reading, left)
+    read, readings = as_named(read, robot, reading, floor)
     if knowledge is not None:
         if knowledge.kind != read[0].kind:
             raise InputError(f'reference: learnt from {knowledge.kind}, but {read[0].name} '
@@ -262,7 +262,8 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
                          f'{read[0].rate:.0f}')
     elif values.tolerance is None:
         gains = f' and {100 * model.gain_tolerance:.2g} % of gains' * (read[0].kind == SETPOINT)
-        notes.append(f'beside the model file, tolerances of {100 * model.tolerance.max():.0f} %'
+        notes.append('the model file is taken with tolerances of '
+                     f'{100 * model.tolerance.max():.0f} %'
                      f'{gains}: state others with tolerance{", gain_tolerance" * bool(gains)} in '
                      'values (--values)')
     verdict = balance.diagnose(model, read, knowledge, effects)
@@ -280,7 +281,7 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
         data['cautions'] += [f'{name}: free runs in MuJoCo are farther off with it than without'
                              for name in runs['vetoed']]
     text, refused = closed_file(file, data['findings'], f'gearbox_monitor {__version__} diagnose')
-    data['lacking'] = [f'{title}: {why}' for title, why in refused.items()]
+    data['lacking'] = [f'{title}: {reason}' for title, reason in refused.items()]
     return RobotDiagnosis(verdict, robot, {'summary': robot_headline(data), **data}, text,
                           tuple(data['lacking']))
 
@@ -294,7 +295,7 @@ def _unread(file: ChainFile) -> list[str]:
 def check_robot(log: str | Path, robot: Robot, *, recorded: Mapping[str, str] | None = None,
                 topic: str = JOINT_STATES, reading: ReadOptions = BY_NAMES) -> list[DataFinding]:
     """
-    Return what a log says of itself and of its conventions, joint by joint.
+    Return findings about a log and its conventions, joint by joint.
 
     Args:
         log: a recording of any kind.
@@ -307,12 +308,13 @@ def check_robot(log: str | Path, robot: Robot, *, recorded: Mapping[str, str] | 
         InputError: the log cannot be read, lacks a joint, or is too short or slow.
     """
     read = robot_logs(log, robot, recorded=recorded, topic=topic, reading=reading)
-    found = read[0]
+    checked = read[0]
     findings = [DataFinding(
-        'log', 'length', f'{found.seconds:.4g} s of {found.kind} at {found.rate:.4g} samples/s in '
-        f'{counted(len(found.sections), "part")}', values={
-            'seconds': found.seconds, 'rate_hz': found.rate, 'parts': len(found.sections)})]
-    for note in (*_unread(robot.file), *found.notes):
+        'log', 'length', f'{checked.seconds:.4g} s of {checked.kind} at {checked.rate:.4g} '
+        f'samples/s in {counted(len(checked.sections), "part")}', values={
+            'seconds': checked.seconds, 'rate_hz': checked.rate,
+            'parts': len(checked.sections)})]
+    for note in (*_unread(robot.file), *checked.notes):
         joint, colon, words = note.partition(': ')
         of_joint = bool(colon) and joint in robot.joints
         advice, grade = '', WARN
@@ -322,8 +324,8 @@ def check_robot(log: str | Path, robot: Robot, *, recorded: Mapping[str, str] | 
         findings.append(DataFinding(joint if of_joint else 'log', 'note', words if of_joint else
                                     note, advice, hurts(diagnosis=grade)))
     model = robot_model(robot.file, robot.values, False)
-    if found.kind == TORQUE and model.kp is not None:
-        evidence = RobotEvidence([rows_of(found, model)])
+    if checked.kind == TORQUE and model.kp is not None:
+        evidence = RobotEvidence([rows_of(checked, model)])
         findings += [DataFinding('log', 'held setpoint', words, '', hurts(diagnosis=WARN))
                      for words in balance.held_setpoints(evidence, evidence.fit())]
     _, doubts = as_named(read, robot, reading)
@@ -336,7 +338,7 @@ def check_robot(log: str | Path, robot: Robot, *, recorded: Mapping[str, str] | 
     return sorted(findings, key=lambda finding: places.index(finding.group))
 
 
-def as_named(logs: Sequence[RobotLog], robot: Robot, reading: ReadOptions, left: float = 0.0
+def as_named(logs: Sequence[RobotLog], robot: Robot, reading: ReadOptions, floor: float = 0.0
              ) -> tuple[list[RobotLog], list[str]]:
     """
     Return logs as weight and inertia say that they have to be read, and that in words.
@@ -344,18 +346,18 @@ def as_named(logs: Sequence[RobotLog], robot: Robot, reading: ReadOptions, left:
     Args:
         logs: of the robot, of one driver: the one that contradicts most tells of all.
         robot: of `load_robot`.
-        reading: what the user states; joints of its conventions are read as it says.
-        left: least misfit of a reference, which is read rightly.
+        reading: as the user states it; joints of its conventions are read as it says.
+        floor: least misfit of a reference, which is read rightly.
     """
     model, limits = robot_model(robot.file, robot.values, False), (robot.file.low, robot.file.high)
     stated = conventions_of(reading.conventions, robot.joints)
     log = max(logs, key=lambda log: misfit(log, model, limits)) if len(logs) > 1 else logs[0]
-    named = named_readings(log, model, limits, [robot.joints.index(joint) for joint in stated],
-                           left)
-    if not named:
+    readings = named_readings(log, model, limits,
+                              [robot.joints.index(joint) for joint in stated], floor)
+    if not readings:
         return list(logs), []
-    return ([log_as_read(x, [n.reading for n in named]) for x in logs],
-            [f'{log.name}: {reading_words(n, robot.joints)}' for n in named])
+    return ([log_as_read(x, [n.reading for n in readings]) for x in logs],
+            [f'{log.name}: {reading_words(n, robot.joints)}' for n in readings])
 
 
 def robot_effects() -> set[str]:

@@ -47,14 +47,14 @@ def load_model(path: str | Path, joint: str | None = None, *, arm_joint: str | N
         actuator: actuator of the joint, where several act on it.
         root: folder below which the files lie that the simulator's file includes, None for its
             own folder.
-        values: values that the simulator's file lacks, or a YAML file of them.
+        values: further values, not in the simulator's file, or a YAML file of them.
 
     Returns:
         The model. What it has no key for (ranges of setpoints and of the joint) goes with it, and
         with models derived from it, to `load_recording`.
 
     Raises:
-        InputError: naming file, key, value and what was expected.
+        InputError: naming file, key, value and the expectation.
 
     >>> from gearbox_monitor.files.opening import config_path
     >>> load_model(config_path('drive.yaml')).transmission.kind
@@ -189,8 +189,8 @@ class SimulatorFile(Shown, Saved):
     """
     A model in the terms of a simulator.
 
-    to: one of TARGETS. into: the file that was patched. before: its bytes. patch: what became of
-    it. drive: in the MJCF file, None in a URDF. notes: what acts in the file otherwise.
+    to: one of TARGETS. into: the file that was patched. before: its bytes. patch: its changes.
+    drive: in the MJCF file, None in a URDF. notes: on forces that act in the file alone.
     """
 
     to: str
@@ -241,7 +241,7 @@ def export_model(model: DriveModel, to: str, into: str | Path, *, joint: str,
         The file: `text`, `diff`, `lacking`; `save` writes it.
 
     Raises:
-        InputError: naming what the file lacks, or has and no model can have.
+        InputError: naming what is missing from the file, or unknown to any model.
 
     >>> from gearbox_monitor.files.opening import config_path
     >>> model = DriveModel().with_(kind='rigid', position_gain=0.0)
@@ -306,7 +306,7 @@ def with_backlash(into: str | Path, backlash: float, *, joint: str,
         The file; `notes` states a stiffness that was taken.
 
     Raises:
-        InputError: naming what the file lacks: the motor's inertia, the joint.
+        InputError: naming the missing part of the file: the motor's inertia, the joint.
     """
     if not 0.0 <= backlash < math.inf:
         raise InputError(f'backlash: {backlash:g}, expected a width of 0 or more, rad or m')
@@ -368,6 +368,6 @@ def _of_law(model: DriveModel) -> Sequence[str]:
 
 
 def _beyond(drive: MjcfDrive) -> Sequence[str]:
-    """Return notes about what acts on the joints in the file and in no model."""
+    """Return notes about forces on the joints that no model has."""
     return [f'note: joint {row.joint}: {row}: it goes on acting in {drive.path.name}, and no '
             'model here has it' for row in drive.refusals()]

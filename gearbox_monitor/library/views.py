@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import singledispatch
 from html import escape
 from pathlib import Path
-from typing import Any, TYPE_CHECKING
+from typing import Any, TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -20,6 +20,8 @@ from gearbox_monitor.estimation.estimates import COLUMNS, Estimates, SMOOTHED_CO
 from gearbox_monitor.files.opening import plain, write_new
 from gearbox_monitor.files.watch_file import save_watch
 from gearbox_monitor.files.yaml_files import save_model, write_parameters
+from gearbox_monitor.health.backlash.features import NotExcited
+from gearbox_monitor.health.backlash.features import width_of
 from gearbox_monitor.library.estimation import BacklashWindows, RecordingEstimates
 from gearbox_monitor.library.identify import TunedParameters, write_adapted
 from gearbox_monitor.library.recording import DriveRecording
@@ -27,7 +29,7 @@ from gearbox_monitor.library.recording_report import ReportPages
 from gearbox_monitor.library.robot import RobotDiagnosis
 from gearbox_monitor.library.simulator_file import expect_path, SimulatorFile
 from gearbox_monitor.plant.drive import DriveModel, expect_model
-from gearbox_monitor.presentation import on_axis
+from gearbox_monitor.presentation import number, on_axis, percent, Quantity
 from gearbox_monitor.recordings.joint_input import match_stamps
 from gearbox_monitor.report.diagnosis_evidence import gather
 from gearbox_monitor.report.diagnosis_page import diagnosis_page
@@ -35,7 +37,8 @@ from gearbox_monitor.report.robot_gap_page import robot_gap_page
 from gearbox_monitor.report.robot_words import robot_text
 from gearbox_monitor.report.summary import summary
 from gearbox_monitor.report.watch_words import watch_headline, watch_text
-from gearbox_monitor.report.words import number, value_rows, value_text, width_and_std
+from gearbox_monitor.report.sentences import phrase
+from gearbox_monitor.report.words import value_rows
 from gearbox_monitor.simulators.randomisation import randomisation
 from gearbox_monitor.watch.record import Watch
 
@@ -44,6 +47,7 @@ if TYPE_CHECKING:
 
 ROWS = 10  # of a long table in a notebook
 Columns = Mapping[str, Any]  # {name: values [N]}
+Entry = TypeVar('Entry')
 
 
 # ---------------------------------------------------------------------- a line, and words
@@ -86,7 +90,7 @@ def _(recording: DriveRecording) -> str:
 def _(estimates: Estimates) -> str:
     n = len(estimates.stamp_ns)
     span = (estimates.stamp_ns.max() - estimates.stamp_ns.min()) * 1e-9 if n else 0.0
-    rms = f'; tau_k {_rms(estimates.tau_k):.3g} N m rms' if n else ''
+    rms = f'; tau_k {number(_rms(estimates.tau_k), "N m")} rms' if n else ''
     return f'{type(estimates).__name__}({n} in {span:.2f} s{rms})'
 
 
@@ -96,7 +100,7 @@ def _(estimates: RecordingEstimates) -> str:
     if estimates.backlash:
         newest = estimates.backlash[-1]
         unit = on_axis('rad', estimates.recording.model.axis)
-        lines.append(f'gap {width_and_std(newest.gap, newest.gap_std, unit)} in the newest of '
+        lines.append(f'backlash {width_of(newest.gap, newest.gap_std, unit)} in the newest of '
                      f'{len(estimates.backlash)} windows')
     lines += [f'{name}: {outcome.level.name}: {outcome.message}'
               for name, outcome in estimates.outcomes.items()]
@@ -109,9 +113,9 @@ def _(windows: BacklashWindows) -> str:
     if gap is None:
         text = windows.reason
     elif windows.separable or lost is None:
-        text = f'gap {width_and_std(gap.value, gap.std, unit)}'
+        text = f'backlash {Quantity(gap.value, gap.std, unit)}'
     else:
-        text = (f'lost motion {width_and_std(lost.value, lost.std, unit)}, gap and compliance '
+        text = (f'lost motion {Quantity(lost.value, lost.std, unit)}, backlash and compliance '
                 'are not separable')
     return f'BacklashWindows({windows.recording.name!r}: {len(windows.fits)} windows; {text})'
 
@@ -122,28 +126,29 @@ def _(verdict: Verdict) -> str:
     closed = verdict.closed_fraction
     return (f'Verdict({verdict.verdict!r}' + ('' if verdict.verdict == 'none' else f': {text}')
             + f'; gap {number(verdict.gap_before)} before, {number(verdict.gap_after)} after'
-            + ('' if closed is None else f', {100 * closed:.1f} % closed') + ')')
+            + ('' if closed is None else f', {percent(closed)} closed') + ')')
 
 
 @words.register
 def _(verdict: Verdict) -> str:
     data, axis = plain(verdict.to_dict()), verdict.basis.model.axis
     return '\n'.join([summary(data, axis), *(
-        f'{row[0]} {value_text(row)}' for row in value_rows(data, axis)),
+        f'{row.effect} {row}' for row in value_rows(data, axis)),
         f'gap {number(verdict.gap_before)} before, {number(verdict.gap_after)} after, in standard '
         'deviations of the noise; 1 is the floor', *_notes(verdict.warnings)])
 
 
 @brief.register
 def _(fit: NominalFit) -> str:
-    start = '' if fit.gap_before is None else f'{fit.gap_before:.4g} -> '
-    values = ', '.join(f'{v.name} {v.value:.4g}' for v in fit.values if v.determined)
-    return f'NominalFit({values or "no value determined"}; gap {start}{fit.gap_after:.4g})'
+    start = '' if fit.gap_before is None else f'{number(fit.gap_before)} -> '
+    values = ', '.join(f'{v.name} {Quantity(v.value, v.error)}' for v in fit.values
+                       if v.determined)
+    return f'NominalFit({values or "no value determined"}; gap {start}{number(fit.gap_after)})'
 
 
 @brief.register
 def _(tuned: TunedParameters) -> str:
-    values = ', '.join(f'{name} {value:.4g}' for name, value in tuned.values.items()
+    values = ', '.join(f'{name} {number(value)}' for name, value in tuned.values.items()
                        if not isinstance(value, str))
     note = '; nothing is more likely than those before' if tuned.kept else ''
     return f'TunedParameters({tuned.parameters.filter}: {values}{note})'
@@ -157,7 +162,7 @@ def _(adapted: Adapted) -> str:
 
 @brief.register
 def _(ranges: ParameterRanges) -> str:
-    rows = ', '.join(f'{name} {low:.4g} to {high:.4g}' for name, low, high in zip(
+    rows = ', '.join(f'{name} {number(low)} to {number(high)}' for name, low, high in zip(
         ranges.names, ranges.low, ranges.high))
     return f'ParameterRanges({rows})'
 
@@ -202,22 +207,19 @@ def _(pages: ReportPages) -> str:
 
 # ---------------------------------------------------------------------- tables
 
-@singledispatch
 def columns(result: Any) -> Columns:
     """Return the `result` as a table, {name: values [N]}."""
-    raise NotImplementedError(type(result))
+    return _entry(TABLES, result)(result)
 
 
-@columns.register
-def _(recording: DriveRecording) -> Columns:
+def _recorded(recording: DriveRecording) -> Columns:
     names = ['t', 'torque' if recording.model.controller is None else 'setpoint', 'motor', 'arm']
     if not np.isnan(recording.arm_torque).all():
         names.append('arm_torque')
     return {name: getattr(recording, name) for name in names}
 
 
-@columns.register
-def _(estimates: Estimates) -> Columns:
+def _estimated(estimates: Estimates) -> Columns:
     table = {'stamp_ns': estimates.stamp_ns, **{name: getattr(estimates, name)
                                                 for name in COLUMNS}}
     i, j = match_stamps(estimates.stamp_ns, estimates.smoothed_stamp_ns)
@@ -227,79 +229,59 @@ def _(estimates: Estimates) -> Columns:
     return table
 
 
-@columns.register
-def _(estimates: RecordingEstimates) -> Columns:
-    return {'t': estimates.t, **columns.dispatch(Estimates)(estimates)}
-
-
-@columns.register
-def _(windows: BacklashWindows) -> Columns:
+def _windows(windows: BacklashWindows) -> Columns:
     names = ('gap', 'gap_std', 'stiffness', 'stiffness_std', 'hysteresis', 'hysteresis_std',
-             'lost_motion', 'lost_motion_std', 'separable', 'reason')
-    usual = dict.fromkeys(names, np.nan) | {'separable': False, 'reason': ''}
+             'lost_motion', 'lost_motion_std', 'separable')
+    usual = dict.fromkeys(names, np.nan) | {'separable': False}
     return {'end': windows.ends, **{
-        name: [getattr(fit, name, usual[name]) for fit in windows.fits] for name in names}}
+        name: [getattr(fit, name, usual[name]) for fit in windows.fits] for name in names},
+        'reason': [phrase(fit.said) if isinstance(fit, NotExcited) else ''
+                   for fit in windows.fits]}
 
 
-@columns.register
-def _(verdict: Verdict) -> Columns:
-    rows = [(f.effect, f.place, name, value, f.deviations.get(name), f.share)
-            for f in verdict.findings for name, value in f.values.items()]
-    return _by_name(rows, ('effect', 'place', 'parameter', 'value', 'deviation', 'share'))
-
-
-@columns.register
-def _(fit: NominalFit) -> Columns:
-    names = ('name', 'unit', 'start', 'value', 'error', 'determined')
-    return {name: [getattr(v, name) for v in fit.values] for name in names}
-
-
-@columns.register
-def _(tuned: TunedParameters) -> Columns:
-    rows = [(name, getattr(tuned.before, name), value, tuned.errors[name])
-            for name, value in tuned.values.items()]
-    return _by_name(rows, ('parameter', 'before', 'value', 'relative_error'))
-
-
-@columns.register
-def _(ranges: ParameterRanges) -> Columns:
-    return {'name': ranges.names, 'unit': ranges.units, 'low': ranges.low,
-            'median': ranges.centre, 'high': ranges.high, 'between': ranges.between}
-
-
-@columns.register
-def _(adapted: Adapted) -> Columns:
+def _adapted(adapted: Adapted) -> Columns:
     fitted = adapted.fit.values if adapted.fit else ()
     rows: list[tuple[Any, ...]] = [(v.name, v.start, v.value, v.error) for v in fitted]
     rows += [(name, *pair, None) for name, pair in adapted.tolerances.items()]
     rows += [(name, getattr(adapted.estimator, name), value, None)
              for name, value in adapted.parameters.items()]
-    return _by_name(rows, ('name', 'before', 'value', 'error'))
+    return _by_name(rows, 'name', 'before', 'value', 'error')
 
 
-@columns.register
-def _(file: SimulatorFile) -> Columns:
-    rows = [(c.element, c.attribute, c.before, c.after) for c in file.patch.changes]
-    return _by_name(rows, ('element', 'attribute', 'before', 'after'))
+def _by_name(rows: Iterable[tuple[Any, ...]], *names: str) -> Columns:
+    listed = list(rows)
+    return {name: [row[k] for row in listed] for k, name in enumerate(names)}
 
 
-@columns.register
-def _(diagnosis: RobotDiagnosis) -> Columns:
-    rows = [(f.effect, f.joint or f.link, name, value, f.deviations.get(name))
-            for f in diagnosis.findings for name, value in f.values.items()]
-    return _by_name(rows, ('effect', 'at', 'parameter', 'value', 'deviation'))
-
-
-@columns.register
-def _(watch: Watch) -> Columns:
-    rows = [(j.name, s.kind, s.size, s.std, s.judged) for j in watch.joints for s in j.states]
-    return _by_name(rows, ('joint', 'state', 'size', 'deviation', 'judged'))
-
-
-@columns.register
-def _(pages: ReportPages) -> Columns:
-    rows = list(pages.pages.items()) or [('', pages.page)]
-    return _by_name(rows, ('gearbox', 'page'))
+TABLES: dict[type, Callable[[Any], Columns]] = {
+    DriveRecording: _recorded, Estimates: _estimated, BacklashWindows: _windows,
+    Adapted: _adapted,
+    RecordingEstimates: lambda estimates: {'t': estimates.t, **_estimated(estimates)},
+    Verdict: lambda verdict: _by_name(
+        ((f.effect, f.place, name, value, f.deviations.get(name), f.share)
+         for f in verdict.findings for name, value in f.values.items()),
+        'effect', 'place', 'parameter', 'value', 'deviation', 'share'),
+    RobotDiagnosis: lambda diagnosis: _by_name(
+        ((f.effect, f.joint or f.link, name, value, f.deviations.get(name))
+         for f in diagnosis.findings for name, value in f.values.items()),
+        'effect', 'at', 'parameter', 'value', 'deviation'),
+    NominalFit: lambda fit: {name: [getattr(v, name) for v in fit.values] for name in (
+        'name', 'unit', 'start', 'value', 'error', 'determined')},
+    TunedParameters: lambda tuned: _by_name(
+        ((name, getattr(tuned.before, name), value, tuned.errors[name])
+         for name, value in tuned.values.items()), 'parameter', 'before', 'value',
+        'relative_error'),
+    ParameterRanges: lambda ranges: {
+        'name': ranges.names, 'unit': ranges.units, 'low': ranges.low, 'median': ranges.centre,
+        'high': ranges.high, 'between': ranges.between},
+    SimulatorFile: lambda file: _by_name(
+        ((c.element, c.attribute, c.before, c.after) for c in file.patch.changes),
+        'element', 'attribute', 'before', 'after'),
+    ReportPages: lambda pages: _by_name(pages.pages.items() or [('', pages.page)], 'gearbox',
+                                        'page'),
+    Watch: lambda watch: _by_name(
+        ((j.name, s.kind, s.size, s.std, s.judged) for j in watch.joints for s in j.states),
+        'joint', 'state', 'size', 'deviation', 'judged')}
 
 
 def frame(result: Any) -> Any:
@@ -333,10 +315,6 @@ def _cell(value: Any) -> str:
     return str(value)
 
 
-def _by_name(rows: list[tuple[Any, ...]], names: tuple[str, ...]) -> Columns:
-    return {name: [row[k] for row in rows] for k, name in enumerate(names)}
-
-
 def _rms(value: Any) -> float:
     return float(np.sqrt(np.nanmean(np.square(value))))
 
@@ -352,22 +330,21 @@ def figure(result: Any) -> 'Figure':
 
 # ---------------------------------------------------------------------- pages and files
 
-@singledispatch
 def page(result: Any) -> str:
     """Return the page of the `result` as HTML."""
-    raise NotImplementedError(type(result))
+    return _entry(PAGES, result)(result)
 
 
-@page.register
-def _(verdict: Verdict) -> str:
+def _verdict_page(verdict: Verdict) -> str:
     data, model = plain(verdict.to_dict()), verdict.basis.model
     return diagnosis_page({'summary': summary(data, model.axis), **data}, gather(verdict, model),
                           verdict.basis.recordings)
 
 
-@page.register
-def _(diagnosis: RobotDiagnosis) -> str:
-    return robot_gap_page(diagnosis.data, diagnosis.robot.file.chain, diagnosis.posture)
+PAGES: dict[type, Callable[[Any], str]] = {
+    Verdict: _verdict_page,
+    RobotDiagnosis: lambda diagnosis: robot_gap_page(
+        diagnosis.data, diagnosis.robot.file.chain, diagnosis.posture)}
 
 
 def write_page(result: Any, path: str | Path) -> Path:
@@ -381,53 +358,35 @@ def write_page(result: Any, path: str | Path) -> Path:
     return write_new(expect_path(path, 'path', 'a new file'), page(result))
 
 
-@singledispatch
 def save(result: Any, path: str | Path) -> Path:
     """
-    Write what the `result` is to a new file. Raises InputError.
+    Write the `result` to a new file, and return that. Raises InputError.
 
     Args:
         result: that a file can hold.
         path: of the file.
     """
-    raise NotImplementedError(type(result))
-
-
-@save.register
-def _(model: DriveModel, path: str | Path) -> Path:
-    save_model(path, expect_model(model), [f'Written by gearbox_monitor {__version__}.'])
+    _entry(WRITERS, result)(result, path)
     return Path(path)
 
 
-@save.register
-def _(tuned: TunedParameters, path: str | Path) -> Path:
-    write_parameters(path, tuned.before, ('', {}), tuned.figures)
-    return Path(path)
-
-
-@save.register
-def _(ranges: ParameterRanges, path: str | Path) -> Path:
-    return write_new(path, randomisation(ranges, 'yaml'))
-
-
-@save.register
-def _(adapted: Adapted, path: str | Path) -> Path:
-    return write_adapted(path, adapted, 'recordings')
-
-
-@save.register
-def _(file: SimulatorFile, path: str | Path) -> Path:
-    return write_new(path, file.text)
-
-
-@save.register
-def _(diagnosis: RobotDiagnosis, path: str | Path) -> Path:
+def _write_closed(diagnosis: RobotDiagnosis, path: str | Path) -> None:
     if diagnosis.closed is None:
-        raise InputError(f'{path}: no finding can stand in the file of the robot, expected one')
-    return write_new(path, diagnosis.closed)
+        raise InputError(f'{path}: the file of the robot can hold no finding, expected one')
+    write_new(path, diagnosis.closed)
 
 
-@save.register
-def _(watch: Watch, path: str | Path) -> Path:
-    save_watch(path, watch)
-    return Path(path)
+WRITERS: dict[type, Callable[[Any, str | Path], object]] = {
+    DriveModel: lambda model, path: save_model(
+        path, expect_model(model), [f'Written by gearbox_monitor {__version__}.']),
+    TunedParameters: lambda tuned, path: write_parameters(
+        path, tuned.before, ('', {}), tuned.figures),
+    ParameterRanges: lambda ranges, path: write_new(path, randomisation(ranges, 'yaml')),
+    Adapted: lambda adapted, path: write_adapted(path, adapted, 'recordings'),
+    SimulatorFile: lambda file, path: write_new(path, file.text),
+    Watch: lambda watch, path: save_watch(path, watch), RobotDiagnosis: _write_closed}
+
+
+def _entry(views: Mapping[type, Entry], result: Any) -> Entry:
+    """Return the entry of the type of `result`, or of the nearest one above it."""
+    return next(views[kind] for kind in type(result).__mro__ if kind in views)

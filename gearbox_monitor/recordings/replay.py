@@ -18,7 +18,7 @@ from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.interval_smoother import smooth_interval
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, S_TAU_K, smoother_parameters
 from gearbox_monitor.estimation.sample_loop import ESTIMATE, REASONS, stamp_codes, START
-from gearbox_monitor.health import health_words
+from gearbox_monitor.health import wear_outcome
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import DriveModel
@@ -310,7 +310,7 @@ class ReplaySummary:
             'gap_rad': [round(w.gap, 6) for w in player.monitor.windows] if player.whole else [],
             'levels': {k: f.level.name for k, f in player.monitor.outcomes.items()}
             if player.whole else {},
-            'wear': health_words.figures(player.monitor.health) if player.whole else None,
+            'wear': wear_outcome.figures(player.monitor.health) if player.whole else None,
         }
         if self._truth and counted:
             n, error, true, covered = self._sums

@@ -23,11 +23,12 @@ Public names, by module:
     recording_page: figures, headline, recording_page, robot_page
     robot_gap_page: robot_gap_page
     robot_words: finding_words, reading_words, robot_headline, robot_text
-    summary: change, in_unit, PLACES, sized, summary, with_deviation
+    sentences: CHANGES, phrase, title
+    summary: PLACES, summary
     timeline: EstimatorChoice, measured, RecordedAlert, RecordingFacts, Timeline, timeline_of,
         TimelineSource
     watch_words: watch_data, watch_headline, watch_text
     words: change_sentence, counted, dense_regions, ids_of, meaning, NAMING, next_steps,
-        NO_FILES, number, percent, place_text, SUGGESTED, suggestion, torque_map_of, undefined,
-        unit_of, UserFiles, value_rows, value_text, width_and_std
+        NO_FILES, place_text, SUGGESTED, suggestion, torque_map_of, undefined, unit_of,
+        UserFiles, value_rows
 """

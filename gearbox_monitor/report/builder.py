@@ -4,7 +4,7 @@
 """
 The builder of all pages: a list of sections becomes one HTML file that loads nothing.
 
-A section gathers its data and names its template. Templates (Jinja2, autoescaped) stand in
+A section gathers its data and names its template. Templates (Jinja2, autoescaped) are in
 templates/, style and script in assets/; both are inlined.
 """
 import base64
@@ -43,7 +43,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Page:
-    """A page: its title, what stands above the sections, the sections, the axis of the drive."""
+    """A page: its title, the part above the sections, the sections, the axis of the drive."""
 
     title: str
     summary: Section
@@ -61,7 +61,7 @@ class PageTable:
 
 
 def units_of(text: str, axis: str) -> str:
-    """Return `text` with the units of `axis`; what is escaped stays so."""
+    """Return `text` with the units of `axis`; escaped text stays escaped."""
     return type(text)(on_axis(text, axis))
 
 
@@ -109,7 +109,7 @@ def framed(page: Page, template: str, script: str, sources: str = '') -> tuple[s
         page: its title and sections.
         template: in templates/.
         script: in assets/.
-        sources: what the policy allows beside the script.
+        sources: further sources that the policy allows.
     """
     code = asset(script)
     policy = content_policy(code) + sources

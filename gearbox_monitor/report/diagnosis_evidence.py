@@ -65,7 +65,7 @@ def _rms(value: Array, at: Integers, bins: int, fewest: float) -> Array:
 
 def smoothed(residual: Array, dt: float, seconds: float = 0.02) -> Array:
     """
-    Return the moving mean [N] of a residual [N] over `seconds`: what is more than noise.
+    Return the moving mean [N] of a residual [N] over `seconds`, which removes most of the noise.
 
     Args:
         residual: residual of one encoder [N].
@@ -127,7 +127,7 @@ def gather(verdict: Verdict, model: DriveModel) -> DiagnosisEvidence:
     Return the evidence behind a verdict, of the recording with the largest gap.
 
     Args:
-        verdict: with what the search found.
+        verdict: of the search.
         model: the nominal model.
 
     Returns:
@@ -172,7 +172,7 @@ def measures_twist(recording: UniformRecording, model: DriveModel) -> bool:
 
 
 def _label(quantity: str, recording: UniformRecording) -> str:
-    """Return what a quantity is and its unit: with one encoder, all is of its side."""
+    """Return the name of a quantity with its unit; one encoder shows its own side alone."""
     words = QUANTITIES[quantity]
     if _both_sides(recording):
         return words

@@ -1,7 +1,7 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The page of a diagnosis: the effect, its place, how certain it is, and what it closes."""
+"""The page of a diagnosis: the effect, its place, its certainty, and the share it explains."""
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 import re
@@ -10,22 +10,20 @@ from typing import Any, TypeAlias
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import library
-from gearbox_monitor.presentation import on_axis
+from gearbox_monitor.presentation import number, on_axis, percent
 from gearbox_monitor.report.builder import (
     Page, PageTable, render_page, Section, verdict_numbers)
 from gearbox_monitor.report.chart import BarRow, Bars, Chart, Panel, Span, Trace
 from gearbox_monitor.report.diagnosis_evidence import (
     DiagnosisEvidence, explained_by, MissingSignal, RUN_ROLES, whole_chart, window_chart)
 from gearbox_monitor.report.words import (
-    dense_regions, gain_text, ids_of, meaning, MEANINGS, NAMING, next_steps, NO_FILES, number,
-    percent, place_text, sentence, torque_map_of, undefined, unit_of, UserFiles, value_rows,
-    value_text)
+    dense_regions, gain_text, ids_of, meaning, MEANINGS, NAMING, next_steps, NO_FILES,
+    place_text, sentence, torque_map_of, undefined, unit_of, UserFiles, value_rows)
 from gearbox_monitor.signals.uniform import UniformRecording
 
 VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a verdict
 RANKED = 10
 RIVALS = 6
-LONGEST = 12  # characters of a value in the summary: a number, no table
 NOISE_RANGE = (0.9, 1.5)  # gaps that are always in view: noise must not look large
 
 
@@ -53,7 +51,7 @@ def diagnosis_page(data: VerdictData, evidence: DiagnosisEvidence,
         data: the verdict as plain data.
         evidence: arrays behind it.
         recordings: those it is about.
-        context: what accompanies it.
+        context: files and commands of the user.
 
     Returns:
         One file that loads nothing.
@@ -78,13 +76,14 @@ def _summary(data: VerdictData, axis: str) -> Section:
     facts = [('gap before', number(data['gap_before']))]
     if data['verdict'] != 'none':
         facts.append(('gap after', number(data['gap_after'])))
-        facts.append(('closed', percent(data.get('closed_fraction'))))
+        closed = data.get('closed_fraction')
+        facts.append(('closed', 'not defined' if closed is None else str(percent(closed))))
     if data['verdict'] in NAMING:
         facts.append(('indistinguishable from it', ', '.join(data['confusable']) or 'nothing'))
     colour = {'none': 'good', 'unknown': 'warn', 'incomplete': 'warn'}
     rows = value_rows(data, axis)
-    sizes = {name: ', '.join(value_text(row) for row in rows
-                             if row.effect == name and len(row.value) <= LONGEST)
+    sizes = {name: ', '.join(str(row) for row in rows
+                             if row.effect == name and row.size is not None)
              for name in ids_of(data)}
     return Section('diagnosis/summary.html', {
         'kind': colour.get(data['verdict'], ''), 'headline': data['summary'], 'facts': facts,
@@ -93,7 +92,7 @@ def _summary(data: VerdictData, axis: str) -> Section:
 
 
 def _steps(data: VerdictData, context: PageContext, axis: str) -> Section:
-    """Return advice and what goes with it: changes of a file, a command, files beside the page."""
+    """Return advice, with the changes of a file, a command and further files."""
     return Section('diagnosis/next.html', {
         'steps': [sentence(step) for step in next_steps(data, context.files, axis)],
         'changes': context.changes, 'command': ' \\\n    '.join(context.command),
@@ -112,7 +111,7 @@ def _gaps(data: VerdictData, validated: str | None) -> Section:
         if share is not None:
             note = (f'90 % interval {percent(interval[0])} to {percent(interval[1])}'
                     if interval else '')
-            closed.append(BarRow(name, note, share, percent(share), 'closed', interval))
+            closed.append(BarRow(name, note, share, str(percent(share)), 'closed', interval))
     top = max([NOISE_RANGE[1], *(row.value for row in gaps if row.value is not None)])
     whole = max([1.0, *(v for row in closed for v in (row.value, *(row.interval or ()))
                         if v is not None)])
@@ -177,7 +176,7 @@ def _location(data: VerdictData, evidence: DiagnosisEvidence) -> Section:
         for place, part in data['where']['places'].items():
             role = 'closed' if place == data['where']['place'] else 'closed faint'
             rows.append(BarRow(place_text(place), '', part['explained'],
-                               percent(part['explained']), role))
+                               str(percent(part['explained'])), role))
     if data['verdict'] != 'none':
         regions = dense_regions(data['where'].get('region') or {}, 'twist' in evidence.labels)
     charts = []
@@ -209,7 +208,7 @@ def _missing(missing: MissingSignal | None, labels: Mapping[str, str]) -> dict[s
 
 
 def _ranking(data: VerdictData, evidence: DiagnosisEvidence) -> Section:
-    """Return gains of the effects, and what the recording can distinguish."""
+    """Return gains of the effects, and which of them the recording distinguishes."""
     gains: Mapping[str, float] = data.get('gains') or {}
     effect, rivals = data.get('effect'), data.get('confusable') or ()
     ranking = sorted(gains, key=lambda name: gains[name], reverse=True)[:RANKED]
@@ -233,7 +232,7 @@ def _ranking(data: VerdictData, evidence: DiagnosisEvidence) -> Section:
 
 def _imitators(separations: Mapping[str, tuple[float, Mapping[str, float]]]
                ) -> list[dict[str, Any]]:
-    """Return each effect, its evidence d, and what the nearest imitators leave of it."""
+    """Return each effect, its evidence d, and the part that its nearest imitators leave."""
     imitators = []
     for name, (d, shares) in separations.items():
         nearest = sorted(shares.items(), key=lambda item: item[1])[:RIVALS]
@@ -252,8 +251,8 @@ def _values(data: VerdictData, axis: str) -> Section:
     words, knots = torque_map_of(data) or ('', [])
     return Section('diagnosis/values.html', {
         'nearest_only': data['verdict'] == 'incomplete', 'torque_map': words,
-        'parameters': PageTable(('effect', 'parameter', 'value', 'standard error', 'unit',
-                                 'in the model', 'change'), value_rows(data, axis), (2, 3, 5, 6)),
+        'parameters': PageTable(('effect', 'parameter', 'value', 'in the model', 'change'), [
+            row.cells for row in value_rows(data, axis)], (2, 3, 4)),
         'knots': PageTable(('at', f'torque, {on_axis("N m", axis)}', 'standard error'), knots,
                            (0, 1, 2)),
         'equations': [(name, effects[name].equation) for name in params if name in effects],
@@ -264,9 +263,9 @@ def _values(data: VerdictData, axis: str) -> Section:
 
 def _doubts(data: VerdictData, recordings: Sequence[UniformRecording],
             evidence: DiagnosisEvidence) -> Section:
-    """Return the recordings, their noise, and what speaks against the verdict."""
+    """Return the recordings, their noise, and the doubts about the verdict."""
     noise = ', '.join(
-        f'{name} {number(value)} {unit_of(name, "rad")}' for name, value in
+        f'{name} {number(value, unit_of(name, "rad"))}' for name, value in
         zip(evidence.overlay.recording.readings, data['sigma']) if value is not None)
     misfit = data.get('misfit') or {}
     excess, structure = misfit.get('excess'), misfit.get('structure')

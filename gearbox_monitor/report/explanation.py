@@ -9,14 +9,14 @@ Each text comes from the object itself: an Effect, a RobotEffect, a Condition, a
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 import math
-import re
 
 from gearbox_monitor.diagnosis.robot.robot_effects import BASE, JOINT, ROBOT_EFFECTS, RobotEffect
 from gearbox_monitor.health.backlash import change_tests
-from gearbox_monitor.health.checks.outcome import Condition, Level, LEVELS
+from gearbox_monitor.health.checks.outcome import Condition, Level
 from gearbox_monitor.health.monitor import CONDITIONS
 from gearbox_monitor.plant.effects import Effect, EFFECTS, library, Parameter
 from gearbox_monitor.report.summary import PLACES
+from gearbox_monitor.report.sentences import LEVELS, TABLE, title
 from gearbox_monitor.report.words import sentence, SEPARATES
 from gearbox_monitor.simulators.mjcf import CONSTRUCT, expression_of, NATIVE, REFUSED
 from gearbox_monitor.simulators.urdf_patch import in_urdf
@@ -26,7 +26,7 @@ OF_CONDITION = ('What it says', 'When', 'Window', 'Values', 'What to do')
 OF_LEVEL = ('What it says', 'What to do')
 WAYS = {NATIVE: '', CONSTRUCT: ' (approximately)', REFUSED: ' (not in the file)'}
 ALL_CONDITIONS = (*CONDITIONS, *change_tests.CONDITIONS)
-ALIKE = 'no motion tells them apart'
+ALIKE = 'no motion distinguishes them'
 
 
 @dataclass(frozen=True)
@@ -58,9 +58,9 @@ def parameters_of(effect: Effect) -> str:
 
 def rivals(name: str) -> dict[str, str]:
     """
-    Return {id of another effect: motion that tells it from the effect `name`}.
+    Return {id of another effect: motion that distinguishes it from the effect `name`}.
 
-    Of the effects' own tables: what separates them, twins, and columns that are the same in the
+    From the effects' own tables: separating motions, twins, and columns that are the same in the
     balance of a robot.
     """
     out: dict[str, str] = {}
@@ -79,7 +79,7 @@ def rivals(name: str) -> dict[str, str]:
 
 
 def in_simulators(effect: Effect) -> tuple[str, ...]:
-    """Return what an effect becomes in the file of each simulator."""
+    """Return how the file of each simulator expresses an effect."""
     mjcf = expression_of(effect.id)
     return f'MuJoCo: {mjcf.words}{WAYS[mjcf.kind]}', f'URDF: {in_urdf(effect)}'
 
@@ -90,9 +90,9 @@ def explained_effect(effect: Effect) -> Explanation:
         OF_EFFECT, (
             (sentence(effect.meaning), effect.equation, parameters_of(effect)),
             (effect.shows,),
-            tuple(f'{other}: {motion}' for other, motion in rivals(effect.id).items())
-            or ('nothing that another motion would tell apart; diagnose lists what a recording '
-                'leaves open',),
+            tuple(f'{rival}: {motion}' for rival, motion in rivals(effect.id).items())
+            or ('no effect that another motion would distinguish; diagnose lists those that a '
+                'recording leaves open',),
             in_simulators(effect),
             ('a plug-in' if effect.torques else effect.since,)))))
 
@@ -105,24 +105,25 @@ def explained_robot_effect(effect: RobotEffect) -> Explanation:
     return Explanation(f'{effect.id} ({place})', dict(zip(OF_EFFECT, (
         (sentence(effect.meaning), values), (effect.shows,),
         ('diagnose lists the effects that a log leaves open as confusable',),
-        ('MuJoCo, URDF: diagnose --out writes the file with what has an attribute there, and '
-         'lists the rest',), (effect.since,)))))
+        ('MuJoCo, URDF: diagnose --out writes the file with all that has an attribute there, '
+         'and lists the others',), (effect.since,)))))
 
 
 def explained_condition(condition: Condition) -> Explanation:
     """Return the Explanation of a condition of a component."""
+    words, says = TABLE[condition.code], title(condition.code)
     return Explanation(
-        f'{condition.component}: {condition.says}', dict(zip(OF_CONDITION, (
-            (f'{condition.level.name} of {condition.component}: {condition.says}.',),
-            (condition.when,), (condition.window,),
-            (', '.join(condition.value) or 'none: the message alone',), (condition.advice,)))))
+        f'{condition.component}: {says}', dict(zip(OF_CONDITION, (
+            (f'{condition.level.name} of {condition.component}: {says}.',),
+            (words.when,), (words.window,),
+            (', '.join(condition.value) or 'none: the message alone',), (words.remedy,)))))
 
 
 def explained_level(level: Level) -> Explanation:
     """Return the Explanation of a level on /diagnostics."""
     words = LEVELS[level]
     return Explanation(level.name, dict(zip(OF_LEVEL, (
-        (sentence(words.means),), (sentence(words.advice),)))))
+        (sentence(words.says),), (sentence(words.remedy),)))))
 
 
 def explanations() -> Iterator[tuple[tuple[str, ...], Explanation]]:
@@ -132,8 +133,10 @@ def explanations() -> Iterator[tuple[tuple[str, ...], Explanation]]:
     for robot_effect in ROBOT_EFFECTS:
         yield (robot_effect.id,), explained_robot_effect(robot_effect)
     for condition in ALL_CONDITIONS:
-        says = re.sub(r' by \.\.\. %$', '', condition.says)
-        yield ((says, condition.says, condition.component, *says.split(', '), *condition.value),
+        whole = title(condition.code)
+        says = whole.removesuffix(' by ... %')
+        yield ((says, whole, condition.code, condition.component, *says.split(', '),
+                *condition.value),
                explained_condition(condition))
     for level in Level:
         yield (level.name,), explained_level(level)

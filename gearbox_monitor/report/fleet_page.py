@@ -7,12 +7,13 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from gearbox_monitor.health.backlash.features import width_of
 from gearbox_monitor.health.backlash.wear import when
-from gearbox_monitor.presentation import on_axis
+from gearbox_monitor.presentation import on_axis, percent
 from gearbox_monitor.report.builder import (
     advice, Page, page_summary, PageTable, render_page, Section)
 from gearbox_monitor.report.chart import BarRow, Bars, Chart, Mark, Panel, Trace
-from gearbox_monitor.report.words import counted, width_and_std
+from gearbox_monitor.report.words import counted
 
 Gearbox: TypeAlias = Mapping[str, Any]  # of fleet.fleet_table.gearboxes
 Bag: TypeAlias = Mapping[str, Any]      # a row of the table of bags
@@ -60,7 +61,7 @@ def next_steps(gearboxes: Sequence[Gearbox], bags: Sequence[Bag]) -> list[str]:
         steps.append('Run the same command again: some bags failed for reasons that may pass')
     if any(gearbox['level'] is None for gearbox in gearboxes):
         steps.append('Record gearboxes that are not compared again, with motion in both '
-                     'directions; gearbox_monitor check BAG names what a recording lacks')
+                     'directions; gearbox_monitor check BAG names the faults of a recording')
     return steps or ['Nothing now. Run the same command when there are new bags: it analyses '
                      'only these']
 
@@ -75,17 +76,16 @@ def headline(gearboxes: Sequence[Gearbox]) -> str:
     if not compared:
         return ('No gearbox was measured twice: growth needs two bags, each with windows in which '
                 'it moves both ways.')
-    rest = len(gearboxes) - compared
+    uncompared = len(gearboxes) - compared
     return (f'No wear detected in {counted(compared, "gearbox")}'
-            + (f'; {rest} not compared' if rest else '') + '.')
+            + (f'; {uncompared} not compared' if uncompared else '') + '.')
 
 
 def growth_text(feature: Mapping[str, Any]) -> str:
     """Return the change of a `feature` in words."""
     if feature['change'] is None or feature['change_std'] is None:
         return 'not compared'
-    digits = 1 if feature['change_std'] >= 0.001 else 2
-    return f'{100 * feature["change"]:+.{digits}f} ± {100 * feature["change_std"]:.{digits}f} %'
+    return f'{percent(feature["change"], feature["change_std"]):+}'
 
 
 def day(stamp_ns: float) -> str:
@@ -99,7 +99,7 @@ def width_text(gearbox: Gearbox) -> str:
     width = gearbox['features'][gearbox['feature']]
     if width['level'] is None:
         return 'not measured'
-    return width_and_std(width['level'], width['level_std'] or 0.0, gearbox['unit'])
+    return str(width_of(width['level'], width['level_std'] or 0.0, gearbox['unit']))
 
 
 def limit_text(gearbox: Gearbox) -> str:
@@ -183,7 +183,7 @@ def _table(gearboxes: Sequence[Gearbox]) -> Section:
     for gearbox in gearboxes:
         width = gearbox['features'][gearbox['feature']]
         pace = '' if not width['rate'] else \
-            f'{100 * width["rate"] * YEAR:+.1f} ± {100 * width["rate_std"] * YEAR:.1f}'
+            f'{percent(width["rate"] * YEAR, width["rate_std"] * YEAR):+}'
         feature = 'lost motion ' if gearbox['feature'] != 'gap' else ''
         days = f'{day(gearbox["first"])} to {day(gearbox["last"])}'.replace('-', '\u2011')
         rows.append([
@@ -198,7 +198,7 @@ def _table(gearboxes: Sequence[Gearbox]) -> Section:
     return Section('fleet/table.html', {
         'gearboxes': PageTable((
             'gearbox', 'newest backlash', 'growth', 'stiffness', 'friction', 'trust', 'model',
-            'measured in bags', 'limit', '% per year', 'recorded', 'service'), rows),
+            'measured in bags', 'limit', 'per year', 'recorded', 'service'), rows),
         'unmeasured': PageTable(('never measured', 'missing in the newest bag'), [
             (gearbox['gearbox'], gearbox['not_excited']) for gearbox in gearboxes
             if gearbox['not_excited']])}, 'All gearboxes')

@@ -4,7 +4,7 @@
 """
 What a live page shows of one gearbox: its newest seconds, levels, backlash and alerts.
 
-Memory is bounded. Times (s) are those of any clock that never goes back, given by the caller.
+Memory is bounded. Times (s) come from the caller, of any clock that never goes back.
 """
 from collections import deque
 from collections.abc import Iterable, Mapping
@@ -25,7 +25,7 @@ MOTION_ROWS = 20_000    # samples of them: 10 s at 2 kHz
 DROPOUT = 0.2           # s without a sample that leave a gap in the curves
 LEVEL_SECONDS = 600.0   # of levels
 MAX_WINDOWS, MAX_ALERTS = 300, 20
-SILENT_SECONDS = 3.0    # without diagnostics: what they said last counts no more
+SILENT_SECONDS = 3.0    # without diagnostics: the last ones no longer count
 
 
 State = TypeVar('State', bound=tuple[Any, ...])
@@ -94,7 +94,7 @@ class GearboxHistory:
         stamps = np.concatenate([self._stamps, stamps])
         # Anybody can publish anything.
         values = np.concatenate([self._values, np.where(np.abs(values) < LARGEST, values, np.nan)])
-        # Stamps that go back are those of a source that began again.
+        # Stamps go back where a source began again.
         back = np.flatnonzero(np.diff(stamps) < 0)
         first = int(back[-1]) + 1 if len(back) else 0
         if len(stamps):
@@ -144,7 +144,7 @@ class GearboxHistory:
         return states[0] if states else (0, '', '')
 
     def is_old(self, time_s: float) -> bool:
-        """Return whether what is known is old at `time_s`: no diagnostics came, or no samples."""
+        """Return whether the state is old at `time_s`: no diagnostics came, or no samples."""
         silent = self.heard is not None and time_s - self.heard > SILENT_SECONDS
         spans = self.levels.get('input')
         return silent or spans is not None and spans.levels[-1] > 1

@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.health.health_words import NOTHING_EARLIER
-from gearbox_monitor.presentation import on_axis
+from gearbox_monitor.health.backlash.features import width_of
+from gearbox_monitor.report.sentences import NOTHING_EARLIER
+from gearbox_monitor.presentation import number, on_axis
 from gearbox_monitor.report.builder import (
     framed, Page, page_summary, PageTable, render_section, Section)
 from gearbox_monitor.report.chart import Chart, Lane, LoopSlice, Panel, Plane, round_span, Trace
@@ -20,7 +21,7 @@ from gearbox_monitor.report.live_history import (
 from gearbox_monitor.report.recording_charts import backlash_panel, drawn_windows, ROLES
 from gearbox_monitor.report.recording_page import joint_table, live_row, worst_rows
 from gearbox_monitor.report.timeline import LEVELS
-from gearbox_monitor.report.words import sentence, width_and_std
+from gearbox_monitor.report.words import sentence
 
 DRAWN = 12         # gearboxes with charts, the worst ones; the table has all
 LOOP_SLICES = 5    # each with its colour
@@ -94,20 +95,20 @@ def live_summary(gearboxes: Sequence[GearboxHistory], source: str, time_s: float
     if not raised:
         words = [spans.messages[-1].split('; ')[0] for gearbox in gearboxes
                  for name, spans in gearbox.levels.items() if name == 'backlash']
-        alone = [text for text in words if NOTHING_EARLIER in text or 'learning' in text]
-        return page_summary('' if alone else 'good', ' '.join(
-            ('The estimates are trusted.', *map(sentence, (alone or words)[:1]))))
+        undecided = [text for text in words if NOTHING_EARLIER in text or 'learning' in text]
+        return page_summary('' if undecided else 'good', ' '.join(
+            ('The estimates are trusted.', *map(sentence, (undecided or words)[:1]))))
     level, component, message, name = raised[0]
     suffix = f' ({len(raised) - 1} more)' if raised[1:] else ''
-    worst = next(gearbox for gearbox in gearboxes if title(gearbox) == name)
-    spans = worst.levels.get('diagnosis')
+    first = next(gearbox for gearbox in gearboxes if title(gearbox) == name)
+    spans = first.levels.get('diagnosis')
     cause = [('cause', spans.messages[-1])] if spans and spans.levels[-1] else []
     return page_summary(ROLES[level], f'{name}: {component}: {message.split("; ")[0]}{suffix}',
                         cause if component != 'diagnosis' else ())
 
 
 def title(gearbox: GearboxHistory) -> str:
-    """Return what the page calls `gearbox`."""
+    """Return the name of `gearbox` on the page."""
     if gearbox.serial in ('', gearbox.name):
         return gearbox.name
     return gearbox.serial if gearbox.name == 'transmission' else \
@@ -146,9 +147,9 @@ def _motion(gearbox: GearboxHistory) -> Section:
             label('torque (N m)'), limits=(round_span(loop.twist), limits))
     if gearbox.windows:
         window = gearbox.windows[-1]
-        facts.append(('backlash', width_and_std(window.gap, window.gap_std, label('rad')))
+        facts.append(('backlash', str(width_of(window.gap, window.gap_std, label('rad'))))
                      if window.separable else
-                     ('lost motion', label(f'{window.lost_motion:.4g} rad')))
+                     ('lost motion', number(window.lost_motion, label('rad'))))
     facts.append(('samples per second', f'{gearbox.rate():.0f}'))
     return Section('live/motion.html', {**data, 'facts': facts})
 

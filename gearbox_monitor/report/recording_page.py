@@ -10,11 +10,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from gearbox_monitor.health.backlash.features import width_of
 from gearbox_monitor.health.backlash.wear import when
-from gearbox_monitor.health.health_words import NOTHING_EARLIER, worst
+from gearbox_monitor.health.wear_outcome import worst
+from gearbox_monitor.report.sentences import NOTHING_EARLIER
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.parameters import ESTIMATOR
-from gearbox_monitor.presentation import on_axis
+from gearbox_monitor.presentation import number, on_axis
 from gearbox_monitor.report.builder import (
     advice, Page, page_summary, PageTable, render_page, Section)
 from gearbox_monitor.report.live_history import GearboxHistory, is_wear, MOTION_ROWS
@@ -23,7 +25,7 @@ from gearbox_monitor.report.recording_charts import (
     nis_chart, ROLES, time_axis, torque_chart)
 from gearbox_monitor.report.timeline import (
     LEVELS, LevelSpans, RecordingFacts, Timeline, WindowBacklash)
-from gearbox_monitor.report.words import number, sentence, width_and_std
+from gearbox_monitor.report.words import sentence
 
 TRUST = ('observability', 'prediction error', 'covariance', 'model', 'input')
 WEAR = ('backlash', 'friction')
@@ -37,8 +39,8 @@ def recording_page(timeline: Timeline, facts: RecordingFacts, name: str, bag: st
     Return the page of a recording as HTML.
 
     Args:
-        timeline: what the recording showed.
-        facts: model, parameters, versions and counters beside it.
+        timeline: of the recording.
+        facts: model, parameters, versions and counters.
         name: of the recording.
         bag: how a command names it: its path, and the topic where it has several.
 
@@ -101,7 +103,7 @@ def headline(timeline: Timeline, facts: RecordingFacts) -> tuple[str, str]:
 
 
 def _is_compared(timeline: Timeline) -> bool:
-    """Return whether the recording was compared with what was before it."""
+    """Return whether the recording was compared with an earlier one."""
     spans = timeline.spans.get('backlash')
     return spans is not None and NOTHING_EARLIER not in spans.messages[-1]
 
@@ -113,20 +115,20 @@ def _longest_alarm(timeline: Timeline) -> tuple[int, str]:
                   s.begins, (*s.begins[1:], s.end), s.levels, s.messages)
               if level and not message.startswith(NO_DATA)]
     level, _, message = max(alarms)
-    return level, message.split(': ')[0]  # the advice stands in the section
+    return level, message.split(': ')[0]  # the section has the advice
 
 
 def next_steps(timeline: Timeline, facts: RecordingFacts, bag: str) -> list[str]:
-    """Return advice about a recording, see headline; `bag`: what commands call it."""
+    """Return advice about a recording, see headline; `bag`: its name in commands."""
     if wear(timeline):  # which may cause prediction errors, too
         return [f'Test the gearbox against its specification: gearbox_monitor accept {bag} '
                 '--max-gap ANGLE',
                 'Compare with its older recordings: gearbox_monitor fleet FOLDER --out DIR']
     share, steps = trusted_share(timeline.spans), []
     if share is None or share < TRUSTED or not timeline.windows:
-        steps.append(f'See what the recording lacks: gearbox_monitor check {bag} --model FILE')
+        steps.append(f'List the faults of the recording: gearbox_monitor check {bag} --model FILE')
     if share is not None and share < TRUSTED:
-        steps.append(f'Identify what the model lacks: gearbox_monitor diagnose {bag} --model FILE')
+        steps.append(f'Find the error of the model: gearbox_monitor diagnose {bag} --model FILE')
     if not steps and _is_compared(timeline):
         return ['Nothing now: it is as it was.']
     return steps or [
@@ -165,8 +167,8 @@ def _summary(timeline: Timeline, facts: RecordingFacts) -> Section:
     if data['nis_over_dof'] is not None:
         items.append(('NIS per reading (1 expected)', f'{data["nis_over_dof"]:.3f}'))
     if data['gap_rad']:
-        items.append(('backlash, newest', width_and_std(
-            data['gap_rad'][-1], data['gap_std_rad'][-1], on_axis('rad', facts.model.axis))))
+        items.append(('backlash, newest', str(width_of(
+            data['gap_rad'][-1], data['gap_std_rad'][-1], on_axis('rad', facts.model.axis)))))
     items.append(('alerts', str(len(timeline.alerts))))
     return Section('recording/summary.html', {
         'kind': kind, 'headline': words, 'facts': items, 'notes': facts.notes,
@@ -290,8 +292,8 @@ class JointRow:
             return 'not measured'
         newest = self.windows[-1]
         if not newest.separable:
-            return f'{newest.lost_motion:.4g} (lost motion)'
-        return width_and_std(newest.gap, newest.gap_std, '')
+            return f'{number(newest.lost_motion)} (lost motion)'
+        return str(width_of(newest.gap, newest.gap_std, ''))
 
     @property
     def trusted_text(self) -> str:
@@ -317,7 +319,7 @@ def _path(t: Array, value: Array) -> str:
 
 
 def worst_rows(rows: Iterable[JointRow]) -> list[JointRow]:
-    """Return `rows`, worst first; of the same level, wear comes before a lack of trust."""
+    """Return `rows`, worst first; at one level wear comes before doubts about the estimates."""
     return sorted(rows, key=lambda row: (
         -row.level, not row.worn, 1.0 if row.trusted is None else row.trusted))
 
@@ -344,8 +346,8 @@ def recorded_row(timeline: Timeline, facts: RecordingFacts, name: str, link: str
     Return the row of a joint in a recording.
 
     Args:
-        timeline: what the recording showed of it.
-        facts: beside it.
+        timeline: of the gearbox.
+        facts: about it.
         name: of the gearbox.
         link: to its page.
 
@@ -387,7 +389,7 @@ def robot_page(joints: Mapping[str, tuple[Timeline, RecordingFacts]], links: Map
     Return the page of a recording of several gearboxes.
 
     Args:
-        joints: {gearbox: what the recording showed, what stands beside it}.
+        joints: {gearbox: its timeline, facts about it}.
         links: {gearbox: its own page, relative}.
         name: of the recording.
         bags: {gearbox: how a command names its recording}.

@@ -1,7 +1,7 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The page of a robot's gap: its joints with the worst first, what was found, what to do next."""
+"""The page of a robot's gap: its joints with the worst first, the findings, the next steps."""
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
@@ -58,7 +58,7 @@ def _summary(data: VerdictData) -> Section:
 
 @dataclass(frozen=True)
 class Dot:
-    """A joint in the picture: place in px, radius, role, name, what it says, rank."""
+    """A joint in the picture: place in px, radius, role, name, words, rank."""
 
     x: float
     y: float
@@ -96,11 +96,11 @@ def _picture(data: VerdictData, chain: Chain, posture: Array) -> Section:
         dots.append(Dot(float(x), float(y), 4.0 + 7.0 * share, role, gap['joint'],
                         f'{gap["before"]:.2g} {on_axis("N m", axes[gap["joint"]])}', rank,
                         bool(x > 0.6 * WIDTH)))
-    return Section('robot_gap/picture.html', {'lines': lines, 'dots': apart(dots)}, 'Where it is')
+    return Section('robot_gap/picture.html', {'lines': lines, 'dots': apart(dots)}, 'Where')
 
 
 def apart(dots: Sequence[Dot]) -> list[Dot]:
-    """Return `dots` one by one, those that cover another one beside it."""
+    """Return `dots` without overlap: one that covers another moves down."""
     out: list[Dot] = []
     for dot in dots:
         while any(abs(dot.y - d.y) < 15.0 and abs(dot.x - d.x) < 110.0 for d in out):
@@ -128,17 +128,17 @@ def joint_places(chain: Chain, posture: Array) -> Array:
 
 
 def _findings(data: VerdictData) -> Section:
-    """Return what was found, one line each, and what remains."""
+    """Return the findings, one line each, and the remainders."""
     axes = axes_of(data)
     rows = [(finding_words(f, axes), f['effect'], f'{100 * (f["share"] or 0.0):.0f} %',
              f'{f["evidence"]:.0f}', ', '.join(f['confusable']) or '-')
             for f in data['findings']]
-    header = ('what', 'effect', 'share', 'evidence', 'indistinguishable from')
+    header = ('finding', 'effect', 'share', 'evidence', 'indistinguishable from')
     return Section('robot_gap/findings.html', {
         'rows': PageTable(header, rows, (2, 3)),
         'remains': [f'{remainder_words(r, axes)}.' for r in data['remainders']],
         'meanings': [f'{f["effect"]}: {MEANINGS[f["effect"]]}.' for f in data['findings']
-                     if f['effect'] in MEANINGS]}, 'What it is')
+                     if f['effect'] in MEANINGS]}, 'Findings')
 
 
 def _gaps(data: VerdictData) -> Section:
@@ -169,4 +169,4 @@ def _visible(data: VerdictData) -> Section:
             rows.append((MEANINGS.get(effect, effect), *ends[0], *ends[1]))
     return Section('robot_gap/visible.html', {
         'rows': PageTable(('effect', 'visible from', 'at', 'elsewhere up to', 'at'), rows),
-        'untried': data['not_tried'].items()}, 'What would have been seen', folded=True)
+        'untried': data['not_tried'].items()}, 'Smallest visible sizes', folded=True)

@@ -161,7 +161,7 @@ class LevelSpans:
             self.begins.append(t)
             self.levels.append(level)
             self.messages.append(message)
-        else:  # the newest state, not that of the change
+        else:  # the newest state, not the one at the change
             self.messages[-1] = message
         self.end = max(self.end, t)
 
@@ -447,7 +447,7 @@ REMEMBERED = 4096  # innovations: more than a smoother's lag
 @dataclass
 class RecordingFacts:
     """
-    What stands beside the Timeline.
+    Facts about a Timeline.
 
     live: whether the estimates are those of the recording; model: DriveModel; parameters: all of
     the estimator; versions [(of, version)]; counts {counter: number}; notes: sentences.
@@ -487,7 +487,7 @@ class TimelineSource:
         Args:
             reader: of the bag.
             topic: of the inputs.
-            choice: what the estimator is run with; None: the estimates of the bag, if any.
+            choice: model and parameters of the estimator; None: the estimates of the bag, if any.
             progress: called with the share that is done, 0 to 1.
 
         Raises:
@@ -522,7 +522,7 @@ class TimelineSource:
             self.facts.notes += [note] if note else []
 
     def run(self) -> tuple[Timeline, RecordingFacts]:
-        """Return the filled Timeline and the facts beside it."""
+        """Return the filled Timeline and the facts about it."""
         if self.facts.live:
             self._live()
         else:
@@ -794,7 +794,7 @@ class RecordedDiagnostics:
             self._timeline.add_outcomes(stamp, outcomes)
 
     def _ours(self, node: str, component: str) -> bool:
-        """Return whether this is the estimator beside the topic of the inputs."""
+        """Return whether this estimator has the topic of the inputs."""
         if node.startswith(self._prefix) and component == 'observability' and self._node is None:
             self._node = node
         return node == self._node

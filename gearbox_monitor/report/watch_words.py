@@ -10,6 +10,7 @@ from typing import Any
 from gearbox_monitor.diagnosis.robot.robot_effects import BASE_TILT
 from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN
 from gearbox_monitor.plant.effects.motor_side import COGGING, MOTOR_COULOMB, MOTOR_INERTIA
+from gearbox_monitor.presentation import number, percent, Quantity
 from gearbox_monitor.report.robot_words import reading_words
 from gearbox_monitor.report.words import counted
 from gearbox_monitor.watch.record import (
@@ -19,11 +20,10 @@ from gearbox_monitor.watch.settings import (
 
 NOUNS = {FRICTION: 'friction', SCALE: 'torque scale', ROTOR: 'inertia at the rotor',
          WEIGHT: 'weight', RIPPLE: 'ripple', TILT: 'tilt'}
-# The effect of the library that a state stands for.
+# The effect of the library that a state measures.
 EFFECTS = {FRICTION: MOTOR_COULOMB.id, SCALE: TORQUE_GAIN.id, ROTOR: MOTOR_INERTIA.id,
            WEIGHT: 'payload', RIPPLE: COGGING.id, TILT: BASE_TILT.id}
 GRAVITY = 9.81
-FINE = 0.01     # deviation below which a share has a digit after the point
 
 
 def when(stamp_ns: int) -> str:
@@ -37,11 +37,10 @@ def size_words(state: Change | StateHealth) -> str:
     """Return the size of a state or a change with its deviation."""
     if state.kind == TILT:
         factor = 180.0 / math.pi / GRAVITY
-        return f'{factor * abs(state.size):.1f} ± {factor * state.std:.1f}°'
-    sign = '' if state.kind == RIPPLE else '+' if state.size >= 0.0 else '-'
-    of = {RIPPLE: ' of the effort', ROTOR: " of the joint's"}.get(state.kind, '')
-    digits = 1 if state.std < FINE else 0
-    return f'{sign}{100.0 * abs(state.size):.{digits}f} ± {100.0 * state.std:.{digits}f} %{of}'
+        return str(Quantity(factor * abs(state.size), factor * state.std, '°'))
+    if state.kind == RIPPLE:
+        return f'{percent(abs(state.size), state.std)} of the effort'
+    return f'{percent(state.size, state.std):+}' + " of the joint's" * (state.kind == ROTOR)
 
 
 def change_words(change: Change) -> str:
@@ -53,11 +52,11 @@ def change_words(change: Change) -> str:
 
 
 def payload_words(payload: HeldLoad) -> str:
-    """Return a `payload` in words: against what the link held while it was learnt."""
+    """Return a `payload` in words, relative to the load at the time of learning."""
     if not abs(payload.mass) > 2.0 * payload.mass_std:
         return (f'{payload.link}: no load beyond '
-                f'{abs(payload.mass) + 2.0 * payload.mass_std:.2g} kg')
-    out = f'{payload.mass:.3g} ± {payload.mass_std:.2g} kg at {payload.link}'
+                f'{number(abs(payload.mass) + 2.0 * payload.mass_std, "kg")}')
+    out = f'{Quantity(payload.mass, payload.mass_std, "kg")} at {payload.link}'
     reach = math.hypot(*payload.centre)
     return out + (f', centre {100.0 * reach:.0f} cm out' if math.isfinite(reach) else '')
 

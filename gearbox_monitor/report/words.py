@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gearbox_monitor.diagnosis.joint.verdict import INCOMPLETE, NONE, UNKNOWN
-from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.kernels.elementary import noise_levels
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS, library
@@ -21,9 +20,8 @@ from gearbox_monitor.plant.effects.encoder import ENCODER_OFFSET
 from gearbox_monitor.plant.effects.gearbox import BACKLASH_GAP
 from gearbox_monitor.plant.effects.motor_side import (
     COULOMB_ASYMMETRY, MOTOR_INERTIA, MOTOR_VISCOUS)
-from gearbox_monitor.presentation import on_axis
-from gearbox_monitor.report.summary import (
-    change, NEAR_FLOOR, PLACES, pretty, to_deviation, with_deviation)
+from gearbox_monitor.presentation import change, EXACT, number, on_axis, percent, Quantity
+from gearbox_monitor.report.summary import NEAR_FLOOR, PLACES
 from gearbox_monitor.signals.smoothed_motion import SmoothedMotion
 from gearbox_monitor.signals.uniform import UniformRecording
 
@@ -32,8 +30,7 @@ NAMING = ('effect', 'incomplete')  # verdicts with findings
 DENSE = 1.5  # ratio of the share of the gap to the share of the time that is worth a word
 # The meaning of each effect on a real drive.
 MEANINGS = {name: effect.meaning for name, effect in EFFECTS.items()}
-UNDETERMINED = 'not determined'
-SUGGESTED = 'this command finds a more informative motion, no larger than that of the recording'
+SUGGESTED = 'this command finds a more informative motion, no larger than in the recording'
 # Motions that separate effects which other motions confuse.
 SEPARATES = tuple(({name, rival}, motion) for name, effect in EFFECTS.items()
                   for rival, motion in effect.separated_by.items())
@@ -71,26 +68,29 @@ def sentence(words: str) -> str:
     return f'{first}{words[1:]}.'.replace('..', '.')
 
 
-def number(value: float | None) -> str:
-    """Return `value` with three or four digits, 'none' for None."""
-    return 'none' if value is None else f'{value:.4g}'
-
-
 class ValueRow(NamedTuple):
     """
-    One identified value as texts.
+    One identified value of an effect.
 
-    deviation: '' where none is stated, UNDETERMINED where the recording does not determine the
-    value. nominal, change: value of the model and change from it, '' where it has none.
+    size: with its deviation, None where it is no number; text: of both kinds. nominal: value of
+    the model, '' where it has none; change: from it.
     """
 
     effect: str
     name: str
-    value: str
-    deviation: str
-    unit: str
+    size: Quantity | None
+    text: str
     nominal: str
     change: str
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """The row of a table: effect, name, value with deviation and unit, nominal, change."""
+        return self.effect, self.name, self.text, self.nominal, self.change
+
+    def __str__(self) -> str:
+        model = f' (model: {self.nominal}{", " * bool(self.change)}{self.change})'
+        return f'{self.name} = {self.text}' + model * bool(self.nominal)
 
 
 def value_rows(data: Mapping[str, Any], axis: str) -> list[ValueRow]:
@@ -109,55 +109,21 @@ def value_rows(data: Mapping[str, Any], axis: str) -> list[ValueRow]:
     for effect, values in (data.get('params') or {}).items():
         units = {p.name: p.unit for p in effects[effect].parameters} if effect in effects else {}
         for name, value in values.items():
-            unit = on_axis(units.get(name, ''), axis)
-            error = (errors.get(effect) or {}).get(name)
-            is_number = isinstance(value, (int, float))
+            error = (errors.get(effect) or {}).get(name) or EXACT
+            size = Quantity(value, None if (effect, name) in undetermined else error, on_axis(
+                units.get(name, ''), axis)) if isinstance(value, (int, float)) else None
             nominal = stated.get(effect, {}).get(name)
-            words = (number(value), '') if is_number else (str(value), '')
-            if (effect, name) in undetermined:
-                words = words[0], UNDETERMINED
-            elif error and is_number:
-                words = to_deviation(value, error)
             rows.append(ValueRow(
-                effect, name, *words, pretty(unit), '' if nominal is None else number(nominal),
-                change(value, nominal) if nominal and is_number else ''))
+                effect, name, size, str(value if size is None else size),
+                '' if nominal is None else number(nominal),
+                change(value, nominal) if nominal and size else ''))
     return rows
-
-
-def value_text(row: ValueRow, sign: str = '±') -> str:
-    """Return the `row` as "name = value `sign` deviation unit (model: nominal, change)"."""
-    spread = f' ({row.deviation})' if row.deviation == UNDETERMINED else \
-        f' {sign} {row.deviation}'
-    beside = f' (model: {row.nominal}{", " * bool(row.change)}{row.change})' if row.nominal else ''
-    return (f'{row.name} = {row.value}{spread if row.deviation else ""} {row.unit}'.rstrip()
-            + beside)
-
-
-def width_and_std(width: float, std: float, unit: str) -> str:
-    """
-    Return a measured width as all pages state it.
-
-    Args:
-        width: gap or lost motion, in `unit`.
-        std: its standard deviation over windows; that of the method is added.
-        unit: rad or m.
-
-    Returns:
-        Width and standard deviation.
-
-    """
-    return f'{with_deviation(width, math.hypot(std, LIMITS.gap_error * width))} {unit}'
 
 
 def gain_text(gains: Mapping[str, float], name: str) -> str:
     """Return the gain of `name` and, in brackets, its distance to the best of `gains`."""
     lag = max(gains.values()) - gains[name]
     return f'{gains[name]:.0f}' + (f' (-{lag:.0f})' if lag > 0.0 else '')
-
-
-def percent(value: float | None) -> str:
-    """Return the share `value` in percent, 'not defined' for None."""
-    return 'not defined' if value is None else f'{100 * value:.1f} %'
 
 
 def undefined(data: Mapping[str, Any]) -> str:
@@ -169,7 +135,7 @@ def undefined(data: Mapping[str, Any]) -> str:
         return 'a disturbance does not repeat'
     if any(name in EFFECTS and EFFECTS[name].lattice for name in ids):
         return 'rounding does not move the model'
-    return 'the gap stands out of the noise too little'
+    return 'the gap is too close to the noise'
 
 
 def torque_map_of(data: Mapping[str, Any]) -> tuple[str, list[tuple[str, str, str]]] | None:
@@ -177,7 +143,7 @@ def torque_map_of(data: Mapping[str, Any]) -> tuple[str, list[tuple[str, str, st
     table = (data.get('remainder') or {}).get('torque_map')
     if not table:
         return None
-    rows = [(number(x), *to_deviation(torque, deviation)) for x, torque, deviation in zip(
+    rows = [(number(x), *Quantity(torque, deviation).digits()) for x, torque, deviation in zip(
         table['knots'], table['values'], table['deviations'])]
     return f'{PLACES[table["place"]]}, torque over {table["variable"]}', rows
 
@@ -211,7 +177,7 @@ class UserFiles:
     model, bags: as given. options: those that say how the recordings are read. closed: the closed
     model, '' where it is not written. validated: the second recording, or None. robot: the file
     of a simulator with the joint, '' for a model file. joint: options that select the joint.
-    values: file of what the robot's does not state, or None.
+    values: file of values that the robot's file does not state, or None.
     """
 
     model: str = 'drive.yaml'
@@ -223,13 +189,13 @@ class UserFiles:
     joint: str = ''
     values: str | None = None
 
-    def command(self, name: str, model: str = '', more: str = '') -> str:
-        """Return the command `name` on the recordings, with another `model` and `more` options."""
+    def command(self, name: str, model: str = '', options: str = '') -> str:
+        """Return the command `name` on the recordings, for a `model` and with `options`."""
         bags = ' '.join(map(shlex.quote, self.bags))
         joint = '' if model else self.joint
         values = f'--values {shlex.quote(self.values)}' if self.values and not model else ''
         words = (f'gearbox_monitor {name}', bags, f'--model {shlex.quote(model or self.model)}',
-                 joint, values, self.options, more)
+                 joint, values, self.options, options)
         return ' '.join(word for word in words if word)
 
     def export(self) -> str:
@@ -283,10 +249,10 @@ def next_steps(data: Mapping[str, Any], files: UserFiles, axis: str = 'rotary') 
                    + files.command('fit-nominal', files.closed, '--out fitted.yaml')]
     else:
         advice.append('write the model that closes the gap: '
-                      + files.command('diagnose', more='--out DIR'))
+                      + files.command('diagnose', options='--out DIR'))
     if not files.validated:
         advice.append('test it on a recording with another motion: '
-                      + files.command('diagnose', more='--validate BAG2'))
+                      + files.command('diagnose', options='--validate BAG2'))
     return advice
 
 
@@ -324,9 +290,9 @@ def suggestion(data: Mapping[str, Any], recordings: Sequence[UniformRecording],
     """
     from gearbox_monitor.diagnosis.joint.isolability import twins  # not for every page
     effects = library()
-    alike = twins(alone=all(len(r.channels) == 1 for r in recordings))
+    indistinguishable = twins(alone=all(len(r.channels) == 1 for r in recordings))
     pairs = [(a, b) for a in data.get('params') or {} for b in data.get('confusable') or ()
-             if a in effects and b in effects and (a, b) not in alike]
+             if a in effects and b in effects and (a, b) not in indistinguishable]
     unexcited = [pair for words, pair in UNEXCITED
                  if any(words in warning for warning in data.get('warnings') or ())]
     if pairs and out:
@@ -356,9 +322,6 @@ def _below(value: float) -> str:
     """Return `value` rounded down to two digits: the drive has done that, not more."""
     digits = 1 - math.floor(math.log10(value))
     return f'{math.floor(value * 10.0 ** digits) / 10.0 ** digits:g}'
-
-
-SIZE_UNDETERMINED = 'size not determined'
 
 
 def change_sentence(verdict: Mapping[str, Any]) -> str:
@@ -396,12 +359,9 @@ def _place(location: str) -> str:
 
 
 def _value(value: Mapping[str, Any]) -> str:
-    unit = '' if value['unit'] == '-' else f' {value["unit"]}'
-    text = f'{value["name"]} {number(value["before"])} to {number(value["now"])}{unit}'
     if value['relative'] is not None:
-        digits = 1 if value['relative_std'] >= 0.001 else 2
-        return (f'{text}, {100 * value["relative"]:+.{digits}f} % +- '
-                f'{100 * value["relative_std"]:.{digits}f} %')
-    if value['std'] is None:
-        return f'{text} ({SIZE_UNDETERMINED})'
-    return f'{text} +- {value["std"]:.2g}'
+        return (f'{value["name"]} {number(value["before"])} to '
+                f'{number(value["now"], value["unit"])}, '
+                f'{percent(value["relative"], value["relative_std"]):+}')
+    return (f'{value["name"]} {number(value["before"])} to '
+            f'{Quantity(value["now"], value["std"], value["unit"])}')

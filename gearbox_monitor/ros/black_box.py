@@ -9,7 +9,7 @@ from rclpy.logging import get_logger
 from rclpy.node import Node
 from rclpy.task import Future
 
-from gearbox_monitor.health import health_words
+from gearbox_monitor.health import wear_outcome
 from gearbox_monitor.health.health_record import GROSS
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters
@@ -116,7 +116,7 @@ class BlackBox:
 
     def _context(self, components: Sequence[str] = ()) -> RecordingContext:
         monitor = self._monitor
-        p, outcomes = monitor.parameters, health_words.outcomes(monitor.health)
+        p, outcomes = monitor.parameters, wear_outcome.outcomes(monitor.health)
         reason = '; '.join(f'{name}: {outcomes[name].message}' for name in components)
         return RecordingContext(self._topic, (p.motor_joint, p.arm_joint), monitor.model,
                                 monitor.estimator.drive.arm_load, p, reason or f'~/{KEEP}')

@@ -20,11 +20,12 @@ from threading import Lock, Thread
 from typing import Any
 
 import gearbox_monitor
+from gearbox_monitor.report.sentences import CHANGES
 from gearbox_monitor.diagnosis.joint.verdict import kind_of, NONE
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.baselines import (
     BaselineRecording, check_belongs, load_recording, set_aside, StateFile)
-from gearbox_monitor.health.backlash.change_tests import FRICTION, TESTS
+from gearbox_monitor.health.backlash.change_tests import FRICTION
 from gearbox_monitor.health.backlash.wear import when
 from gearbox_monitor.health.checks.outcome import Level, Outcome
 from gearbox_monitor.health.health_record import SLIP
@@ -182,7 +183,7 @@ MISMATCH_INTERVAL, LONGEST_INTERVAL = 600.0, 7200.0
 MISMATCH = 'model mismatch'
 # Temperature changes it, too: the wear model tells that from wear, two recordings do not.
 WARMTH = frozenset((MOTOR_VISCOUS.id, MOTOR_COULOMB.id))
-_CHANGES = {test.key: test.words.removesuffix(' by') for test in TESTS}
+_CHANGES = {test: words[0].removesuffix(' by') for test, words in CHANGES.items()}
 
 
 @dataclass(frozen=True)
@@ -395,29 +396,30 @@ class ChangeWatch:
             values |= {'alert': self._alert.reason, 'since': when(self._alert.since_ns)}
         over = '' if self._stands() else 'over: '
         if self._due is not None:
-            return Outcome(Level.OK, f'{_in_words(self._due)}: recording {COMPARED:g} s '
-                           'since it came, then its cause is named', values)
+            return Outcome.of(Level.OK, 'change_due', values, change=_in_words(self._due),
+                              seconds=COMPARED)
         if self._job is not None:
-            return Outcome(Level.OK, f'{_in_words(self._alert)}: its cause is being named', values)
+            return Outcome.of(Level.OK, 'change_naming', values, change=_in_words(self._alert))
         if self._problem:
-            return Outcome(Level.OK if over else Level.WARN,
-                           f'{over}{_in_words(self._alert)}: {self._problem}', values)
+            return Outcome.of(Level.OK if over else Level.WARN, 'change_problem', values,
+                              over=over, change=_in_words(self._alert), problem=self._problem)
         if self._verdict is not None:
             verdict = self._verdict
             values |= {
                 'verdict': verdict['verdict'],
                 'effect': '+'.join(f['effect'] for f in verdict['findings']),
                 'model_holds': int(verdict['model_holds']), 'cpu_s': float(verdict['cpu_s'])}
-            if over or verdict['verdict'] == NONE:
-                return Outcome(Level.OK, f'{over}{verdict["text"]}', values)
-            return Outcome(Level.WARN, f'{verdict["text"]}, since {verdict["since"]}', values)
+            none = bool(over) or verdict['verdict'] == NONE
+            return Outcome.of(Level.OK if none else Level.WARN, 'change_named', values, over=over,
+                              text=verdict['text'],
+                              since='' if none else f', since {verdict["since"]}')
         if self._buffer is None:
-            return Outcome(Level.OK, f'changes are not named: {self._lacking()}', values)
+            return Outcome.of(Level.OK, 'changes_not_named', values, why=self._lacking())
         if self._reference is None:
-            text = f'no alert; a baseline recording needs {HEALTHY:g} s of healthy windows'
-            return Outcome(Level.WARN if self.note else Level.OK, '; '.join(
-                filter(None, (text, self.note))), values)
-        return Outcome(Level.OK, 'no alert, nothing to name', values)
+            outcome = Outcome.of(Level.WARN if self.note else Level.OK, 'needs_baseline', values,
+                                 seconds=HEALTHY)
+            return outcome.followed_by('as_written', text=self.note) if self.note else outcome
+        return Outcome.of(Level.OK, 'no_alert', values)
 
 
 def _in_words(alert: NamingAlert | None) -> str:

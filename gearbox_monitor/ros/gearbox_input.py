@@ -19,6 +19,8 @@ from rclpy.qos import qos_check_compatible, QoSCompatibility
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 
+from gearbox_monitor.report.sentences import phrase
+from gearbox_monitor.health.checks.outcome import Level, Said
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Sample
 from gearbox_monitor.parameters import EstimatorParameters
@@ -249,20 +251,20 @@ class GearboxInput:
             self._warnings.add(text)
             self._node.get_logger().warning(f'{self.motor_topic}: {text}')
 
-    def silence(self, has_samples: bool) -> tuple[str, str] | None:
-        """Return (why no sample came, the cure) or None; `has_samples`: whether any ever came."""
+    def silence(self, has_samples: bool) -> Said | None:
+        """Return why no sample came, or None; `has_samples`: whether any ever came."""
         if self.foreign and not has_samples:
             motor, arm = self.joints
-            return (f'{self.foreign} messages named neither {motor!r} nor {arm!r} but '
-                    f'{_listed(self._foreign_names) or "nothing"}',
-                    'set motor_joint and arm_joint')
+            return Said('other_joints', {
+                'count': self.foreign, 'motor': motor, 'arm': arm,
+                'names': _listed(self._foreign_names) or 'nothing'}, Level.ERROR)
         if self.joiner is not None and self.joiner.dropped and not has_samples:
-            return (f'messages of the arm came on {self.arm_topic}, none of '
-                    f'{self.joints[0]!r} on {self.motor_topic}', 'check motor_joint and its topic')
+            return Said('arm_alone', {'arm_topic': self.arm_topic, 'motor': self.joints[0],
+                                      'motor_topic': self.motor_topic}, Level.ERROR)
         return None if has_samples else self._mismatch()
 
-    def _mismatch(self) -> tuple[str, str] | None:
-        """Return (which publisher's QoS does not fit ours, the cure), or None."""
+    def _mismatch(self) -> Said | None:
+        """Return which publisher's QoS does not fit ours, or None."""
         node, ours = self._node, (self._node.get_name(), self._node.get_namespace())
         for topic in filter(None, (self.motor_topic, self.arm_topic)):
             profiles = [info.qos_profile for info in node.get_subscriptions_info_by_topic(topic)
@@ -271,8 +273,8 @@ class GearboxInput:
                 for qos in profiles:
                     fits, reason = qos_check_compatible(info.qos_profile, qos)
                     if fits == QoSCompatibility.ERROR:
-                        return (f'the QoS of {info.node_name} on {topic} does not fit ours '
-                                f'({reason.strip("; ")})', f'change qos_overrides.{topic}')
+                        return Said('qos', {'node': info.node_name, 'topic': topic,
+                                            'reason': reason.strip('; ')}, Level.ERROR)
         return None
 
     def counts(self) -> dict[str, int]:
@@ -307,24 +309,24 @@ class GearboxInput:
         new, self._reported_loss = count - self._reported_loss, count
         return count, new
 
-    def pairing(self) -> tuple[dict[str, float], str]:
-        """Return ({name: value}, text of a problem or '') of the pairs since the last call."""
+    def pairing(self) -> tuple[dict[str, float], Said | None]:
+        """Return ({name: value}, a problem or None) of the pairs since the last call."""
         if self.joiner is None:
-            return {}, ''
+            return {}, None
         nearest, tolerance = self.joiner.pop_distance(), self.joiner.tolerance / SECOND
         unpaired, self._pairs = self.joiner.pairs == self._pairs, self.joiner.pairs
         values: dict[str, float] = {
             'motor_without_arm': self.joiner.unpaired, 'arm_without_motor': self.joiner.dropped,
             'pair_tolerance_s': tolerance}
         if nearest is None:
-            return values, ''
+            return values, None
         values['nearest_unpaired_s'] = nearest / SECOND
-        text = (f'stamps of motor and arm are {nearest / SECOND:.6f} s apart, pair_tolerance is '
-                f'{tolerance:g} s')
+        problem = Said('unpaired', {'apart': nearest / SECOND, 'tolerance': tolerance})
         if unpaired:
-            self._node.get_logger().warning(f'{self.arm_topic}: nothing is paired: {text}',
-                                            throttle_duration_sec=60.0)
-        return values, text
+            self._node.get_logger().warning(
+                f'{self.arm_topic}: nothing is paired: {phrase(problem)}',
+                throttle_duration_sec=60.0)
+        return values, problem
 
     def clear(self) -> None:
         """Forget messages that wait for their partner."""

@@ -32,7 +32,7 @@ from gearbox_monitor.health.checks import usability
 from gearbox_monitor.health.checks.outcome import Level, Outcome, outcome_of, with_more
 from gearbox_monitor.health.health_record import FeatureHealth
 from gearbox_monitor.health.judgement import accepted
-from gearbox_monitor.health.monitor import Monitor
+from gearbox_monitor.health.monitor import Monitor, NO_DATA
 from gearbox_monitor.health.staleness import Silence
 from gearbox_monitor.kernels.kernel import KERNELS
 from gearbox_monitor.parameters import (
@@ -371,8 +371,8 @@ class MonitoredGearbox:
                 self._node.get_logger().error(f'{self._says}{problem}')
         if not problem:
             return outcome
-        return replace(outcome, level=max(outcome.level, Level.WARN),
-                       message=f'{outcome.message}; the state of drift is not kept: {problem}')
+        return replace(outcome.followed_by('state_not_kept', problem=problem),
+                       level=max(outcome.level, Level.WARN))
 
     def _publish_snapshot(self, reason: str) -> None:
         self._snapshot_stamp = self.monitor.stamp_ns
@@ -399,15 +399,14 @@ class MonitoredGearbox:
             self._levels['input'] = Level.OK  # another reason is worth another line
         outcome = outcomes['input']
         level = outcome.level
-        suffix = f'; {unpaired}' if level and unpaired and not silence.why else ''
-        outcome = replace(outcome, values={**outcome.values, **counts, **self.input.counts()},
-                          message=outcome.message + suffix)
+        outcome = replace(outcome, values={**outcome.values, **counts, **self.input.counts()})
+        if level and unpaired and not silence.why:
+            outcome = replace(outcome, says=(*outcome.says, (unpaired,)))
         if rivals := self.input.rivals():
-            outcome = outcome_of([replace(usability.TWO_PUBLISHERS, says=rivals)], '',
+            outcome = outcome_of([usability.TWO_PUBLISHERS.said(rivals=rivals)], None,
                                  outcome.values)
         if new_loss:
-            outcome = with_more(
-                outcome, [replace(usability.LOST, says=f'{new_loss} messages lost')], {})
+            outcome = with_more(outcome, [usability.LOST.said(count=new_loss)], {})
         outcomes['input'] = outcome
         return outcomes
 
@@ -450,7 +449,7 @@ class MonitoredGearbox:
             self._diagnoses.publish(String(data=json.dumps(
                 {**({GEARBOX: self.name} if self.name else {}), **verdict})))
         if not self.monitor.stamp_ns:
-            return replace(outcome, level=Level.WARN, message=f'no data yet; {outcome.message}')
+            return replace(outcome, level=Level.WARN, says=NO_DATA.says + outcome.says)
         return outcome  # of a change, which stays while no samples come: `input` tells that
 
     def _alert(self, outcomes: Mapping[str, Outcome]) -> None:
@@ -459,7 +458,7 @@ class MonitoredGearbox:
         serial = self.monitor.parameters.gearbox_serial or 'gearbox'
         for name in COMPONENTS:
             if stages[name] == self._alerted.get(name, {}) or \
-                    outcomes[name].message.startswith('no data'):
+                    outcomes[name].codes[0].startswith('no_data'):
                 continue
             self._alerted[name] = stages[name]
             self._alert_output.publish(to_diagnostics(

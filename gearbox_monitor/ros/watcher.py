@@ -81,8 +81,8 @@ class Watcher:
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
             node, _, component = status.name.partition(': ')
-            outcome = Outcome(level_of(status), status.message,
-                              {value.key: value.value for value in status.values})
+            outcome = Outcome.of(level_of(status), 'as_written', {
+                value.key: value.value for value in status.values}, text=status.message)
             if node.partition('/')[0] == 'estimator':
                 self.joints.setdefault(_gearbox(status), {})[component] = outcome
             elif node == 'recorder':

@@ -8,6 +8,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from gearbox_monitor.presentation import percent, Quantity
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.signals.checks import NAMES
 from gearbox_monitor.signals.finding import BAD, DataFinding, everything, hurts, OK, WARN
@@ -180,13 +181,12 @@ def _delay(response: TorqueResponse, dt: float, stated: int) -> DataFinding:
               'correlation': response.correlation}
     if not response.timed:
         reason = 'the torque hardly shows in the acceleration' if not response.seen else \
-            'beyond what is tried' if response.at_edge else f'{delay:.1f} +- {std:.1f} samples'
+            'beyond what is tried' if response.at_edge else f'{Quantity(delay, std)} samples'
         return DataFinding('torque', 'effort delay', f'not determined: {reason} '
                            f'(correlation {abs(response.correlation):.2f})',
                            'accelerate more, quick starts and stops', hurts(WARN, OK, WARN),
                            values)
-    figure = (f'{delay:.2f} +- {std:.2f} samples, {delay * dt * 1e3:.3g} +- '
-              f'{std * dt * 1e3:.2g} ms; effort_delay is {stated}')
+    figure = (f'{Quantity(delay, std)} samples of {dt * 1e3:.3g} ms; effort_delay is {stated}')
     rounded, advice = int(np.rint(delay)), ''
     if abs(delay - stated) > max(0.7, LIMITS.certain * std):
         advice = (f'set effort_delay: {rounded} in the parameter file; for diagnose, log the '
@@ -202,9 +202,9 @@ def _delay(response: TorqueResponse, dt: float, stated: int) -> DataFinding:
 def _sign(response: TorqueResponse, name: str) -> DataFinding:
     values = {'gain': response.gain, 'gain_std': response.gain_std, 'work': response.work,
               'work_std': response.work_std}
-    figure = (f'1 N m gives {response.gain:.3g} +- {response.gain_std:.1g} rad/s^2'
-              if response.seen else f'net work {100 * response.work:+.0f} +- '
-              f'{100 * response.work_std:.0f} % of its amounts')
+    figure = (f'1 N m gives {Quantity(response.gain, response.gain_std, "rad/s^2")}'
+              if response.seen else
+              f'net work {percent(response.work, response.work_std):+} of its amounts')
     size, error = ((response.gain, response.gain_std) if response.seen else
                    (response.work, max(response.work_std, LIMITS.work / LIMITS.certain)))
     if size < -LIMITS.certain * error:

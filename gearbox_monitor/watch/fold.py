@@ -14,6 +14,7 @@ import math
 
 import numpy as np
 
+from gearbox_monitor.presentation import percent, Quantity
 from gearbox_monitor.diagnosis.robot.conventions import columns_as_read, named_readings
 from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence
 from gearbox_monitor.diagnosis.robot.knowledge import learn
@@ -412,7 +413,7 @@ def _events(before: Watch, after: Watch) -> tuple[WatchEvent, ...]:
     old = {(c.kind, c.place, c.since_ns): c for c in before.changes}
     for c in after.changes:
         known = old.get((c.kind, c.place, c.since_ns))
-        size = f'{c.kind} {100.0 * c.size:+.0f} ± {100.0 * c.std:.0f} %'
+        size = f'{c.kind} {percent(c.size, c.std):+}'
         if c.found_ns and not (known and known.found_ns):
             out.append(WatchEvent('raised', after.stamp_ns, c.place, size))
         if c.over_ns and known and not known.over_ns:
@@ -420,5 +421,5 @@ def _events(before: Watch, after: Watch) -> tuple[WatchEvent, ...]:
     for p, known_p in zip(after.payloads, before.payloads or after.payloads):
         if p.since_ns != known_p.since_ns:
             out.append(WatchEvent('payload', after.stamp_ns, p.link,
-                                  f'{p.mass:.2f} ± {p.mass_std:.2f} kg'))
+                                  str(Quantity(p.mass, p.mass_std, 'kg'))))
     return tuple(out)

@@ -11,7 +11,7 @@ import pytest
 from benchmarks import intervals, trust, trust_drift, trust_runs
 from benchmarks.__main__ import main
 from benchmarks.harness import BarTable
-from gearbox_monitor.health import health_words
+from gearbox_monitor.health import wear_outcome
 from gearbox_monitor.health.backlash.features import Backlash
 from gearbox_monitor.health.checks.outcome import Level, Outcome
 from gearbox_monitor.health.health_record import Health, HealthSettings
@@ -60,8 +60,8 @@ def test_windows_are_drawn_in_time_and_followed(monkeypatch):
         assert window.stamp_ns > health.stamp_ns
         return replace(health, stamp_ns=window.stamp_ns), ()
     monkeypatch.setattr(trust_drift, 'judge', judged)
-    monkeypatch.setattr(health_words, 'outcomes',
-                        lambda health: {'backlash': Outcome(Level(raised.pop(0)), '')})
+    monkeypatch.setattr(wear_outcome, 'outcomes',
+                        lambda health: {'backlash': Outcome(Level(raised.pop(0)), ())})
     assert trust_drift.false_alarms(begin, trust_drift.later(windows[:6], begin)) == 2
 
 

@@ -166,8 +166,8 @@ DEBOUNCED = [name for name, debounce in DEBOUNCE.items()
 
 def test_a_level_rises_and_falls_after_its_count_of_evaluations():
     for component in DEBOUNCED:
-        alarm, fine = Alarm(*DEBOUNCE[component]), outcome_of([], '', {})
-        broken = outcome_of([covariance.BELOW], '', {})
+        alarm, fine = Alarm(*DEBOUNCE[component]), outcome_of([], None, {})
+        broken = outcome_of([covariance.BELOW.said()], None, {})
         stamp = 0
 
         def levels(outcome, count):

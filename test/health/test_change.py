@@ -21,7 +21,8 @@ from gearbox_monitor.health.backlash.wear_data import History
 from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.health.health_record import (
     AT_ODDS, ERRORS_LARGER, FOUND, Health, HealthSettings, TRUSTED, WARNED, Window)
-from gearbox_monitor.health.health_words import outcomes
+from gearbox_monitor.health.wear_outcome import outcomes
+from gearbox_monitor.report.sentences import TABLE
 from gearbox_monitor.health.judgement import accepted, from_data, judge, to_data
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters
@@ -146,7 +147,7 @@ def test_friction_has_its_own_alert_and_is_no_backlash():
     found = gearbox.go(10, viscous=0.2 * (0.1 + 0.27 / 18.0))[-1]
     assert found['backlash'].level == Level.OK
     assert found['friction'].level == Level.WARN
-    assert 'friction has grown by +2' in found['friction'].message
+    assert 'friction has grown by 2' in found['friction'].message
     stiff = Gearbox(5)
     stiff.go(90)
     found = stiff.go(20, stiffness=4.2)[-1]['backlash']
@@ -261,11 +262,11 @@ def test_what_is_not_compared_is_never_ok():
     assert alarmed(gearbox.go(10, 0.1)) and 'gap' in gearbox.health.alerts
     for _ in range(5):
         gearbox.stamp += WINDOW
-        pause = gearbox.take(NotExcited(gearbox.stamp, 'only one flank is reached'))
+        pause = gearbox.take(NotExcited(gearbox.stamp, 'one_flank'))
     assert pause['backlash'].level == Level.WARN
     assert pause['backlash'].message.startswith('backlash has grown')
     assert 'only one flank' in pause['backlash'].message
-    nothing = Gearbox(0).take(NotExcited(1, 'only one flank is reached'))
+    nothing = Gearbox(0).take(NotExcited(1, 'one_flank'))
     assert nothing['backlash'].level == Level.WARN and 'only one' in nothing['backlash'].message
 
 
@@ -298,7 +299,7 @@ def test_friction_is_followed_on_one_flank():
         found = []
         for _ in range(windows):
             stamp += WINDOW
-            found.append(gearbox.take(NotExcited(stamp, 'only one flank', friction=Friction(
+            found.append(gearbox.take(NotExcited(stamp, 'one_flank', friction=Friction(
                 0.0, 1e-4, coulomb + 1e-3 * random.standard_normal(), 1e-3, 0.0, 20.0, 6.0))))
         return found
 
@@ -325,7 +326,7 @@ def test_windows_that_do_not_know_all():
     assert 'lost motion' in found[-1]['backlash'].message
     assert 'friction not compared yet: not identifiable' in found[-1]['friction'].message
     found = gearbox.go(6, separable=False, lost_motion=0.0315, lost_motion_std=1e-4, **nan)
-    assert 'lost motion has grown by +5' in found[-1]['backlash'].message
+    assert 'lost motion has grown by 5' in found[-1]['backlash'].message
 
 
 def test_a_stream_of_windows_has_one_answer_wherever_it_is_cut(tmp_path):
@@ -471,7 +472,7 @@ def test_each_direction_of_a_feature_has_one_test():
 
 def test_conditions_of_wear_name_the_figures_they_compare():
     """A score with its threshold where a change is found; then its size with a limit."""
-    found = [c for c in CONDITIONS if 'significant' in c.when]
+    found = [c for c in CONDITIONS if 'significant' in TABLE[c.code].when]
     assert len(found) == len(TESTS)
     for condition in found:
         assert condition.threshold == tuple(f'{value}_threshold' for value in condition.value)
@@ -480,4 +481,4 @@ def test_conditions_of_wear_name_the_figures_they_compare():
     assert len(sizes) == 2 * len(found)
     for condition in sizes:
         (value,), (limit,) = condition.value, condition.threshold
-        assert limit == f'{value}_{"error" if "_error" in condition.when else "warn"}'
+        assert limit == f'{value}_{"error" if "_error" in TABLE[condition.code].when else "warn"}'

@@ -12,11 +12,12 @@ from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.health.checks import innovation, usability
 from gearbox_monitor.health.checks.outcome import DEBOUNCE, Level
-from gearbox_monitor.health.diagnostic_keys import DIAGNOSTIC_KEYS
+from gearbox_monitor.ros.diagnostic_keys import DIAGNOSTIC_KEYS
 from gearbox_monitor.health.monitor import COMPONENTS, CONDITIONS, Monitor
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
+from gearbox_monitor.report.sentences import TABLE
 
 ROOT = Path(__file__).parents[2]
 
@@ -37,7 +38,8 @@ def test_every_condition_names_values_that_are_published(monitor):
     assert {c.component for c in CONDITIONS} >= {
         'input', 'observability', 'prediction error', 'covariance'}
     for c in CONDITIONS:
-        assert c.level > Level.OK and c.says and c.when and c.window and c.advice
+        words = TABLE[c.code]
+        assert c.level > Level.OK and words.when and words.window and words.remedy
         values = monitor.outcomes[c.component].values
         if c in (usability.TWO_PUBLISHERS, usability.LOST):  # the node publishes them
             values = {**values, **dict.fromkeys(
@@ -77,8 +79,8 @@ def test_input():
 
 
 def test_thresholds_in_words_are_those_in_force():
-    assert f'{innovation.MEAN_LIMIT:.2f}' in innovation.BIASED.when
-    assert f'{innovation.LJUNG_BOX_LIMIT:.1f}' in innovation.COLOURED.when
+    assert f'{innovation.MEAN_LIMIT:.2f}' in TABLE['biased'].when
+    assert f'{innovation.LJUNG_BOX_LIMIT:.1f}' in TABLE['coloured'].when
 
 
 def aggregated():

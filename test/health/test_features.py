@@ -20,6 +20,7 @@ from gearbox_monitor.plant.drive import DriveModel, TWO_OVER_PI
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, Plant
 from gearbox_monitor.plant.transmission import KINDS, transmission_torque
+from gearbox_monitor.report.sentences import phrase
 from gearbox_monitor.recordings.reading import read_signals, ReadOptions
 
 ROOT = Path(__file__).parents[2]
@@ -129,7 +130,7 @@ def test_reasons():
             assert found.zero == pytest.approx(0.9, abs=1e-3)
         else:
             assert isinstance(found, features.NotExcited) and found.stamp_ns == 3
-            assert reason in found.reason
+            assert reason in phrase(found.said)
 
 
 def test_one_flank_and_one_crossing_are_not_enough():
@@ -140,7 +141,7 @@ def test_one_flank_and_one_crossing_are_not_enough():
         rows[:, S_TAU_K] = 7.0 * np.sign(twist) * np.maximum(np.abs(twist) - 0.3, 0.0)
         rows[:, S_MOTOR_SIDE] = rows[:, S_TAU_K]
         rows[:, S_TAU_K_NOISE_STD] = 0.01
-        assert reason in features.fit(rows, DriveModel(), 0).reason
+        assert reason in phrase(features.fit(rows, DriveModel(), 0).said)
 
 
 def on_one_flank(speed, gain=0.0):
@@ -163,7 +164,7 @@ def test_friction_of_a_motion_on_one_flank():
         model = DriveModel().with_(coulomb_friction=6.0, viscous_friction=5.0)
         rows = on_one_flank(lambda t: np.cos(1.7 * t), gain)
         window = features.fit(rows, model, 3)
-        assert isinstance(window, features.NotExcited) and 'one flank' in window.reason
+        assert isinstance(window, features.NotExcited) and window.reason == 'one_flank_loaded'
         friction = window.friction
         assert friction.coulomb == pytest.approx(1.5, abs=0.02) and friction.coulomb_std < 0.1
         assert friction.viscous == pytest.approx(0.3, abs=0.05)

@@ -9,7 +9,7 @@ from benchmarks.wear import axis, model_of, watched, work
 from gearbox_monitor.estimation.estimates import Sample, Samples
 from gearbox_monitor.health.backlash.hidden_arm import HiddenArm
 from gearbox_monitor.health.health_record import GROSS
-from gearbox_monitor.health.health_words import NOTHING_EARLIER
+from gearbox_monitor.report.sentences import NOTHING_EARLIER
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import model_from_dict
 

@@ -5,6 +5,7 @@
 from gearbox_monitor.health.checks import learned_curve
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.report.sentences import phrase
 
 
 def test_an_improbable_curve_says_nothing():
@@ -12,7 +13,7 @@ def test_an_improbable_curve_says_nothing():
               'learned_gap_std_rad': 0.001}
 
     def broken(**probabilities):
-        return [c.says for c in learned_curve.check(
+        return [phrase(said) for said in learned_curve.check(
             {**values, **{f'probability_{k}': v for k, v in probabilities.items()}},
             DriveModel(), EstimatorParameters())]
 

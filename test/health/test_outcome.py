@@ -6,8 +6,9 @@ import itertools
 
 import numpy as np
 
+from gearbox_monitor.health.checks.innovation import BIASED, GROSS, OUTLIERS
 from gearbox_monitor.health.checks.outcome import (
-    Alarm, Condition, joined, Level, Outcome, outcome_of)
+    Alarm, joined, Level, Outcome, outcome_of, Said)
 
 SECOND = 1_000_000_000
 DEBOUNCES = [(3, 5), (2, 2), (1, 1), (4, 1), (1, 2)]
@@ -117,27 +118,30 @@ def test_a_doubt_takes_back_ok_alone():
 
 def test_message_fits_the_level_in_force():
     alarm, said = Alarm(3, 5), []
-    good, bad = Outcome(Level.OK, 'fine', {'v': 1}), Outcome(Level.ERROR, 'broken: mend', {'v': 2})
+    good = Outcome.of(Level.OK, 'usual', {'v': 1})
+    bad = outcome_of([GROSS.said()], None, {'v': 2})
+    fine, broken = good.message, bad.message
     for k, outcome in enumerate([good, bad, bad, bad, bad, good, good, good, good, good]):
         shown = alarm.judge(outcome, k * SECOND)
         assert outcome.values.items() <= shown.values.items()  # always those of now
         said.append((int(shown.level), shown.message))
     assert said == [
-        (0, 'fine'), (0, 'fine'), (0, 'fine'), (2, 'broken: mend'),
-        *5 * [(2, 'broken: mend')], (0, 'fine')]
+        (0, fine), (0, fine), (0, fine), (2, broken),
+        *5 * [(2, broken)], (0, fine)]
     alarm = Alarm(1, 1)
     alarm.judge(bad, 5 * SECOND)
     assert alarm.judge(bad, 17_400_000_000).values['lasts_s'] == 12.4
     assert alarm.lasted(0) == 0.0  # the clock was set back
 
 
-def test_findings_are_made_of_conditions():
-    warn = Condition('c', Level.WARN, 'odd', 'x > 1', '1 s', 'look')
-    error = Condition('c', Level.ERROR, 'bad', 'y > 2', '1 s', 'mend')
-    again = Condition('c', Level.WARN, 'strange', 'z > 3', '1 s', 'look')
-    assert outcome_of([], 'fine', {}) == Outcome(Level.OK, 'fine', {})
-    assert outcome_of([warn, error, again], 'fine', {'x': 2}) == Outcome(
-        Level.ERROR, 'odd, bad, strange: mend', {'x': 2})
+def test_an_outcome_has_the_remedy_of_its_worst_condition():
+    fine = Said('as_predicted')
+    assert outcome_of([], fine, {}) == Outcome.of(Level.OK, 'as_predicted')
+    found = outcome_of([OUTLIERS.said(), GROSS.said(), BIASED.said()], fine, {'x': 2})
+    assert (found.level, found.values) == (Level.ERROR, {'x': 2})
+    assert found.message == (
+        'outliers, prediction errors much larger than predicted, prediction errors biased: do not '
+        'trust tau_K; check the encoders first, then the model')
 
 
 JOINED = [
@@ -147,5 +151,7 @@ JOINED = [
 
 def test_joined_outcomes_say_what_is_wrong_and_the_first_last():
     for levels, level, message in JOINED:
-        outcomes = [Outcome(Level(n), text, {text: n}) for n, text in zip(levels, 'abc')]
-        assert joined(outcomes) == Outcome(Level(level), message, {'a': levels[0]})
+        outcomes = [Outcome.of(Level(n), 'as_written', {text: n}, text=text)
+                    for n, text in zip(levels, 'abc')]
+        one = joined(outcomes)
+        assert (one.level, one.message, one.values) == (level, message, {'a': levels[0]})

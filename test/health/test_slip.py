@@ -9,11 +9,12 @@ import math
 import numpy as np
 import pytest
 
+from gearbox_monitor.presentation import Quantity
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.health.backlash.features import Backlash
 from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.health.health_record import Health, HealthSettings, Window
-from gearbox_monitor.health.health_words import outcomes, sentence
+from gearbox_monitor.health.wear_outcome import outcomes, sentence
 from gearbox_monitor.health.judgement import accepted, from_data, judge, to_data
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters
@@ -52,7 +53,7 @@ def test_a_slip_is_found_with_size_and_time(healthy, size, lasts):
     assert abs(slip.stamp_ns - healthy.stamp_ns[0] - AT * 1e9) <= 4e9
     level, words = sentence(health)
     assert level == Level.WARN and words.startswith(
-        f'slip of {abs(size):.2g} rad +- ') and '2001-09-09 01:46:5' in words
+        f'slip of {Quantity(abs(slip.size), slip.std, "rad")} at 2001-09-09 01:46:5')
     assert not health.alerts  # the backlash is what it was
 
 

@@ -16,7 +16,7 @@ from test_change import alarmed, Gearbox, read_again, settings  # noqa: E402
 from gearbox_monitor.health.backlash.change_tests import FEATURES
 from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.health.health_record import GROSS, Health, WARNED
-from gearbox_monitor.health.health_words import outcomes
+from gearbox_monitor.health.wear_outcome import outcomes
 from gearbox_monitor.health.judgement import accepted
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -229,7 +229,7 @@ def test_a_stiffer_gearbox_is_told_and_is_no_gap():
     gearbox = learnt()
     found = gearbox.go(20, stiffness=5.75)
     size(gearbox, 'stiffness_growth', 0.15)
-    assert 'stiffness has grown by +1' in found[-1]['backlash'].message
+    assert 'stiffness has grown by 1' in found[-1]['backlash'].message
     assert list(gearbox.health.alerts) == ['stiffness_growth']
 
 

@@ -14,8 +14,8 @@ import gearbox_monitor as gm
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.files.baselines import save_baseline
 from gearbox_monitor.health.checks.outcome import Level
-from gearbox_monitor.health.diagnostic_keys import published
-from gearbox_monitor.health.health_words import outcomes, sentence
+from gearbox_monitor.ros.diagnostic_keys import published
+from gearbox_monitor.health.wear_outcome import outcomes, sentence
 from gearbox_monitor.health.judgement import accepted, to_data
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
@@ -97,7 +97,7 @@ def test_a_baseline_file_counts_in_replay_and_report(tmp_path, capsys):
                    json.loads(file.read_text().splitlines()[0])['health'])
     live.run(grown)
     level, words = sentence(live.health)
-    assert level == Level.WARN and 'backlash has grown by +24' in words
+    assert level == Level.WARN and 'backlash has grown by 24' in words
     with BagWriter(tmp_path / 'bag') as writer:
         write_inputs(writer, grown)
     (tmp_path / 'p.yaml').write_text(yaml.safe_dump({'estimator': {'ros__parameters': {

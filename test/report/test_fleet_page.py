@@ -39,7 +39,7 @@ def test_kind_of_the_headline(level, kind):
     assert f'class="verdict {kind}"' in html
     assert ('Inspect SN1' in html) == (kind != 'good') and 'What to do next' in html
     # 1 % of the method, as accept states it.
-    assert '0.2300\u00a0±\u00a00.0023\u00a0rad' in html
+    assert '0.230\u00a0±\u00a00.002\u00a0rad' in html
 
 
 def test_what_is_not_compared_is_never_good():

@@ -36,7 +36,7 @@ def test_an_error_is_not_hidden_by_a_notice_of_wear():
     """Wear stands for its symptoms only, in one gearbox and among several."""
     worn, silent = GearboxHistory('elbow'), GearboxHistory('wrist')
     for k in range(5):
-        worn.add_status(float(k), 'friction', 1, 'friction has grown by +30 %', {})
+        worn.add_status(float(k), 'friction', 1, 'friction has grown by 30 %', {})
         worn.add_status(float(k), 'model', 2, 'the drive is not the model', {})
         silent.add_status(float(k), 'input', 2, 'no data', {})
     assert worn.worst()[1] == 'friction'
@@ -126,7 +126,7 @@ def test_the_headline_is_the_worst_of_all_and_silence_is_an_error():
 
 def test_wear_comes_before_its_symptoms():
     history = judged(gearbox(), 2, 'prediction error')
-    grown = 'backlash has grown by +41.0 % +- 0.3 % since 10:00: service the gearbox'
+    grown = 'backlash has grown by 41.0 ± 0.3 % since 10:00: service the gearbox'
     late = '; backlash not compared since 10:05: still'
     history.add_status(700.0, 'backlash', 1, grown + late, {})
     other = judged(gearbox('wrist'), 2, 'model')

@@ -57,7 +57,7 @@ def test_live_and_replayed_say_the_same(pages):
     assert live['live'] and not again['live']
     for figures in pages.values():
         assert figures['samples'] == 1000 * SECONDS and figures['loops'] == 3
-        assert figures['headline'].startswith('Backlash has grown by +')
+        assert figures['headline'].startswith('Backlash has grown by ')
         assert figures['within_2_sigma']['motor'] == pytest.approx(0.954, abs=0.01)
         assert figures['nis_over_dof'] == pytest.approx(1.0, abs=0.05)
         assert figures['counts']['missing arm positions'] == LOST[1] - LOST[0]

@@ -66,8 +66,8 @@ def test_the_worst_joint_comes_first():
     assert headline == 'elbow: Backlash has grown by 12 %. (1 more)'
     found = rows(html)
     assert list(found) == ['elbow', 'hand', 'base', 'wrist']
-    assert found['elbow'][:3] == ['ERROR', '-5 to 5', '0.02232 ± 0.00024']
-    assert found['hand'][2] == '0.03145 (lost motion)' and found['base'][4] == '100 %'
+    assert found['elbow'][:3] == ['ERROR', '-5 to 5', '0.0223 ± 0.0002']
+    assert found['hand'][2] == '0.0315 (lost motion)' and found['base'][4] == '100 %'
     assert found['wrist'][:1] + found['wrist'][2:5] == [
         '-', 'not measured', '-', 'not evaluated']
     assert ('elbow: Test the gearbox against its specification: gearbox_monitor accept r '

@@ -2,14 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """The first sentence of a verdict: what differs, by how much, and what that explains."""
+import math
 
 from gearbox_monitor.cli import fit_nominal, tune
 from gearbox_monitor.diagnosis.joint.verdict import Finding, model_values, Remainder
+from gearbox_monitor.health.backlash.features import width_of
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.presentation import Quantity
 from gearbox_monitor.report.robot_words import finding_words, robot_headline
-from gearbox_monitor.report.summary import sized, summary, with_deviation
+from gearbox_monitor.report.summary import summary
 from gearbox_monitor.report.words import (
-    next_steps, sentence, UserFiles, value_rows, value_text, width_and_std)
+    next_steps, sentence, UserFiles, value_rows)
 
 MODEL = DriveModel(arm_inertia=0.0235, torque_offset=0.2)
 HEAVY = Finding('arm_inertia', 'arm_side', {'m2': 0.033}, {'m2': 1e-4}, 900.0, share=0.93)
@@ -28,23 +31,23 @@ def data_of(kind, *findings, remainder=None, model=MODEL, **more):
 
 
 ANSWERS = [
-    (data_of('effect', HEAVY), "The arm's inertia is 0.0330 kg m², not 0.0235 (+40 %). "
+    (data_of('effect', HEAVY), "The arm's inertia is 0.03300 ± 0.00010 kg m², not 0.0235 (+40 %). "
      'This explains the whole difference.'),
     (data_of('effect', HEAVY, WEIGHT),
-     "The arm's inertia is 0.0330 kg m², not 0.0235 (+40 %). The arm's weight is 1.50 N m; the "
-     'model has none. Together they explain the whole difference.'),
+     "The arm's inertia is 0.03300 ± 0.00010 kg m², not 0.0235 (+40 %). The arm's weight is "
+     '1.500 ± 0.010 N m; the model has none. Together they explain the whole difference.'),
     (data_of('effect', HEAVY, OFFSET, confusable=['coulomb_asymmetry']),
-     "The arm's inertia is 0.0330 kg m², not 0.0235 (+40 %). The actuator's torque offset is "
-     '0.100 N m beyond the 0.200 N m of the model. Together they explain the whole difference. '
-     'This motion does not distinguish them from coulomb_asymmetry.'),
+     "The arm's inertia is 0.03300 ± 0.00010 kg m², not 0.0235 (+40 %). The actuator's torque "
+     'offset is 0.100 ± 0.010 N m beyond the 0.200 N m of the model. Together they explain the '
+     'whole difference. This motion does not distinguish them from coulomb_asymmetry.'),
     (data_of('effect', OFFSET, confusable=['coulomb_asymmetry']),
-     "The actuator's torque offset is 0.100 N m beyond the 0.200 N m of the model. This explains "
-     'the whole difference. This motion does not distinguish it from coulomb_asymmetry.'),
+     "The actuator's torque offset is 0.100 ± 0.010 N m beyond the 0.200 N m of the model. This "
+     'explains the whole difference. This motion does not distinguish it from coulomb_asymmetry.'),
     (data_of('incomplete', HEAVY, remainder=REST),
-     "The arm's inertia is 0.0330 kg m², not 0.0235 (+40 %). This explains 93 % of the "
-     'difference; the rest has no known cause (motor side, over the speed of the motor).'),
+     "The arm's inertia is 0.03300 ± 0.00010 kg m², not 0.0235 (+40 %). This explains 93.0 % of "
+     'the difference; the rest has no known cause (motor side, over the speed of the motor).'),
     (data_of('effect', RIPPLE),
-     "The motor's cogging torque is about 0.210 N m (not well determined by this recording), 6 "
+     "The motor's cogging torque is about 0.21 N m (not well determined by this recording), 6 "
      'per turn; the model has none. This explains the whole difference.'),
     (data_of('effect', Finding('disturbance', 'arm_side', {
         't0': 3.0, 'duration': 0.1, 'amplitude': 2.0}, {}, 9.0), bursts=[1, 2]),
@@ -65,47 +68,40 @@ def test_the_answer_states_sizes_and_what_they_explain():
 
 def test_an_effect_of_the_model_file_is_compared_with_its_value_there():
     model = DriveModel(effects=({'id': 'gravity', 'G': 1.0, 'phi': 0.0},))
-    assert 'weight is 1.50 N m, not 1.00 (+50 %)' in summary(data_of(
+    assert 'weight is 1.500 ± 0.010 N m, not 1.00 (+50 %)' in summary(data_of(
         'effect', WEIGHT, model=model))
 
 
 def test_a_slide_has_masses_and_forces():
-    assert 'inertia is 0.0330 kg, not' in summary(data_of('effect', HEAVY), 'prismatic')
+    assert 'inertia is 0.03300 ± 0.00010 kg, not' in summary(data_of('effect', HEAVY), 'prismatic')
 
 
-SIZES = [
-    (0.0, '0'), (25.0, '25.0'), (0.033, '0.0330'), (1234.0, '1234'), (2e-7, '2.00e-07'),
-    (-0.5, '-0.500')]
+QUANTITIES = [
+    (Quantity(1.9893, 0.0372, 'kg'), '1.99 ± 0.04 kg'), (Quantity(3.02, 0.0996), '3.02 ± 0.10'),
+    (Quantity(-15.03, 0.37, '%'), '-15.0 ± 0.4 %'), (Quantity(0.0, 0.0, '%'), '0.00 %'),
+    (Quantity(12345.0, 1234.0), '12300 ± 1200'), (Quantity(-0.001, 0.2, '°'), '0.0 ± 0.2°'),
+    (Quantity(0.0234531, 3.8e-7, 'kg m^2'), '0.0234531 ± 0.0000004 kg m²'),
+    (Quantity(1.2345e-9, 3e-11), '1.23e-09 ± 3e-11'), (Quantity(0.0330, unit='-'), '0.0330'),
+    (Quantity(1234.0), '1234'), (Quantity(2e-7), '2.00e-07'), (Quantity(1e7), '1.00e+07'),
+    (Quantity(0.2146, None, 'N m'), 'about 0.21 N m'), (Quantity(2.0, math.inf), 'about 2.0'),
+    (Quantity(math.nan, 1.0, 'N m'), 'unknown'), (Quantity(None, 1.0), 'unknown')]
 
 
-def test_sizes_have_three_digits():
-    for value, expected in SIZES:
-        assert sized(value) == expected
-
-
-VALUES = [
-    (1.99, 0.0074, '1.9900 ± 0.0074'), (3.02, 0.0996, '3.02 ± 0.10'),
-    (0.2, 0.002, '0.2000 ± 0.0020'), (12345.0, 1234.0, '12300 ± 1200'),
-    (0.0234531, 3.8e-7, '0.02345310 ± 0.00000038'),
-    (1.2345e-9, 3e-11, '1.235e-09 ± 3.0e-11'), (0.5, 0.0, '0.500 ± 0')]
-
-
-def test_a_value_has_the_digits_of_its_deviation():
-    for value, deviation, expected in VALUES:
-        assert with_deviation(value, deviation) == expected
-
-
-def test_values_and_widths_have_the_digits_of_their_deviations():
+def test_a_quantity_has_the_digits_of_its_deviation():
+    for quantity, expected in QUANTITIES:
+        assert str(quantity) == expected
+    assert f'{Quantity(15.03, 0.37, "%"):+}' == '+15.0 ± 0.4 %'
     data = data_of('effect', HEAVY, params={'arm_inertia': {'m2': 0.0234531}},
                    standard_errors={'arm_inertia': {'m2': 3.8e-7}})
     row, = value_rows(data, 'rotary')
-    assert value_text(row).startswith('m2 = 0.02345310 ± 0.00000038 kg m² (model: 0.0235')
-    assert width_and_std(0.2, 0.0, 'rad') == '0.2000 ± 0.0020 rad'
+    assert str(row).startswith('m2 = 0.0234531 ± 0.0000004 kg m² (model: 0.0235')
+    assert str(width_of(0.2, 0.0)) == '0.200 ± 0.002 rad'
 
 
 def test_a_pure_number_has_no_unit():
     fitted = {'torque_gain.g': {'value': 0.1, 'start': 0.05, 'error': 1e-3, 'unit': '-'}}
-    assert fit_nominal.largest_change(fitted) == ['torque_gain.g is 0.100, not 0.0500 (+100 %).']
+    assert fit_nominal.largest_change(fitted) == [
+        'torque_gain.g is 0.1000 ± 0.0010, not 0.0500 (+100 %).']
     likelihood = {'loglik': 1.0, 'nis': 2.0}
     values = {'ukf_beta': 3.0, 'q_std_tau_k': 1e-4}
     assert 'ukf_beta changes most: 3.00, not 2.00 (+50 %).' in tune.summary({
@@ -139,7 +135,7 @@ def test_a_robot_answers_in_the_same_way():
     rubs = Finding('motor_coulomb', 'motor_side', {'Cc': 0.7, 'Cc_change': 0.5},
                    {'Cc': 0.01, 'Cc_change': 0.01}, 90.0, joint='elbow').to_dict()
     assert finding_words(rubs) == (
-        'elbow: Coulomb friction +0.500 ± 0.010 N m: 0.700, not 0.200 (+250 %)')
+        'elbow: Coulomb friction +0.500 ± 0.010 N m: 0.700 ± 0.010 N m, not 0.200 N m (+250 %)')
     assert finding_words(rubs, {'elbow': 'prismatic'}).startswith(
         'elbow: Coulomb friction +0.500 ± 0.010 N: ')
     data = {'verdict': 'effect', 'findings': [rubs], 'remainders': []}
@@ -147,9 +143,9 @@ def test_a_robot_answers_in_the_same_way():
     servo = Finding('servo_gain', 'controller', {'kp_factor': 0.8}, {'kp_factor': 0.01}, 9.0,
                     joint='wrist').to_dict()
     assert finding_words(servo) == (
-        'wrist: proportional gain 0.800 ± 0.010 times that of the model')
+        'wrist: proportional gain 0.800 ± 0.010 times the value of the model')
     quiet = {'verdict': 'none', 'findings': [], 'remainders': [], 'ranked': [
         {'joint': 'elbow', 'before': 0.12}, {'joint': 'wrist', 'before': 0.02}]}
     assert robot_headline(quiet) == (
         'The robot is as the model file says: no joint differs by more than noise (elbow, the '
-        'largest: 0.12 N m rms).')
+        'largest: 0.120 N m rms).')

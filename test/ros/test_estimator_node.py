@@ -299,7 +299,7 @@ def test_drift_state_survives_a_restart(graph, drive, tmp_path):
     graph.until(lambda: alerts and snapshots, 'alert from before')
     status = alerts[0].status[0]
     assert status.name == 'estimator: backlash' and status.level == b'\x02'
-    assert 'backlash has grown by +30' in status.message and status.hardware_id == serial
+    assert 'backlash has grown by 30' in status.message and status.hardware_id == serial
     values = {v.key: v.value for v in status.values}
     assert float(values['baseline_gap_rad']) == pytest.approx(0.2, rel=0.01)
     # Windows go on from there, at their temperature, and are written.

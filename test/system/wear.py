@@ -27,7 +27,7 @@ import numpy as np
 import script
 
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.health import health_words
+from gearbox_monitor.health import wear_outcome
 from gearbox_monitor.health.backlash.change_tests import COMPONENTS, FEATURES, TESTS
 from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.health.judgement import accepted, to_data
@@ -243,7 +243,7 @@ class History:
             true = self.wear(name, window)
             growth, std = health.growth(column)
             component = 'backlash' if name in ('gap', 'stiffness') else 'friction'
-            outcome = health_words.outcome(health, component)
+            outcome = wear_outcome.outcome(health, component)
             changes = [(t, health.alerts[t.key]) for t in TESTS
                        if t.column == column and t.key in health.alerts]
             verdict.judged += 1
@@ -364,7 +364,7 @@ class HealthyLife(History):
         if new:
             self.alerts += 1
             print(f'    {hour:.2f} h: alert: ' + '; '.join(
-                health_words.outcome(self.monitor.health, component).message
+                wear_outcome.outcome(self.monitor.health, component).message
                 for component in COMPONENTS), flush=True)
 
     def live(self):

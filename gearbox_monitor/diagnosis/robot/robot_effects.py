@@ -129,7 +129,7 @@ PAYLOAD = RobotEffect(
     shows='All joints that carry the link need more torque: against gravity at rest, and in '
           'proportion to their acceleration.')
 LINK_INERTIA = RobotEffect(
-    'link_inertia', 'inertia of a link is not that of the model', MappingProxyType(
+    'link_inertia', 'inertia of a link differs from the model', MappingProxyType(
         dict.fromkeys(INERTIA_NAMES, 'kg m^2')), LINK, columns=lambda rows, link, c: {
             j: rows.inertial[link, j][:, 4:] for j in rows.robot.chain.movers[link]},
     values=lambda b, c: dict(zip(INERTIA_NAMES, b.tolist())), possible=_has_inertia,

@@ -92,8 +92,9 @@ class Tracker:
     """
     The wear of one gearbox, its alerts and all that they rest on; `update` takes a window.
 
-    alerts: by test. ended: by component, what was over with the newest window. scores: by test,
-    logarithm (base 10) of the odds of a change. backlash, friction: of the newest windows that
+    alerts: by test. ended: by component, (test, its size) of what was over with the newest window,
+    ('', 0) of a baseline that was saved. scores: by test, logarithm (base 10) of the odds of a
+    change. backlash, friction: of the newest windows that
     show them; point: where, -1: none; trusted, compared: whether it is. over_limit: see Health.
     marks: (stamp, words), where another baseline began. levels, level_stds: healthy, of the
     features at the newest point.
@@ -104,7 +105,7 @@ class Tracker:
     wear: tuple[FeatureWear, ...] = (FeatureWear(),) * len(FEATURES)
     scores: Mapping[str, float] = field(default_factory=lambda: {t.key: 0.0 for t in TESTS})
     alerts: Mapping[str, Alert] = field(default_factory=dict)
-    ended: Mapping[str, str] = field(default_factory=dict)
+    ended: Mapping[str, tuple[tuple[str, float], ...]] = field(default_factory=dict)
     window: Window | None = None
     backlash: Backlash | None = None
     friction: Backlash | Friction | None = None
@@ -358,8 +359,7 @@ class Tracker:
         if old and (self._over(column, old, feature.value, feature.std)
                     or self._over(column, old, *search.steady[column])):
             assert standing
-            text = f'over: {standing.words.replace(" has ", " had ")} {100 * old.found:.1f} %'
-            ended = '; '.join(filter(None, (self.ended.get(standing.component), text)))
+            ended = (*self.ended.get(standing.component, ()), (standing.key, old.found))
             return replace(self._cleared(column), alerts=alerts,
                            ended={**self.ended, standing.component: ended})
         growth, std = self.relative(column, feature.value, feature.std)
@@ -522,7 +522,7 @@ class Tracker:
             elif largest:  # what others seem to have changed by stays, too
                 steps.append(Step(since, ACCEPTED, PRIORS[column].crosstalk * largest))
             features.append(replace(feature, steps=tuple(steps[-MAX_STEPS:])))
-        ended = {t.component: 'over: saved as the baseline' for t in TESTS if t.key in self.alerts}
+        ended = {t.component: (('', 0.0),) for t in TESTS if t.key in self.alerts}
         tracker = replace(self, data=data, wear=tuple(features), alerts={}, ended=ended)
         return tracker._judged() if len(data.stamps) and self.point >= 0 else tracker
 
@@ -565,7 +565,8 @@ class Tracker:
             **self.data.to_dict(),
             **{name: kind(getattr(self, name)) for name, kind in _PLAIN.items()},
             'wear': [asdict(feature) for feature in self.wear],
-            'scores': dict(self.scores), 'ended': dict(self.ended),
+            'scores': dict(self.scores),
+            'ended': {name: list(map(list, over)) for name, over in self.ended.items()},
             'alerts': {key: asdict(alert) for key, alert in self.alerts.items()},
             'levels': list(self.levels), 'level_stds': list(self.level_stds),
             'marks': [list(mark) for mark in self.marks],
@@ -596,7 +597,9 @@ def _fields(state: Values) -> dict[str, Any]:
             for row in state['wear']),
         'scores': {key: float(state['scores'].get(key, 0.0)) for key in keys},
         'alerts': {key: Alert(**value) for key, value in state['alerts'].items() if key in keys},
-        'ended': dict(state['ended']), 'window': window, 'backlash': backlash,
+        'ended': {name: tuple((str(test), float(size)) for test, size in over)
+                  for name, over in state['ended'].items()},
+        'window': window, 'backlash': backlash,
         'friction': Friction(**state['friction']) if state['friction'] else backlash,
         'marks': tuple((int(stamp), str(words)) for stamp, words in state['marks']),
         **{name: tuple(map(float, state[name])) for name in ('levels', 'level_stds')}}

@@ -1,11 +1,7 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""
-What of backlash and friction is watched for changes: tests, their limits, and what to do.
-
-`explain` prints CONDITIONS.
-"""
+"""What of backlash and friction is watched for changes: tests and their limits."""
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -123,54 +119,24 @@ class ChangeTest:
     component: str
     column: int
     sign: int
-    words: str
 
 
 TESTS = (
-    ChangeTest('gap', 'backlash', GAP, 1, 'backlash has grown by'),
-    ChangeTest('gap_loss', 'backlash', GAP, -1, 'backlash has shrunk by'),
-    ChangeTest('lost_motion', 'backlash', LOST_MOTION, 1, 'lost motion has grown by'),
-    ChangeTest('lost_motion_loss', 'backlash', LOST_MOTION, -1, 'lost motion has shrunk by'),
-    ChangeTest('stiffness_loss', 'backlash', STIFFNESS, -1, 'stiffness has dropped by'),
-    ChangeTest('stiffness_growth', 'backlash', STIFFNESS, 1, 'stiffness has grown by'),
-    ChangeTest('hysteresis', 'backlash', HYSTERESIS, 1, 'hysteresis over load has grown by'),
-    ChangeTest('hysteresis_down', 'backlash', HYSTERESIS, -1,
-               'hysteresis over load has dropped by'),
-    ChangeTest('friction', 'friction', FRICTION, 1, 'friction has grown by'),
-    ChangeTest('friction_loss', 'friction', FRICTION, -1, 'friction has dropped by'),
+    ChangeTest('gap', 'backlash', GAP, 1), ChangeTest('gap_loss', 'backlash', GAP, -1),
+    ChangeTest('lost_motion', 'backlash', LOST_MOTION, 1),
+    ChangeTest('lost_motion_loss', 'backlash', LOST_MOTION, -1),
+    ChangeTest('stiffness_loss', 'backlash', STIFFNESS, -1),
+    ChangeTest('stiffness_growth', 'backlash', STIFFNESS, 1),
+    ChangeTest('hysteresis', 'backlash', HYSTERESIS, 1),
+    ChangeTest('hysteresis_down', 'backlash', HYSTERESIS, -1),
+    ChangeTest('friction', 'friction', FRICTION, 1),
+    ChangeTest('friction_loss', 'friction', FRICTION, -1),
     # Where viscous and Coulomb friction go opposite ways: else `friction` tells the change.
-    ChangeTest('viscous_share', 'friction', VISCOUS_SHARE, 1,
-               'friction has shifted to viscous by'),
-    ChangeTest('viscous_share_loss', 'friction', VISCOUS_SHARE, -1,
-               'friction has shifted to Coulomb by'),
-    ChangeTest('torque_gain', 'friction', GAIN, 1, 'torque gain has grown by'),
-    ChangeTest('torque_gain_loss', 'friction', GAIN, -1, 'torque gain has dropped by'),
+    ChangeTest('viscous_share', 'friction', VISCOUS_SHARE, 1),
+    ChangeTest('viscous_share_loss', 'friction', VISCOUS_SHARE, -1),
+    ChangeTest('torque_gain', 'friction', GAIN, 1),
+    ChangeTest('torque_gain_loss', 'friction', GAIN, -1),
 )
-ADVICE = {
-    'gap': ('watch it', 'plan a service', 'service the gearbox'),
-    'lost_motion': ('watch it', 'plan a service', 'service the gearbox'),
-    'gap_loss': ('save a baseline if it was adjusted', 'check preload and adjustment',
-                 'check preload and adjustment now'),
-    'lost_motion_loss': ('save a baseline if it was adjusted', 'check preload and adjustment',
-                         'check preload and adjustment now'),
-    'stiffness_growth': ('watch it', 'check preload and couplings',
-                         'check preload and couplings now'),
-    'stiffness_loss': ('watch it', 'check couplings and mounting, plan a service',
-                       'check couplings, mounting and teeth now'),
-    'hysteresis': ('watch it', 'check preload and lubrication', 'check preload and lubrication'),
-    'hysteresis_down': ('watch it', 'check preload and lubrication',
-                        'check preload and lubrication'),
-    'friction': ('watch it', 'check lubrication, bearings, brake',
-                 'check lubrication, bearings, brake now'),
-    'friction_loss': ('watch it', 'check preload and lubricant', 'check preload and lubricant'),
-    'viscous_share': ('watch it', 'check the lubricant', 'check the lubricant now'),
-    'viscous_share_loss': ('watch it', 'check lubrication, bearings, seals',
-                           'check lubrication, bearings, seals now'),
-    'torque_gain': ('watch it', 'check the torque constant of the drive',
-                    'check the torque constant of the drive'),
-    'torque_gain_loss': ('watch it', 'check motor and torque constant',
-                         'check motor and torque constant'),
-}
 # Limits of each feature, by parameter: stated from, WARN with the second advice from, ERROR from.
 _WIDTH = ('gap_notice', 'gap_warn', 'gap_error')
 _STIFFNESS = ('0.2 stiffness_warn', 'stiffness_warn', 'stiffness_error')
@@ -187,25 +153,20 @@ def limits_of(parameters: EstimatorParameters) -> dict[str, tuple[float, float, 
             for notice, warn, error in (_LIMITS[test.column],)}
 
 
+def limit_names(test: ChangeTest) -> tuple[str, str, str]:
+    """Return the parameters that limit a change: stated from, a warning from, an error from."""
+    return _LIMITS[test.column]
+
+
 def _conditions() -> Iterator[Condition]:
-    for component, advice in zip(COMPONENTS, (
-            'move so that both flanks are loaded, there and back',
-            'load a flank and move in both directions')):
-        yield Condition(component, Level.WARN, f'{component} not measured yet',
-                        'no window since the start showed it', 'drift_window', advice)
+    for component in COMPONENTS:
+        yield Condition(f'{component}_unmeasured', component, Level.WARN)
     for test in TESTS:
         name, score = size_name(test), f'{test.key}_score'
-        for k, limit in enumerate(_LIMITS[test.column]):
-            sure = 'significant (false_alarm_interval) and ' if k == 0 else ''
-            also = ', or the backlash > gap_limit' \
-                if limit == 'gap_error' and test.key == 'gap' else ''
-            yield Condition(
-                test.component, Level.ERROR if k == 2 else Level.WARN, f'{test.words} ... %',
-                f'{sure}change >= {limit}{also}',
-                f'since one of the newest {WEAR.horizon} windows' if k == 0 else
-                'since the change', ADVICE[test.key][k],
-                (score if k == 0 else name,),
-                (f'{score}_threshold' if k == 0 else f'{name}_{"warn" if k == 1 else "error"}',))
+        yield Condition(f'{test.key}_1', test.component, Level.WARN, (score,),
+                        (f'{score}_threshold',))
+        yield Condition(f'{test.key}_2', test.component, Level.WARN, (name,), (f'{name}_warn',))
+        yield Condition(f'{test.key}_3', test.component, Level.ERROR, (name,), (f'{name}_error',))
 
 
 def size_name(test: ChangeTest) -> str:

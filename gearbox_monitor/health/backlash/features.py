@@ -10,20 +10,23 @@ group belongs to two pairs, so that nothing is lost between them. Fit on smoothe
 filter's lag draws a hysteresis loop that is not there.
 """
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 import math
+from typing import Any
 
 import numpy as np
 
 from gearbox_monitor.estimation.rts_smoother import (
     S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST, S_TWIST_RATE_NOISE_STD, S_X2, S_X3, S_X4)
 from gearbox_monitor.health.alert_limits import LIMITS
+from gearbox_monitor.health.checks.outcome import Said
 from gearbox_monitor.health.elastic_regression import (
     BLOCKS, certainties, COLUMN_OF, COULOMB, D_TORQUE, D_TWIST, D_U, D_X3, data_of, ElasticLaw,
     GAIN, HALF_GAP, HEIGHT, N_SHAPE, Regression, STIFFNESS, VISCOUS, WIDTH, ZERO)
 from gearbox_monitor.kernels.linear_least_squares import Damping
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.presentation import Quantity
 
 MAX_POINTS = 2500
 GROUPS = 300       # of points; the fit compares averages of two neighbours
@@ -100,8 +103,9 @@ class Friction:
 @dataclass(frozen=True)
 class NotExcited:
     """
-    No gap in the window that ends at `stamp_ns`: `reason` says what the motion lacks.
+    No gap in the window that ends at `stamp_ns`: `reason` is the code of what the motion lacks.
 
+    numbers: of the reason, by name.
     lost_motion (rad): needs no torque and no stiffness; NaN where the motion does not show it.
     friction: of a motion on one flank, None where there is none.
     """
@@ -111,6 +115,12 @@ class NotExcited:
     lost_motion: float = math.nan
     lost_motion_std: float = math.nan
     friction: Friction | None = None
+    numbers: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def said(self) -> Said:
+        """The reason as an outcome says it."""
+        return Said(self.reason, self.numbers)
 
 
 def fit(rows: Array, model: DriveModel, stamp_ns: int) -> Backlash | NotExcited:
@@ -128,7 +138,7 @@ def fit(rows: Array, model: DriveModel, stamp_ns: int) -> Backlash | NotExcited:
     """
     reason = _missing(rows)
     if reason:
-        return NotExcited(stamp_ns, reason)
+        return NotExcited(stamp_ns, reason, numbers={'count': len(rows)})
     points = rows[::max(1, len(rows) // MAX_POINTS)]
     group = max(1, len(points) // GROUPS)
     count = len(points) // group
@@ -145,16 +155,16 @@ def fit(rows: Array, model: DriveModel, stamp_ns: int) -> Backlash | NotExcited:
             rows, regression, expected, certain))
 
     if min(_loaded_shares(rows)) < LIMITS.flank:
-        return without_gap('only one flank is loaded: the torque has to change its sign')
+        return without_gap('one_flank_loaded')
     start, variance = _start(data)
     for loop in (True, False):  # a loop that leaves no flank is none
         try:
             fitted = _fit_all(regression, start, variance, expected, loop)
         except np.linalg.LinAlgError:
-            return NotExcited(stamp_ns, 'the motion does not determine any fit')
+            return NotExcited(stamp_ns, 'no_fit')
         theta = fitted.theta
         if not (np.isfinite(theta).all() and np.isfinite(fitted.covariance).all()):
-            return NotExcited(stamp_ns, 'the motion does not determine any fit')
+            return NotExcited(stamp_ns, 'no_fit')
         half_width = theta[HALF_GAP] + (0.0 if fitted.passive else abs(theta[WIDTH]))
         side = _sides(points[:, S_TWIST] - theta[ZERO], half_width)
         flank = float(min((side > 0).mean(), (side < 0).mean()))
@@ -164,14 +174,12 @@ def fit(rows: Array, model: DriveModel, stamp_ns: int) -> Backlash | NotExcited:
     crossed = side[side != 0]
     traversals = int((np.diff(crossed) != 0).sum())
     if flank < LIMITS.flank:
-        return without_gap('only one flank is reached')
+        return without_gap('one_flank')
     if traversals < LIMITS.traversals:
-        return NotExcited(stamp_ns, f'backlash crossed {traversals} times in the window, expected '
-                          f'{LIMITS.traversals} or more: there and back')
+        return NotExcited(stamp_ns, 'few_crossings', numbers={'count': traversals})
     if theta[STIFFNESS] <= LIMITS.loaded * math.sqrt(max(fitted.covariance[STIFFNESS, STIFFNESS],
                                                          0.0)):
-        return NotExcited(stamp_ns, 'the torque on the flanks does not grow with the twist: the '
-                          'stiffness is not seen')
+        return NotExcited(stamp_ns, 'no_stiffness')
     tau_k = _transmitted(data, theta)
     load = _rms(tau_k, certain)
     separable = all(
@@ -191,17 +199,15 @@ def _rms(values: Array, weights: Array | None = None) -> float:
 
 
 def _missing(rows: Array) -> str:
-    """Return what `rows` lack before anything is fitted, '' for nothing."""
+    """Return the code of what `rows` lack before anything is fitted, '' for nothing."""
     if len(rows) < LIMITS.window_points:
-        return f'too few samples: {len(rows)}, at least {LIMITS.window_points} are needed'
+        return 'few_samples'
     if not (np.abs(rows) < LIMITS.plausible).all():  # NaN is not, either
-        return 'values that no drive has: the estimate is lost'
+        return 'implausible'
     if not np.ptp(rows[:, S_TWIST]) > 0.0:
-        return 'the twist does not change: the drive stands still'
+        return 'no_twist'
     if max(_loaded_shares(rows)) < LIMITS.flank:
-        return (f'the torque stays below its noise ({LIMITS.loaded:g} standard deviations): the '
-                f'drive '
-                'stands still or is not loaded')
+        return 'no_load'
     return ''
 
 
@@ -517,6 +523,18 @@ def combine(fits: Sequence[Backlash | NotExcited], name: str, relative: float = 
     return Combined(value, math.hypot(math.sqrt(variance / n), relative * value))
 
 
+def width_of(width: float | None, std: float | None, unit: str = 'rad') -> Quantity:
+    """
+    Return the width of a window, as all texts state it.
+
+    Args:
+        width: backlash or lost motion, in `unit`.
+        std: its standard deviation in the window; that of the method is added.
+        unit: rad or m.
+    """
+    return Quantity(width, math.hypot(std or 0.0, LIMITS.gap_error * (width or 0.0)), unit)
+
+
 def separable_of(fits: Sequence[Backlash]) -> tuple[list[Backlash], bool]:
     """
     Return (windows that count, whether they tell gap and compliance apart).
@@ -529,7 +547,7 @@ def separable_of(fits: Sequence[Backlash]) -> tuple[list[Backlash], bool]:
     return (clear if separable else excited), separable
 
 
-def reason_of(fits: Sequence[NotExcited]) -> str:
-    """Return what the motion lacks, of windows `fits`, of which none has features."""
-    reasons = [w.reason for w in fits] or ['no window has ended']
-    return max(set(reasons), key=reasons.count)
+def reason_of(fits: Sequence[NotExcited]) -> Said:
+    """Return what the motion of windows `fits` lacks, of which none has features."""
+    reasons = [w.reason for w in fits]
+    return max(fits, key=lambda w: reasons.count(w.reason)).said if fits else Said('no_window')

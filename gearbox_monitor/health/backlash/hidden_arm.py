@@ -90,16 +90,15 @@ class HiddenArm:
 
         """
         if self.model.driven_by == 'position':
-            return NotExcited(stamp_ns, 'driven_by: position: behind so much friction the motor '
-                              'does not show the backlash')
+            return NotExcited(stamp_ns, 'prescribed')
         try:
             recording = _recording(stamps, rows)
         except InputError as error:
-            return NotExcited(stamp_ns, str(error))
+            return NotExcited(stamp_ns, 'as_written', numbers={'text': str(error)})
         torque, travel = float(np.std(recording.u)), float(np.ptp(recording.y[:, 0]))
         sigma, _ = noise_floor(recording, self.model)
         if not (torque > 0.0 and travel > 10.0 * sigma[0] > 0.0):
-            return NotExcited(stamp_ns, 'the motor stands still')
+            return NotExcited(stamp_ns, 'motor_still')
         candidate = _candidate(self.model, torque)
         likelihood = InnovationLikelihood(recording, self.model, sigma,
                                           halves([slice(0, len(recording.u))]))
@@ -112,15 +111,12 @@ class HiddenArm:
         touched = sides[sides != 0]
         traversals = int((np.diff(touched) != 0).sum())
         if traversals < LIMITS.traversals:
-            return NotExcited(stamp_ns, f'the teeth crossed the backlash {traversals} times in '
-                              f'the window, expected {LIMITS.traversals} or more: the torque on '
-                              'the arm has to change its sign')
+            return NotExcited(stamp_ns, 'few_teeth', numbers={'count': traversals})
         covariance = _covariance(likelihood, fit)
         std = np.sqrt(np.diag(covariance))
         if not std[i] < LIMITS.hidden_std:
-            return NotExcited(stamp_ns, 'the reversals do not show the backlash: standard '
-                              f'deviation {100.0 * min(std[i], 9.99):.0f} % of it, expected below '
-                              f'{100.0 * LIMITS.hidden_std:.0f} %')
+            return NotExcited(stamp_ns, 'unclear_reversals',
+                              numbers={'std': float(min(std[i], 9.99))})
         self._state = np.concatenate([fit.z, fit.torque])
         change, deviation = ({c.name: float(v) for c, v in zip(candidate.coordinates, values)}
                              for values in (fit.z, std))

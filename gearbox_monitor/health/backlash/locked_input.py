@@ -26,8 +26,6 @@ from gearbox_monitor.kernels.types import Array
 LEAST = 200        # samples of a test
 MAX_POINTS = 4000
 STARTS = (0.05, 0.15, 0.3, 0.45)  # half gaps over the twist's swing
-LOCKED = ('the input stands still and no torque on the output is measured, nor one that holds the '
-          'input: record it as effort of the arm, or of the motor')
 
 
 def is_locked(samples: Samples) -> bool:
@@ -52,7 +50,7 @@ def locked_windows(samples: Samples) -> list[Backlash | NotExcited]:
     last = int(samples.stamp_ns[-1])
     torque = _torque(samples)
     if torque is None:
-        return [NotExcited(last, LOCKED)]
+        return [NotExcited(last, 'locked')]
     good = np.isfinite(samples.y).all(axis=1) & np.isfinite(torque)
     t = (samples.stamp_ns[good] - samples.stamp_ns[good][0]) * 1e-9
     twist, torque = samples.y[good, 0] - samples.y[good, 1], torque[good]
@@ -67,8 +65,7 @@ def locked_windows(samples: Samples) -> list[Backlash | NotExcited]:
     for part in _strokes(smooth):
         fits.append(_fit(twist[part], torque[part], direction[part],
                          int(samples.stamp_ns[good][part][-1])))
-    return fits or [NotExcited(last, 'the input stands still, and the torque on the output does '
-                               'not load both flanks: turn the output to and fro')]
+    return fits or [NotExcited(last, 'locked_flank')]
 
 
 def _torque(samples: Samples) -> Array | None:
@@ -122,8 +119,7 @@ def _fit(twist: Array, torque: Array, direction: Array, stamp_ns: int) -> Backla
     side = np.sign(x - zero) * (np.abs(x - zero) > half_gap)
     flank = float(min((side > 0).mean(), (side < 0).mean()))
     if flank < 0.02 or not stiffness > 0.0:
-        return NotExcited(stamp_ns, 'the input stands still, and the torque on the output does '
-                          'not load both flanks')
+        return NotExcited(stamp_ns, 'locked_flank')
     # Residuals of neighbouring samples are alike: only so many count.
     residual = y - table @ [stiffness, friction, offset]
     correlation = np.corrcoef(residual[1:], residual[:-1])[0, 1]

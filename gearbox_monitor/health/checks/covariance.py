@@ -7,22 +7,10 @@ Third trust indicator: the filter's uncertainty of tau_K is at its reference.
 That of the filter alone: what the tolerances of the model add to it varies with the motion.
 """
 from gearbox_monitor.health.alert_limits import LIMITS
-from gearbox_monitor.health.checks.outcome import Condition, Level, Outcome, outcome_of
+from gearbox_monitor.health.checks.outcome import Condition, Level, Outcome, outcome_of, Said
 
-_WINDOW = 'median over 2 s, against its reference'
-
-BELOW = Condition(
-    'covariance', Level.WARN, 'uncertainty of tau_K below its usual range',
-    f'median standard deviation of tau_K by noise < {LIMITS.covariance_low:g} of the reference',
-    _WINDOW,
-    'the filter hardly uses its measurements; check Q and R, or what adapts them',
-    ('tau_k_noise_std',), ('lower_bound',))
-ABOVE = Condition(
-    'covariance', Level.WARN, 'uncertainty of tau_K above its usual range',
-    f'median standard deviation of tau_K by noise > {LIMITS.covariance_high:g} of the reference',
-    _WINDOW,
-    'measurements are missing or come slower; check encoders and rate',
-    ('tau_k_noise_std',), ('upper_bound',))
+BELOW = Condition('below', 'covariance', Level.WARN, ('tau_k_noise_std',), ('lower_bound',))
+ABOVE = Condition('above', 'covariance', Level.WARN, ('tau_k_noise_std',), ('upper_bound',))
 CONDITIONS = (BELOW, ABOVE)
 
 
@@ -37,14 +25,14 @@ def check(stated: float, std: float, reference: float | None) -> Outcome:
 
     """
     if reference is None:
-        return outcome_of([], 'reference for the uncertainty of tau_K not complete yet',
+        return outcome_of([], Said('no_reference'),
                           {'tau_k_std': stated, 'tau_k_noise_std': std})
     values = {'tau_k_std': stated, 'tau_k_noise_std': std, 'reference': reference,
               'lower_bound': LIMITS.covariance_low * reference,
               'upper_bound': LIMITS.covariance_high * reference}
     broken = []
     if std < LIMITS.covariance_low * reference:
-        broken.append(BELOW)
+        broken.append(BELOW.said())
     elif not std <= LIMITS.covariance_high * reference:  # NaN is untrusted, too
-        broken.append(ABOVE)
-    return outcome_of(broken, 'uncertainty of tau_K in its usual range', values)
+        broken.append(ABOVE.said())
+    return outcome_of(broken, Said('usual'), values)

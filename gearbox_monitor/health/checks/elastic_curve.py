@@ -52,28 +52,15 @@ RULE = Damping(1e-3, relative=1e-12)
 ITERATIONS, ENOUGH = 12, 1e-3
 ZEROS = 13  # of the grid that the fit starts from
 TINY = 1e-300
-_WINDOW = f'{LIMITS.curve_window:g} s'
 
-NO_CURVE = Condition(
-    'prediction error', Level.WARN, 'no elastic curve explains the torque',
-    f'share of the smoothed tau_K that is more than {SIGMA:g} stated standard deviations off '
-    f'the best elastic curve, gain, friction, scale and delay, in more than single moments, '
-    f'> {LIMITS.curve_share:g}', _WINDOW,
-    'check sign, limits and delay of the effort and the signs and order of the encoders',
-    ('elastic_misfit_share',), ('elastic_misfit_share_threshold',))
+NO_CURVE = Condition('no_curve', 'prediction error', Level.WARN, ('elastic_misfit_share',),
+                     ('elastic_misfit_share_threshold',))
 OTHER_TORQUE = Condition(
-    'prediction error', Level.WARN, 'torque disagrees with the twist',
-    f'share of the smoothed tau_K whose error by gain and friction, as the twist shows it, '
-    f'is more than {SIGMA:g} stated standard deviations, and certain, > {LIMITS.curve_share:g}',
-    _WINDOW,
-    'check scale of the effort, time stamps and friction of the model; then its stiffness',
+    'other_torque', 'prediction error', Level.WARN,
     ('elastic_torque_share', 'elastic_gain', 'elastic_viscous', 'elastic_coulomb'),
     ('elastic_torque_share_threshold',))
 OTHER_TWIST = Condition(
-    'prediction error', Level.WARN, 'encoders disagree',
-    f'share of the smoothed twist whose error by scale and delay between the encoders is more '
-    f'than {SIGMA:g} stated standard deviations, and certain, > {LIMITS.curve_share:g}', _WINDOW,
-    'check gear_ratio, scale and delay of both encoders',
+    'other_twist', 'prediction error', Level.WARN,
     ('elastic_twist_share', 'elastic_scale', 'elastic_delay_s'),
     ('elastic_twist_share_threshold',))
 
@@ -278,7 +265,7 @@ def check(rows: Array, drive: DriveModel) -> Result:
     values |= {f'elastic_{name}': float(optimum.theta[at]) for name, at in (
         ('gain', GAIN), ('scale', SCALE), ('delay_s', DELAY), ('viscous', VISCOUS),
         ('coulomb', COULOMB))}
-    broken = [condition for condition, name in (
+    broken = [condition.said() for condition, name in (
         (NO_CURVE, 'misfit'), (OTHER_TORQUE, 'torque'), (OTHER_TWIST, 'twist'))
         if shares[name] > LIMITS.curve_share]
     return broken, values

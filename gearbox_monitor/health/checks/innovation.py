@@ -22,7 +22,7 @@ import numpy as np
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.score import LAGS, ljung_box, MIN_SAMPLES
 from gearbox_monitor.health.alert_limits import LIMITS
-from gearbox_monitor.health.checks.outcome import Condition, Level, Outcome, outcome_of
+from gearbox_monitor.health.checks.outcome import Condition, Level, Outcome, outcome_of, Said
 from gearbox_monitor.kernels.kernel import entry, inline, kernel
 from gearbox_monitor.kernels.types import Array, Integers, Matrix, Pair, Values, Vector
 
@@ -40,50 +40,19 @@ NIS_DEVIATIONS = _deviations(LIMITS.error_significance)
 MEAN_LIMIT = _deviations(0.5 * LIMITS.error_significance)  # two channels
 # Of scipy.special, which takes longer to load than all of this; a test computes it.
 LJUNG_BOX_LIMIT = 67.29689616943706
-_TUNE = 'check friction, inertia and torque scale of the model'
 
-BIASED = Condition(
-    'prediction error', Level.WARN, 'prediction errors biased',
-    f'largest abs(mean) sqrt(N) of the whitened channels > {MEAN_LIMIT:.2f}',
-    f'{LIMITS.mean_window:g} s', _TUNE, ('mean',), ('mean_threshold',))
-COLOURED = Condition(
-    'prediction error', Level.WARN, 'prediction errors not white',
-    f'Ljung-Box over {LAGS} lags > {LJUNG_BOX_LIMIT:.1f} and sum of squared correlations > '
-    f'{LIMITS.predictable:g} + {LAGS} / N', f'{LIMITS.error_window:g} s',
-    _TUNE + ', and the time stamps', ('ljung_box', 'predictable_share'),
-    ('ljung_box_threshold', 'predictable_share_threshold'))
-LARGER = Condition(
-    'prediction error', Level.WARN, 'prediction errors larger than predicted',
-    f'NIS over its degrees of freedom > {LIMITS.nis_high:g} and significantly above 1',
-    f'{LIMITS.error_window:g} s', _TUNE + ', and the encoders; or raise R',
-    ('nis_over_dof',), ('nis_high',))
-SMALLER = Condition(
-    'prediction error', Level.WARN, 'prediction errors smaller than predicted',
-    f'NIS over its degrees of freedom < {LIMITS.nis_low:g} and significantly below 1',
-    f'{LIMITS.error_window:g} s', 'R or Q is too large: tune them', ('nis_over_dof',),
-    ('nis_low',))
-GROSS = Condition(
-    'prediction error', Level.ERROR, 'prediction errors much larger than predicted',
-    f'NIS over its degrees of freedom > {LIMITS.nis_gross:g}', f'{LIMITS.error_window:g} s',
-    'do not trust tau_K; check the encoders first, then the model', ('nis_over_dof',),
-    ('nis_gross',))
+_ERROR, _NIS = ('prediction error', Level.WARN), ('nis_over_dof',)
+BIASED = Condition('biased', *_ERROR, ('mean',), ('mean_threshold',))
+COLOURED = Condition('coloured', *_ERROR, ('ljung_box', 'predictable_share'),
+                     ('ljung_box_threshold', 'predictable_share_threshold'))
+LARGER = Condition('larger', *_ERROR, _NIS, ('nis_high',))
+SMALLER = Condition('smaller', *_ERROR, _NIS, ('nis_low',))
+GROSS = Condition('gross', 'prediction error', Level.ERROR, _NIS, ('nis_gross',))
 MOTOR_VARIANCE, ARM_VARIANCE = (Condition(
-    'prediction error', Level.WARN, f'{joint} encoder noise differs from r_std_{joint}',
-    f'mean squared innovation of the {joint} over predicted variance outside '
-    f'{LIMITS.variance_low:g} .. {LIMITS.variance_high:g}', f'{LIMITS.error_window:g} s',
-    f'check the {joint} encoder, or tune r_std_{joint}',
-    (f'variance_ratio_{joint}',), ('variance_ratio_low', 'variance_ratio_high'))
-    for joint in ('motor', 'arm'))
-OUTLIERS = Condition(
-    'prediction error', Level.WARN, 'outliers',
-    f'largest innovation / ({LIMITS.gate:g} predicted standard deviations) > 1',
-    f'{LIMITS.gate_window:g} s',
-    'check encoder cables and supply, and for impacts', ('test_ratio',),
-    ('test_ratio_threshold',))
-TOO_FEW = Condition(
-    'prediction error', Level.WARN, 'too few innovations',
-    f'fewer than {MIN_SAMPLES} samples that gave an estimate', f'{LIMITS.error_window:g} s',
-    'wait; check the rate if it stays', ('window_samples',))
+    f'{joint}_variance', *_ERROR, (f'variance_ratio_{joint}',),
+    ('variance_ratio_low', 'variance_ratio_high')) for joint in ('motor', 'arm'))
+OUTLIERS = Condition('outliers', *_ERROR, ('test_ratio',), ('test_ratio_threshold',))
+TOO_FEW = Condition('too_few', *_ERROR, ('window_samples',))
 CONDITIONS = (BIASED, COLOURED, LARGER, SMALLER, GROSS, MOTOR_VARIANCE, ARM_VARIANCE, OUTLIERS,
               TOO_FEW)
 
@@ -336,7 +305,7 @@ def check(white: Array, nis: Array, dof: Array, errors: Array, stds: Array, rece
     _sum(white, nis, dof, errors, stds, recent, newest, sums)
     (mean, ratio, low, high, motor, arm, gate), broken = judged(sums)
     if broken & TOO_FEW_BIT:
-        return outcome_of([TOO_FEW], '', {'window_samples': len(nis)})
+        return outcome_of([TOO_FEW.said()], None, {'window_samples': len(nis)})
     box, predictable = _whiteness(white)
     predictable_limit = LIMITS.predictable + LAGS / len(nis)
     values = {
@@ -347,10 +316,10 @@ def check(white: Array, nis: Array, dof: Array, errors: Array, stds: Array, rece
         'variance_ratio_motor': motor, 'variance_ratio_arm': arm,
         'variance_ratio_low': LIMITS.variance_low, 'variance_ratio_high': LIMITS.variance_high,
         'test_ratio': gate, 'test_ratio_threshold': 1.0, 'window_samples': len(nis)}
-    conditions = [condition for condition, is_broken in (
+    says = [condition.said() for condition, is_broken in (
         (BIASED, broken & BIASED_BIT),
         (COLOURED, box > LJUNG_BOX_LIMIT and predictable > predictable_limit),
         (GROSS, broken & GROSS_BIT), (LARGER, broken & LARGER_BIT),
         (SMALLER, broken & SMALLER_BIT), (MOTOR_VARIANCE, broken & MOTOR_BIT),
         (ARM_VARIANCE, broken & ARM_BIT), (OUTLIERS, broken & OUTLIERS_BIT)) if is_broken]
-    return outcome_of(conditions, 'prediction errors as predicted', values)
+    return outcome_of(says, Said('as_predicted'), values)

@@ -18,7 +18,7 @@ import numpy as np
 from gearbox_monitor.estimation.process_model import (
     K_P, LOAD_AT, P0, Q0, R1, R2, tangent, TAU_K, X1, X2, X3, X4)
 from gearbox_monitor.health.alert_limits import LIMITS
-from gearbox_monitor.health.checks.outcome import Condition, Level, Outcome, outcome_of
+from gearbox_monitor.health.checks.outcome import Condition, Level, Outcome, outcome_of, Said
 from gearbox_monitor.kernels.kernel import entry, inline
 from gearbox_monitor.kernels.types import Array, FlagMatrix, Flags, Matrix, Values, Vector
 from gearbox_monitor.plant.drive import (
@@ -28,18 +28,10 @@ POSITION_SCALE = 1.0  # rad: prior standard deviation of the positions
 ROUNDING = 1e-14
 TINY = 1e-300
 
-HIDDEN = Condition(
-    'observability', Level.ERROR, 'tau_K not observable',
-    f'more than {LIMITS.untrusted:g} of the prior standard deviation of tau_K remains',
-    f'{LIMITS.information_window:g} s',
-    'do not trust it; check the encoders; with an unknown load at standstill, wait for motion',
-    ('information_share_tau_k',), ('information_share_threshold',))
-UNKNOWN = Condition(
-    'observability', Level.ERROR, 'uncertainty of tau_K above its initial value',
-    f'median standard deviation of tau_K > {LIMITS.unknown:g} of the prior one (`p0_std_torque`)',
-    f'{LIMITS.information_window:g} s',
-    'do not trust it; restore the encoder that is lost, or say what loads the arm (arm_load)',
-    ('stated_share_tau_k',), ('stated_share_threshold',))
+HIDDEN = Condition('hidden', 'observability', Level.ERROR, ('information_share_tau_k',),
+                   ('information_share_threshold',))
+UNKNOWN = Condition('uncertain', 'observability', Level.ERROR, ('stated_share_tau_k',),
+                    ('stated_share_threshold',))
 CONDITIONS = (HIDDEN, UNKNOWN)
 
 
@@ -211,10 +203,8 @@ def check(shares: Mapping[str, float], stated: float, eq6: Values) -> Outcome:
     hidden = [name for name, state in (('speed (standstill)', 'x3'),
                                        ('load on the arm (needs both encoders)', 'tau_arm'))
               if not shares.get(state, 0.0) <= LIMITS.untrusted]
-    fine = 'tau_K observable'
-    if hidden:
-        fine += '; not: ' + ', '.join(hidden)
-    broken = [condition for condition, is_fine in (  # NaN is untrusted, too
+    unobserved = (Said('and_not', {'names': ', '.join(hidden)}),) if hidden else ()
+    broken = [condition.said() for condition, is_fine in (  # NaN is untrusted, too
         (HIDDEN, shares['tau_k'] <= LIMITS.untrusted), (UNKNOWN, stated <= LIMITS.unknown))
         if not is_fine]
-    return outcome_of(broken, fine, values)
+    return outcome_of(broken, Said('observable', {'hidden': unobserved}), values)

@@ -5,10 +5,14 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 import enum
-from typing import NamedTuple
+from importlib import import_module
+from types import MappingProxyType
+from typing import NamedTuple, Self, TypeAlias
 
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.kernels.types import Values
+
+NOTHING: Values = MappingProxyType({})
 
 
 class Level(enum.IntEnum):
@@ -19,22 +23,19 @@ class Level(enum.IntEnum):
     ERROR = 2
 
 
-class LevelWords(NamedTuple):
-    """What a level says, and what to do then."""
+class Said(NamedTuple):
+    """
+    One thing that an outcome says: a code of the table of sentences, and its numbers.
 
-    means: str
-    advice: str
+    numbers: of the phrase, by name; tuples of Said are parts of it. level: of this alone.
+    """
+
+    code: str
+    numbers: Values = NOTHING
+    level: Level = Level.OK
 
 
-LEVELS = {
-    Level.OK: LevelWords('the component was judged and nothing is wrong: its values can be used',
-                         'nothing'),
-    Level.WARN: LevelWords('something is doubtful, or nothing was judged yet: estimates go on, '
-                           'with less trust',
-                           'read the message: it names the condition and its remedy'),
-    Level.ERROR: LevelWords('the values of the component must not be used, or a change of the '
-                            'gearbox exceeds its limit', 'stop relying on it, and follow the '
-                            'remedy of the message')}
+Group: TypeAlias = tuple[Said, ...]
 
 
 @dataclass(frozen=True)
@@ -42,82 +43,90 @@ class Outcome:
     """
     What one check says now.
 
-    level, message in plain words, and values {name: number or text} that stand beside it; every
-    value that was judged comes with its threshold.
+    level; says: groups of Said, the first one first; values {name: number or text}: every value
+    that was judged, with its threshold.
     """
 
     level: Level
-    message: str
+    says: tuple[Group, ...]
     values: Values = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, level: Level, code: str, values: Values = NOTHING, **numbers: object) -> Self:
+        """Return the Outcome that says a `code` with its `numbers`, and no remedy."""
+        return cls(level, ((Said(code, numbers),),), values)
+
+    @property
+    def message(self) -> str:
+        """What it says, in the words of the table of sentences."""
+        return str(import_module('gearbox_monitor.report.sentences').message(self.says))
+
+    @property
+    def codes(self) -> tuple[str, ...]:
+        """The codes of all that it says."""
+        return tuple(said.code for group in self.says for said in group)
+
+    def followed_by(self, code: str, **numbers: object) -> 'Outcome':
+        """Return it with one more thing that it says, at the end."""
+        return replace(self, says=(*self.says, (Said(code, numbers),)))
 
 
 @dataclass(frozen=True)
 class Condition:
     """
-    One reason to leave OK. Messages and `explain` are made of these.
+    One reason to leave OK: its code in the table of sentences, its component and its level.
 
-    says: what is wrong, as the message puts it; when: the exact condition, its thresholds
-    formatted from the constants that the check compares with; window: what it looks at; advice:
-    what to do. value and threshold: names of the key/values that show them.
+    value and threshold: names of the key/values that show it.
     """
 
+    code: str
     component: str
     level: Level
-    says: str
-    when: str
-    window: str
-    advice: str
     value: tuple[str, ...] = ()
     threshold: tuple[str, ...] = ()
 
+    def said(self, **numbers: object) -> Said:
+        """Return that it is broken, with its `numbers`."""
+        return Said(self.code, numbers, self.level)
 
-def outcome_of(broken: Sequence[Condition], fine: str, values: Values) -> Outcome:
+
+def outcome_of(broken: Sequence[Said], fine: Said | None, values: Values) -> Outcome:
     """
     Return the Outcome of one check.
 
     Args:
-        broken: the conditions that do not hold.
-        fine: the message if all hold.
+        broken: of the conditions that do not hold.
+        fine: that all hold.
         values: {key: value} to publish beside the message.
-
-    Returns:
-        OK and `fine`; with broken conditions their highest level, all words, and the advice of the
-        first of that level.
-
     """
     if not broken:
-        return Outcome(Level.OK, fine, values)
-    worst = max(broken, key=lambda condition: condition.level)
-    return Outcome(worst.level, ', '.join(c.says for c in broken) + f': {worst.advice}', values)
+        return Outcome(Level.OK, ((fine,),) if fine else (), values)
+    return Outcome(max(said.level for said in broken), (tuple(broken),), values)
 
 
 def joined(outcomes: Sequence[Outcome]) -> Outcome:
-    """Return one Outcome at the highest level of `outcomes`, the first one's words last."""
-    first, *further = outcomes
-    raised = [outcome for outcome in further if outcome.level > Level.OK]
-    texts = [max(raised, key=lambda outcome: outcome.level).message] if raised else []
+    """Return one Outcome at the highest level of `outcomes`, what the first one says last."""
+    first, *added = outcomes
+    raised = [outcome for outcome in added if outcome.level > Level.OK]
+    says = max(raised, key=lambda outcome: outcome.level).says if raised else ()
     if not raised or first.level > Level.OK:
-        texts.append(first.message)
-    return Outcome(max(outcome.level for outcome in outcomes), '; '.join(texts), first.values)
+        says += first.says
+    return Outcome(max(outcome.level for outcome in outcomes), says, first.values)
 
 
-def with_more(outcome: Outcome, broken: Sequence[Condition], values: Values) -> Outcome:
+def with_more(outcome: Outcome, broken: Sequence[Said], values: Values) -> Outcome:
     """
-    Return a Outcome extended by the result of another check of the same component.
+    Return an Outcome extended by the result of another check of the same component.
 
     Args:
         outcome: to extend.
-        broken: conditions that do not hold, one or more.
+        broken: of the conditions that do not hold, one or more; they come first.
         values: {key: value} to add.
-
-    Returns:
-        The Outcome at the higher level of both; the added words come first.
-
     """
-    combined = outcome_of(broken, '', {**outcome.values, **values})
+    combined = outcome_of(broken, None, {**outcome.values, **values})
     if outcome.level == Level.OK:
         return combined
-    return Outcome(max(outcome.level, combined.level), f'{combined.message}; {outcome.message}',
+    return Outcome(max(outcome.level, combined.level), combined.says + outcome.says,
                    combined.values)
 
 
@@ -148,7 +157,7 @@ class Alarm:
         self._below = [0, 0]
         self.judged = False
         self._decided = False  # whether the start is over
-        self._said: dict[Level, str] = {}  # level: what was found last at it
+        self._said: dict[Level, tuple[Group, ...]] = {}  # level: what was found last at it
 
     def update(self, raw: int, stamp_ns: int) -> Level:
         """Take the raw level found at `stamp_ns`; return the debounced level."""
@@ -179,20 +188,20 @@ class Alarm:
         """
         Return the raw `outcome` at its debounced level at stamp_ns; lasts_s: how long it has.
 
-        The message fits the level in force: while a raw level is not believed yet, or not
+        What it says fits the level in force: while a raw level is not believed yet, or not
         forgotten yet, it is what was found last at the level that stands.
         """
         level = self.update(outcome.level, stamp_ns)
-        self._said[Level.OK if outcome.level == Level.OK else Level.WARN] = outcome.message
+        self._said[Level.OK if outcome.level == Level.OK else Level.WARN] = outcome.says
         if outcome.level == Level.ERROR:
-            self._said[Level.ERROR] = outcome.message
-        self._said.setdefault(level, outcome.message)
+            self._said[Level.ERROR] = outcome.says
+        self._said.setdefault(level, outcome.says)
         return replace(self.standing(), values={
             **outcome.values, **({'lasts_s': self.lasted(stamp_ns)} if level else {})})
 
     def standing(self) -> Outcome:
         """Return the level in force, with what was found last at it."""
-        return Outcome(self.level, self._said.get(self.level, ''))
+        return Outcome(self.level, self._said.get(self.level, ()))
 
     def lasted(self, stamp_ns: int) -> float:
         """Return how long the level has lasted at `stamp_ns` (s); 0 where time went backwards."""

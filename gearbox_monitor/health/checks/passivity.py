@@ -22,13 +22,7 @@ from gearbox_monitor.plant.drive import DriveModel
 
 
 AGAINST = Condition(
-    'prediction error', Level.WARN, 'torque against twist',
-    f'smoothed: correlation of tau_K and twist < {LIMITS.correlation:g}, or mean of tau_K times '
-    'twist rate, without what a spring gives back, over their rms < '
-    f'{LIMITS.power:g}; judged where each moves by {LIMITS.moved:g} of its stated standard '
-    'deviations', f'{LIMITS.passivity_window:g} s',
-    'check the signs of encoders and torque and whether it is the torque that acts, then the '
-    'friction of the model',
+    'against_twist', 'prediction error', Level.WARN,
     ('torque_twist_correlation', 'torque_twist_power'),
     ('torque_twist_correlation_threshold', 'torque_twist_power_threshold'))
 
@@ -52,7 +46,8 @@ def check(rows: Array, drive: DriveModel) -> Result:
     values = {'torque_twist_correlation': correlation,
               'torque_twist_correlation_threshold': LIMITS.correlation,
               'torque_twist_power': power, 'torque_twist_power_threshold': LIMITS.power}
-    return [AGAINST] if correlation < LIMITS.correlation or power < LIMITS.power else [], values
+    against = correlation < LIMITS.correlation or power < LIMITS.power
+    return [AGAINST.said()] if against else [], values
 
 
 CHECK = RowCheck('torque_twist', LIMITS.passivity_window, check, (AGAINST,), (

@@ -8,14 +8,14 @@ from typing import TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.health.checks.outcome import Condition
+from gearbox_monitor.health.checks.outcome import Condition, Said
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 
 MAX_ROWS = 500  # of a window that are looked at: neighbours are alike
 
-# Conditions that are broken and {key: value}; None: the check abstains.
-Result: TypeAlias = tuple[Sequence[Condition], dict[str, float]] | None
+# What conditions that are broken say and {key: value}; None: the check abstains.
+Result: TypeAlias = tuple[Sequence[Said], dict[str, float]] | None
 
 
 @dataclass(frozen=True)

@@ -12,14 +12,8 @@ from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 
 
-BEYOND = Condition(
-    'prediction error', Level.ERROR, 'twist beyond what backlash and stiffness allow',
-    f'range of the smoothed twist > {LIMITS.twist_room:g} times the backlash of the model and '
-    f'what the range of tau_K, widened by {2 * LIMITS.twist_sure:g} stated standard deviations, '
-    'twists',
-    f'{LIMITS.twist_window:g} s',
-    'check sign, scale and delay of both encoders and whether motor and arm are swapped; then '
-    'stiffness and half_gap of the model', ('twist_range',), ('twist_range_threshold',))
+BEYOND = Condition('twist_range', 'prediction error', Level.ERROR, ('twist_range',),
+                   ('twist_range_threshold',))
 
 
 def check(rows: Array, drive: DriveModel) -> Result:
@@ -36,7 +30,7 @@ def check(rows: Array, drive: DriveModel) -> Result:
     allowed = LIMITS.twist_room * (2.0 * (shape.half_gap + shape.hysteresis_width)
                                    + torque / shape.stiffness)
     twist = float(np.ptp(rows[:, S_TWIST]))
-    return ([BEYOND] if not twist <= allowed else [],
+    return ([BEYOND.said()] if not twist <= allowed else [],
             {'twist_range': twist, 'twist_range_threshold': allowed})
 
 

@@ -164,7 +164,7 @@ def test_words_of_a_payload_and_of_what_is_not_determined():
             'deviations': {'m': 0.1, 'cx': 0.001, 'cy': 0.001, 'cz': 0.001}}
     assert finding_words(data) == '3.02 ± 0.10 kg more at flange, centre 16 cm out'
     data['deviations']['cz'] = None
-    assert 'this motion does not say' in finding_words(data)
+    assert 'this motion does not show' in finding_words(data)
 
 
 def test_springs_at_both_ends_of_a_joint_are_two_findings():

@@ -1,7 +1,7 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What the `Health` of a gearbox says of backlash and friction: levels, words and values."""
+"""The Outcomes of backlash and friction that a `Health` gives: levels, codes and numbers."""
 from collections.abc import Iterable
 from dataclasses import asdict
 import math
@@ -9,15 +9,15 @@ from typing import Any
 
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.backlash.change_tests import (
-    ADVICE, ChangeTest, COMPONENTS, FEATURES, FRICTION, GAIN, GAP, HYSTERESIS, LOST_MOTION,
-    size_name, STIFFNESS, TESTS, VISCOUS_SHARE, WEAR)
+    ChangeTest, COMPONENTS, FEATURES, FRICTION, GAIN, GAP, HYSTERESIS, LOST_MOTION, size_name,
+    STIFFNESS, TESTS, VISCOUS_SHARE, WEAR)
 from gearbox_monitor.health.backlash.features import Backlash, Friction
 from gearbox_monitor.health.backlash.wear import span, when
-from gearbox_monitor.health.checks.outcome import Level, Outcome
-from gearbox_monitor.health.health_record import active_tests, GROSS, Health, OVER_LIMIT, tests_of
+from gearbox_monitor.health.backlash.features import width_of
+from gearbox_monitor.health.checks.outcome import Group, Level, Outcome, Said
+from gearbox_monitor.health.health_record import active_tests, GROSS, Health, tests_of
+from gearbox_monitor.presentation import percent, Quantity
 
-NOT_SEPARABLE = 'not separable from the new motion'
-NOTHING_EARLIER = 'no earlier recording to compare with'
 NOUNS = ('backlash', 'lost motion', 'stiffness', 'hysteresis over load', 'friction', 'torque gain',
          'share of viscous friction')
 NEVER_NS = 2 ** 62  # as late as a stamp can be
@@ -37,46 +37,42 @@ def outcome(health: Health, component: str) -> Outcome:
     if pause is not None and pause.friction is not None and component == 'friction':
         pause = None
     if window is None and not active:
-        reason = f': {pause.reason}' if pause else ': no window has ended'
-        return Outcome(Level.WARN, f'{component} not measured yet{reason}; a baseline needs '
-                       f'{WEAR.min_baseline} windows')
+        return Outcome.of(Level.WARN, f'{component}_unmeasured', needed=WEAR.min_baseline,
+                          why=(pause.said if pause else Said('no_window'),))
     values = _measured(health, component, window) if window else {}
-    level, texts = Level.OK, []
+    says: list[Group] = []
     if component == 'backlash' and health.over_limit:
-        level, texts = Level.ERROR, [
-            f'backlash {health.width.level:.4g} rad exceeds {OVER_LIMIT} '
-            f'{health.settings.gap_limit:.4g} rad: service the gearbox']
+        width = health.width
+        says.append((Said('over_limit', {
+            'size': width_of(width.level, width.level_std),
+            'limit': health.settings.gap_limit}, Level.ERROR),))
     if component == 'backlash' and health.slips:
         slip, values['slips'] = health.slips[-1], len(health.slips)
         values.update(slip_rad=slip.size, slip_rad_std=slip.std, slip_at=when(slip.stamp_ns))
-        level = max(level, Level.WARN)
-        texts.append(f'slip of {abs(slip.size):.2g} rad +- {slip.std:.1g} rad at '
-                     f'{when(slip.stamp_ns)}: check clutch, hub and couplings')
-    for test in active:
-        level = max(level, Level.ERROR if health.alerts[test.key].stage == GROSS else Level.WARN)
-        texts.append(_described(health, test, values))
+        says.append((Said('slip', {'size': Quantity(abs(slip.size), slip.std, 'rad'),
+                                   'at': when(slip.stamp_ns)}, Level.WARN),))
+    says += [(_described(health, test, values),) for test in active]
     column = _leading(health, component)
-    doubt = _stale(health, column, pause.reason if pause else '') or (
-        '' if active else _hidden(health, (column, *SHOWN[component])))
+    doubt = _stale(health, column, (pause.said,) if pause else ()) or (
+        None if active else _hidden(health, (column, *SHOWN[component])))
     if doubt:
-        level = max(level, Level.WARN)
-        texts.append(doubt)
-    elif component == 'friction' and health.settings.follows_curve and not texts \
+        says.append((doubt,))
+    elif component == 'friction' and health.settings.follows_curve and not says \
             and {'gap', 'lost_motion'} & health.alerts.keys():
-        texts.append('friction not judged: the elastic curve of the model has the backlash of '
-                     'before')
-    elif not texts:
-        level, text = _healthy(health, column, window)
-        texts.append(text)
+        says.append((Said('follows_curve'),))
+    elif not says:
+        says.append((_healthy(health, column, window),))
+    level = max(group[0].level for group in says)
     if active and health.cause:
         values['cause'] = health.cause
-    if component in health.ended:
-        texts.append(health.ended[component])
+    says += [(Said(f'{test}_over' if test else 'saved', {'size': percent(size)}),)
+             for test, size in health.ended.get(component, ())]
     if component == 'backlash' and health.marks:
-        texts.append(f'{when(health.marks[-1][0])}: {health.marks[-1][1]}')
+        stamp_ns, note = health.marks[-1]
+        says.append((Said('mark', {'since': when(stamp_ns), 'note': note}),))
     values = {key: value for key, value in values.items()
               if not isinstance(value, float) or math.isfinite(value)}
-    return Outcome(level, '; '.join(texts), values)
+    return Outcome(level, tuple(says), values)
 
 
 def worst(states: Iterable[tuple[int, str, str]]) -> tuple[Level, str]:
@@ -121,71 +117,67 @@ def _leading(health: Health, component: str) -> int:
     return GAP if health.separable else LOST_MOTION
 
 
-def _stale(health: Health, column: int, reason: str) -> str:
-    """Return the words for a feature that is not compared any more, '' for one that is."""
+def _stale(health: Health, column: int, reason: Group) -> Said | None:
+    """Return what says that a feature is not compared any more, None of one that is."""
     compared = health.features[column].compared_ns
     overdue = health.stamp_ns - compared > LIMITS.grace * health.settings.window * 1e9
     if compared == health.stamp_ns or compared and not overdue:
-        return ''
-    if not reason:
-        reason = 'the estimates are not trusted, see the other indicators' \
-            if not health.compared else 'not identifiable in this motion'
+        return None
+    reasons = reason or (Said('not_identifiable' if health.compared else 'untrusted'),)
     since = f' since {when(compared)}' if compared else ' yet'
-    return f'{NOUNS[column]} not compared{since}: {reason}'
+    return Said('not_compared', {'noun': NOUNS[column], 'since': since, 'why': reasons},
+                Level.WARN)
 
 
-def _hidden(health: Health, columns: tuple[int, ...]) -> str:
-    """Return the words for a change that the new motion may hide, '' where it hides none."""
+def _hidden(health: Health, columns: tuple[int, ...]) -> Said | None:
+    """Return what says that the new motion may hide a change, None where it hides none."""
     for column in columns:
         feature, warn = health.features[column], health.limits(tests_of(column)[0])[1]
         if feature.is_open and abs(feature.change) > feature.change_std and abs(
                 feature.change) + LIMITS.hides_std * feature.change_std >= warn:
-            return (f'{NOUNS[column]} {_percent(feature.change, feature.change_std)}, '
-                    f'{NOT_SEPARABLE}: drive the old one')
-    return ''
+            return Said('may_hide', {
+                'noun': NOUNS[column], 'size': percent(feature.change, feature.change_std)},
+                Level.WARN)
+    return None
 
 
-def _percent(growth: float, std: float, sign: str = '+') -> str:
-    digits = 1 if std >= 0.001 else 2
-    return f'{100 * growth:{sign}.{digits}f} % +- {100 * std:.{digits}f} %'
-
-
-def _healthy(health: Health, column: int, window: Backlash | Friction | None
-             ) -> tuple[Level, str]:
-    """Return (level, words) for a feature without a change."""
-    feature, noun, size = health.features[column], NOUNS[column], ''
+def _healthy(health: Health, column: int, window: Backlash | Friction | None) -> Said:
+    """Return what is said of a feature without a change."""
+    feature = health.features[column]
+    size: tuple[Said, ...] = ()
     if isinstance(window, Backlash) and column != FRICTION:
-        size = f' {window.gap if column == GAP else window.lost_motion:.4g} rad'
+        size = (Said('width', {'size': width_of(window.gap, window.gap_std) if column == GAP else
+                               width_of(window.lost_motion, window.lost_motion_std)}),)
+    numbers = {'noun': NOUNS[column], 'width': size, 'comma': ',' * bool(size)}
     count, needed = health.point_windows, health.settings.baseline_windows
-    learnt = f' ({count} of {needed} baseline windows)' if count < needed else ''
+    learnt = (Said('learnt', {'count': count, 'needed': needed}),) if count < needed else ()
     warn = health.limits(tests_of(column)[0])[1]
     learning = bool(learnt) and not health.earlier
     if not LIMITS.open_std * feature.change_std < warn:
         if count >= LIMITS.resolved and feature.change_std < LIMITS.unknown_growth:
-            return Level.WARN, (
-                f'{noun}{size}: its change is not known to better than '
-                f'{100 * feature.change_std:.0f} %: repeat the motion of the baseline')
+            return Said('unresolved', {**numbers, 'std': percent(feature.change_std)}, Level.WARN)
         learning = True
     elif feature.newest:
-        return Level.OK, (f'{noun}{size}, {100 * feature.newest:+.1f} % in the newest window: '
-                          'the next one decides')
+        return Said('newest', {**numbers, 'size': percent(feature.newest)})
     if learning and size and not health.earlier:
-        return Level.OK, _against_model(f'{noun}{size}', health, column)
+        return Said('alone', {**numbers, 'model': _against_model(health, column)})
     if learning:
-        return Level.OK, f'{noun}{size}: learning the baseline{learnt}'
-    return Level.OK, (f'{noun}{size}{"," * bool(size)} '
-                      f'{_percent(feature.change, feature.change_std)} against the baseline: '
-                      f'no wear detected so far{learnt}')
+        return Said('learning', {**numbers, 'learnt': learnt})
+    return Said('unchanged', {**numbers, 'learnt': learnt,
+                              'size': percent(feature.change, feature.change_std)})
 
 
-def _against_model(words: str, health: Health, column: int) -> str:
-    """Return `words` and how far the backlash of the newest window is off the model file."""
+def _against_model(health: Health, column: int) -> tuple[Said, ...]:
+    """Return how far the backlash of the newest window is off the model file."""
     stated = 2.0 * health.settings.half_gap
-    if column == GAP and stated > 0.0 and health.backlash:
-        off = 100.0 * (health.backlash.gap / stated - 1.0)
-        words += (', as in' if abs(off) < 0.5 else
-                  f', {abs(off):.0f} % {"above" if off > 0.0 else "below"}') + ' the model file'
-    return f'{words}: {NOTHING_EARLIER}'
+    if column != GAP or not stated > 0.0 or not health.backlash:
+        return ()
+    off = health.backlash.gap / stated - 1.0
+    std = math.hypot(health.backlash.gap_std / stated, LIMITS.gap_error)
+    if abs(off) < 0.5 * LIMITS.gap_error:
+        return (Said('as_model'),)
+    return (Said('off_model', {'size': percent(abs(off), std),
+                               'side': 'above' if off > 0.0 else 'below'}),)
 
 
 def _measured(health: Health, component: str, window: Backlash | Friction) -> dict[str, Any]:
@@ -225,27 +217,28 @@ def _measured(health: Health, component: str, window: Backlash | Friction) -> di
     return values
 
 
-def _described(health: Health, test: ChangeTest, values: dict[str, Any]) -> str:
-    """Return the words for an Alert and add its figures to `values`."""
+def _described(health: Health, test: ChangeTest, values: dict[str, Any]) -> Said:
+    """Return what is said of an Alert, and add its figures to `values`."""
     alert, feature = health.alerts[test.key], health.features[test.column]
-    std, name = feature.change_std, size_name(test)
+    std, name, additions = feature.change_std, size_name(test), list[Said]()
     values[name], values[f'{name}_std'] = alert.growth, std
     values[f'{name}_since'] = when(alert.since_ns)
-    sign = '+' if test.sign > 0 else ''  # "dropped by" says the sign itself
-    text = f'{test.words} {_percent(alert.growth, std, sign)} since {when(alert.since_ns)}'
     if feature.is_open and alert.growth < LIMITS.open_std * std:
-        text += f', its size {NOT_SEPARABLE}'
+        additions.append(Said('open_size'))
     if test.column == VISCOUS_SHARE and health.coefficients:
-        text += ' (viscous {}, Coulomb {})'.format(
-            *(_percent(*change) for change in health.coefficients))
+        additions.append(Said('parts', {part: percent(*change) for part, change in zip(
+            ('viscous', 'coulomb'), health.coefficients)}))
     if test.column == FRICTION and health.temperature is None:
-        text += ' (warm-up?)'
+        additions.append(Said('warm_up'))
     if test.key in ('gap', 'lost_motion') and alert.stage < GROSS:
         if feature.reach:
             reach = feature.reach
             values.update(zip(('forecast_s', 'forecast_earliest_s', 'forecast_latest_s'), reach))
-            text += (f', limit {100 * health.limits(test)[2]:+.0f} % in {span(reach[0])} '
-                     f'({span(reach[1])} to {span(reach[2])})')
+            additions.append(Said('reach', {
+                'limit': percent(health.limits(test)[2]),
+                **dict(zip(('expected', 'earliest', 'latest'), map(span, reach)))}))
         elif feature.steady:
-            text += ', steady now'
-    return f'{text}: {ADVICE[test.key][alert.stage - 1]}'
+            additions.append(Said('steady'))
+    return Said(f'{test.key}_{alert.stage}', {
+        'size': percent(abs(alert.growth), std), 'since': when(alert.since_ns),
+        'more': tuple(additions)}, Level.ERROR if alert.stage == GROSS else Level.WARN)

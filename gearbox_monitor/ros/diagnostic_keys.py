@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from gearbox_monitor.estimation.consider import ERROR_NAMES
 from gearbox_monitor.health.backlash.change_tests import ChangeTest, size_name, TESTS
 from gearbox_monitor.health.monitor import ROW_CHECKS
+from gearbox_monitor.report.sentences import CHANGES
 from gearbox_monitor.parameters import CURVES, ESTIMATOR, RANDOM_WALK
 
 
@@ -35,7 +36,7 @@ def _of_test(test: ChangeTest) -> tuple[DiagnosticKey, ...]:
     size = size_name(test)
     return _of(
         test.component,
-        (f'{test.key}_score', '-', f'odds of "{test.words}", logarithm'),
+        (f'{test.key}_score', '-', f'odds of "{CHANGES[test.key][0]}", logarithm'),
         (f'{test.key}_score_threshold', '-', 'from `false_alarm_interval`'),
         (f'{size}_warn', '-', 'limit for "plan a service"'), (f'{size}_error', '-', 'its limit'),
         *(() if size == 'growth' else ((size, '-', 'size of the change, while there is one'),)),
