@@ -84,23 +84,24 @@ def test_not_excited(tmp_path, capsys):
     assert not file.exists() and 'not written' in capsys.readouterr().err
 
 
-@pytest.mark.parametrize('kind', ['dead_zone', 'play'])
-def test_model_file_round_trip(tmp_path, capsys, kind):
-    model = DriveModel().with_(kind=kind, stiffness=20.0, half_gap=0.12,
-                               hysteresis_width=0.04 if kind == 'play' else 0.0)
-    path, file = write(tmp_path / 'bag', model), tmp_path / 'measured.yaml'
-    assert main(['accept', path, '--write-model', str(file)]) == 0
-    assert 'verdict      measured' in capsys.readouterr().out
-    found = load_model(file)
-    assert found.transmission.kind == kind
-    assert found.transmission.stiffness == pytest.approx(20.0, rel=0.1)
-    assert found.transmission.half_gap == pytest.approx(0.12, rel=0.1)
-    if kind == 'play':
-        assert found.transmission.hysteresis_width == pytest.approx(0.04, rel=0.2)
-    assert found.with_(**model.to_dict()['transmission']) == model  # the rest as it was
-    assert main(['accept', path, '--write-model', str(file)]) == 2
-    assert 'exists' in capsys.readouterr().err
-    assert main(['accept', path, '--model', str(file), '--max-gap', '0.5']) == 0
+def test_model_file_round_trip(new_folder, capsys):
+    for kind in ['dead_zone', 'play']:
+        folder = new_folder()
+        model = DriveModel().with_(kind=kind, stiffness=20.0, half_gap=0.12,
+                                   hysteresis_width=0.04 if kind == 'play' else 0.0)
+        path, file = write(folder / 'bag', model), folder / 'measured.yaml'
+        assert main(['accept', path, '--write-model', str(file)]) == 0
+        assert 'verdict      measured' in capsys.readouterr().out
+        found = load_model(file)
+        assert found.transmission.kind == kind
+        assert found.transmission.stiffness == pytest.approx(20.0, rel=0.1)
+        assert found.transmission.half_gap == pytest.approx(0.12, rel=0.1)
+        if kind == 'play':
+            assert found.transmission.hysteresis_width == pytest.approx(0.04, rel=0.2)
+        assert found.with_(**model.to_dict()['transmission']) == model  # the rest as it was
+        assert main(['accept', path, '--write-model', str(file)]) == 2
+        assert 'exists' in capsys.readouterr().err
+        assert main(['accept', path, '--model', str(file), '--max-gap', '0.5']) == 0
 
 
 BAD_OPTIONS = [

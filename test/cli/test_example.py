@@ -60,18 +60,19 @@ def test_the_model_is_that_of_the_drive(tmp_path, capsys):
     assert 'x.drive.yaml: exists' in capsys.readouterr().err and not bag.exists()
 
 
-@pytest.mark.parametrize('name', ['rigid', 'weight'])
-def test_the_torque_that_is_stated_is_the_one_that_acts(name, tmp_path):
+def test_the_torque_that_is_stated_is_the_one_that_acts():
     """Of two runs of a drive without friction, their accelerations differ by it."""
-    model = model_from_dict({**MODELS[name], 'coulomb_friction': 0.0, 'viscous_friction': 0.0,
-                             'damping': 0.0, 'position_gain': 0.0, 'effects': []}, 'test')
-    noise, dt = Noise((0.0, 0.0, 0.3, 0.0)), 2e-3
-    x = simulate(model, np.zeros(20_000), dt, noise, 3).x
-    inertia = model.motor_inertia + (model.arm_inertia if name == 'rigid' else 0.0)
-    slow = np.abs(x[:-1, 0] - x[:-1, 1]) <= model.transmission.half_gap  # nothing is transmitted
-    torque = inertia * np.diff(x[:, 2])[slow] / dt
-    assert torque.std() == pytest.approx(process_torque(model, noise, 1.0 / dt), rel=0.05)
-    assert slow.sum() > 1000
+    for name in ('rigid', 'weight'):
+        model = model_from_dict({**MODELS[name], 'coulomb_friction': 0.0, 'viscous_friction': 0.0,
+                                 'damping': 0.0, 'position_gain': 0.0, 'effects': []}, 'test')
+        noise, dt = Noise((0.0, 0.0, 0.3, 0.0)), 2e-3
+        x = simulate(model, np.zeros(20_000), dt, noise, 3).x
+        inertia = model.motor_inertia + (model.arm_inertia if name == 'rigid' else 0.0)
+        # Nothing is transmitted.
+        slow = np.abs(x[:-1, 0] - x[:-1, 1]) <= model.transmission.half_gap
+        torque = inertia * np.diff(x[:, 2])[slow] / dt
+        assert torque.std() == pytest.approx(process_torque(model, noise, 1.0 / dt), rel=0.05)
+        assert slow.sum() > 1000
 
 
 @pytest.mark.parametrize('words', [

@@ -35,7 +35,7 @@ def columns(mapping):
             for joint, own in blocks.items()}
 
 
-@pytest.mark.parametrize('name, expected', [
+SUFFICIENT = [
     ('import_twincat/scope.csv', {
         'motor_position': 'ActPos', 'motor_effort': 'ActTorque',
         'arm_position': 'LoadEncoderPos'}),
@@ -45,11 +45,14 @@ def columns(mapping):
     ('import_plotjuggler_blanks/log.csv', {
         'motor_position': '/joint_states/elbow/position',
         'motor_velocity': '/joint_states/elbow/velocity',
-        'motor_effort': '/joint_states/elbow/effort', 'arm_position': '/encoder/output_angle'})])
-def test_names_and_units_suffice(capsys, name, expected):
-    code, mapping, err = guess(capsys, name)
-    assert code == 0, err
-    assert columns(mapping) == {'': expected}
+        'motor_effort': '/joint_states/elbow/effort', 'arm_position': '/encoder/output_angle'})]
+
+
+def test_names_and_units_suffice(capsys):
+    for name, expected in SUFFICIENT:
+        code, mapping, err = guess(capsys, name)
+        assert code == 0, err
+        assert columns(mapping) == {'': expected}
 
 
 def test_desired_positions_are_setpoints(capsys):
@@ -71,20 +74,22 @@ def test_units_in_the_header_are_used_or_asked_for(capsys):
         'column': 'Present Velocity [0.229rpm]', 'unit': 'rpm', 'scale': 0.229}
 
 
-@pytest.mark.parametrize('name, rows', [('equal.hdf5', 600), ('dataset.hdf5', 690)])
-def test_episodes_follow_one_another(capsys, tmp_path, name, rows):
-    code, mapping, _ = guess(capsys, f'hdf5_demos/{name}', '--rate', '50')
-    assert code == 0 and columns(mapping)['joint_1'] == {
-        'position': 'states.articulation.robot.joint_position 1',
-        'velocity': 'states.articulation.robot.joint_velocity 1',
-        'setpoint': 'processed_actions 1'}
-    assert main(['import', case(f'hdf5_demos/{name}'), '--rate', '50', str(tmp_path / 'b')]) == 0
-    with open_bag(tmp_path / 'b') as reader:
-        assert reader.topics['/joint_states'][1] == rows
-    assert main(['import', case(f'hdf5_demos/{name}'), '--rate', '50', '--episode', '1',
-                 str(tmp_path / 'one')]) == 0
-    with open_bag(tmp_path / 'one') as reader:
-        assert reader.topics['/joint_states'][1] == rows - (300 if rows == 600 else 360)
+def test_episodes_follow_one_another(capsys, new_folder):
+    for name, rows in [('equal.hdf5', 600), ('dataset.hdf5', 690)]:
+        folder = new_folder()
+        code, mapping, _ = guess(capsys, f'hdf5_demos/{name}', '--rate', '50')
+        assert code == 0 and columns(mapping)['joint_1'] == {
+            'position': 'states.articulation.robot.joint_position 1',
+            'velocity': 'states.articulation.robot.joint_velocity 1',
+            'setpoint': 'processed_actions 1'}
+        assert main(['import', case(f'hdf5_demos/{name}'), '--rate', '50', str(folder / 'b')]) == 0
+        with open_bag(folder / 'b') as reader:
+            assert reader.topics['/joint_states'][1] == rows
+        assert main(['import', case(f'hdf5_demos/{name}'), '--rate', '50', '--episode', '1',
+                     str(folder / 'one')]) == 0
+        with open_bag(folder / 'one') as reader:
+            assert reader.topics['/joint_states'][1] == rows - (300 if rows == 600 else 360)
+        capsys.readouterr()
 
 
 def test_a_gripper_in_percent_is_asked_for(capsys, tmp_path):
@@ -115,11 +120,14 @@ def test_all_interfaces_of_a_joint_are_used(capsys, tmp_path):
     assert np.isfinite(states.effort[:, 0]).all() and np.isfinite(states.position).all()
 
 
-@pytest.mark.parametrize('words, says, code', [
+REFUSED = [
     (('import', 'import_binary/log.csv', '--guess'), 'is it binary?', 2),
     (('check', 'zero_stamps/bag'), '--stamps received', 2),
-    (('diagnose', 'robot_prefix/bag', '--model', 'robot_prefix/robot.urdf'), '--prefix left_', 3)])
-def test_what_is_refused_is_refused_in_one_line(capsys, words, says, code):
-    assert main([case(word) if '/' in word else word for word in words]) == code
-    err = capsys.readouterr().err
-    assert says in err and err.count('\n') == 1
+    (('diagnose', 'robot_prefix/bag', '--model', 'robot_prefix/robot.urdf'), '--prefix left_', 3)]
+
+
+def test_what_is_refused_is_refused_in_one_line(capsys):
+    for words, says, code in REFUSED:
+        assert main([case(word) if '/' in word else word for word in words]) == code
+        err = capsys.readouterr().err
+        assert says in err and err.count('\n') == 1

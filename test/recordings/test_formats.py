@@ -178,17 +178,18 @@ def test_mat_7_3(tmp_path):
     assert_same(imported(tmp_path, mapping, tmp_path / 'r.mat'))
 
 
-@pytest.mark.parametrize('kind', ['parquet', 'feather'])
-def test_parquet_and_feather_by_name(tmp_path, kind):
-    data = pa.table({'when': pa.array(EPOCH + K * 5_000_000, pa.timestamp('ns', 'UTC')),
-                     'joint': pa.array([{'q': q, 'u': [0.0, u]} for q, u in zip(Q, U)])},
-                    metadata={'ratio': '1'})
-    (parquet.write_table if kind == 'parquet' else feather.write_feather)(data, tmp_path / 'r')
-    mapping = {'time': {'column': 'when'},
-               'gear_ratio': {'from_header': 'ratio'}, 'signals': {
-                   'motor_position': {'column': 'joint.q'},
-                   'motor_effort': {'column': 'joint.u.2'}}}
-    assert_same(imported(tmp_path, mapping, tmp_path / 'r'), (EPOCH + K * 5_000_000).tolist())
+def test_parquet_and_feather_by_name(new_folder):
+    for kind in ['parquet', 'feather']:
+        folder = new_folder()
+        data = pa.table({'when': pa.array(EPOCH + K * 5_000_000, pa.timestamp('ns', 'UTC')),
+                         'joint': pa.array([{'q': q, 'u': [0.0, u]} for q, u in zip(Q, U)])},
+                        metadata={'ratio': '1'})
+        (parquet.write_table if kind == 'parquet' else feather.write_feather)(data, folder / 'r')
+        mapping = {'time': {'column': 'when'},
+                   'gear_ratio': {'from_header': 'ratio'}, 'signals': {
+                       'motor_position': {'column': 'joint.q'},
+                       'motor_effort': {'column': 'joint.u.2'}}}
+        assert_same(imported(folder, mapping, folder / 'r'), (EPOCH + K * 5_000_000).tolist())
 
 
 def test_several_header_rows_and_names_in_the_last_comment(tmp_path):

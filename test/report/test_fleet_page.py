@@ -33,13 +33,13 @@ def page(*boxes):
     return fleet_page(boxes, (), {'done': sum(box['bags'] for box in boxes)}, 0)
 
 
-@pytest.mark.parametrize('level, kind', [('OK', 'good'), ('WARN', 'warn'), ('ERROR', 'error')])
-def test_kind_of_the_headline(level, kind):
-    html = page(box('SN1', 0.23, level))
-    assert f'class="verdict {kind}"' in html
-    assert ('Inspect SN1' in html) == (kind != 'good') and 'What to do next' in html
-    # 1 % of the method, as accept states it.
-    assert '0.230\u00a0±\u00a00.002\u00a0rad' in html
+def test_kind_of_the_headline():
+    for level, kind in [('OK', 'good'), ('WARN', 'warn'), ('ERROR', 'error')]:
+        html = page(box('SN1', 0.23, level))
+        assert f'class="verdict {kind}"' in html
+        assert ('Inspect SN1' in html) == (kind != 'good') and 'What to do next' in html
+        # 1 % of the method, as accept states it.
+        assert '0.230\u00a0±\u00a00.002\u00a0rad' in html
 
 
 def test_what_is_not_compared_is_never_good():
