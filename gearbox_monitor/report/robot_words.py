@@ -89,7 +89,9 @@ def _load(finding: Mapping[str, Any], place: str) -> str:
     """Return the sentence on a payload at a `place`."""
     values, deviations = finding['values'], finding['deviations']
     if 'moved' in values:
-        return say('load_moved', place=place, size=_sized(finding, 'moved', 'm'))
+        moved = deviations['moved']
+        return say('load_moved', place=place, size=Quantity(
+            100.0 * values['moved'], moved and 100.0 * moved, 'cm'))
     if 'moment' in values:
         return say('load_moment', place=place, size=_sized(finding, 'moment', 'kg m'))
     if deviations['m'] is None:
