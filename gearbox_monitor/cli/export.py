@@ -28,9 +28,9 @@ drive with their correlation, as YAML, or as event terms of Isaac Lab or mjlab (
 The estimates are JSON files of fit-nominal or diagnose, one of each drive or recording. MODEL may
 also be the name of an actuator of the catalogue (docs/actuators.md); a file of that name wins.
 
---check BAG runs the file and the patched file in MuJoCo on a recorded torque and prints the misfit
-of both, in standard deviations of the encoder noise, beside that of the model in this package's
-simulator: 1 is the floor. Use a recording that did not serve to find the model.
+--check BAG runs the drives in the file and in the patched file on a recording and prints the
+misfit of both, in standard deviations of the encoder noise, beside that of the model: 1 is the
+floor. Use a recording that did not serve to find the model.
 
 usage examples:
   gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint elbow
@@ -53,21 +53,19 @@ from typing import Any
 from gearbox_monitor import __version__
 from gearbox_monitor.cli.inputs import add_bag_arguments, add_joint_arguments, load_recording
 from gearbox_monitor.cli.options import estimator_options, refuse, wrapped, write_or_print
-from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.diagnosis.joint.closed_model import overlay
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import read_json, write_new
 from gearbox_monitor.files.yaml_files import expect_new, expect_new_file
 from gearbox_monitor.library.ranges import ranges
 from gearbox_monitor.library.simulator_file import (
-    CatalogueActuator, export_model, is_actuator, load_actuator, load_model, NAMES, SimulatorFile,
-    SIMULATORS, TARGETS, with_backlash)
+    CatalogueActuator, export_model, in_units, is_actuator, load_actuator, load_model, NAMES,
+    SimulatorFile, SIMULATORS, TARGETS, with_backlash, written_model)
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.presentation import number
 from gearbox_monitor.simulators.c99 import firmware
 from gearbox_monitor.simulators.file_edits import Patch
-from gearbox_monitor.simulators.mjcf_file import drive_of, MjcfDrive, read_file
-from gearbox_monitor.simulators.mujoco_run import misfit, rig_of
+from gearbox_monitor.simulators.mjcf_file import MjcfDrive, read_file
 from gearbox_monitor.simulators.randomisation import randomisation, WRITERS
 from gearbox_monitor.simulators.robot_model import read_robot
 from gearbox_monitor.simulators.robot_patch import closed_file, title_of
@@ -97,7 +95,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--out', metavar='FILE',
                         help='write the patched file (default: print the difference)')
     parser.add_argument('--check', metavar='BAG',
-                        help='recording on which MuJoCo runs the file before and after')
+                        help='recording on which the file is run before and after')
     add_bag_arguments(parser)
     parser.add_argument('--params', metavar='FILE',
                         help='with --to c: ROS parameter file of the estimator')
@@ -205,7 +203,7 @@ def _patched(args: Namespace, file: SimulatorFile, model: DriveModel | None = No
     else:
         ending = ['', *difference(args.into, file.before, patch.data)]
     if args.check and file.drive is not None and model is not None:
-        ending += ['', *checked(file.drive, patch, model, args)]
+        ending += ['', *checked(file.drive, file, model, args)]
     return [*described(patch, args.into), *notes, *ending]
 
 
@@ -218,32 +216,26 @@ def described(patch: Patch, path: str) -> list[str]:
     return lines
 
 
-def checked(drive: MjcfDrive, patch: Patch, model: DriveModel, args: Namespace) -> list[str]:
+def checked(drive: MjcfDrive, file: SimulatorFile, model: DriveModel, args: Namespace
+            ) -> list[str]:
     """
-    Return lines about the misfit of the file before and after, in MuJoCo, and of the model here.
+    Return lines about the misfit of the drive in the file before and after, and of the model.
 
     Args:
-        drive: in the file.
-        patch: of the file.
+        drive: in the file before.
+        file: that was patched.
         model: that was exported.
         args: options of the command.
 
     """
-    actuator = drive.actuator
-    ctrl = 1.0 / (actuator.gear * actuator.gain) if actuator else 0.0
     recording, notes = load_recording(args.check, model, args)
-    laid = overlay(recording, {'model': model})
-    patched = drive_of(patch.data, drive.path, patch.joints, drive.keyframe,
-                       actuator.name or None if actuator else None)
+    models = {drive.path.name: in_units(drive, model), 'patched': written_model(
+        file, model, keyframe=args.keyframe, actuator=args.actuator, root=args.root),
+        Path(args.model).name: model}
+    laid = overlay(recording, models)
     lines = [f'misfit on {args.check}, {len(laid.windows)} windows of 1 s, in standard deviations '
              'of the noise']
-    for words, one in ((f'{drive.path.name} in MuJoCo', drive), ('patched, in MuJoCo', patched)):
-        rig = rig_of(one, ctrl, recording.dt)
-        with progress_bar(words) as progress:
-            value = misfit(rig, laid, progress)
-        lines.append(f'  {words:<40s}{number(value):>10s}')
-    lines.append(f'  {Path(args.model).name + " in gearbox_monitor":<40s}'
-                 f'{number(laid.runs[0].gap):>10s}')
+    lines += [f'  {name:<40s}{number(run.gap):>10s}' for name, run in zip(models, laid.runs)]
     return [*lines, *(f'note: {note}' for note in notes)]
 
 

@@ -271,17 +271,22 @@ def written_model(file: SimulatorFile, model: DriveModel, **reading: Any) -> Dri
         reading: keyframe, actuator and root, see export_model.
     """
     joint, arm_joint = file.patch.joints
-    drive = drive_of(file.patch.data, file.into, (joint, arm_joint), reading.get('keyframe'),
-                     reading.get('actuator'), reading.get('root'))
+    return in_units(drive_of(
+        file.patch.data, file.into, (joint, arm_joint), reading.get('keyframe'),
+        reading.get('actuator'), reading.get('root')), model)
+
+
+def in_units(drive: MjcfDrive, model: DriveModel) -> DriveModel:
+    """Return a `drive` in a file; tolerances and units of efforts are those of `model`."""
     outside = {key: value for key, value in model.to_dict().items() if key not in (
         *model_values(values_in(drive)), 'axis', 'gear_ratio', 'torque_constant', 'controller')}
     if model.controller is None:
         outside['controller'] = None
-    if file.drive is not None:
+    if drive.document.root.tag == 'mujoco':
         outside = {k: v for k, v in outside.items() if k not in OF_MUJOCO}
-    written = model_of(drive, outside)
-    torques = model.effort_scale / written.gear_ratio   # in units of which recordings are read
-    return replace(written.with_torque_constant(torques), origin=model.origin)
+    read = model_of(drive, outside)
+    torques = model.effort_scale / read.gear_ratio   # in units of which recordings are read
+    return replace(read.with_torque_constant(torques), origin=model.origin)
 
 
 def with_backlash(into: str | Path, backlash: float, *, joint: str,

@@ -15,7 +15,7 @@ Public names, by module:
     mjcf_file: compiled_file, drive_of, MjcfDrive, model_of, read_file, read_mjcf, RobotFile,
         values_in
     mjcf_patch: patched
-    mujoco_run: misfit, rig_of, rollouts
+    mujoco_run: rollouts
     randomisation: randomisation, WRITERS
     robot_model: ChainFile, read_robot
     robot_patch: closed_file, title_of
