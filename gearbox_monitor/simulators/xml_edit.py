@@ -349,13 +349,15 @@ def _tensor(inertial: ElementTree.Element, title: str) -> tuple[list[str], float
     deficit = max(0.0, -float(values[0]))
     body = values + deficit
     beyond = max(0.0, float(body[2] - body[1] - body[0]))
-    if not deficit and not beyond:
-        return [], 0.0
+    if not deficit and body[2] - body[1] - body[0] < -MARGIN * body[2]:
+        return [], 0.0   # a flat body has equality, which rounding breaks
     # The smallest change: a third of the excess each. The margin is above what rounding takes.
     body += (beyond / 3.0 + MARGIN * float(body[2])) * np.array([1.0, 1.0, -1.0])
     moved = axes @ np.diag(body) @ axes.T
     for key, (i, j) in TENSOR.items():
         element.set(key, repr(float(moved[i, j])))
+    if not deficit and not beyond:
+        return [], 0.0
     allowed = PRINCIPAL * (float(np.abs(tensor).max()) + 1e-3 * size)
     if deficit <= allowed and beyond <= TRIANGLE * float(values[2]) + allowed:
         return [f'{title}: inertial: a principal inertia is {deficit + beyond:.3g} kg m^2 off '

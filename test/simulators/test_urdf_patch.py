@@ -6,6 +6,7 @@
 import cmath
 import math
 from pathlib import Path
+import re
 
 import numpy as np
 import pytest
@@ -178,3 +179,17 @@ def test_the_command(tmp_path, capsys, monkeypatch):
     assert '--joint: missing, --to urdf needs it' in capsys.readouterr().err
     assert main([*words, '--joint', 'elbow', '--check', 'bag']) == 2
     assert '--check: with --to urdf, expected it with --to mjcf' in capsys.readouterr().err
+
+
+def test_a_flat_link_turned_any_way_is_a_body():
+    """Its largest principal inertia is the sum of the others, which rounding breaks."""
+    pytest.importorskip('mujoco')
+    random, places = np.random.default_rng(0), ('xx', 'yy', 'zz', 'xy', 'xz', 'yz')
+    for _ in range(40):
+        a, b = random.uniform(0.001, 1.0, 2) * 10.0 ** random.uniform(-4.0, 2.0)
+        turn = np.linalg.qr(random.normal(size=(3, 3)))[0]
+        tensor = turn @ np.diag([a, b, a + b]) @ turn.T
+        words = ' '.join(f'i{p}="{tensor["xyz".index(p[0]), "xyz".index(p[1])]:.15g}"'
+                         for p in places)
+        text = re.sub('<inertia ixx="0.013".*/>', f'<inertia {words}/>', URDF)
+        assert drive_in(text.encode()).refusals() == []
