@@ -569,12 +569,19 @@ class ArmPlantParameters(ParameterSet):
     seed: int = row(1, '', 'seed of the tolerances of the arm and of the noise', low=0,
                     high=2**31 - 1)
     faulty_joint: int = row(
-        1, '', 'number of the joint whose gap grows', low=1, high=6)
+        1, '', 'number of the joint whose gap grows, or that rubs', low=1, high=6)
     gap_growth_rate: float = row(
         0.0, '1/s', 'the gap of that joint is its gap at the start times (1 + rate (t - start)); '
         '0: no fault', low=0.0, high=1e3)
     gap_growth_start: float = row(
         0.0, 's', 'time at which the gap begins to grow', low=0.0, high=1e7)
+    rubbing: float = row(
+        0.0, 'N m', 'more Coulomb friction of that joint', low=0.0, high=1e3, change=AT_ONCE)
+    payload: float = row(
+        0.0, 'kg', 'what the arm carries at its flange', low=0.0, high=10.0, change=AT_ONCE)
+    encoders: str = row(
+        'both', '', 'arm: each joint has position and effort, as of most robots; both: motors '
+        'beside the joints have the effort', choices=('both', 'arm'))
 
 
 @dataclass(frozen=True)

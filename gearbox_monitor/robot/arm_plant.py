@@ -314,7 +314,7 @@ def program(dt: float) -> Array:
 
 class WorkingArm:
     """
-    An arm without payload whose masses and frictions are off within their tolerances.
+    An arm whose masses and frictions are off within their tolerances.
 
     robot: as described. dt: length of a sample, s. seed: of what is off, and of the noise of the
     encoders.
@@ -330,15 +330,24 @@ class WorkingArm:
         self._plant = ArmPlant(
             as_built(robot, self._rng, SPREAD),
             drives_as_built(list(self.drives), self._rng), self._references[-1, 0])
+        self._built = self._plant.drives[growth.joint]
 
-    def run(self, n: int) -> MeasuredRun:
-        """Work for `n` samples; the gap is that at their begin."""
+    def run(self, n: int, payload: float = 0.0, rubbing: float = 0.0) -> MeasuredRun:
+        """
+        Work for `n` samples; the gap is that at their begin.
+
+        Args:
+            n: how many.
+            payload: what the tool carries, kg.
+            rubbing: more Coulomb friction of the joint whose gap grows, N m.
+        """
         joint, factor = self._growth.joint, self._growth.factor(self._count * self._dt)
-        drive, healthy = self._plant.drives[joint], self.drives[joint].transmission
-        self._plant.drives[joint] = replace(drive, transmission=replace(
-            drive.transmission, half_gap=factor * healthy.half_gap))
+        self._plant.drives[joint] = replace(
+            self._built, coulomb_friction=self._built.coulomb_friction + rubbing,
+            transmission=replace(self._built.transmission, half_gap=factor * self.drives[
+                joint].transmission.half_gap))
         rows = (self._count + np.arange(n)) % len(self._references)
-        run = self._plant.run(self._references[rows], np.zeros(n), self._dt)
+        run = self._plant.run(self._references[rows], np.full(n, payload), self._dt)
         self._count += n
         motor, arm = (true + ENCODER * self._rng.normal(size=true.shape)
                       for true in (run.motor, run.arm))

@@ -4,23 +4,24 @@
 """
 Simulate an arm of six joints and publish the readings of its sensors: the node ``arm_plant``.
 
-Publishes joint_states (measured positions of motors and arms, and the torques in force from that
-stamp on) and plant/transmission_state (the truth, same stamps). The arm is that of
-config/arm6.urdf; it repeats a program while the gap of one joint may grow. Parameters are those of
-parameters.ARM_PLANT.
+Publishes joint_states (measured positions and the torques in force from that stamp on),
+robot_description (config/arm6.urdf) and plant/transmission_state (the truth, same stamps). The arm
+repeats a program while the gap of one joint may grow. Parameters are those of
+parameters.ARM_PLANT; payload and rubbing can be changed while it runs.
 """
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 import math
 import sys
 from typing import Any
 
-import numpy as np
+from std_msgs.msg import String
 
 from gearbox_monitor.files.opening import config_path, load_robot
 from gearbox_monitor.parameters import ARM_PLANT, ArmPlantParameters
+from gearbox_monitor.recordings.topics import ROBOT_DESCRIPTION
 from gearbox_monitor.robot.arm_plant import GapGrowth, WorkingArm
-from gearbox_monitor.ros.paced_node import declare, PacedNode
-from gearbox_monitor.ros.runtime import spin_node
+from gearbox_monitor.ros.paced_node import declare, on_change, PacedNode
+from gearbox_monitor.ros.runtime import advertise, latched, spin_node
 
 
 class ArmPlantNode(PacedNode):
@@ -28,28 +29,36 @@ class ArmPlantNode(PacedNode):
 
     def __init__(self) -> None:
         super().__init__('arm_plant')
-        v = ArmPlantParameters.from_mapping(declare(self, ARM_PLANT))
+        v = self._values = ArmPlantParameters.from_mapping(declare(self, ARM_PLANT))
         self.set_pace(v.rate, v.duration, v.wait_for_subscribers)
-        robot = load_robot(str(config_path('arm6.urdf')))
+        path = config_path('arm6.urdf')
+        robot = load_robot(str(path))
         growth = GapGrowth(v.faulty_joint - 1, v.gap_growth_rate, v.gap_growth_start)
         WorkingArm(robot, self.dt, v.seed).run(2)  # loads kernels
         self._arm = WorkingArm(robot, self.dt, v.seed, growth)
-        self._no_load = [math.nan] * len(robot.joints)
-        self.begin([*(f'motor{k + 1}' for k in range(len(robot.joints))), *robot.joints],
-                   list(robot.joints))
+        motors = [f'motor{k + 1}' for k in range(len(robot.joints))]
+        self._no_load = [math.nan] * len(motors)
+        on_change(self, ARM_PLANT, self._change)
+        self._description = advertise(self, String, ROBOT_DESCRIPTION, latched())
+        self._description.publish(String(data=path.read_text(encoding='utf-8')))
+        self.begin([*(motors if v.encoders == 'both' else []), *robot.joints], list(robot.joints))
         self.warn_of_unknown()
         self.get_logger().info(f'{v.rate:g} Hz, {len(robot.joints)} joints, seed {v.seed}')
 
+    def _change(self, changes: Mapping[str, object]) -> None:
+        self._values = self._values.replace(**changes)
+
     def simulate(self, n: int) -> Iterator[tuple[Any, ...]]:
-        """Return n rows (position, effort, twist, tau_k), lists with a value for each joint."""
-        run = self._arm.run(n)
-        return zip(np.hstack([run.motor, run.arm]).tolist(), run.true.u.tolist(),
+        """Return n rows (motor, arm, effort, twist, tau_k), lists with a value for each joint."""
+        run = self._arm.run(n, self._values.payload, self._values.rubbing)
+        return zip(run.motor.tolist(), run.arm.tolist(), run.true.u.tolist(),
                    (run.true.motor - run.true.arm).tolist(), run.true.tau_k.tolist())
 
     def send(self, row: tuple[Any, ...]) -> None:
         """Publish a `row` of `simulate`."""
-        position, effort, twist, tau_k = row
-        self.publish({'position': position, 'effort': effort + self._no_load},
+        motor, arm, effort, twist, tau_k = row
+        self.publish({'position': arm, 'effort': effort} if self._values.encoders == 'arm' else
+                     {'position': motor + arm, 'effort': effort + self._no_load},
                      {'position': twist, 'effort': tau_k})
 
 

@@ -73,6 +73,12 @@ def test_monitor_starts_what_is_asked_for():
         'estimator_node', 'plant_node'}
 
 
+def test_watch_starts_an_arm_if_asked_for():
+    module = _load('watch.launch.py')
+    assert set(_nodes(module)) == {'watch_node'}
+    assert set(_nodes(module, plant='true')) == {'watch_node', 'arm_plant_node'}
+
+
 def test_replay_starts_estimator_and_player():
     module = _load('replay.launch.py')
     assert set(_nodes(module, bag='bag')) == {'estimator_node', 'gearbox_monitor'}

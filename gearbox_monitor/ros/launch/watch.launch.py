@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Watch a robot as it is: its joint_states and robot_description, nothing else.
+Watch a robot as it is: its joint_states and robot_description; with plant:=true a simulated arm.
 
   ros2 launch gearbox_monitor watch.launch.py
 """
+from typing import Any
+
 from launch import LaunchContext, LaunchDescription
 from launch.actions import OpaqueFunction
 from launch_ros.actions import Node
@@ -15,9 +17,11 @@ from gearbox_monitor.ros.launch_parts import (
 
 ARGUMENTS = declared(
     ('namespace', '', 'namespace of the robot, with its joint_states and robot_description'),
+    ('plant', False, 'start a simulated arm, too'),
     ('use_sim_time', False, 'take the time from /clock'),
     ('params_file', '', 'YAML parameter file with a block watch; empty: the defaults'), ENCLAVE,
     LOG_LEVEL)
+ARM = {'encoders': 'arm', 'rate': 100.0, 'faulty_joint': 2}
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -27,7 +31,10 @@ def generate_launch_description() -> LaunchDescription:
 
 def _nodes(context: LaunchContext) -> list[Node]:
     value = stated(context, ARGUMENTS)
-    enclave = f'{value["enclave"]}/watch' if value['enclave'] else ''
-    return [package_node('watch', value, [
-        value['params_file'], typed({'use_sim_time': value['use_sim_time'] == 'true'})],
-        value['namespace'], enclave, **lasting())]
+
+    def node(name: str, *settings: Any, **options: Any) -> Node:
+        enclave = f'{value["enclave"]}/{name}' if value['enclave'] else ''
+        return package_node(name, value, settings, value['namespace'], enclave, **options)
+    clock, file = typed({'use_sim_time': value['use_sim_time'] == 'true'}), value['params_file']
+    nodes = [node('watch', file, clock, **lasting())]
+    return [*nodes, node('arm_plant', ARM, file)] if value['plant'] == 'true' else nodes
