@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Show a running estimator in the browser: torque over twist, backlash, trust and alerts.
+Show a robot in the browser: its joints and load (watch), torque, backlash and trust (estimator).
 
-The command serves one page for all gearboxes of the node and draws it ten times per second. Only
+The command serves one page for both nodes and draws it up to ten times per second. Only
 this machine can open the page, unless --host names an address of the network: then everybody who
 reaches that address can. ROS arguments, such as remappings, follow --ros-args.
 
@@ -31,18 +31,21 @@ def add_arguments(parser: ArgumentParser) -> None:
                         help='port to listen on, 0: any that is free (default: %(default)s)')
     parser.add_argument('--estimator', metavar='NODE', default='estimator',
                         help='name of the estimator node (default: estimator)')
+    parser.add_argument('--watch', metavar='NODE', default='watch',
+                        help='name of the node that watches the robot (default: watch)')
     add_ros_option(parser)
 
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
     words = ros_words(args)
-    if not re.fullmatch(NODE_NAME, args.estimator):
-        raise InputError(f'--estimator: {args.estimator!r}, expected the name of a node, such as '
-                         'estimator or /left/estimator')
+    for option in ('estimator', 'watch'):
+        if not re.fullmatch(NODE_NAME, name := getattr(args, option)):
+            raise InputError(f'--{option}: {name!r}, expected the name of a node, such as '
+                             f'{option} or /left/{option}')
     with rclpy_required():
         from gearbox_monitor.ros import live_node
-    return live_node.serve(args.host, args.port, args.estimator, words)
+    return live_node.serve(args.host, args.port, (args.estimator, args.watch), words)
 
 
 def _port(text: str) -> int:

@@ -74,7 +74,7 @@ GROUPS = {
         'explain': ('explain', 'explain an effect, a condition or a level')},
     'watch': {
         'watch': ('watch', 'learn a robot from its joint states, and say what changes'),
-        'live': ('live', 'show a running estimator in the browser'),
+        'live': ('live', 'show a watched robot or an estimator in the browser'),
         'replay': ('replay', 'run a bag through the estimator, offline'),
         'play': ('play', 'publish a bag to live nodes, with /clock'),
         'compare': ('compare', 'compare several filters on one recording'),

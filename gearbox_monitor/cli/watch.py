@@ -10,7 +10,7 @@ a bag, or from --model. With --state it goes on where the last run ended.
 usage examples:
   gearbox_monitor watch monday tuesday
   gearbox_monitor watch today --state arm.watch
-  gearbox_monitor watch BAG --model robot.urdf --json findings.json
+  gearbox_monitor watch BAG --model robot.urdf --out watch.html --json findings.json
 """
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
@@ -18,9 +18,11 @@ from pathlib import Path
 from gearbox_monitor.cli.main import UNDECIDED
 from gearbox_monitor.cli.options import add_reading_arguments, reading_of, show
 from gearbox_monitor.cli.progress import progress_bar
+from gearbox_monitor.files.opening import write_new
 from gearbox_monitor.files.watch_file import save_watch
 from gearbox_monitor.files.yaml_files import expect_new_file
 from gearbox_monitor.library.watch import watch_robot
+from gearbox_monitor.report.watch_page import watch_page
 from gearbox_monitor.report.watch_words import watch_data, watch_text
 
 
@@ -33,17 +35,21 @@ def add_arguments(parser: ArgumentParser) -> None:
                         help='state of the watch: read if it exists, written at the end')
     parser.add_argument('--topic', default='joint_states', help='topic of the joints, in bags')
     add_reading_arguments(parser)
+    parser.add_argument('--out', metavar='FILE', help='page to write, HTML')
     parser.add_argument('--json', metavar='FILE', help='write the findings as JSON')
 
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
-    expect_new_file(args.json)
+    expect_new_file(args.json, args.out)
     known = args.state if args.state and Path(args.state).exists() else None
     with progress_bar('watch') as progress:
         result = watch_robot(args.bag, args.model, state=known, topic=args.topic,
                              reading=reading_of(args), progress=progress)
     if args.state:
         save_watch(args.state, result)
-    show(args, watch_data(result), lambda: watch_text(result))
+    data = watch_data(result)
+    if args.out:
+        write_new(args.out, watch_page(data, result.description, f'Watch of {args.bag[-1]}'))
+    show(args, data, lambda: watch_text(result))
     return UNDECIDED if result.level is None else int(result.level > 0)

@@ -17,7 +17,7 @@ Public names, by module:
     explanation: ALL_CONDITIONS, Explanation, explanations
     fleet_page: fleet_page, headline
     live_history: GearboxHistory, StatusAlert
-    live_page: live_frame, LivePage
+    live_page: live_frame, LivePage, WatchNews
     plots: figure
     recording_charts: backlash_chart, overview, TrueTrajectory
     recording_page: figures, headline, recording_page, robot_page
@@ -27,6 +27,7 @@ Public names, by module:
     summary: PLACES, summary
     timeline: EstimatorChoice, measured, RecordedAlert, RecordingFacts, Timeline, timeline_of,
         TimelineSource
+    watch_page: watch_page
     watch_words: watch_data, watch_headline, watch_text
     words: change_sentence, counted, dense_regions, ids_of, meaning, NAMING, next_steps,
         NO_FILES, place_text, SUGGESTED, suggestion, torque_map_of, undefined, unit_of,

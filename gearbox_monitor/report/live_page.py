@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """The live page: its frame, and the parts of it that are drawn again while messages come."""
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from html import escape
 import math
 from typing import Any
@@ -21,6 +21,7 @@ from gearbox_monitor.report.live_history import (
 from gearbox_monitor.report.recording_charts import backlash_panel, drawn_windows, ROLES
 from gearbox_monitor.report.recording_page import joint_table, live_row, worst_rows
 from gearbox_monitor.report.timeline import LEVELS
+from gearbox_monitor.report.watch_page import watch_part
 from gearbox_monitor.report.words import sentence
 
 DRAWN = 12         # gearboxes with charts, the worst ones; the table has all
@@ -36,14 +37,31 @@ def live_frame() -> tuple[str, str]:
                   "; connect-src 'self'")
 
 
+@dataclass(frozen=True)
+class WatchNews:
+    """
+    The newest of the watch `node` of a robot.
+
+    heard: time of its newest diagnostics, None without any; data: of its findings; description:
+    URDF; problem: of its stream, in words.
+    """
+
+    node: str
+    heard: float | None = None
+    data: Mapping[str, Any] = field(default_factory=dict)
+    description: str = ''
+    problem: str = ''
+
+
 class LivePage:
     """Draws the parts of the page; those that only diagnostics change, only when they do."""
 
     def __init__(self) -> None:
         self._conditions: dict[str, tuple[int, str]] = {}
+        self._watch: tuple[WatchNews | None, str] = None, ''
 
-    def parts(self, gearboxes: Sequence[GearboxHistory], source: str, time_s: float
-              ) -> dict[str, str]:
+    def parts(self, gearboxes: Sequence[GearboxHistory], source: str, time_s: float,
+              watch: WatchNews | None = None) -> dict[str, str]:
         """
         Return {id: HTML} of all parts, from top to bottom.
 
@@ -51,10 +69,14 @@ class LivePage:
             gearboxes: in the order of the page.
             source: name of the estimator.
             time_s: now, by the clock of the histories.
+            watch: of the robot, if there is one.
 
         """
         axis = gearboxes[0].axis if gearboxes else 'rotary'
-        parts = {'summary': render_section(live_summary(gearboxes, source, time_s), axis),
+        watched = watch is not None and watch.heard is not None
+        parts = {'watch': self._watched(watch, time_s) if watch is not None and watched else '',
+                 'summary': '' if watched and not gearboxes else
+                 render_section(live_summary(gearboxes, source, time_s), axis),
                  'joints': render_section(joint_table(worst_rows(
                      [live_row(gearbox, title(gearbox)) for gearbox in gearboxes])), axis)}
         order = sorted(range(len(gearboxes)), key=lambda k: -gearboxes[k].worst()[0])[:DRAWN]
@@ -73,6 +95,20 @@ class LivePage:
                 parts[f'{name}{k}'] = f'<div class="old">{part}</div>' \
                     if gearbox.is_old(time_s) else part
         return parts
+
+    def _watched(self, watch: WatchNews, time_s: float) -> str:
+        """Return the part of a `watch` that was heard; findings that are none are a problem."""
+        silent = time_s - (watch.heard or 0.0)
+        if silent > SILENT_SECONDS:
+            watch = replace(watch, problem=f'{watch.node} has been silent for {silent:.0f} s')
+        shown = replace(watch, heard=0.0)
+        if shown != self._watch[0]:
+            try:
+                html = watch_part(watch.data, watch.description, watch.node, watch.problem)
+            except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError):
+                html = watch_part({}, '', watch.node, f'{watch.node}: findings of another kind')
+            self._watch = shown, html
+        return self._watch[1]
 
 
 def live_summary(gearboxes: Sequence[GearboxHistory], source: str, time_s: float) -> Section:

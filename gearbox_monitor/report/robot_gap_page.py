@@ -2,11 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """The page of a robot's gap: its joints with the worst first, the findings, the next steps."""
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
 from typing import Any, TypeAlias
-
-import numpy as np
 
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.presentation import on_axis
@@ -15,12 +12,11 @@ from gearbox_monitor.report.builder import (
 from gearbox_monitor.report.chart import BarRow, Bars
 from gearbox_monitor.report.robot_words import (
     axes_of, finding_words, MEANINGS, next_steps, remainder_words, size_unit)
+from gearbox_monitor.report.sketch import Dot, sketch
 from gearbox_monitor.report.words import sentence
 from gearbox_monitor.robot.chain import Chain
-from gearbox_monitor.robot.description import rotations
 
 VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a robot's verdict
-WIDTH, HEIGHT, MARGIN = 460.0, 300.0, 46.0
 ROLES = {'none': 'good', 'effect': '', 'incomplete': 'warn', 'unknown': 'warn',
          'undecided': 'warn'}
 
@@ -56,75 +52,21 @@ def _summary(data: VerdictData) -> Section:
                         [f'{x}.' for x in (*data['cautions'], *data['warnings'])])
 
 
-@dataclass(frozen=True)
-class Dot:
-    """A joint in the picture: place in px, radius, role, name, words, rank."""
-
-    x: float
-    y: float
-    r: float
-    role: str
-    name: str
-    words: str
-    rank: int
-    text_left: bool
-
-
 def _picture(data: VerdictData, chain: Chain, posture: Array) -> Section:
-    """Return the robot from its side: a line per link, a dot per joint as large as its gap."""
-    places = joint_places(chain, posture)
-    flat = places - places.mean(axis=0)
-    turned = np.arctan2(*np.linalg.svd(flat[:, :2], full_matrices=False)[2][0][::-1])
-    across = flat[:, 0] * np.cos(turned) + flat[:, 1] * np.sin(turned)
-    points = np.column_stack([across, -flat[:, 2]])
-    low, size = points.min(axis=0), np.ptp(points, axis=0)
-    scale = float(min((WIDTH - 2 * MARGIN) / max(size[0], 1e-3),
-                      (HEIGHT - 2 * MARGIN) / max(size[1], 1e-3), 600.0))
-    shift = np.array([WIDTH, HEIGHT]) / 2 - scale * (low + size / 2)
-    xy = points * scale + shift
-    lines = [(*xy[link.parent + 1], *xy[i + 1]) for i, link in enumerate(chain.links)]
-    place_of = {link.joint: i for i, link in enumerate(chain.links)}
+    """Return the robot from its side: a dot per joint as large as its gap, the worst first."""
     joint_of = {link.name: link.joint for link in chain.links}
     hit = {f.get('joint') or joint_of.get(f.get('link') or '', '') for f in data['findings']}
     gaps = {r['joint'] for r in data['remainders']}
     highest = max((g['before'] / (g['effort'] + 1e-9) for g in data['ranked']), default=1.0)
-    dots, axes = [], axes_of(data)
+    dots, axes = {}, axes_of(data)
     for rank, gap in enumerate(data['ranked'], 1):
-        x, y = xy[place_of[gap['joint']] + 1]
+        joint = gap['joint']
         share = gap['before'] / (gap['effort'] + 1e-9) / max(highest, 1e-9)
-        role = 'hit' if gap['joint'] in hit else 'lost' if gap['joint'] in gaps else 'calm'
-        dots.append(Dot(float(x), float(y), 4.0 + 7.0 * share, role, gap['joint'],
-                        f'{gap["before"]:.2g} {on_axis("N m", axes[gap["joint"]])}', rank,
-                        bool(x > 0.6 * WIDTH)))
-    return Section('robot_gap/picture.html', {'lines': lines, 'dots': apart(dots)}, 'Where')
-
-
-def apart(dots: Sequence[Dot]) -> list[Dot]:
-    """Return `dots` without overlap: one that covers another moves down."""
-    out: list[Dot] = []
-    for dot in dots:
-        while any(abs(dot.y - d.y) < 15.0 and abs(dot.x - d.x) < 110.0 for d in out):
-            dot = replace(dot, y=dot.y + 5.0)
-        out.append(dot)
-    return out
-
-
-def joint_places(chain: Chain, posture: Array) -> Array:
-    """Return places [J + 1, 3] m of base and joints of `chain` at positions `posture` [J]."""
-    turns: list[Array] = []
-    places: list[Array] = []
-    for i, link in enumerate(chain.links):
-        turn = turns[link.parent] if link.parent >= 0 else np.eye(3)
-        at = places[link.parent] if link.parent >= 0 else np.zeros(3)
-        place, turn = at + turn @ link.origin, turn @ link.rotation
-        q = float(posture[i] - np.broadcast_to(chain.zero, len(chain.links))[i])
-        if link.slides:
-            place = place + turn @ link.axis * q
-        else:
-            turn = turn @ rotations(link.axis, np.array([q]))[0]
-        turns.append(turn)
-        places.append(place)
-    return np.vstack([np.zeros(3), *places])
+        dots[joint] = Dot(
+            f'{rank}. {joint} {gap["before"]:.2g} {on_axis("N m", axes[joint])}',
+            role='hit' if joint in hit else 'lost' if joint in gaps else 'calm',
+            r=4.0 + 7.0 * share)
+    return Section('robot_gap/picture.html', sketch(chain, posture, dots), 'Where')
 
 
 def _findings(data: VerdictData) -> Section:

@@ -74,7 +74,7 @@ def chart_view(chart: Chart) -> View:
         'title': chart.title, 'x_label': chart.x_label, 'group': chart.group, 'zoom': chart.zoom,
         'panels': [_panel(panel, axis) if isinstance(panel, Panel) else _lane(panel, axis)
                    for panel in chart.panels],
-        'legend': legend.values(),
+        'legend': [*legend.values()],
         'marks': [{'percent': 100.0 * axis.share(mark.x), 'x': f'{mark.x:.9g}',
                    'label': mark.label, 'role': mark.role,
                    'd': f'M{axis.right(mark.x):.0f} 0V{UNITS}'} for mark in chart.marks],

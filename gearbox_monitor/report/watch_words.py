@@ -12,7 +12,7 @@ from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN
 from gearbox_monitor.plant.effects.motor_side import COGGING, MOTOR_COULOMB, MOTOR_INERTIA
 from gearbox_monitor.presentation import number, percent, Quantity
 from gearbox_monitor.report.robot_words import reading_words
-from gearbox_monitor.report.words import counted
+from gearbox_monitor.report.words import counted, sentence
 from gearbox_monitor.watch.record import (
     Change, DESCRIBE, LEARN, HeldLoad, StateHealth, Watch, WATCH)
 from gearbox_monitor.watch.settings import (
@@ -23,6 +23,10 @@ NOUNS = {FRICTION: 'friction', SCALE: 'torque scale', ROTOR: 'inertia at the rot
 # The effect of the library that a state measures.
 EFFECTS = {FRICTION: MOTOR_COULOMB.id, SCALE: TORQUE_GAIN.id, ROTOR: MOTOR_INERTIA.id,
            WEIGHT: 'payload', RIPPLE: COGGING.id, TILT: BASE_TILT.id}
+# Columns of the states of a joint, and what the page says.
+STATE_TITLES = {FRICTION: 'friction %', SCALE: 'torque scale %', ROTOR: 'rotor %',
+                WEIGHT: 'weight %'}
+NOT_JUDGED, NO_CHANGE = 'not judged', 'No change so far.'
 GRAVITY = 9.81
 
 
@@ -33,22 +37,38 @@ def when(stamp_ns: int) -> str:
     return datetime.fromtimestamp(stamp_ns / SECOND, UTC).strftime('%Y-%m-%d %H:%M:%S')
 
 
-def size_words(state: Change | StateHealth) -> str:
-    """Return the size of a state or a change with its deviation."""
+def share_words(state: Change | StateHealth) -> str:
+    """Return the size of a state or a change with its deviation, as a table has it."""
     if state.kind == TILT:
         factor = 180.0 / math.pi / GRAVITY
         return str(Quantity(factor * abs(state.size), factor * state.std, '°'))
     if state.kind == RIPPLE:
-        return f'{percent(abs(state.size), state.std)} of the effort'
-    return f'{percent(state.size, state.std):+}' + " of the joint's" * (state.kind == ROTOR)
+        return str(percent(abs(state.size), state.std))
+    return f'{percent(state.size, state.std):+}'
+
+
+def size_words(state: Change | StateHealth) -> str:
+    """Return the size of a state or a change with its deviation, and of which quantity."""
+    return share_words(state) + {RIPPLE: ' of the effort', ROTOR: " of the joint's"}.get(
+        state.kind, '')
+
+
+def change_label(change: Change) -> str:
+    """Return a change as a picture has it at its joint."""
+    return f'{NOUNS[change.kind]} {size_words(change)}'
 
 
 def change_words(change: Change) -> str:
     """Return a change in one sentence without a full stop."""
     order = f' ({change.order} per turn)' if change.order else ''
     over = f', over {when(change.over_ns)}' if change.over_ns else ''
-    return (f'{change.place}: {NOUNS[change.kind]} {size_words(change)}{order} since '
-            f'{when(change.since_ns)}{over}')
+    label = since_words(f'{change_label(change)}{order}', change.since_ns)
+    return f'{change.place}: {label}{over}'
+
+
+def since_words(label: str, since_ns: int) -> str:
+    """Return the `label` of a change with when it began."""
+    return f'{label} since {when(since_ns)}'
 
 
 def payload_words(payload: HeldLoad) -> str:
@@ -59,6 +79,12 @@ def payload_words(payload: HeldLoad) -> str:
     out = f'{Quantity(payload.mass, payload.mass_std, "kg")} at {payload.link}'
     reach = math.hypot(*payload.centre)
     return out + (f', centre {100.0 * reach:.0f} cm out' if math.isfinite(reach) else '')
+
+
+def payload_label(payload: HeldLoad) -> str:
+    """Return a `payload` as a picture has it at its joint; nothing if none is sure."""
+    sure = abs(payload.mass) > 2.0 * payload.mass_std
+    return f'{Quantity(payload.mass, payload.mass_std, "kg"):+}' if sure else ''
 
 
 def watch_headline(watch: Watch) -> str:
@@ -94,6 +120,17 @@ def watch_text(watch: Watch) -> str:
     return '\n'.join(lines[:15])
 
 
+def problem_words(problem: str) -> str:
+    """Return a `problem` of the stream as a sentence; nothing is known without one."""
+    return sentence(problem or 'the watch starts')
+
+
+def services_words(node: str) -> list[tuple[str, str]]:
+    """Return the services of the watch `node`, and what each is for."""
+    return [(f'{node}/save_baseline', 'takes this as healthy'),
+            (f'{node}/tare', 'takes the load as 0'), (f'{node}/learn_again', 'forgets the robot')]
+
+
 def readings_of(watch: Watch) -> list[str]:
     """Return the conventions by which a `watch` reads its stream, in words."""
     names = [j.name for j in watch.joints if j.name not in watch.locked]
@@ -113,11 +150,11 @@ def watch_data(watch: Watch) -> dict[str, Any]:
         'joints': {j.name: {
             'level': None if j.level is None else int(j.level), 'why': j.why,
             'rate_hz': j.rate, 'has': list(j.has), 'moved_s': j.moved,
+            'position': _finite([j.position])[0],
             'states': _states(j.states)} for j in watch.joints},
         'tilt': None if watch.tilt is None else _states([watch.tilt])[TILT],
-        'payloads': [{'link': p.link, 'm': p.mass, 'm_std': p.mass_std,
-                      'centre': _finite(p.centre), 'centre_std': _finite(p.centre_std),
-                      'since_ns': p.since_ns, 'words': payload_words(p)} for p in watch.payloads],
+        'payloads': [_held(p) for p in watch.payloads],
+        'earlier': [_held(p) for p in watch.earlier],
         'changes': [_finding(c) for c in watch.changes if c.found_ns],
         'others': list(watch.others)}
 
@@ -128,11 +165,19 @@ def _finding(change: Change) -> dict[str, Any]:
             'link': change.place if change.kind == TILT else None,
             'values': {'relative': change.size}, 'deviations': {'relative': change.std},
             'since_ns': change.since_ns, 'found_ns': change.found_ns, 'over_ns': change.over_ns,
-            'words': change_words(change)}
+            'words': change_words(change), 'label': change_label(change)}
+
+
+def _held(load: HeldLoad) -> dict[str, Any]:
+    return {'link': load.link, 'm': load.mass, 'm_std': load.mass_std,
+            'centre': _finite(load.centre), 'centre_std': _finite(load.centre_std),
+            'since_ns': load.since_ns, 'over_ns': load.over_ns, 'words': payload_words(load),
+            'label': payload_label(load)}
 
 
 def _states(states: Sequence[StateHealth]) -> dict[str, Any]:
-    return {s.kind: {'size': s.size, 'std': s.std, 'judged': s.judged} for s in states}
+    return {s.kind: {'size': s.size, 'std': s.std, 'judged': s.judged, 'words': share_words(s)}
+            for s in states}
 
 
 def _finite(values: Sequence[float]) -> list[float | None]:

@@ -3,6 +3,7 @@
 
 """Serves one page and a stream of events (server-sent events) to browsers, by the stdlib."""
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from datetime import datetime
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 import ipaddress
@@ -20,12 +21,13 @@ from rclpy.exceptions import InvalidTopicNameException
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
+from std_msgs.msg import String
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.recordings.topics import (
-    DIAGNOSTICS, DRIFT_ALERTS, SIGNALS, SNAPSHOT, TRANSMISSION)
+    DIAGNOSTICS, DRIFT_ALERTS, FINDINGS, ROBOT_DESCRIPTION, SIGNALS, SNAPSHOT, TRANSMISSION)
 from gearbox_monitor.report.live_history import GearboxHistory, StatusAlert
-from gearbox_monitor.report.live_page import live_frame, LivePage
+from gearbox_monitor.report.live_page import live_frame, LivePage, WatchNews
 from gearbox_monitor.ros.convert import stamp_of
 from gearbox_monitor.ros.runtime import (
     best_effort, drain, latched, RMWError, spin_node, steady_timer, subscribe, subscribe_polled)
@@ -161,17 +163,18 @@ class PageRequest(BaseHTTPRequestHandler):
         self._head(200, 'text/event-stream')
         self.end_headers()
         sent: Mapping[str, str] = {}
-        number = 0
+        number, at = 0, time.monotonic()
         while not self.server.ended:
-            parts, newest = self.server.news(number)
-            if newest == number:
-                self.wfile.write(b': still there\n\n')
-                continue
-            number = newest
+            parts, number = self.server.news(number)
             changed = {name: html for name, html in parts.items() if sent.get(name) != html}
             sent = parts
             if changed:
                 self.wfile.write(f'data: {json.dumps(changed)}\n\n'.encode())
+            elif time.monotonic() - at > PING_SECONDS:
+                self.wfile.write(b': still there\n\n')
+            else:
+                continue
+            at = time.monotonic()
 
     def log_message(self, format: str, *args: Any) -> None:
         """Say nothing about requests."""
@@ -185,13 +188,17 @@ MAX_GEARBOXES = 256    # anybody can publish any names
 
 
 class LiveNode(Node):
-    """Shows the gearboxes of the node `estimator` on the page of `server`."""
+    """Shows the robot of the node `watch` and the gearboxes of `estimator` on a `server`."""
 
-    def __init__(self, estimator: str, server: EventServer) -> None:
+    def __init__(self, estimator: str, watch: str, server: EventServer) -> None:
         super().__init__('live')
         self._server, self._page = server, LivePage()
         namespace = self.get_namespace().rstrip('/')
-        self._source = estimator if estimator.startswith('/') else f'{namespace}/{estimator}'
+        self._source, node = (
+            name if name.startswith('/') else f'{namespace}/{name}' for name in (estimator, watch))
+        self._watch = WatchNews(node)
+        subscribe(self, String, FINDINGS.replace('~', node), self._on_findings, latched())
+        subscribe(self, String, ROBOT_DESCRIPTION, self._on_description, latched())
         self._gearboxes: dict[str, GearboxHistory] = {}
         self._motion = subscribe_polled(self, JointState, MOTION, best_effort(DEPTH), raw=True)
         subscribe(self, DiagnosticArray, DIAGNOSTICS, self._on_diagnostics, 50)
@@ -231,7 +238,18 @@ class LiveNode(Node):
                                    np.array([s[1:] for s in samples]))
         if self._server.clients:
             self._server.publish(self._page.parts(
-                list(self._gearboxes.values()), self._source, time.monotonic()))
+                list(self._gearboxes.values()), self._source, time.monotonic(), self._watch))
+
+    def _on_findings(self, message: String) -> None:
+        data: Any = message.data
+        try:
+            data = json.loads(data)
+        except ValueError:
+            pass  # anybody can publish anything: the page says that it is none
+        self._watch = replace(self._watch, data=data)
+
+    def _on_description(self, message: String) -> None:
+        self._watch = replace(self._watch, description=message.data)
 
     def _ours(self, status: DiagnosticStatus) -> tuple[GearboxHistory | None, str]:
         """Return gearbox and component of `status`; None: it is of another node."""
@@ -249,6 +267,10 @@ class LiveNode(Node):
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
+            if status.name == f'{self._watch.node.lstrip("/")}: robot':
+                values = {v.key: v.value for v in status.values}
+                self._watch = replace(self._watch, heard=time.monotonic(),
+                                      problem=values.get('problem', ''))
             gearbox, component = self._ours(status)
             if gearbox is not None:
                 gearbox.add_status(time.monotonic(), component, int(level_of(status)),
@@ -278,14 +300,14 @@ def _read_axis(gearbox: GearboxHistory, message: DiagnosticArray) -> None:
                     pass  # anybody can publish anything: the units stay
 
 
-def serve(host: str, port: int, estimator: str, ros_args: Sequence[str] = ()) -> int:
+def serve(host: str, port: int, nodes: tuple[str, str], ros_args: Sequence[str] = ()) -> int:
     """
     Serve the live page until SIGINT or SIGTERM; call it from the main thread.
 
     Args:
         host: address to listen on.
         port: to listen on, 0: any that is free.
-        estimator: name of the node, relative to the namespace or absolute.
+        nodes: names of estimator and watch, relative to the namespace or absolute.
         ros_args: further arguments of rclpy.init.
 
     Returns:
@@ -296,8 +318,8 @@ def serve(host: str, port: int, estimator: str, ros_args: Sequence[str] = ()) ->
 
     """
     server = EventServer(live_frame(), host, port)
-    print(f'{server.address} shows {estimator}; Ctrl-C ends', flush=True)
-    code = spin_node(lambda: LiveNode(estimator, server), ['gearbox_monitor live', *ros_args])
+    print(f'{server.address} shows {" and ".join(nodes)}; Ctrl-C ends', flush=True)
+    code = spin_node(lambda: LiveNode(*nodes, server), ['gearbox_monitor live', *ros_args])
     if not server.ended:  # the node never began
         server.close()
     return code

@@ -195,8 +195,8 @@ class WatchNode(TableNode):
             f'no {ROBOT_DESCRIPTION}' if not self._described else
             'no joint_states' if time.monotonic() - self._last > SILENT else
             known.get('problem', ''))
-        values = {'phase': data.get('phase', ''), 'samples': str(self._count), 'dropped': str(
-            self._child.dropped + known.get('dropped', 0))}
+        values = {'phase': data.get('phase', ''), 'problem': problem, 'samples': str(self._count),
+                  'dropped': str(self._child.dropped + known.get('dropped', 0))}
         out = [self._status('robot', problem or data.get('summary', 'starts'),
                             DiagnosticStatus.WARN if problem else _level(data.get('level')),
                             values)]
@@ -212,7 +212,8 @@ class WatchNode(TableNode):
     def _status(self, place: str, message: str, level: bytes, values: dict[str, str]
                 ) -> DiagnosticStatus:
         return DiagnosticStatus(
-            level=level, name=f'{self.get_name()}: {place}', message=message,
+            level=level, message=message,
+            name=f'{self.get_fully_qualified_name().lstrip("/")}: {place}',
             values=[KeyValue(key=key, value=value) for key, value in values.items()])
 
     def close(self) -> None:

@@ -115,9 +115,12 @@ def _described(watch: Watch, block: Block) -> Watch:
         k = block.joints.index(joint.name)
         has = tuple(q for q in ('position', 'velocity', 'effort')
                     if np.isfinite(getattr(block, q)[:, k]).any())
-        stamps = block.stamps[np.isfinite(block.position[:, k])]
+        seen = np.isfinite(block.position[:, k])
+        stamps = block.stamps[seen]
         rate = SECOND / float(np.median(np.diff(stamps))) if len(stamps) > 2 else 0.0
         total = joint.moved + float(moved)
+        if watch.phase != WATCH and seen.any():
+            joint = replace(joint, position=float(np.median(block.position[seen, k])))
         why = (f'no {"position" if "position" not in has else "effort"}'
                if not {'position', 'effort'} <= set(has) else
                'has not moved yet' if total < 1.0 else joint.why if joint.states else 'learns')
@@ -360,7 +363,7 @@ def _with_states(watch: Watch, features: Features, groups: Sequence[Group]) -> W
         elif joint.name in watch.knowledge.unjudged:
             why = 'the description leaves more than half of its effort unexplained'
         elif unknown := [NOUNS[x.kind] for x in own if x.kind in NOUNS and not x.judged]:
-            why = f'{" and ".join(unknown)} not known well enough yet'
+            why = f'{" and ".join(unknown)} not known yet'
         level = Level.WARN if joint.name in bad else None if why else Level.OK
         joints.append(replace(joint, states=own, level=level, why=why))
     levels = [j.level for j in joints if j.level is not None]
@@ -384,7 +387,10 @@ def _with_payloads(watch: Watch, features: Features, begin_ns: int) -> Watch:
                 values = covariance @ (before @ known.values + new @ values)
                 since = known.since_ns
         out.append(Held(link, values, covariance, since))
-    watch = replace(watch, held=tuple(out))
+    over = [replace(p, over_ns=begin_ns) for p, held in zip(watch.payloads, out)
+            if held.since_ns != p.since_ns]
+    watch = replace(watch, held=tuple(out),
+                    earlier=(*watch.earlier, *over)[-WATCH_SETTINGS.remembered:])
     return replace(watch, payloads=_payloads(watch))
 
 

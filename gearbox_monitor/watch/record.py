@@ -69,7 +69,7 @@ class HeldLoad:
     What a link holds, against what it held while the watch learnt.
 
     mass, mass_std: kg; centre, centre_std [3]: m in the frame of `link`, NaN while the mass is not
-    sure; since_ns: of its last change.
+    sure; since_ns: of its last change; over_ns: of the next one, 0 while it is held.
     """
 
     link: str
@@ -78,6 +78,7 @@ class HeldLoad:
     centre: tuple[float, float, float]
     centre_std: tuple[float, float, float]
     since_ns: int
+    over_ns: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,14 +97,16 @@ class JointWatch:
     What is known of one joint of the description.
 
     has: quantities that the stream has of it, of position, velocity, effort; rate: samples per
-    second. moved: seconds in motion so far. level: None while it is not judged, and `why` says why
-    not. states: friction, torque scale, rotor, weight.
+    second. moved: seconds in motion so far. position: usual one while it was learnt, rad or m.
+    level: None while it is not judged, and `why` says why not. states: friction, torque scale,
+    rotor, weight.
     """
 
     name: str
     has: tuple[str, ...] = ()
     rate: float = 0.0
     moved: float = 0.0
+    position: float = math.nan
     level: Level | None = None
     why: str = ''
     states: tuple[StateHealth, ...] = ()
@@ -126,9 +129,10 @@ class Watch(Shown, Saved):
 
     description: URDF. phase: one of PHASES. joints: of the description. level: of the robot as a
     whole, None while it is not judged. tilt: of the base. changes: newest last, those that are
-    over, too. payloads: of each link that may carry. readings: conventions by which the stream is
-    read. notes: what was left out of the stream, in words. others: joints of the stream that the
-    description has not. locked {joint: position}: joints without effort. blocks: taken so far.
+    over, too. payloads: of each link that may carry; earlier: those before, newest last. readings:
+    conventions by which the stream is read. notes: what was left out of the stream, in words.
+    others: joints of the stream that the description has not. locked {joint: position}: joints
+    without effort. blocks: taken so far.
 
     kept, knowledge, states, held, baseline, empty: all that the next step depends on.
     """
@@ -142,6 +146,7 @@ class Watch(Shown, Saved):
     tilt: StateHealth | None = None
     changes: tuple[Change, ...] = ()
     payloads: tuple[HeldLoad, ...] = ()
+    earlier: tuple[HeldLoad, ...] = ()
     readings: tuple[NamedReading, ...] = ()
     notes: tuple[str, ...] = ()
     others: tuple[str, ...] = ()

@@ -86,10 +86,11 @@ class WatchSettings:
     over: float = 0.5
     # Loads: deviations by which a mass was taken or put down; chi squared of mass and first
     # moments from which another load is held; share of link and load by which all torques
-    # together may be off without a sign.
+    # together may be off without a sign; earlier loads that are remembered.
     noticed: float = 5.0
     taken: float = 35.0
     scaled: float = 0.02
+    remembered: int = 40
     kinds: Mapping[str, KindLimits] = field(default_factory=lambda: MappingProxyType({
         # Friction of gears halves between a cold and a warm robot, within an hour or two.
         FRICTION: KindLimits(0.5, 0.1, 0.03, 0.15, 0.5),

@@ -102,7 +102,7 @@ def test_where_nothing_is_raised():
 def test_live_page_has_the_rows_of_several_joints():
     base, elbow = gearbox('base'), judged(gearbox('elbow'), 1)
     joints = LivePage().parts([base, elbow], '/estimator', 700.0)
-    assert list(joints)[:2] == ['summary', 'joints']
+    assert list(joints)[:3] == ['watch', 'summary', 'joints']
     found = rows(joints['joints'])
     assert list(found) == ['elbow', 'base'] and found['elbow'][0] == 'WARN'
     assert found['elbow'][5] == 'model: so it is' and found['base'][0] == '-'

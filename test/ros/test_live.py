@@ -104,7 +104,7 @@ def test_events_of_a_robot(graph, tmp_path):
         read(lambda: all(page.get(f'motion{k}', '').count('class="mean" d="M') >= 2
                          and 'OK' in page[f'condition{k}'] for k in range(2)))
         assert list(page) == [
-            'summary', 'joints', 'motion0', 'condition0', 'motion1', 'condition1']
+            'watch', 'summary', 'joints', 'motion0', 'condition0', 'motion1', 'condition1']
         assert all(f'<h2>{name}</h2>' in page['motion0'] + page['motion1'] for name in NAMES)
         for k in range(2):
             assert '<dt>samples per second</dt><dd>500</dd>' in page[f'motion{k}']

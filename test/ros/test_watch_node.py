@@ -3,24 +3,39 @@
 
 """The node that watches a robot: live is offline, to the bit, also after a restart."""
 from array import array
+from dataclasses import replace
+import http.client
 import json
+import time
 
 from arm_at_work import Arm, messages, NAMES, urdf, watched
+import numpy as np
 import pytest
 
 rclpy = pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus  # noqa: E402, I100, I202
 from geometry_msgs.msg import InertiaStamped  # noqa: E402
 from harness import RELIABLE  # noqa: E402
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue  # noqa: E402
+from rcl_interfaces.srv import SetParameters  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 
-from gearbox_monitor.files.watch_file import load_watch, watch_bytes  # noqa: E402
+from test_live import live  # noqa: E402
+
+from gearbox_monitor.files.watch_file import load_watch, save_watch, watch_bytes  # noqa: E402
+from gearbox_monitor.report.watch_page import watch_part  # noqa: E402
 from gearbox_monitor.report.watch_words import watch_data  # noqa: E402
+from gearbox_monitor.robot.arm_plant import WorkingArm  # noqa: E402
+from gearbox_monitor.robot.description import parse  # noqa: E402
 from gearbox_monitor.ros.convert import to_time  # noqa: E402
-from gearbox_monitor.watch.fold import begin, tare  # noqa: E402
+from gearbox_monitor.watch.features import groups_of, state_levels  # noqa: E402
+from gearbox_monitor.watch.fold import (  # noqa: E402
+    begin, learn_again, robot_of, save_baseline, tare)
+from gearbox_monitor.watch.record import Change, Held, HeldLoad, WATCH  # noqa: E402
+from gearbox_monitor.watch.settings import FRICTION, SECOND  # noqa: E402
 
 pytestmark = pytest.mark.ros
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -79,17 +94,76 @@ def test_live_is_offline_and_goes_on_after_a_restart(graph, tmp_path):
     graph.until(lambda: states.get_subscription_count(), 'the node')
     graph.until(lambda: samples() == 0 and 'watch: joint1' in told(), 'the description')
     feed(more)
-    graph.until(lambda: len(masses) == 2 and samples() == len(more), 'all samples')
+    graph.until(lambda: len(masses) > 1 and samples() == len(more), 'all samples')
     assert abs(masses[-1].inertia.m - arm.load) < 0.2 and masses[-1].header.frame_id == 'link3'
     graph.stop(process)
     offline, _ = watched(offline, more)
     assert state.read_bytes() == watch_bytes(offline)
 
-    process = graph.start('watch_node', state_file=state, **RELIABLE)
-    findings.clear()
-    graph.until(lambda: findings, 'the findings')
-    assert graph.call(Trigger, '/watch/tare', Trigger.Request()).success
-    expected = json.loads(json.dumps(watch_data(tare(offline))))
-    graph.until(lambda: json.loads(findings[-1].data) == expected, 'the answer')
+
+def test_services_change_what_is_known_and_the_page_shows_it(graph, tmp_path):
+    """A friction that was found, and a load; nothing moves, so what the page shows is old."""
+    state, findings, since = tmp_path / 'arm.state', [], 1_700_000_000 * SECOND
+    robot, _ = robot_of(urdf(), ())
+    known = begin(urdf())
+    held = Held('link3', np.array([1.5, 0.0, 0.0, 0.3, *np.zeros(6)]), 1e-4 * np.eye(10), since)
+    known = replace(
+        known, phase=WATCH, stamp_ns=since, states=state_levels(
+            robot, groups_of(robot), np.ones(3)), held=(held,), empty=(replace(
+                held, values=np.zeros(10)),), payloads=(HeldLoad(
+                    'link3', 1.5, 0.1, (0.0, 0.0, 0.2), (0.1, 0.1, 0.1), since),),
+        changes=(Change(FRICTION, 'joint2', 0.3, 0.02, since, since),))
+    save_watch(state, known)
+    graph.node.create_subscription(String, '/watch/findings', findings.append, LATCHED)
+    process = graph.start('watch_node', state_file=state)
+    page = live('--port', '0')
+    graph.processes.append(page)
+    connection = http.client.HTTPConnection(page.stdout.readline().split('/')[2], timeout=60)
+    connection.request('GET', '/events')
+    events = connection.getresponse()
+    description = graph.node.create_publisher(String, 'robot_description', LATCHED)
+    description.publish(String(data=urdf()))
+
+    shown = part = ''
+    for service in (None, tare, save_baseline, learn_again):
+        if service:
+            name = f'/watch/{service.__name__}'
+            assert f'<code>{name}</code>' in part
+            assert graph.call(Trigger, name, Trigger.Request()).success
+            known = service(known)
+        expected = json.loads(json.dumps(watch_data(known)))
+        graph.until(lambda: findings and json.loads(findings[-1].data) == expected, 'the answer')
+        part = watch_part(expected, urdf(), '/watch', 'no joint_states')
+        end = time.monotonic() + 240.0
+        while shown != part:
+            assert time.monotonic() < end, shown
+            if (line := events.readline()).startswith(b'data: '):
+                shown = json.loads(line[6:]).get('watch', shown)
     graph.stop(process)
-    assert watch_bytes(load_watch(state)) == watch_bytes(tare(offline))
+    assert watch_bytes(load_watch(state)) == watch_bytes(known)
+    assert known.phase == 'describe' and not known.changes
+
+
+def test_the_arm_of_the_tutorial_is_as_most_robots_and_changes_while_it_works(graph):
+    """Joints of its description with their efforts, those of the plant until it takes a load."""
+    described, states = [], []
+    graph.node.create_subscription(String, 'robot_description', described.append, LATCHED)
+    graph.node.create_subscription(JointState, 'joint_states', states.append, DEEP)
+    process = graph.start('arm_plant_node', encoders='arm', rate=100.0, wait_for_subscribers=1)
+    graph.until(lambda: described and len(states) > 50, 'its motion')
+    for parameter in ('payload', 'rubbing'):
+        request = SetParameters.Request(parameters=[Parameter(name=parameter, value=ParameterValue(
+            type=ParameterType.PARAMETER_DOUBLE, double_value=5.0))])
+        result, = graph.call(SetParameters, '/arm_plant/set_parameters', request).results
+        assert result.successful, result.reason
+    changed = len(states)
+    graph.until(lambda: len(states) > changed + 200, 'its motion')
+    graph.stop(process)
+    robot = parse(described[0].data, 'arm')
+    assert all(list(state.name) == list(robot.joints) for state in states)
+    effort = np.array([state.effort for state in states])
+    healthy = WorkingArm(robot, 0.01, 1).run(len(states)).true.u
+    same = (effort == healthy).all(axis=1)
+    begun = int(np.argmin(same))
+    assert 50 < begun and same[:begun].all() and not same[begun + 1:].any()
+    assert np.abs(effort - healthy)[-100:, 1].max() > 5.0
