@@ -31,6 +31,7 @@ DOCS = Path(__file__).resolve().parent
 sys.path.insert(0, str(DOCS.parent))
 
 from gearbox_monitor.estimation.estimates import Samples  # noqa: E402
+from gearbox_monitor.files.opening import config_path, load_robot  # noqa: E402
 from gearbox_monitor.ros.diagnostic_keys import published  # noqa: E402
 from gearbox_monitor.health.monitor import Monitor  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
@@ -39,7 +40,12 @@ from gearbox_monitor.plant.simulate import Noise  # noqa: E402
 from gearbox_monitor.recordings.topics import signal_values, SIGNALS  # noqa: E402
 from gearbox_monitor.report.live_history import GearboxHistory, StatusAlert  # noqa: E402
 from gearbox_monitor.report.live_page import live_frame, LivePage  # noqa: E402
+from gearbox_monitor.report.watch_page import watch_page  # noqa: E402
+from gearbox_monitor.report.watch_words import watch_data  # noqa: E402
+from gearbox_monitor.robot.arm_plant import GapGrowth, WorkingArm  # noqa: E402
 from gearbox_monitor.ros.live_node import EventServer  # noqa: E402
+from gearbox_monitor.watch.block import Cutter  # noqa: E402
+from gearbox_monitor.watch.fold import begin, step  # noqa: E402
 
 BROWSERS = 'chromium', 'chromium-browser', 'google-chrome'
 SMOOTHED = next(s for s in SIGNALS if s.topic == 'transmission_state_smoothed')
@@ -195,6 +201,27 @@ def fleet(folder: Path) -> Iterator[str]:
 
 
 @contextmanager
+def watch(folder: Path) -> Iterator[str]:
+    """Yield the address of the page of the arm of watch.md: it rubs, then holds a load."""
+    path, rate, joint = config_path('arm6.urdf'), 100, 1
+    arm = WorkingArm(load_robot(str(path)), 1 / rate, 1, GapGrowth(joint))
+    known, cutter = begin(path.read_text(encoding='utf-8')), Cutter()
+    joints = [j.name for j in known.joints]
+    for second in range(840):
+        payload = 2.0 if 560 <= second < 680 else 0.0
+        run = arm.run(rate, payload, 5.0 if second >= 440 else 0.0)
+        stamps = 1_772_438_400_000_000_000 + np.round(run.true.t * 1e9).astype(np.int64)
+        for row in zip(stamps.tolist(), run.arm, run.true.u):
+            for block in cutter.take(row[0], joints, row[1], (), row[2]):
+                known, _ = step(known, block)
+    page = folder / 'watch.html'
+    page.write_text(watch_page(watch_data(known), known.description, 'Watch'), encoding='utf-8')
+    if not known.standing:
+        sys.exit('no finding')
+    yield page.as_uri()
+
+
+@contextmanager
 def live(folder: Path) -> Iterator[str]:
     """Yield the address of the live page of a simulated gearbox at the moment of its alert."""
     seconds = 90
@@ -246,6 +273,7 @@ class Picture:
 
 
 PICTURES = {
+    'watch.png': Picture(watch, 1000, 700),
     'robot_gap.png': Picture(robot_gap, 1000, 1010),
     'live.png': Picture(live, 1000, 1275, ready='!!document.querySelector("#condition0")'),
     'mujoco.png': Picture(mujoco, 1000, 820),
