@@ -118,7 +118,7 @@ def _leading(health: Health, component: str) -> int:
 
 
 def _stale(health: Health, column: int, reason: Group) -> Said | None:
-    """Return what says that a feature is not compared any more, None of one that is."""
+    """Return the Said of a feature that is no longer compared, None for one that is."""
     compared = health.features[column].compared_ns
     overdue = health.stamp_ns - compared > LIMITS.grace * health.settings.window * 1e9
     if compared == health.stamp_ns or compared and not overdue:
@@ -130,7 +130,7 @@ def _stale(health: Health, column: int, reason: Group) -> Said | None:
 
 
 def _hidden(health: Health, columns: tuple[int, ...]) -> Said | None:
-    """Return what says that the new motion may hide a change, None where it hides none."""
+    """Return the Said of a change that the new motion may hide, None for none."""
     for column in columns:
         feature, warn = health.features[column], health.limits(tests_of(column)[0])[1]
         if feature.is_open and abs(feature.change) > feature.change_std and abs(
@@ -142,7 +142,7 @@ def _hidden(health: Health, columns: tuple[int, ...]) -> Said | None:
 
 
 def _healthy(health: Health, column: int, window: Backlash | Friction | None) -> Said:
-    """Return what is said of a feature without a change."""
+    """Return the Said of a feature without a change."""
     feature = health.features[column]
     size: tuple[Said, ...] = ()
     if isinstance(window, Backlash) and column != FRICTION:
@@ -218,7 +218,7 @@ def _measured(health: Health, component: str, window: Backlash | Friction) -> di
 
 
 def _described(health: Health, test: ChangeTest, values: dict[str, Any]) -> Said:
-    """Return what is said of an Alert, and add its figures to `values`."""
+    """Return the Said of an Alert, and add its figures to `values`."""
     alert, feature = health.alerts[test.key], health.features[test.column]
     std, name, additions = feature.change_std, size_name(test), list[Said]()
     values[name], values[f'{name}_std'] = alert.growth, std

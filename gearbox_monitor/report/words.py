@@ -72,7 +72,7 @@ class ValueRow(NamedTuple):
     """
     One identified value of an effect.
 
-    size: with its deviation, None where it is no number; text: of both kinds. nominal: value of
+    size: with its deviation, None for a text; text: the size or that text. nominal: value of
     the model, '' where it has none; change: from it.
     """
 
