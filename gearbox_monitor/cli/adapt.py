@@ -31,7 +31,7 @@ from gearbox_monitor.files.opening import plain
 from gearbox_monitor.files.yaml_files import expect_outside_of_bag, load_parameters
 from gearbox_monitor.library.identify import adapt, write_adapted
 from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, MIXED
-from gearbox_monitor.presentation import number
+from gearbox_monitor.presentation import number, Quantity
 from gearbox_monitor.report.words import counted
 
 
@@ -89,9 +89,10 @@ def answer(result: Adapted, summary: Mapping[str, Any]) -> str:
 def text(result: Adapted, summary: dict[str, Any], folder: Path) -> str:
     """Return the `result`, of which `summary` holds the figures, written to `folder`, as lines."""
     lines = [*wrapped(summary['summary']), '',
-             f'{"":22s}{"model file":>12s}{"this unit":>12s}{"+-":>10s}  unit']
+             f'{"":22s}{"model file":>12s}{"this unit":>12s}{"±":>12s}  unit']
     for v in result.fit.values if result.fit else ():
-        lines.append(f'{v.name:22s}{v.start:12.5g}{v.value:12.5g}{v.error:10.2g}  {v.unit:10s}'
+        value, error = Quantity(v.value, v.error).digits()
+        lines.append(f'{v.name:22s}{v.start:12.5g}{value:>12s}{error:>12s}  {v.unit:10s}'
                      + ('' if v.determined else 'not identified'))
     lines += [f'{name:22s}{start:12.4g}{now:12.4g}'
               for name, (start, now) in result.tolerances.items()]

@@ -120,9 +120,10 @@ def text(data: Mapping[str, Any], args: Namespace) -> str:
     """Return the figures `data` under the options `args` as lines of at most 80 columns."""
     wide = max(6, *(len(name) + 1 for name in data['values']))
     lines = [*wrapped(data['summary']), '',
-             f'{"":{wide}s}{"model file":>12s}{"fitted":>12s}{"+-":>10s}  unit']
+             f'{"":{wide}s}{"model file":>12s}{"fitted":>12s}{"±":>12s}  unit']
     for name, v in data['values'].items():
-        lines.append(f'{name:{wide}s}{v["start"]:12.5g}{v["value"]:12.5g}{v["error"]:10.2g}  '
+        value, error = Quantity(v['value'], v['error']).digits()
+        lines.append(f'{name:{wide}s}{v["start"]:12.5g}{value:>12s}{error:>12s}  '
                      f'{v["unit"]:10s}' + ('' if v['determined'] else 'not identified'))
     for first, second, r in data['correlated']:
         lines.append(f'{first} and {second} are hardly distinguishable (correlation {r:.2f})')
