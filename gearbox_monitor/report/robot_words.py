@@ -179,6 +179,8 @@ def robot_headline(data: Mapping[str, Any]) -> str:
         return say('as_said', reference=f'{reference} say{"s" * (not data.get("references"))}',
                    place=gap['joint'],
                    size=number(gap['before'], on_axis('N m', axes[gap['joint']])))
+    if verdict == UNDECIDED and data['drifts']:
+        return say('drift_alone', reference=reference, drift=drift_words(data['drifts'][0]))
     if verdict == UNDECIDED:
         return say('undecided', reference=reference, why=_unseen(data))
     if verdict == 'unknown':
@@ -188,6 +190,13 @@ def robot_headline(data: Mapping[str, Any]) -> str:
     code = ('found_part' if verdict != 'effect' else
             'found_all_1' if len(data['findings']) == 1 else 'found_all_n')
     return say(code, findings=findings, remainder=remainder)
+
+
+def drift_words(drift: Mapping[str, Any]) -> str:
+    """Return how far friction of a joint is from the references, without a full stop."""
+    return say('drift_above' if drift['change'] > 0.0 else 'drift_below', place=drift['joint'],
+               size=Quantity(100.0 * abs(drift['change']), 100.0 * drift['deviation'], '%'),
+               usual=percent(drift['usual']))
 
 
 def _unseen(data: Mapping[str, Any]) -> str:
@@ -244,6 +253,9 @@ def next_steps(data: Mapping[str, Any]) -> list[str]:
         if rivals:
             steps.append(f'{f["effect"]} at {f.get("joint") or f.get("link")} is '
                          f'indistinguishable from {", ".join(rivals)}')
+    if data['drifts']:
+        steps.append(f'record {data["drifts"][0]["joint"]} again at the temperature of the '
+                     'references, or learn references of other days, too')
     if data['verdict'] == UNDECIDED:
         steps += [question_words(q, axes_of(data)) for q in data['questions'][:2]]
     if data['findings'] and data.get('closed'):
@@ -282,6 +294,8 @@ def robot_text(data: Mapping[str, Any]) -> str:
                 sizes.append(f'{effect} of {size} at {place}')
         if sizes:
             lines.append(f'would have been seen, from: {", ".join(sizes)}')
+    lines += [f'caution: {drift_words(d)}' for d in data['drifts']
+              if data['verdict'] != UNDECIDED]
     lines += [f'caution: {c}' for c in data['cautions'][:3]]
     lines += [f'note: {n}' for n in data['warnings'][:3]]
     lines += [f'next: {s}' for s in next_steps(data)[:2]]

@@ -513,6 +513,54 @@ def another_day_of(groups: Sequence[tuple[int, str] | None], mean: Array) -> Arr
     return covariance + np.diag(np.where(own, SETTINGS.drift_own * mean, 0.0) ** 2)
 
 
+@dataclass(frozen=True)
+class FrictionDrift:
+    """
+    Friction of a joint beyond what days differ by: `change`, relative to the references.
+
+    deviation: of the recordings; usual: deviation that references and days allow.
+    """
+
+    joint: str
+    change: float
+    deviation: float
+    usual: float
+
+
+def friction_drifts(evidence: RobotEvidence, fit: RobotFit, prior: Prior, dispersion: Array
+                    ) -> tuple[FrictionDrift, ...]:
+    """
+    Return the friction by which recordings leave the prior of another day, largest first.
+
+    The change is the projection of the fitted friction torque on the taught one, dry and viscous
+    as one: a motion may hardly tell them apart.
+
+    Args:
+        evidence: of the recordings.
+        fit: of them.
+        prior: that the references taught.
+        dispersion: [J], by which the information of each joint is divided.
+    """
+    fit = evidence.fit(fit.chosen, [w / phi for w, phi in zip(fit.weights, dispersion)], 1)
+    after, taught = evidence.posterior(fit), {label: i for i, label in enumerate(prior.labels)}
+    drifts = []
+    for j, name in enumerate(evidence.recordings[0].robot.chain.joints):
+        own = np.array([i for i, (label, column) in enumerate(evidence.nuisance.items())
+                        if column.group is not None and column.group[0] == j and label in taught])
+        rows = evidence.at[j]
+        columns = rows.z[:, np.searchsorted(rows.index, own)] / evidence.deviation[own]
+        theirs = [taught[evidence.labels[i]] for i in own]
+        torque = columns @ prior.mean[theirs]
+        weighted = rows.spread(fit.weights[j]) * torque
+        along = columns.T @ weighted / max(float(weighted @ torque), 1e-30)
+        change = float(along @ (after.mean[own] - prior.mean[theirs]))
+        usual, deviation = (float(np.sqrt(along @ x @ along)) for x in (
+            prior.covariance[np.ix_(theirs, theirs)], after.covariance[np.ix_(own, own)]))
+        if abs(change) > SETTINGS.drifted * usual:
+            drifts.append(FrictionDrift(name, change, deviation, usual))
+    return tuple(sorted(drifts, key=lambda d: -abs(d.change) / d.usual))
+
+
 def partitions(evidence: RobotEvidence) -> list[list[Array]]:
     """
     Return divisions of the references' segments [S] into parts: by time, by speed, by posture.

@@ -54,6 +54,7 @@ class Settings:
     # Another day: friction of a joint scales as a whole (temperature), and a little by column.
     drift: float = 0.10
     drift_own: float = 0.03
+    drifted: float = 2.5         # such deviations: 1 joint in 80 by chance
 
     margin: float = 6.0          # 2 log likelihood beyond BIC that a finding needs
     most_findings: int = 4

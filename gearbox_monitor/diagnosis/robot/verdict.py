@@ -17,8 +17,8 @@ from gearbox_monitor.diagnosis.robot.contest import (
     with_loads)
 from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence, RobotFit
 from gearbox_monitor.diagnosis.robot.knowledge import (
-    burstiness, energy_over, farther, Knowledge, scattered, unvisited_shares, with_unvisited,
-    worst_segments)
+    burstiness, energy_over, farther, friction_drifts, FrictionDrift, Knowledge, scattered,
+    unvisited_shares, with_unvisited, worst_segments)
 from gearbox_monitor.diagnosis.robot.power import Question, questions, smallest_visible, UNDECIDED
 from gearbox_monitor.diagnosis.robot.robot_effects import (
     BASE, BASE_TILT, JOINT_ZERO, LINK_INERTIA, PAYLOAD, QUADRATIC, ROBOT_EFFECTS)
@@ -71,7 +71,8 @@ class RobotVerdict:
     that would have been seen}}; not_tried {effect: why}; cautions: what weakens the verdict;
     unvisited: whether the references lack a part of the motion. questions: what this motion would
     not have shown; not_judged: joints of which the references teach nothing; unsure: whether what
-    remains may be that references are too short. fit, evidence: behind it.
+    remains may be that references are too short; drifts: friction beyond what days differ by, of
+    joints without a finding. fit, evidence: behind it.
     """
 
     findings: tuple[Finding, ...]
@@ -84,6 +85,7 @@ class RobotVerdict:
     questions: tuple[Question, ...]
     not_judged: tuple[str, ...]
     unsure: bool
+    drifts: tuple[FrictionDrift, ...]
     fit: RobotFit
     evidence: RobotEvidence
 
@@ -91,7 +93,7 @@ class RobotVerdict:
     def kind(self) -> str:
         """One of findings.KINDS, or UNDECIDED: nothing was found, and little would have been."""
         if not self.findings and not self.remainders and (
-                self.questions or self.not_judged or self.unsure):
+                self.questions or self.not_judged or self.unsure or self.drifts):
             return UNDECIDED
         return kind_of(bool(self.findings), bool(self.remainders))
 
@@ -137,13 +139,17 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
     known = tuple(r for r in remainders if not short or r.over is not None)
     cautions = _cautions(knowledge.joints, shares, away) if knowledge else ()
     visible = smallest_visible(evidence, blank, laws, search.scales)
+    drifts = friction_drifts(evidence, search.fit, knowledge.prior, search.scales.dispersion) if (
+        knowledge) else ()
+    found = {c.joint for c in search.fit.chosen} | unjudged
     return RobotVerdict(
         _findings(evidence, search), known, _ranked(evidence, blank, search.fit), visible,
         _not_tried(recordings[0], laws),
         (*cautions, *_of_reference(knowledge), *_of_gains(evidence, search.fit),
          *held_setpoints(evidence, search.fit), *_of_small(evidence, search)), bool(cautions),
         () if effects else questions(evidence, visible), tuple(sorted(unjudged)),
-        len(known) < len(remainders), search.fit, evidence)
+        len(known) < len(remainders), tuple(d for d in drifts if d.joint not in found), search.fit,
+        evidence)
 
 
 @dataclass(frozen=True, eq=False)
@@ -745,4 +751,5 @@ def verdict_data(verdict: RobotVerdict) -> dict[str, Any]:
         'not_tried': dict(verdict.not_tried),
         'cautions': list(verdict.cautions), 'unvisited': verdict.unvisited,
         'questions': [asdict(q) for q in verdict.questions],
-        'not_judged': list(verdict.not_judged)}
+        'not_judged': list(verdict.not_judged),
+        'drifts': [asdict(d) for d in verdict.drifts]}

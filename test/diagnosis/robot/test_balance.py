@@ -562,6 +562,26 @@ def test_one_short_reference_says_so_and_asks_more(taught):
             assert size > long.visible[effect][place]
 
 
+def test_friction_beyond_what_days_differ_by_is_no_green(taught):
+    """30 % more friction at a joint was `none`: the tolerance of another day took it."""
+    knowledge, log, model = taught
+    healthy = diagnose(model, [log], knowledge)
+    assert not healthy.drifts
+    motion, section, joint = healthy.evidence.recordings[0].motion, log.sections[0], 1
+    dry = healthy.evidence.recordings[0].joints[joint].dry
+    effort = section.input.copy()
+    effort[:, joint] += 0.3 * np.interp(section.t - section.t[0], motion.t, dry)
+    verdict = diagnose(model, [replace(log, sections=(replace(section, input=effort),))],
+                       knowledge)
+    drift, = verdict.drifts
+    name = model.chain.joints[joint]
+    assert verdict.kind == 'undecided' and drift.joint == name
+    assert 0.2 < drift.change < 0.4   # of dry friction, which viscous hides in part
+    data = plain(verdict_data(verdict)) | {'references': ['a'], 'logs': ['a'], 'model': 'a',
+                                           'options': '', 'warnings': [], 'readings': []}
+    assert robot_headline(data).startswith(f'{name}: friction ')
+
+
 def test_a_joint_whose_reference_is_not_understood_is_not_judged(taught):
     """A servo that was off for a third of the reference: a gain of 4 was `none`."""
     _, log, model = taught
