@@ -27,6 +27,7 @@ from gearbox_monitor.signals.finding import (
 from gearbox_monitor.signals.jumps import (
     counted_on, OUTLIER, SLIP, strangers, TURNS, without_jumps)
 from gearbox_monitor.signals.recording_limits import LIMITS
+from gearbox_monitor.signals.slip import without_slip
 from gearbox_monitor.signals.smoothed_motion import FITTED, HALF_WIDTHS, noise_of, SmoothedMotion
 from gearbox_monitor.signals.uniform import (
     Doubt, held_rate, is_uninitialised, merged, physical_columns, prepare, RecordingKind, REPEATED,
@@ -212,6 +213,7 @@ def _moved(samples: Samples, clock: stamps.StampClock, part: UniformRecording,
            parameters: EstimatorParameters, model: DriveModel | None, has_setpoint: bool
            ) -> list[DataFinding]:
     """Return the findings about encoders, motion and torque of the segment `part` of samples."""
+    part, lines = without_slip(part)
     u, y = samples.u[clock.usable, 0], samples.y[clock.usable]
     stamp_ns = samples.stamp_ns[clock.usable][0] + np.rint(clock.seconds * 1e9).astype(np.int64)
     noises = [noise_of(y[:, i]) if i in part.channels else None for i in (0, 1)]
@@ -220,7 +222,7 @@ def _moved(samples: Samples, clock: stamps.StampClock, part: UniformRecording,
     motion = checks.motion(moved, model.transmission.half_gap if model is not None else None,
                            parameters.drift_window)
     geared = any(line.name == 'motor and arm' and line.verdict() == OK for line in motion)
-    lines = motion + checks.broken(part, noises, model)
+    lines += motion + checks.broken(part, noises, model)
     lines += checks.noise(stamp_ns, y, noises, moved.swing[1] if geared else None,
                           (parameters.r_std_motor, parameters.r_std_arm))
     known = bool(np.isfinite(part.u).all())
@@ -248,7 +250,7 @@ def _diagnosis(samples: Samples, model: DriveModel | None, effort_is: str) -> li
     try:
         recording, notes = prepare((samples.stamp_ns[rows] - samples.stamp_ns[rows[:1]]) * 1e-9,
                                    values[:, 0], values[:, 2:], load, kind=kind_of(model))
-        recording = recording.with_servo(model.controller)
+        recording, _ = without_slip(recording.with_servo(model.controller))
     except InputError as error:
         one_encoder = not takes_one_encoder(model) and np.isnan(samples.y).all(axis=0).any()
         return [*rigid, DataFinding('model', 'diagnose', f'refuses it: {error}',
@@ -539,7 +541,8 @@ def admitted(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, 
         raise InputError(f'{name}: {missing[0]}: never measured, expected both encoders, or in '
                          f'{model_name} {ONE_ENCODER}')
     recording, repaired = prepare(t, u, y, arm_torque, name, place, kind_of(model))
-    recording = recording.with_servo(model.controller)
+    recording, slips = without_slip(recording.with_servo(model.controller))
+    notes += [f'{slip.figure}: counted on' for slip in slips]
     found = check(recording, model)
     fatal = [f.text for f in found if f.fatal]
     if fatal:

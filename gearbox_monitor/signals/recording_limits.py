@@ -122,6 +122,10 @@ class RecordingLimits:
     # Travel of the arm over that of the motor that needs no gear ratio.
     ratio_low: float = 0.67
     ratio_high: float = 1.5
+    # A slip over the scatter of the ends of the twist, and over its swing: motion and load move
+    # these ends, too.
+    slip_scatter: float = 3.0
+    slip_room: float = 0.1
     # Reversals that tell friction from load: there and back.
     reversals: int = 2
     # Condition number of acceleration, speed, friction and offset that counts as excited.

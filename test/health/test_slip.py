@@ -22,6 +22,7 @@ from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, Plant
+from gearbox_monitor.signals.examine import admitted, examine
 
 MODEL, DT = DriveModel(), 2e-3
 SECONDS, AT = 34.0, 14.0
@@ -83,6 +84,28 @@ def test_what_is_no_slip(healthy, change):
     if change is turn:
         moved = values['reset_motor_rad'], values['reset_arm_rad']
         assert moved == pytest.approx((0.0, -2.0 * math.pi), abs=0.3)
+
+
+def test_check_and_diagnose_name_a_slip(healthy):
+    """With size and time; the rest of the verdict is that of the drive that has not slipped."""
+    seconds, y = (healthy.stamp_ns - healthy.stamp_ns[0]) * 1e-9, healthy.y.copy()
+    y[:, 0] += 0.15 * np.clip((seconds - AT) / 0.08, 0.0, 1.0)
+
+    def lines(y):
+        found = examine(replace(healthy, y=y), EstimatorParameters(), MODEL)
+        return [line for line in found.lines if line.name == 'slip']
+    slip, = lines(y)
+    assert slip.values['slip_rad'] == pytest.approx(0.15, abs=0.01)
+    assert slip.values['slip_s'] == pytest.approx(AT, abs=0.3)
+    t = replace(healthy, y=y)
+    recording, notes = admitted(t.stamp_ns, t.u[:, 0], t.y, None, 'log', None, MODEL, 'the model')
+    assert any('slip by 0.1' in note and 'counted on' in note for note in notes)
+    off = recording.y - healthy.y[:len(recording.y)]
+    assert np.median(np.abs(off[-1000:])) < 0.01
+    for change in (lambda y, s: None, gap_opens):
+        y = healthy.y.copy()
+        change(y, seconds)
+        assert not lines(y)
 
 
 class Windows:
