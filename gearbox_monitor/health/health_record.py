@@ -5,16 +5,20 @@
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 import math
-from typing import Any, Self
+from typing import Any, Self, TYPE_CHECKING
 
 from gearbox_monitor.health.backlash.change_tests import (
-    ChangeTest, COMPONENTS, FEATURES, GAP, limits_of, LOST_MOTION, TESTS, WEAR)
+    ChangeTest, COMPONENTS, FEATURES, GAP, limits_of, LOST_MOTION, ModelFriction, TESTS,
+    WEAR)
 from gearbox_monitor.health.backlash.features import Backlash, Friction, NotExcited
 from gearbox_monitor.health.backlash.operating_point import Bins
 from gearbox_monitor.health.slip import Slip, Zero
 from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.parameters import CURVES, EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
+
+if TYPE_CHECKING:
+    from gearbox_monitor.health.backlash.change import Tracker
 
 # Trust in a window: whether the filter agrees with the drive, and if not, whether prediction
 # errors are larger than predicted, as of an encoder with more noise: 1 below per half octave of
@@ -63,6 +67,11 @@ class HealthSettings:
             shape.half_gap + play,
             2.0 * math.pi / abs(model.gear_ratio) if model.axis == 'rotary' else 0.0,
             p.drift_window, p.tau_k_model in CURVES)
+
+    @property
+    def friction(self) -> ModelFriction:
+        """Friction of the motor in the model file."""
+        return ModelFriction(self.viscous, self.coulomb)
 
     @property
     def threshold(self) -> float:
@@ -190,7 +199,8 @@ class Health:
     that were adopted. cause: as a comparison of recordings named it, or ''. recordings:
     that it rests on. earlier: whether the baseline is from before this run or recording, or was
     saved. slips: since the baseline was saved, in order of time; zeros: of the twist, see
-    slip.found_in. statistics: all else that the next judgement depends on, plain data.
+    slip.found_in. tracker: all else that the next judgement depends on, None before the first
+    window.
     """
 
     settings: HealthSettings
@@ -214,7 +224,7 @@ class Health:
     earlier: bool = False
     slips: tuple[Slip, ...] = ()
     zeros: tuple[Zero, ...] = ()
-    statistics: Mapping[str, Any] = field(default_factory=dict, repr=False)
+    tracker: 'Tracker | None' = field(default=None, repr=False, compare=False)
 
     def feature(self, name: str) -> FeatureHealth:
         """Return the FeatureHealth of the feature `name`, one of FEATURES."""
@@ -249,7 +259,12 @@ class Health:
     @property
     def trusted(self) -> bool:
         """Whether the estimates of the newest window that showed anything were trusted."""
-        return bool(self.statistics.get('trusted', False))
+        return self.tracker is not None and self.tracker.trusted
+
+    @property
+    def statistics(self) -> dict[str, Any]:
+        """What the next judgement depends on as plain data, {} before the first window."""
+        return self.tracker.to_dict() if self.tracker else {}
 
     def limits(self, test: ChangeTest) -> tuple[float, float, float]:
         """Return the sizes from which on a change is noticed, a warning, an error by `test`."""

@@ -39,7 +39,7 @@ def judge(health: Health, window: Window) -> tuple[Health, tuple[Event, ...]]:
         health: before the window; it stays unchanged.
         window: the newest window; one that was judged before changes nothing.
     """
-    judged = _following(health, Tracker.of(health.settings, health.statistics).update(window))
+    judged = _following(health, _tracker(health).update(window))
     if isinstance(window.features, Backlash) and window.stamp_ns != health.stamp_ns:
         zeros, slip = found_in(health.zeros if window.counts_on else (), window.features,
                                health.settings.motor_turn)
@@ -71,7 +71,7 @@ def accepted(health: Health) -> tuple[Health, int]:
 
     The wear becomes 0 with its deviation, at all operating points; all alerts end.
     """
-    tracker, windows = Tracker.of(health.settings, health.statistics).accept()
+    tracker, windows = _tracker(health).accept()
     return replace(_following(health, tracker), cause='', earlier=True, slips=()), windows
 
 
@@ -85,13 +85,16 @@ def serviced(health: Health, stamp_ns: int, note: str) -> Health:
         note: on the service, or ''.
 
     """
-    tracker = Tracker.of(health.settings, health.statistics).served(stamp_ns, note)
-    return replace(_following(health, tracker), cause='', slips=())
+    return replace(_following(health, _tracker(health).served(stamp_ns, note)), cause='', slips=())
 
 
 def under(health: Health, settings: HealthSettings) -> Health:
     """Return `health` as it is judged by other `settings` from now on."""
-    return _following(health, Tracker.of(settings, health.statistics))
+    return _following(health, _tracker(health).under(settings))
+
+
+def _tracker(health: Health) -> Tracker:
+    return health.tracker or Tracker.of(health.settings)
 
 
 def _following(health: Health, tracker: Tracker) -> Health:
@@ -100,7 +103,7 @@ def _following(health: Health, tracker: Tracker) -> Health:
 
 def to_data(health: Health) -> dict[str, Any]:
     """Return all of `health` that no settings give, as plain data; floats read back exactly."""
-    return {'statistics': dict(health.statistics),
+    return {'statistics': health.statistics,
             **{name: getattr(health, name) for name in KEPT}}
 
 

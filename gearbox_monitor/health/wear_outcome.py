@@ -9,8 +9,8 @@ from typing import Any
 
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.backlash.change_tests import (
-    ChangeTest, COMPONENTS, FEATURES, FRICTION, GAIN, GAP, HYSTERESIS, LOST_MOTION, size_name,
-    STIFFNESS, TESTS, VISCOUS_SHARE, WEAR)
+    ChangeTest, COMPONENTS, FEATURES, FRICTION, GAP, LOST_MOTION, size_name, STIFFNESS, TESTS,
+    VISCOUS_SHARE, WEAR, WEAR_FEATURES)
 from gearbox_monitor.health.backlash.features import Backlash, Friction
 from gearbox_monitor.health.backlash.wear import span, when
 from gearbox_monitor.health.backlash.features import width_of
@@ -18,10 +18,12 @@ from gearbox_monitor.health.checks.outcome import Group, Level, Outcome, Said
 from gearbox_monitor.health.health_record import active_tests, GROSS, Health, tests_of
 from gearbox_monitor.presentation import percent, Quantity
 
-NOUNS = ('backlash', 'lost motion', 'stiffness', 'hysteresis over load', 'friction', 'torque gain',
-         'share of viscous friction')
+NOUNS = tuple(feature.noun for feature in WEAR_FEATURES)
 NEVER_NS = 2 ** 62  # as late as a stamp can be
-SHOWN = {'backlash': (STIFFNESS, HYSTERESIS), 'friction': (GAIN, VISCOUS_SHARE)}
+LEADING = (GAP, LOST_MOTION, FRICTION)  # the others of a component stand beside
+SHOWN = {component: tuple(
+    column for column, feature in enumerate(WEAR_FEATURES)
+    if feature.component == component and column not in LEADING) for component in COMPONENTS}
 
 
 def outcomes(health: Health) -> dict[str, Outcome]:

@@ -20,7 +20,8 @@ import scipy
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.backlash import wear
 from gearbox_monitor.health.backlash.change_tests import (
-    ChangeTest, FEATURES, FRICTION, GAP, LOST_MOTION, PRIORS, TESTS, VISCOUS_SHARE, WEAR)
+    ChangeTest, FEATURES, FRICTION, GAP, LOST_MOTION, PRIORS, TESTS, VISCOUS_SHARE, WEAR,
+    WEAR_FEATURES)
 from gearbox_monitor.health.backlash.features import Backlash, Friction
 from gearbox_monitor.health.backlash.operating_point import find_point, OperatingPoint
 from gearbox_monitor.health.backlash.wear import Columns, Fit, FIRST, Scan, SECOND_ONE, Trend
@@ -130,6 +131,11 @@ class Tracker:
             return cls(settings, History(*friction))
         return cls(settings, History.from_dict(state, *friction), **_fields(state))
 
+    def under(self, settings: HealthSettings) -> Self:
+        """Return it as it is judged by other `settings` from now on."""
+        return replace(self, settings=settings, data=replace(
+            self.data, viscous=settings.viscous, coulomb=settings.coulomb))
+
     # ------------------------------------------------------------------ windows
 
     def update(self, window: Window) -> Self:
@@ -236,25 +242,12 @@ class Tracker:
     def _measure(self, window: Backlash | Friction, place: OperatingPoint
                  ) -> tuple[Array, Array]:
         """Return (values [F], variances [F]) of a window's features, as History takes them."""
-        w, nan = window, (math.nan, math.nan)
-        gap, lost_motion, stiffness, hysteresis = (nan,) * 4
-        if isinstance(w, Backlash):
-            gap = (w.gap, w.gap_std) if w.separable else nan
-            lost_motion = nan if w.separable else (w.lost_motion, w.lost_motion_std)
-            stiffness = w.stiffness, w.stiffness_std
-            hysteresis = w.hysteresis, w.hysteresis_std
-        friction = self.healthy_friction(w)
-        change = w.viscous * w.speed + w.coulomb
-        rows = (gap, lost_motion, stiffness, hysteresis,
-                (1.0 + change / friction if friction > 0.0 else math.nan,
-                 math.hypot(w.viscous_std * w.speed, w.coulomb_std) / friction
-                 if friction > 0.0 else math.nan),
-                (1.0 + w.gain, w.gain_std), self._viscous_share(w))
         values, std = np.full(len(FEATURES), np.nan), np.full(len(FEATURES), np.nan)
-        for column, ((value, deviation), prior) in enumerate(zip(rows, PRIORS)):
+        for column, feature in enumerate(WEAR_FEATURES):
+            value, deviation = feature.measure(window, self.settings.friction)
             if not (math.isfinite(value) and math.isfinite(deviation)):
                 continue
-            if not prior.logarithmic:
+            if not feature.prior.logarithmic:
                 unit = place.unit(column)
                 values[column], std[column] = value / unit, deviation / unit
                 continue
@@ -263,28 +256,6 @@ class Tracker:
             value = max(value, lowest)
             values[column], std[column] = math.log(value), deviation / value
         return values, std ** 2
-
-    def healthy_friction(self, window: Backlash | Friction) -> float:
-        """Return the friction of the model (N m) at the speed of a window, or its load."""
-        friction = self.settings.viscous * window.speed + self.settings.coulomb
-        return friction if friction > 0.0 else window.load
-
-    def _healthy_share(self, speed: float) -> float:
-        """Return the viscous share of the model's friction at a `speed`, NaN without friction."""
-        viscous = self.settings.viscous * speed
-        friction = viscous + self.settings.coulomb
-        return viscous / friction if friction > 0.0 else math.nan
-
-    def _viscous_share(self, window: Backlash | Friction) -> tuple[float, float]:
-        """Return (viscous share of a window's friction less that of the model, deviation)."""
-        w, change = window, window.viscous * window.speed
-        friction = self.healthy_friction(w) + change + w.coulomb
-        if not friction > 0.0:
-            return math.nan, math.nan
-        share = (self.settings.viscous * w.speed + change) / friction
-        return share - self._healthy_share(w.speed), math.hypot(
-            (1.0 - share) * w.viscous_std * w.speed / friction, share * w.coulomb_std / friction,
-            LIMITS.share_error)
 
     # ------------------------------------------------------------------ inference
 
@@ -346,7 +317,7 @@ class Tracker:
     def _followed(self, column: int, search: '_Search') -> Self:
         """Return it with the change of a feature as it is now: new, its stage, or over."""
         feature = self.wear[column]
-        up, down = sorted(tests_of(column), key=lambda test: -test.sign)
+        up, down = tests_of(column)
         standing = next((t for t in (up, down) if t.key in self.alerts), None)
         alerts = {key: value for key, value in self.alerts.items()
                   if key not in (up.key, down.key)}
@@ -447,7 +418,7 @@ class Tracker:
             self.growth(column) for column in (FRICTION, VISCOUS_SHARE))
         if self.point < 0 or not math.isfinite(growth + shift):
             return ()
-        viscous = float(self._healthy_share(self.data.points[self.point].speed)
+        viscous = float(self.settings.friction.share(self.data.points[self.point].speed)
                         + self.data.reference[VISCOUS_SHARE] + self.levels[VISCOUS_SHARE])
         if not 0.0 < viscous < 1.0:
             return ()
@@ -537,7 +508,7 @@ class Tracker:
             self.over_limit, data.points[self.point].text() if self.point >= 0 else '',
             self.point_windows, self.scores, self.coefficients(),
             int(data.stamps[0]) if len(data.stamps) else 0, self.marks,
-            statistics=self.to_dict())
+            tracker=self)
 
     def _feature(self, column: int) -> FeatureHealth:
         """Return what is known about the feature in `column`."""

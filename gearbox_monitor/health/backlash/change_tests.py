@@ -1,15 +1,17 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What of backlash and friction is watched for changes: tests and their limits."""
-from collections.abc import Iterator
+"""What of backlash and friction is watched for changes: each feature of wear is one object."""
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+import math
+from typing import NamedTuple, TypeAlias
 
+from gearbox_monitor.health.alert_limits import LIMITS
+from gearbox_monitor.health.backlash.features import Backlash, Friction
 from gearbox_monitor.health.checks.outcome import Condition, Level
 from gearbox_monitor.parameters import EstimatorParameters
 
-FEATURES = ('gap', 'lost_motion', 'stiffness', 'hysteresis', 'friction', 'gain', 'viscous_share')
-GAP, LOST_MOTION, STIFFNESS, HYSTERESIS, FRICTION, GAIN, VISCOUS_SHARE = range(len(FEATURES))
 COMPONENTS = ('backlash', 'friction')
 
 
@@ -76,6 +78,23 @@ class WearLimits:
 WEAR = WearLimits()
 
 
+class ModelFriction(NamedTuple):
+    """Friction of the motor in the model file: viscous (N m s/rad), coulomb (N m)."""
+
+    viscous: float
+    coulomb: float
+
+    def at(self, window: Backlash | Friction) -> float:
+        """Return the friction (N m) at the speed of a `window`, or its load without friction."""
+        friction = self.viscous * window.speed + self.coulomb
+        return friction if friction > 0.0 else window.load
+
+    def share(self, speed: float) -> float:
+        """Return the viscous share of the friction at a `speed` (rad/s), NaN without friction."""
+        friction = self.viscous * speed + self.coulomb
+        return self.viscous * speed / friction if friction > 0.0 else math.nan
+
+
 @dataclass(frozen=True)
 class FeaturePrior:
     """
@@ -101,14 +120,92 @@ class FeaturePrior:
     coulomb: float = 0.0
 
 
-PRIORS = (
-    FeaturePrior(0.58, 0.9, 0.015, 0.015, 0.0005, 0.02, 0.03),
-    FeaturePrior(0.11, 0.9, 0.015, 0.015, 0.0005, 0.02, 0.03),
-    FeaturePrior(0.08, 0.3, 0.02, 0.02, 0.0005, 0.06, 0.05),
-    FeaturePrior(0.05, 0.5, 0.02, 0.02, 0.0005, 0.06, 0.05, False),
-    FeaturePrior(0.07, 0.5, 0.05, 0.04, 0.02, 0.06, 0.05, coulomb=0.005),
-    FeaturePrior(0.07, 0.5, 0.01, 0.01, 0.0005, 0.05, 0.08),
-    FeaturePrior(0.04, 0.5, 0.05, 0.04, 0.02, 0.2, 0.05, False, 0.005))
+Value: TypeAlias = tuple[float, float]  # with its standard deviation; NaN: not known
+
+
+@dataclass(frozen=True)
+class WearFeature:
+    """
+    One feature of wear, with all that is known of it beforehand.
+
+    name; noun, in messages; component, of COMPONENTS. measure(window, friction of the model): its
+    Value in a window. up, down: key of the test of a change to either side. limits: parameters,
+    from which on a change is reported, a warning, an error.
+    """
+
+    name: str
+    noun: str
+    component: str
+    measure: Callable[[Backlash | Friction, ModelFriction], Value]
+    up: str
+    down: str
+    limits: tuple[str, str, str]
+    prior: FeaturePrior
+
+
+UNKNOWN: Value = math.nan, math.nan
+_WIDTH = ('gap_notice', 'gap_warn', 'gap_error')
+_STIFFNESS = ('0.2 stiffness_warn', 'stiffness_warn', 'stiffness_error')
+_FRICTION = ('0.25 friction_warn', 'friction_warn', 'friction_error')
+
+
+def _in_windows(name: str, separable: bool | None = None
+                ) -> Callable[[Backlash | Friction, ModelFriction], Value]:
+    """Return what takes the field `name` of windows, only of those that are `separable` or not."""
+    def _measure(window: Backlash | Friction, friction: ModelFriction) -> Value:
+        if not isinstance(window, Backlash) or separable not in (None, window.separable):
+            return UNKNOWN
+        return getattr(window, name), getattr(window, f'{name}_std')
+    return _measure
+
+
+def _friction(window: Backlash | Friction, friction: ModelFriction) -> Value:
+    """Return the friction at the speed of a window over that of the model."""
+    healthy = friction.at(window)
+    if not healthy > 0.0:
+        return UNKNOWN
+    return (1.0 + (window.viscous * window.speed + window.coulomb) / healthy,
+            math.hypot(window.viscous_std * window.speed, window.coulomb_std) / healthy)
+
+
+def _viscous_share(window: Backlash | Friction, friction: ModelFriction) -> Value:
+    """Return the viscous share of a window's friction less that of the model."""
+    w, change = window, window.viscous * window.speed
+    total = friction.at(w) + change + w.coulomb
+    if not total > 0.0:
+        return UNKNOWN
+    share = (friction.viscous * w.speed + change) / total
+    return share - friction.share(w.speed), math.hypot(
+        (1.0 - share) * w.viscous_std * w.speed / total, share * w.coulomb_std / total,
+        LIMITS.share_error)
+
+
+WEAR_FEATURES = (
+    WearFeature('gap', 'backlash', 'backlash', _in_windows('gap', True), 'gap', 'gap_loss',
+                _WIDTH, FeaturePrior(0.58, 0.9, 0.015, 0.015, 0.0005, 0.02, 0.03)),
+    WearFeature('lost_motion', 'lost motion', 'backlash', _in_windows('lost_motion', False),
+                'lost_motion', 'lost_motion_loss', _WIDTH,
+                FeaturePrior(0.11, 0.9, 0.015, 0.015, 0.0005, 0.02, 0.03)),
+    WearFeature('stiffness', 'stiffness', 'backlash', _in_windows('stiffness'),
+                'stiffness_growth', 'stiffness_loss', _STIFFNESS,
+                FeaturePrior(0.08, 0.3, 0.02, 0.02, 0.0005, 0.06, 0.05)),
+    WearFeature('hysteresis', 'hysteresis over load', 'backlash', _in_windows('hysteresis'),
+                'hysteresis', 'hysteresis_down', _STIFFNESS,
+                FeaturePrior(0.05, 0.5, 0.02, 0.02, 0.0005, 0.06, 0.05, False)),
+    WearFeature('friction', 'friction', 'friction', _friction, 'friction', 'friction_loss',
+                _FRICTION, FeaturePrior(0.07, 0.5, 0.05, 0.04, 0.02, 0.06, 0.05, coulomb=0.005)),
+    WearFeature('gain', 'torque gain', 'friction',
+                lambda window, _: (1.0 + window.gain, window.gain_std),
+                'torque_gain', 'torque_gain_loss', _STIFFNESS,
+                FeaturePrior(0.07, 0.5, 0.01, 0.01, 0.0005, 0.05, 0.08)),
+    # Where viscous and Coulomb friction go opposite ways: else `friction` tells the change.
+    WearFeature('viscous_share', 'share of viscous friction', 'friction', _viscous_share,
+                'viscous_share', 'viscous_share_loss', _FRICTION,
+                FeaturePrior(0.04, 0.5, 0.05, 0.04, 0.02, 0.2, 0.05, False, 0.005)))
+FEATURES = tuple(feature.name for feature in WEAR_FEATURES)
+GAP, LOST_MOTION, STIFFNESS, HYSTERESIS, FRICTION, GAIN, VISCOUS_SHARE = map(FEATURES.index, (
+    'gap', 'lost_motion', 'stiffness', 'hysteresis', 'friction', 'gain', 'viscous_share'))
+PRIORS = tuple(feature.prior for feature in WEAR_FEATURES)
 
 
 @dataclass(frozen=True)
@@ -121,27 +218,9 @@ class ChangeTest:
     sign: int
 
 
-TESTS = (
-    ChangeTest('gap', 'backlash', GAP, 1), ChangeTest('gap_loss', 'backlash', GAP, -1),
-    ChangeTest('lost_motion', 'backlash', LOST_MOTION, 1),
-    ChangeTest('lost_motion_loss', 'backlash', LOST_MOTION, -1),
-    ChangeTest('stiffness_loss', 'backlash', STIFFNESS, -1),
-    ChangeTest('stiffness_growth', 'backlash', STIFFNESS, 1),
-    ChangeTest('hysteresis', 'backlash', HYSTERESIS, 1),
-    ChangeTest('hysteresis_down', 'backlash', HYSTERESIS, -1),
-    ChangeTest('friction', 'friction', FRICTION, 1),
-    ChangeTest('friction_loss', 'friction', FRICTION, -1),
-    # Where viscous and Coulomb friction go opposite ways: else `friction` tells the change.
-    ChangeTest('viscous_share', 'friction', VISCOUS_SHARE, 1),
-    ChangeTest('viscous_share_loss', 'friction', VISCOUS_SHARE, -1),
-    ChangeTest('torque_gain', 'friction', GAIN, 1),
-    ChangeTest('torque_gain_loss', 'friction', GAIN, -1),
-)
-# Limits of each feature, by parameter: stated from, WARN with the second advice from, ERROR from.
-_WIDTH = ('gap_notice', 'gap_warn', 'gap_error')
-_STIFFNESS = ('0.2 stiffness_warn', 'stiffness_warn', 'stiffness_error')
-_FRICTION = ('0.25 friction_warn', 'friction_warn', 'friction_error')
-_LIMITS = (_WIDTH, _WIDTH, _STIFFNESS, _STIFFNESS, _FRICTION, _STIFFNESS, _FRICTION)
+TESTS = tuple(ChangeTest(key, feature.component, column, sign)
+              for column, feature in enumerate(WEAR_FEATURES)
+              for sign, key in ((1, feature.up), (-1, feature.down)))
 
 
 def limits_of(parameters: EstimatorParameters) -> dict[str, tuple[float, float, float]]:
@@ -150,12 +229,12 @@ def limits_of(parameters: EstimatorParameters) -> dict[str, tuple[float, float, 
         factor, _, name = text.rpartition(' ')
         return float(factor or 1.0) * float(getattr(parameters, name))
     return {test.key: (size(notice), size(warn), size(error)) for test in TESTS
-            for notice, warn, error in (_LIMITS[test.column],)}
+            for notice, warn, error in (WEAR_FEATURES[test.column].limits,)}
 
 
 def limit_names(test: ChangeTest) -> tuple[str, str, str]:
     """Return the parameters that limit a change: stated from, a warning from, an error from."""
-    return _LIMITS[test.column]
+    return WEAR_FEATURES[test.column].limits
 
 
 def _conditions() -> Iterator[Condition]:
