@@ -15,7 +15,8 @@ Public names, by module:
     estimator: Estimator, expect_format, snapshot_errors, SnapshotError, unsmoothed
     filter_kind: Belief, Scratch
     filter_setup: described
-    innovation_filter: FilterInput, FilterStart, FilterTrace, LASTING, N_FILTER, SampleSchedule
+    innovation_filter: COLOURED, FilterInput, FilterStart, FilterTrace, LASTING, N_FILTER,
+        SampleSchedule
     interval_smoother: smooth_interval
     noise_search: at_rest, MIN_SAMPLES, MIN_SECONDS, widened
     process_model: FRICTION_AT, K_P, LOAD_AT, P0, Q0, R1, R2, STATISTICAL, tangent, TAU_K,

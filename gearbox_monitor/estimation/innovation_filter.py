@@ -36,7 +36,9 @@ GROUPS = 2
 FARTHEST = 1e6               # rad, beyond which a filter has diverged
 NO_ERROR = (0.0, 0.0, 0.0)
 LASTING = N_STATE            # place of the torque on the motor that lasts
-N_FILTER = N_STATE + 1       # state of a simulation, and that torque
+COLOURED = N_STATE + 1       # places of the coloured noise of the encoders
+N_FILTER = N_STATE + 3       # state of a simulation, that torque and that noise
+WHITE = 1e-3                 # variance of white noise beside coloured noise, over that
 
 
 class SampleSchedule(NamedTuple):
@@ -79,6 +81,7 @@ class FilterInput(NamedTuple):
     torque: Vector
     fade: float
     every: int
+    colour: Matrix  # [2, 2]: correlation of neighbouring readings, and variance over `variance`
 
 
 class FilterStart(NamedTuple):
@@ -137,7 +140,7 @@ def _noise_of(side: int, F: Array, torque: Array, p: Array) -> float:
 
 @inline
 def _predict(F: Array, P: Array, product: Array, span: float, data: FilterInput,
-             drive: PackedDrive) -> None:
+             drive: PackedDrive, places: Integers) -> None:
     """Replace P [A, A] by F P F' + Q after a segment of `span` s."""
     n = F.shape[0]
     for i in range(n):
@@ -158,6 +161,11 @@ def _predict(F: Array, P: Array, product: Array, span: float, data: FilterInput,
         P[4, 4] += data.torque[0] * data.torque[0] * (
             1.0 - math.pow(data.fade, 2.0 * span / data.dt))
         first = 2 if rigid else 1
+    for i in range(n):
+        if places[i] >= COLOURED:
+            k = places[i] - COLOURED
+            P[i, i] += data.variance[k] * data.colour[k, 1] * (
+                1.0 - math.pow(data.colour[k, 0], 2.0 * span / data.dt))
     for i in range(first, 2):
         for j in range(first, 2):
             if i == j or rigid:
@@ -170,12 +178,27 @@ def _predict(F: Array, P: Array, product: Array, span: float, data: FilterInput,
 
 
 @inline
-def _correct(P: Array, channel: int, slope: float, variance: float, gain: Array) -> float:
+def _own(places: Integers, channel: int) -> int:
+    """Return which of the estimated states is the coloured noise of an encoder, or -1."""
+    for i in range(len(places)):
+        if places[i] == COLOURED + channel:
+            return i
+    return -1
+
+
+@inline
+def _correct(P: Array, channel: int, slope: float, variance: float, gain: Array,
+             own: int) -> float:
     """Fill in gain [A] of a reading and take it into P [A, A]; return its variance."""
     n = P.shape[0]
     s = variance + slope * slope * P[channel, channel]
+    if own >= 0:
+        s = variance * WHITE + slope * slope * P[channel, channel] + (
+            2.0 * slope * P[channel, own] + P[own, own])
     for i in range(n):
         gain[i] = P[i, channel] * slope / s
+        if own >= 0:
+            gain[i] += P[i, own] / s
     for i in range(n):
         for j in range(i + 1):
             P[i, j] -= gain[i] * gain[j] * s
@@ -255,12 +278,14 @@ def filtered(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, st
                     base = width * g
                     F = trace.tangent[at, m]
                     for i in range(n):
-                        if places[i] == LASTING:
-                            fade = math.pow(data.fade, schedule.span[m] / data.dt)
+                        if places[i] >= LASTING:
+                            fade = data.fade if places[i] == LASTING else (
+                                data.colour[places[i] - COLOURED, 0])
+                            fade = math.pow(fade, schedule.span[m] / data.dt)
                             for j in range(n):
                                 F[i, j] = fade if i == j else 0.0
-                            room[g, n + LASTING, 0] *= fade
-                            trace.end[at, m, i] = room[g, n + LASTING, 0]
+                            room[g, n + places[i], 0] *= fade
+                            trace.end[at, m, i] = room[g, n + places[i], 0]
                             continue
                         row = LANES * places[i] + base
                         for j in range(n):
@@ -270,7 +295,7 @@ def filtered(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, st
                         room[g, n + i, 0] = s[LANES * i + base]
                     if not abs(s[base]) < FARTHEST or not abs(s[LANES + base]) < FARTHEST:
                         return math.inf
-                    _predict(F, room[g, :n, :n], product, schedule.span[m], data, drive)
+                    _predict(F, room[g, :n, :n], product, schedule.span[m], data, drive, places)
                     for channel in range(2):
                         reading = at + 1 + schedule.shift[channel]
                         if (schedule.reads[m, channel] == 0 or reading >= data.end[c]
@@ -283,9 +308,12 @@ def filtered(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, st
                         trace.speed[at, channel] = room[g, n + 2 + channel, 0]
                         trace.slope[at, channel] = slope
                         gain = trace.gain[at, channel]
+                        own = _own(places, channel)
                         variance = _correct(room[g, :n, :n], channel, slope,
-                                            data.variance[channel], gain)
+                                            data.variance[channel], gain, own)
                         innovation = data.y[reading, channel] - x - error
+                        if own >= 0:
+                            innovation -= room[g, n + COLOURED + channel, 0]
                         for i in range(n):
                             room[g, n + places[i], 0] += gain[i] * innovation
                         trace.innovation[at, channel] = innovation
@@ -303,7 +331,7 @@ def filtered(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, st
 def _spread(g: int, width: int, room: Array, start: FilterStart, s: Array) -> None:
     """Put the state of the group `g` into its `width` lanes, one of them moved for each state."""
     n = len(start.places)
-    for i in range(N_FILTER):
+    for i in range(LASTING + 1):
         row = (ON_MOTOR if i == LASTING else LANES * i) + width * g
         for j in range(width):
             s[row + j] = room[g, n + i, 0]
@@ -353,9 +381,9 @@ def sensitivity(drives: tuple[PackedDrive, PackedDrive], schedule: SampleSchedul
                 if schedule.ends[q] >= 0:
                     for i in range(min(LANES, data.end[c] - 1 - first)):
                         for j in range(n):
-                            ends[first + i, m, j] = 0.0 if places[j] == LASTING else (
+                            ends[first + i, m, j] = 0.0 if places[j] >= LASTING else (
                                 s[LANES * places[j] + i] - trace.end[first + i, m, j])
-    _along(drives, schedule, data, trace, ends, s[:2 * n], change)
+    _along(drives, schedule, data, places, trace, ends, s[:2 * n], change)
 
 
 @inline
@@ -371,7 +399,7 @@ def _carry(F: Array, d: Array, moved: Array) -> None:
 
 @kernel
 def _along(drives: tuple[PackedDrive, PackedDrive], schedule: SampleSchedule, data: FilterInput,
-           trace: FilterTrace, ends: Array, room: Array, change: Array) -> None:
+           places: Integers, trace: FilterTrace, ends: Array, room: Array, change: Array) -> None:
     """Fill in change [N, 2] of the innovations by changes `ends` [N, M, A] of each segment."""
     n = ends.shape[2]
     d, moved = room[:n], room[n:]
@@ -395,6 +423,9 @@ def _along(drives: tuple[PackedDrive, PackedDrive], schedule: SampleSchedule, da
                     reading = (_error(channel, drives[1].e, x)[0]
                                - _error(channel, drives[0].e, x)[0]
                                + slope * (d[channel] - delays[channel] * trace.speed[at, channel]))
+                    own = _own(places, channel)
+                    if own >= 0:
+                        reading += d[own]
                     change[at, channel] = -reading
                     for i in range(n):
                         d[i] -= trace.gain[at, channel, i] * reading
@@ -434,16 +465,19 @@ def with_noise(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, 
                 for i in range(n):
                     moved[i] = 0.0
                 _carry(F, d, moved)
-                _predict(F, P, product, schedule.span[m], data, drive)
+                _predict(F, P, product, schedule.span[m], data, drive, start.places)
                 for channel in range(2):
                     if schedule.reads[m, channel] == 0:
                         continue
                     slope = trace.slope[at, channel]
                     if slope == 0.0:
                         continue
-                    v = _correct(P, channel, slope, data.variance[channel], gain)
+                    own = _own(start.places, channel)
+                    v = _correct(P, channel, slope, data.variance[channel], gain, own)
                     old = trace.innovation[at, channel]
                     new = old - slope * d[channel]
+                    if own >= 0:
+                        new -= d[own]
                     for i in range(n):
                         d[i] += gain[i] * new - trace.gain[at, channel, i] * old
                     change[at, channel], variance[at, channel] = new - old, v
@@ -481,6 +515,9 @@ def smoothed(schedule: SampleSchedule, data: FilterInput, places: Integers, trac
                         for i in range(n):
                             total -= trace.gain[at, channel, i] * adjoint[i]
                         adjoint[channel] += slope * total
+                        own = _own(places, channel)
+                        if own >= 0:
+                            adjoint[own] += total
                     for j in range(n):
                         total = 0.0
                         for i in range(n):

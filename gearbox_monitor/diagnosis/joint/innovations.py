@@ -20,7 +20,7 @@ import numpy as np
 from gearbox_monitor.diagnosis.joint.shooting import Simulator
 from gearbox_monitor.estimation import innovation_filter as kernels
 from gearbox_monitor.estimation.innovation_filter import (
-    FilterInput, FilterStart, FilterTrace, LASTING, N_FILTER, SampleSchedule)
+    COLOURED, FilterInput, FilterStart, FilterTrace, LASTING, N_FILTER, SampleSchedule)
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.batch import LANES, N_LANE_STATE
 from gearbox_monitor.plant.drive import DriveModel
@@ -107,6 +107,7 @@ class InnovationLikelihood:
         lasts = model.process_torque_time
         self.fade = math.exp(-recording.dt / lasts) if lasts > 0.0 else 0.0
         self.every = max(1, round(SPARSE / recording.dt)) if lasts > 0.0 else 1
+        self.colour = np.array([[0.0, 1.0], [0.0, 1.0]])
         self._torque = max(float(np.std(recording.torque)), 1e-9)
         begin_variance = self.variance
         self._lanes = np.zeros(N_LANE_STATE)
@@ -137,6 +138,12 @@ class InnovationLikelihood:
         """Return the likelihood of one reading out of `every`."""
         out = copy(self)
         out.every = every
+        return out
+
+    def coloured(self, colour: Array) -> 'InnovationLikelihood':
+        """Return the likelihood with noise of the encoders that is correlated, see FilterInput."""
+        out = copy(self)
+        out.colour = np.asarray(colour, float)
         return out
 
     def loaded(self, torque: Array) -> 'InnovationLikelihood':
@@ -201,6 +208,8 @@ class InnovationLikelihood:
         variance = self._variance.tolist()
         t, servo = model.transmission, model.folded().controller
         sizes = {LASTING: self._torque} if self.fade else {}
+        sizes.update({COLOURED + c: math.sqrt(self.variance[c] * self.colour[c, 1])
+                      for c in self.recording.channels if self.colour[c, 0] > 0.0})
         for effect in model.effects:
             if effect['id'] in MEMORIES:
                 begins = EFFECTS[effect['id']].memory_starts
@@ -234,7 +243,7 @@ class InnovationLikelihood:
         parts = schedule(drive.e, self.recording.dt, self.simulator.n, self.recording.channels)
         data = FilterInput(self.y, self.simulator.acting(drive.e), self.simulator.extra,
                            self.recording.dt, self.begin, self.end, self.variance,
-                           np.asarray(torque, float), self.fade, self.every)
+                           np.asarray(torque, float), self.fade, self.every, self.colour)
         n, states, segments = len(self.y), len(start.places), len(parts.span)
         trace = FilterTrace(
             np.empty((n, segments, N_FILTER)), np.empty((n, segments, states)),
@@ -284,6 +293,12 @@ class InnovationLikelihood:
         index = np.concatenate([np.arange(begin, end - 1)
                                 for begin, end in zip(self.begin, self.end)])
         return named_motion(self.recording, run.trace.begin[:, 0], index)
+
+    def shares(self, count: int) -> Integers:
+        """Return in which of `count` equal parts of the recording each sample [N] is."""
+        begin, end = int(self.begin.min()), int(self.end.max())
+        return np.clip((np.arange(len(self.y)) - begin) * count // max(end - begin, 1),
+                       0, count - 1)
 
     def smoothed(self, run: Filtered) -> Array:
         """Return the smoothed states [N, N_STATE] of `run`, NaN outside of its parts."""
