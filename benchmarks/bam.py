@@ -182,7 +182,7 @@ def measure(name: str, logs: list[ServoLog], jobs: int) -> dict[str, Any]:
         verdict = diagnose(recordings, model, jobs=jobs)
         kind, effect, confusable = (verdict.data[key] for key in (
             'verdict', 'effect', 'confusable'))
-        parts = [part['effect'] for part in verdict.data['identified']]
+        parts = [part['effect'] for part in verdict.data['findings']]
     except Undecided:
         kind, effect, confusable, parts = 'undecided', None, [], []
     show(f'{name}: fit-nominal')

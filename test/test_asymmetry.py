@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gearbox_monitor.diagnosis.joint.evidence import Evidence
+from gearbox_monitor.diagnosis.joint.drive_recordings import DriveRecordings
 from gearbox_monitor.estimation import process_model, sample_loop
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
@@ -66,4 +66,4 @@ def test_the_smoother_waits_for_its_lag_and_not_for_a_sample_more():
 def test_an_effect_pays_the_whole_penalty_of_schwarz():
     evidence = SimpleNamespace(fine=SimpleNamespace(readings=700))
     fit = SimpleNamespace(deviance=31.0, candidate=SimpleNamespace(n_effect=3))
-    assert Evidence.score(evidence, fit) == pytest.approx(31.0 + 3.0 * np.log(700.0))
+    assert DriveRecordings.score(evidence, fit) == pytest.approx(31.0 + 3.0 * np.log(700.0))

@@ -43,8 +43,7 @@ from gearbox_monitor.cli.options import (
 from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.diagnosis.joint import closed_model
 from gearbox_monitor.diagnosis.joint.diagnose import chosen_ids
-from gearbox_monitor.diagnosis.joint.verdict import NONE, Verdict
-from gearbox_monitor.diagnosis.robot.power import UNDECIDED
+from gearbox_monitor.diagnosis.joint.verdict import NONE, UNDECIDED, Verdict
 from gearbox_monitor.errors import expect_whole, has_matplotlib, InputError, installed_by, unknown
 from gearbox_monitor.files.opening import dump, plain
 from gearbox_monitor.files.yaml_files import expect_new_file, model_text
@@ -54,14 +53,13 @@ from gearbox_monitor.library.simulator_file import export_model, written_model
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.presentation import number, on_axis, percent, Quantity
-from gearbox_monitor.report.diagnosis_evidence import (
-    gather, measures_twist, shows_place, window_chart)
+from gearbox_monitor.report.diagnosis_evidence import gather, shows_place, window_chart
 from gearbox_monitor.report.diagnosis_page import diagnosis_page, PageContext
 from gearbox_monitor.report.robot_gap_page import robot_gap_page
 from gearbox_monitor.report.robot_words import robot_text
 from gearbox_monitor.report.summary import PLACES, summary
 from gearbox_monitor.report.words import (
-    counted, dense_regions, ids_of, meaning, NAMING, next_steps, NO_FILES, place_text, SUGGESTED,
+    counted, ids_of, meaning, NAMING, next_steps, NO_FILES, NOTHING, place_text, SUGGESTED,
     suggestion, torque_map_of, undefined, unit_of, UserFiles, value_rows)
 from gearbox_monitor.robot.description import SUFFIXES
 from gearbox_monitor.ros.middleware import cores
@@ -143,7 +141,7 @@ def run(args: Namespace) -> int:
     written = write(args, data, closed, drawn)
     print(dump(data) if args.json == '-' else
           text(data, recordings, model, written, files, command, changes, args.verbose))
-    return 0 if verdict.verdict == NONE else 1
+    return {NONE: 0, UNDECIDED: 3}.get(verdict.verdict, 1)
 
 
 def _simulator(name: str, recordings: Sequence[UniformRecording], model: DriveModel
@@ -355,7 +353,7 @@ def _gap(data: VerdictData, verbose: bool) -> list[str]:
     """Return the lines on the misfit before and after."""
     words = (f'{number(data["gap_before"])} before, {number(data["gap_after"])} after; '
              'noise alone is 1')
-    if data['verdict'] == 'none':
+    if data['verdict'] in NOTHING:
         return _entry('misfit', words)
     closed, interval = data.get('closed_fraction'), data.get('closed_fraction_ci')
     lines = _entry('misfit', f'{words}; ' + (
@@ -409,18 +407,13 @@ def _ranking(data: VerdictData) -> list[str]:
 
 def _where(data: VerdictData, recordings: Sequence[UniformRecording], model: DriveModel
            ) -> list[str]:
-    if data['verdict'] == 'none':
+    if data['verdict'] in NOTHING:
         return []
-    lines: list[str] = []
-    placed = any(shows_place(recording, model) for recording in recordings)
-    if not placed:
-        lines = _entry('where', 'one encoder does not show it: record both')
-    for place, part in data['where']['places'].items() if placed else ():
-        lines.append(f'{"" if lines else "where":<{LABEL}s}{place_text(place):<18s}a free signal '
-                     f'there explains {percent(part["explained"])}')
-    words = dense_regions(data['where'].get('region') or {}, any(
-        measures_twist(recording, model) for recording in recordings))
-    return lines + (_entry('largest at', ', '.join(words)) if words else [])
+    if not any(shows_place(recording, model) for recording in recordings):
+        return _entry('where', 'one encoder does not show it: record both')
+    return [f'{"" if row else "where":<{LABEL}s}{place_text(place):<18s}a free signal '
+            f'there explains {percent(part["explained"])}'
+            for row, (place, part) in enumerate(data['where']['places'].items())]
 
 
 def _nominal(data: VerdictData, model: DriveModel) -> list[str]:

@@ -9,6 +9,7 @@ one drive by the innovations of a filter, `robot` all joints by the balance of t
 
 Public names, by module:
 
+    contest: CONTEST
     joint: basis_functions, closed_model, diagnose, localisation, unit_adaptation
     joint.basis_functions: FEWEST
     joint.candidates: CandidateModel, Coordinate, NUISANCES, sine_and_cosine
@@ -25,7 +26,8 @@ Public names, by module:
     joint.shooting: ShootingWindows, Simulator
     joint.thresholds: THRESHOLDS
     joint.unit_adaptation: Adapted, samples_of
-    joint.verdict: Explained, Finding, INCOMPLETE, kind_of, NONE, Remainder, UNKNOWN, Verdict
+    joint.verdict: Explained, Finding, INCOMPLETE, kind_of, NONE, Remainder, UNDECIDED,
+        UNKNOWN, Verdict
     joint.windows: WindowRuns
     robot: knowledge, verdict
     robot.candidates: Candidate
@@ -34,7 +36,6 @@ Public names, by module:
     robot.evidence: Prior, RobotEvidence, RobotFit
     robot.knowledge: another_day_of, farther, Knowledge, learn, States, VERSION, Visits,
         with_unvisited
-    robot.power: UNDECIDED
     robot.robot_effects: BASE, BASE_TILT, INERTIA_NAMES, JOINT, LINK_INERTIA, PAYLOAD,
         ROBOT_EFFECTS, RobotEffect, tilted
     robot.robot_log: checked_log, continuous, CURRENT, jump_words, raw_log, RawLog, read_by,

@@ -38,7 +38,7 @@ from gearbox_monitor.report.robot_words import robot_text
 from gearbox_monitor.report.summary import summary
 from gearbox_monitor.report.watch_words import watch_headline, watch_text
 from gearbox_monitor.report.sentences import phrase
-from gearbox_monitor.report.words import value_rows
+from gearbox_monitor.report.words import NOTHING, value_rows
 from gearbox_monitor.simulators.randomisation import randomisation
 from gearbox_monitor.watch.record import Watch
 
@@ -124,7 +124,7 @@ def _(windows: BacklashWindows) -> str:
 def _(verdict: Verdict) -> str:
     text = verdict.effect or verdict.location
     closed = verdict.closed_fraction
-    return (f'Verdict({verdict.verdict!r}' + ('' if verdict.verdict == 'none' else f': {text}')
+    return (f'Verdict({verdict.verdict!r}' + ('' if verdict.verdict in NOTHING else f': {text}')
             + f'; gap {number(verdict.gap_before)} before, {number(verdict.gap_after)} after'
             + ('' if closed is None else f', {percent(closed)} closed') + ')')
 

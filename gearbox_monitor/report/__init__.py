@@ -11,8 +11,7 @@ Public names, by module:
 
     .: words
     chart: BarRow, Bars, Chart, LoopSlice, Panel, Plane, Trace
-    diagnosis_evidence: gather, measures_twist, notable_windows, shows_place, whole_chart,
-        window_chart
+    diagnosis_evidence: gather, notable_windows, shows_place, whole_chart, window_chart
     diagnosis_page: diagnosis_page, PageContext
     explanation: ALL_CONDITIONS, Explanation, explanations
     fleet_page: fleet_page, headline
@@ -29,7 +28,7 @@ Public names, by module:
         TimelineSource
     watch_page: watch_page
     watch_words: watch_data, watch_headline, watch_text
-    words: change_sentence, counted, dense_regions, ids_of, meaning, NAMING, next_steps,
-        NO_FILES, place_text, SUGGESTED, suggestion, torque_map_of, undefined, unit_of,
-        UserFiles, value_rows
+    words: change_sentence, counted, ids_of, meaning, NAMING, next_steps, NO_FILES, NOTHING,
+        place_text, SUGGESTED, suggestion, torque_map_of, undefined, unit_of, UserFiles,
+        value_rows
 """

@@ -23,7 +23,7 @@ from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.presentation import on_axis
 from gearbox_monitor.report.chart import Chart, Panel, Trace
-from gearbox_monitor.report.words import unit_of
+from gearbox_monitor.report.words import NOTHING, unit_of
 from gearbox_monitor.signals.uniform import UniformRecording
 
 
@@ -147,7 +147,7 @@ def gather(verdict: Verdict, model: DriveModel) -> DiagnosisEvidence:
     maps = {name: [binned(value, r, edges[name]) for r in residuals]
             for name, value in motion.items()}
     missing = None
-    if data['verdict'] != 'none':
+    if data['verdict'] not in NOTHING:
         missing = missing_signal(none, data['where']['place'])
     return DiagnosisEvidence(
         model.axis, {name: on_axis(_label(name, recording), model.axis) for name in motion}, laid,
@@ -166,11 +166,6 @@ def _both_sides(recording: UniformRecording) -> bool:
     return len(recording.channels) > 1 or recording.readings[0] == 'torque'
 
 
-def measures_twist(recording: UniformRecording, model: DriveModel) -> bool:
-    """Return whether the drive of `model` has a twist and the recording measures it."""
-    return model.transmission.kind != 'rigid' and _both_sides(recording)
-
-
 def _label(quantity: str, recording: UniformRecording) -> str:
     """Return the name of a quantity with its unit; one encoder shows its own side alone."""
     words = QUANTITIES[quantity]
@@ -183,7 +178,7 @@ def _label(quantity: str, recording: UniformRecording) -> str:
 def _motion(recording: UniformRecording, model: DriveModel, windows: ShootingWindows
             ) -> dict[str, Array]:
     """Return {quantity: [W, L]} of a recording; the twist only where it exists and is measured."""
-    twist = measures_twist(recording, model)
+    twist = model.transmission.kind != 'rigid' and _both_sides(recording)
     return {name: value[windows.samples] for name, value in basis_functions.motion(
         recording.positions, recording.dt).items() if name != 'twist' or twist}
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import re
 from typing import Any, TypeAlias
 
+from gearbox_monitor.diagnosis.contest import CONTEST
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import library
@@ -17,8 +18,8 @@ from gearbox_monitor.report.chart import BarRow, Bars, Chart, Panel, Span, Trace
 from gearbox_monitor.report.diagnosis_evidence import (
     DiagnosisEvidence, explained_by, MissingSignal, RUN_ROLES, whole_chart, window_chart)
 from gearbox_monitor.report.words import (
-    dense_regions, gain_text, ids_of, meaning, MEANINGS, NAMING, next_steps, NO_FILES,
-    place_text, sentence, torque_map_of, undefined, unit_of, UserFiles, value_rows)
+    gain_text, ids_of, meaning, MEANINGS, NAMING, next_steps, NO_FILES, NOTHING, place_text,
+    sentence, torque_map_of, undefined, unit_of, UserFiles, value_rows)
 from gearbox_monitor.signals.uniform import UniformRecording
 
 VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a verdict
@@ -74,13 +75,13 @@ def short_name(recording: UniformRecording) -> str:
 def _summary(data: VerdictData, axis: str) -> Section:
     """Return the verdict in one sentence, its effects, the main figures."""
     facts = [('gap before', number(data['gap_before']))]
-    if data['verdict'] != 'none':
+    if data['verdict'] not in NOTHING:
         facts.append(('gap after', number(data['gap_after'])))
         closed = data.get('closed_fraction')
         facts.append(('closed', 'not defined' if closed is None else str(percent(closed))))
     if data['verdict'] in NAMING:
         facts.append(('indistinguishable from it', ', '.join(data['confusable']) or 'nothing'))
-    colour = {'none': 'good', 'unknown': 'warn', 'incomplete': 'warn'}
+    colour = {'none': 'good', 'undecided': 'warn', 'unknown': 'warn', 'incomplete': 'warn'}
     rows = value_rows(data, axis)
     sizes = {name: ', '.join(str(row) for row in rows
                              if row.effect == name and row.size is not None)
@@ -105,7 +106,7 @@ def _gaps(data: VerdictData, validated: str | None) -> Section:
     gaps, closed = [], []
     for name, nominal, closed_gap, share, interval in _gap_parts(data):
         gaps.append(BarRow(name, 'before', nominal, number(nominal), 'nominal'))
-        if data['verdict'] == 'none':
+        if data['verdict'] in NOTHING:
             continue
         gaps.append(BarRow('', 'after', closed_gap, number(closed_gap), 'closed'))
         if share is not None:
@@ -115,15 +116,10 @@ def _gaps(data: VerdictData, validated: str | None) -> Section:
     top = max([NOISE_RANGE[1], *(row.value for row in gaps if row.value is not None)])
     whole = max([1.0, *(v for row in closed for v in (row.value, *(row.interval or ()))
                         if v is not None)])
-    regions = [(name.replace('_', ' '), part.replace('_', ' '), number(v['before']),
-                number(v['after']))
-               for name, bins in (data.get('regions') or {}).items()
-               for part, v in bins.items() if v]
     return Section('diagnosis/gap.html', {
         'gaps': Bars(gaps, True, top), 'closed': Bars(closed, top=whole),
-        'undefined': '' if closed or data['verdict'] == 'none' else undefined(data),
-        'free_run': _free_run(data, validated),
-        'regions': PageTable(('region', 'part', 'before', 'after'), regions, (2, 3))}, 'The gap')
+        'undefined': '' if closed or data['verdict'] in NOTHING else undefined(data),
+        'free_run': _free_run(data, validated)}, 'The gap')
 
 
 GapPart: TypeAlias = tuple[str, float, float, float | None, Span | None]
@@ -170,15 +166,13 @@ def _overlays(evidence: DiagnosisEvidence) -> Section:
 
 
 def _location(data: VerdictData, evidence: DiagnosisEvidence) -> Section:
-    """Return where the gap is: places, regions of the motion, the missing signal, maps."""
-    rows, regions = [], []
-    if data['verdict'] != 'none' and evidence.placed:
+    """Return where the gap is: places, the missing signal, maps."""
+    rows = []
+    if data['verdict'] not in NOTHING and evidence.placed:
         for place, part in data['where']['places'].items():
             role = 'closed' if place == data['where']['place'] else 'closed faint'
             rows.append(BarRow(place_text(place), '', part['explained'],
                                str(percent(part['explained'])), role))
-    if data['verdict'] != 'none':
-        regions = dense_regions(data['where'].get('region') or {}, 'twist' in evidence.labels)
     charts = []
     for name, maps in evidence.maps.items():
         label = evidence.labels[name]
@@ -187,7 +181,7 @@ def _location(data: VerdictData, evidence: DiagnosisEvidence) -> Section:
         panel = Panel('gap', traces, 1.0, 130, NOISE_RANGE)
         charts.append(Chart(f'over {name}', [panel], label, zoom=False))
     return Section('diagnosis/where.html', {
-        'placed': evidence.placed, 'places': Bars(rows, top=1.0), 'regions': regions,
+        'placed': evidence.placed, 'places': Bars(rows, top=1.0),
         'effects': len(ids_of(data)), 'missing': _missing(evidence.missing, evidence.labels),
         'charts': charts}, 'Where', folded=True)
 
@@ -268,14 +262,15 @@ def _doubts(data: VerdictData, recordings: Sequence[UniformRecording],
         f'{name} {number(value, unit_of(name, "rad"))}' for name, value in
         zip(evidence.overlay.recording.readings, data['sigma']) if value is not None)
     misfit = data.get('misfit') or {}
-    excess, structure = misfit.get('excess'), misfit.get('structure')
+    torque, memory = misfit.get('torque'), misfit.get('memory')
     return Section('diagnosis/doubts.html', {
         'recordings': PageTable(('recording', 's', 'samples/s'), [
             (short_name(r), f'{r.duration:.1f}', f'{1.0 / r.dt:.0f}')
             for r in recordings], (1, 2)),
         'noise': noise,
         'torque_noise': '' if data['process_torque'] is None else number(data['process_torque']),
-        'misfit': None if excess is None or structure is None else (1.0 + excess, structure),
+        'misfit': None if torque is None or memory is None else (
+            f'{torque:.1f}', f'{memory:.1f}', f'{CONTEST.margin:g}'),
         'condition': number(data['condition']) if data.get('condition') else '',
         'warnings': [sentence(warning) for warning in data.get('warnings') or ()]},
         'Recording and doubts')

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from gearbox_monitor.diagnosis.joint.verdict import UNDECIDED
 from gearbox_monitor.diagnosis.robot.conventions import NamedReading, RobotReading
-from gearbox_monitor.diagnosis.robot.power import UNDECIDED
 from gearbox_monitor.diagnosis.robot.robot_effects import JOINT, ROBOT_EFFECTS
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN

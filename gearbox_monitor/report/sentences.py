@@ -351,6 +351,8 @@ JOINT = {
                                'without a known fault' + _NOISE),
     'within_tolerances': Sentence('No gap beyond the tolerances: with values of the model moved '
                                   'within them, noise alone is left' + _NOISE),
+    'unshown': Sentence('Undecided: noise alone is left, but this motion would not show a change '
+                        'of {changes}.'),
     'no_gap': Sentence('No gap: the model explains the recording down to the noise of the '
                        'encoders' + _NOISE),
     'unexplained': Sentence('The recording differs from the model by {misfit} times the noise, '

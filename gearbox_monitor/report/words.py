@@ -25,9 +25,9 @@ from gearbox_monitor.report.summary import NEAR_FLOOR, PLACES
 from gearbox_monitor.signals.smoothed_motion import SmoothedMotion
 from gearbox_monitor.signals.uniform import UniformRecording
 
+NOTHING = ('none', 'undecided')  # verdicts without a gap
 LACKING = ('incomplete', 'unknown')  # verdicts with a remainder
 NAMING = ('effect', 'incomplete')  # verdicts with findings
-DENSE = 1.5  # ratio of the share of the gap to the share of the time that is worth a word
 # The meaning of each effect on a real drive.
 MEANINGS = {name: effect.meaning for name, effect in EFFECTS.items()}
 SUGGESTED = 'this command finds a more informative motion, no larger than in the recording'
@@ -148,27 +148,6 @@ def torque_map_of(data: Mapping[str, Any]) -> tuple[str, list[tuple[str, str, st
     return f'{PLACES[table["place"]]}, torque over {table["variable"]}', rows
 
 
-def dense_regions(regions: Mapping[str, Mapping[str, Any]], twist: bool) -> list[str]:
-    """
-    Return phrases about regions of the motion where the gap is much denser than elsewhere.
-
-    Args:
-        regions: {quantity: shares of time and residual}.
-        twist: whether the twist was measured.
-    """
-    words = []
-    for name, shares in regions.items():
-        if name == 'frequency' or name == 'twist' and not twist:
-            continue
-        time, residual = shares['time'], shares['residual']
-        density = {k: residual[k] / time[k] for k in time if time[k] and residual.get(k)}
-        densest = max(density, key=lambda k: density[k], default=None)
-        if densest and density[densest] >= DENSE:
-            words.append(f'{name} {densest.replace("_", " ")} ({100 * residual[densest]:.0f} % of '
-                         f'it in {100 * time[densest]:.0f} % of the time)')
-    return words
-
-
 @dataclass(frozen=True)
 class UserFiles:
     """
@@ -222,6 +201,9 @@ def next_steps(data: Mapping[str, Any], files: UserFiles, axis: str = 'rotary') 
         Sentences without capital letter and full stop.
 
     """
+    if data['verdict'] == 'undecided':
+        return ['record a motion that loads the drive and reverses often; gearbox_monitor suggest '
+                'finds one']
     if data['verdict'] == 'none':
         return ['nothing: simulate with the model as it is. An effect too small for this motion '
                 'and noise stays hidden']

@@ -15,8 +15,8 @@ import pytest
 import yaml
 
 from benchmarks.blind import plant as own
-from gearbox_monitor.diagnosis.joint.evidence import Evidence
-from gearbox_monitor.diagnosis.joint.judge import decide
+from gearbox_monitor.diagnosis.joint.decision import decide
+from gearbox_monitor.diagnosis.joint.drive_recordings import DriveRecordings
 from gearbox_monitor.diagnosis.joint.shooting import shooting_windows, Simulator
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model
@@ -305,8 +305,9 @@ def test_the_plugin_of_the_page(plugin_folder):
     u = 3.0 * np.sin(2 * np.pi * 0.7 * t) + 1.5 * np.sin(2 * np.pi * 1.9 * t)
     _, y = own.simulate(own.NOMINAL, [spring], u, DT)
     y = y + 0.003 * np.random.default_rng(1).standard_normal(y.shape)
-    decision = decide(Evidence((UniformRecording(t, u, y, DT),), model_from_dict({}, 'test'),
-                               np.array([0.003, 0.003]), ('arm_spring', 'gravity')))
+    decision = decide(DriveRecordings(
+        (UniformRecording(t, u, y, DT),), model_from_dict({}, 'test'), np.array([0.003, 0.003]),
+        ('arm_spring', 'gravity')))
     assert decision.fit.name == 'arm_spring' and not decision.remains
     gains = {fit.name: decision.gain(fit) for fit in decision.fits}
     assert gains['arm_spring'] > 25.0 + max(gains['gravity'], 0.0)

@@ -11,14 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from gearbox_monitor.kernels.types import Array, Flags, Integers
+from gearbox_monitor.kernels.types import Array, Flags
 
 BINS = 24
 TAIL = 0.5        # percent of the samples on either end that share the outermost bins
 FEWEST = 0.002    # share of the samples below which a bin says nothing
 SMOOTHING, SLOPES = 2.5e-3, 4.5e-3  # s, standard deviations of Gaussian windows
-FOLDS = 5
-STIFFNESSES = (1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0)  # how hard a Law bends
+SMOOTH = 2.0      # knots over which a function is smooth
+SIZES = 10.0 ** np.arange(-4.0, 0.1, 0.5)  # of its prior over that of the signal: tried
 VAGUE = 4.0       # times the median error, from which on a bin of a Law says nothing
 
 
@@ -28,7 +28,7 @@ class Law:
     A signal as a function of a motion variable: edges [B + 1], value [B], standard error [B].
 
     NaN in bins of which the signal says little. explained: share of the signal beyond noise that
-    the law explains in windows it was not fitted to.
+    the law explains beyond its price.
     """
 
     edges: Array
@@ -78,11 +78,6 @@ def edges_of(x: Array, bins: int = BINS) -> Array:
     return np.linspace(low, high, bins + 1)
 
 
-def edges_over(quantity: str, x: Array) -> Array:
-    """Return the edges [B + 1] of a law over the values `x` of a motion variable, by its name."""
-    return edges_about_zero(x) if 'speed' in quantity else edges_of(x)
-
-
 def edges_about_zero(x: Array, bins: int = BINS) -> Array:
     """Return edges [bins + 1] over x that are closest about 0, where friction changes."""
     top = float(np.percentile(np.abs(x), 100.0 - TAIL)) or 0.5
@@ -93,8 +88,6 @@ def edges_about_zero(x: Array, bins: int = BINS) -> Array:
 def law(x: Array, signal: Array, precision: Array, basis: Array, edges: Array) -> Law:
     """
     Return the Law, a value per bin, that fits a signal best by its own precision.
-
-    How smooth it is, is chosen by what it foretells in windows it was not fitted to.
 
     x [W, L] in each sample; signal [W, H] at the peaks of the triangles basis [L, H], precision
     [W, H, H] its inverse covariance. Errors are as large as what the law leaves says.
@@ -107,52 +100,28 @@ def law(x: Array, signal: Array, precision: Array, basis: Array, edges: Array) -
         edges: edges of the bins [B + 1], in the unit of the motion variable.
     """
     bins = len(edges) - 1
-    columns, grams, pulls, populated = _normal_equations(x, signal, precision, basis, edges)
+    columns, gram, pull, populated = _normal_equations(x, signal, precision, basis, edges)
     value, error, explained = np.full(bins, np.nan), np.full(bins, np.nan), 0.0
     if populated.any():
-        bend, fold = _bend(grams), np.arange(len(grams)) % min(FOLDS, len(grams))
-        foretold, stiffness = max((_foretold(grams, pulls, s * bend, fold).sum(), s)
-                                  for s in STIFFNESSES)
-        value[populated], inverse = _solve(grams, pulls, stiffness * bend)
+        value[populated], covariance, gain, price = smooth_values(
+            gram, pull, float(np.std(signal)))
         residual = signal - columns @ value[populated]
         signal_power, residual_power = (np.einsum('wh,whk,wk->', v, precision,
                                                   v) for v in (signal, residual))
         freedom = max(1, signal.size - int(populated.sum()))
-        error[populated] = np.sqrt(np.maximum(np.diag(inverse),
-                                              0.0) * max(1.0, residual_power / freedom))
+        error[populated] = np.sqrt(np.maximum(np.diag(covariance), 0.0)
+                                   * max(1.0, residual_power / freedom))
         vague = ~(error <= VAGUE * np.nanmedian(error))
         value[vague], error[vague] = np.nan, np.nan
         if signal_power > signal.size:
-            explained = float(np.clip(foretold / (signal_power - signal.size), 0.0, 1.0))
+            explained = float(np.clip((gain - price) / (signal_power - signal.size), 0.0, 1.0))
     return Law(edges, value, error, explained)
-
-
-def shares_foretold(x: Array, signal: Array, precision: Array, basis: Array, edges: Array,
-                    fold: Integers) -> tuple[Array, Array]:
-    """
-    Return what laws of each of STIFFNESSES explain of windows that they were not fitted to.
-
-    Args:
-        x: motion variable in each sample [W, L].
-        signal: free signal [W, H].
-        precision: its inverse covariance [W, H, H].
-        basis: triangles [L, H].
-        edges: edges of the bins [B + 1].
-        fold: of each window [W], from 0; windows of one fold are left out together.
-
-    Returns:
-        Share of the signal in each fold [S, F] and in all windows [S].
-    """
-    _, grams, pulls, _ = _normal_equations(x, signal, precision, basis, edges)
-    gains = np.array([_foretold(grams, pulls, s * _bend(grams), fold) for s in STIFFNESSES])
-    power = np.bincount(fold, np.einsum('wh,whk,wk->w', signal, precision, signal)) + 1e-300
-    return gains / power, gains.sum(axis=1) / power.sum()
 
 
 def _normal_equations(x: Array, signal: Array, precision: Array, basis: Array,
                       edges: Array) -> tuple[Array, Array, Array, Flags]:
     """
-    Return (columns [W, H, P], grams [W, P, P], pulls [W, P], which bins [B] they are of).
+    Return (columns [W, H, P], gram [P, P], pull [P], which bins [B] they are of).
 
     Only of bins that the signal determines.
     """
@@ -161,32 +130,35 @@ def _normal_equations(x: Array, signal: Array, precision: Array, basis: Array,
     spread = (basis / basis.sum(axis=0)).T
     columns = np.stack([spread @ (row[:, None] == np.arange(bins)) for row in at])
     weighted = precision @ columns
-    grams = columns.transpose(0, 2, 1) @ weighted
-    pulls = np.einsum('whb,wh->wb', weighted, signal)
-    strength = np.diag(grams.sum(axis=0))
+    gram, pull = np.einsum('whb,whc->bc', columns, weighted), np.einsum(
+        'whb,wh->b', weighted, signal)
     populated = np.bincount(at.ravel(), minlength=bins) >= max(1.0, FEWEST * x.size)
-    populated &= strength > 1e-6 * strength.max()
-    return (columns[:, :, populated], grams[:, populated][:, :, populated], pulls[:, populated],
-            populated)
+    populated &= np.diag(gram) > 1e-6 * np.diag(gram).max()
+    return (columns[:, :, populated], gram[populated][:, populated], pull[populated], populated)
 
 
-def _bend(grams: Array) -> Array:
-    """Return the normal matrix [P, P] of second differences, as strong as `grams` [W, P, P]."""
-    bend = np.diff(np.eye(grams.shape[1]), 2, axis=0)
-    return np.asarray(bend.T @ bend * np.trace(grams.sum(axis=0)) / max(grams.shape[1], 1))
+def smooth_values(gram: Array, pull: Array, scale: float) -> tuple[Array, Array, float, float]:
+    """
+    Return (values [K], their covariance [K, K], gain in chi2, its price) of a smooth function.
+
+    Its values have a Gaussian prior of the size under which the data are likeliest; the price is
+    the Occam factor of that likelihood.
+
+    Args:
+        gram: information [K, K] about the values.
+        pull: [K] of the data on them.
+        scale: the largest size of the prior.
+    """
+    out = []
+    for size in SIZES * scale:
+        C = size ** 2 * correlation(len(pull))
+        M = np.eye(len(pull)) + C @ gram
+        values = np.linalg.solve(M, C @ pull)
+        out.append((values, np.linalg.solve(M, C), float(pull @ values),
+                    float(np.linalg.slogdet(M)[1])))
+    return max(out, key=lambda row: row[2] - row[3])
 
 
-def _solve(grams: Array, pulls: Array, bend: Array) -> tuple[Array, Array]:
-    """Return (values [P], covariance [P, P]) from normal equations of windows, bend [P, P]."""
-    covariance = np.linalg.pinv(grams.sum(axis=0) + bend, rcond=1e-9, hermitian=True)
-    return covariance @ pulls.sum(axis=0), covariance
-
-
-def _foretold(grams: Array, pulls: Array, bend: Array, fold: Integers) -> Array:
-    """Return the gain in chi2 [F] on each fold of windows that a fit without them foretells."""
-    gain = np.zeros(fold.max() + 1)
-    for k in np.unique(fold) if len(grams) > 1 else ():
-        out = fold == k
-        values, _ = _solve(grams[~out], pulls[~out], bend)
-        gain[k] = 2.0 * values @ pulls[out].sum(axis=0) - values @ grams[out].sum(axis=0) @ values
-    return gain
+def correlation(count: int) -> Array:
+    """Return the prior correlation [K, K] of the values of a function at `count` knots."""
+    return np.exp(-np.abs(np.subtract.outer(np.arange(count), np.arange(count))) / SMOOTH)

@@ -5,23 +5,21 @@
 Bursts: torque on the arm at times of its own, such as contacts.
 
 A free-form torque is estimated in each window (input estimation) and reduced to one interval per
-window, as far as BIC allows: that tells whether there are bursts, and about where. Begin, duration
-and amplitude are those of the largest likelihood of innovations with their torque put in, which
-knows no windows, and says what they are worth as for any effect.
+window, as far as its price allows: that tells about where bursts may be. Begin, duration and
+amplitude are those of the largest likelihood of innovations with their torque put in, which knows
+no windows, and says what they are worth as for any effect.
 """
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-import scipy
 
-from gearbox_monitor.diagnosis.joint import basis_functions, localisation
-from gearbox_monitor.diagnosis.joint.adequacy import adequacy_of
-from gearbox_monitor.diagnosis.joint.evidence import Evidence
-from gearbox_monitor.diagnosis.joint.innovation_fit import evaluated, fitted, InnovationFit
+from gearbox_monitor.diagnosis.joint import localisation
+from gearbox_monitor.diagnosis.joint.drive_recordings import DriveRecordings
+from gearbox_monitor.diagnosis.joint.innovation_fit import (
+    evaluated, fitted, InnovationFit)
 from gearbox_monitor.diagnosis.joint.innovations import JointLikelihood, JointlyFiltered
-from gearbox_monitor.diagnosis.joint.localisation import (
-    InputEstimate, reduced_chi2, SPACING, TORQUES, triangles)
+from gearbox_monitor.diagnosis.joint.localisation import InputEstimate, SPACING
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.diagnosis.joint.windows import WindowRuns
 from gearbox_monitor.kernels.linear_least_squares import damped_step, Damping
@@ -30,7 +28,6 @@ from gearbox_monitor.plant.effects.arm_side import burst
 from gearbox_monitor.signals.uniform import UniformRecording
 
 REFITTED = 6      # iterations of the fit beside bursts
-ROUNDS = 3        # searches, each in the remainder of the previous one
 ITERATIONS = 8    # of each fit of bursts
 ANNEALED = 3      # fits of bursts, each with less torque noise, before one with the least
 APART = 3         # s, after which a filter has forgotten a burst
@@ -39,7 +36,6 @@ LONGEST = 0.24    # s, of one burst where it is found
 LITTLE = 0.02     # of the largest step: of finite differences
 ENOUGH = 0.5      # gain in -2 log L for another iteration
 RULE = Damping(1e-2, 20.0, 1e-3, smallest=1e-9, attempts=5)
-QUARTILE = 0.25   # of the bursts: the law misses one of five or more
 
 
 @dataclass(frozen=True)
@@ -52,56 +48,7 @@ class Burst:
     amplitude: float
 
 
-@dataclass(frozen=True, eq=False)
-class Bursts:
-    """
-    Bursts beside a fit.
-
-    fit: refitted beside them; bursts, the largest first; gain: in -2 log L of all that is
-    evidence, price: of the values of their torque; adequate: whether noise alone is left.
-    """
-
-    fit: InnovationFit
-    bursts: tuple[Burst, ...]
-    gain: float
-    price: float
-    adequate: bool
-
-
-def bursts_beside(evidence: Evidence, fit: InnovationFit,
-                  runs: tuple[WindowRuns, ...]) -> Bursts | None:
-    """
-    Return the bursts that a fit leaves, None if the recordings do not look like it.
-
-    Args:
-        evidence: the recordings.
-        fit: that leaves more than noise.
-        runs: its free runs over the windows.
-    """
-    theta: Array = np.zeros((0, 3))
-    owner: Integers = np.zeros(0, int)
-    at, adequate, beside = fit, False, evidence
-    for number in range(ROUNDS):
-        rows = [pulses_in(run, number > 0) for run in runs]
-        if not any(map(len, rows)):
-            break
-        theta = np.concatenate([theta, *rows])
-        owner = np.concatenate([owner, *(np.full(len(own), i) for i, own in enumerate(rows))])
-        theta, at = sharpened(evidence, at, theta, owner)
-        beside = with_bursts(evidence, theta, owner)
-        adequacy = adequacy_of(beside, at)
-        adequate, runs = adequacy.adequate, adequacy.runs
-        if adequate:
-            break
-    if not len(theta):
-        return None
-    gain = evaluated(evidence.whole, fit).deviance - evaluated(beside.whole, at).deviance
-    bursts = [Burst(evidence.recordings[i].name, *map(float, row)) for i, row in zip(owner, theta)]
-    return Bursts(at, tuple(sorted(bursts, key=lambda b: -abs(b.amplitude) * b.duration)), gain,
-                  theta.size * float(np.log(evidence.whole.readings)), adequate)
-
-
-def with_bursts(evidence: Evidence, theta: Array, owner: Integers) -> Evidence:
+def with_bursts(evidence: DriveRecordings, theta: Array, owner: Integers) -> DriveRecordings:
     """
     Return the evidence of recordings in which bursts act on the arm.
 
@@ -123,8 +70,8 @@ def torque_of(theta: Array, recording: UniformRecording) -> Array:
                 for row in theta), np.zeros(len(t)))
 
 
-def sharpened(evidence: Evidence, fit: InnovationFit, theta: Array,
-              owner: Integers) -> tuple[Array, InnovationFit]:
+def sharpened(evidence: DriveRecordings, fit: InnovationFit, theta: Array, owner: Integers,
+              least: float) -> tuple[Array, InnovationFit]:
     """
     Return (bursts [B, 3], fit beside them) of largest likelihood, searched from `theta` on.
 
@@ -135,17 +82,21 @@ def sharpened(evidence: Evidence, fit: InnovationFit, theta: Array,
         fit: that leaves the bursts.
         theta: bursts to begin with, see with_bursts.
         owner: see with_bursts.
+        least: gain in -2 log L of the first round, without which the bursts are given up.
     """
-    fits = []
+    fits, begin = [], evaluated(evidence.whole, fit).deviance
     for cold in (False,) * ANNEALED + (True,):
         torque = evidence.whole.least_noise if cold else fit.torque
         theta = _likeliest(evidence, replace(fit, torque=torque), theta, owner)
-        fit = fitted(with_bursts(evidence, theta, owner).fine, fit, REFITTED)
+        fit = fitted(with_bursts(evidence, theta, owner).whole, fit, REFITTED)
         fits.append((theta, fit))
+        if begin - fit.deviance < least:
+            break
     return min(fits, key=lambda pair: pair[1].deviance)
 
 
-def _likeliest(evidence: Evidence, fit: InnovationFit, theta: Array, owner: Integers) -> Array:
+def _likeliest(evidence: DriveRecordings, fit: InnovationFit, theta: Array,
+               owner: Integers) -> Array:
     """Return the bursts [B, 3] of largest likelihood beside `fit` as it is, from `theta` on."""
     model, damping = fit.model, RULE.start
     shortest = min(recording.dt for recording in evidence.recordings)
@@ -203,30 +154,21 @@ def _apart(theta: Array, owner: Integers) -> list[Integers]:
     return [order[first::groups] for first in range(groups)]
 
 
-def pulses_in(runs: WindowRuns, beside: bool = False) -> Array:
+def pulses_in(runs: WindowRuns, price: float, beside: bool = False) -> Array:
     """
     Return the bursts [B, 3] that free runs lack, see with_bursts.
 
     Args:
         runs: free runs over the windows of one recording.
-        beside: whether bursts act that have passed the checks: any window may hold another one.
+        price: chi2 that a burst must gain, beside that of its place.
+        beside: whether other bursts act already: then any window may hold another one.
     """
-    data, size = runs.data, runs.data.size
-    places = localisation.visible_places(runs)
-    if 'arm_side' not in places or (
-            runs.chi2 < THRESHOLDS.quiet * size).mean() < THRESHOLDS.quiet_share:
+    if 'arm_side' not in localisation.visible_places(runs):
         return np.zeros((0, 3))
     free = localisation.free_forms(runs, ('arm_side',))['arm_side']
-    bursts, bursting = rectangles(free, 3.0 * float(np.log(size)),
-                                  beside | (runs.chi2 > THRESHOLDS.quiet * size))
-    use = bursting.any(axis=1)
-    if not use.any() or (~use).mean() < THRESHOLDS.quiet_share or not beside and (
-            motion_share(runs, free, bursting) > THRESHOLDS.burst_law
-            or at_ends_of_travel(runs, free, bursting) < THRESHOLDS.burst_chance
-            or sine_share(runs, free) > THRESHOLDS.burst_sine
-            or advantage_of_other_places(runs, free) > THRESHOLDS.elsewhere):
-        return np.zeros((0, 3))
-    bursts[:, 0] += data.windows.first[use] * runs.recording.dt
+    bursts, covered = rectangles(free, price,
+                                 beside | (runs.chi2 > THRESHOLDS.quiet * runs.data.size))
+    bursts[:, 0] += runs.data.windows.first[covered.any(axis=1)] * runs.recording.dt
     return bursts
 
 
@@ -239,7 +181,7 @@ def rectangles(free: InputEstimate, price: float, lacking: Flags) -> tuple[Array
 
     Args:
         free: free-form input estimate.
-        price: chi2 that a burst must gain (BIC), beside that of its place.
+        price: chi2 that a burst must gain, beside that of its place.
         lacking: windows [W] that may have one.
 
     Returns:
@@ -263,100 +205,3 @@ def rectangles(free: InputEstimate, price: float, lacking: Flags) -> tuple[Array
             covered[window, begin:end] = True
             bursts.append(((begin - 0.5) * SPACING, (end - begin) * SPACING, amplitude))
     return np.array(bursts).reshape(-1, 3), covered
-
-
-def motion_share(runs: WindowRuns, free: InputEstimate, mask: Flags) -> float:
-    """
-    Return the largest share of bursts that a function of what the drive does foretells.
-
-    A law acts whenever its condition is met: it must foretell a burst from all the others, and no
-    torque where there is none. Of few bursts a law that is fitted to them explains all.
-
-    Args:
-        runs: free runs over the windows of one recording.
-        free: free-form input estimate.
-        mask: values in a burst [W, H].
-    """
-    recording, windows = runs.recording, runs.data.windows
-    at, positions = windows.samples, runs.positions
-    moved = {**basis_functions.motion(positions, recording.dt),
-             'torque': recording.torque,
-             'speed of the arm': basis_functions.motion(
-                 positions[:, ::-1], recording.dt)['speed']}
-    del moved['time']
-    # A burst across the edge of two windows is one.
-    bursting = mask.any(axis=1)
-    across = mask[:-1, -2:].any(axis=1) & mask[1:, :2].any(axis=1)
-    number = np.cumsum(bursting & ~np.concatenate([[False], across]))
-    quiet = number[-1] + np.arange(len(mask)) % basis_functions.FOLDS
-    fold = np.where(bursting, number - 1, quiet)
-    basis, share = triangles(windows.length, 0, recording.dt), 0.0
-    for name, value in moved.items():
-        x = value[at]
-        shares, overall = basis_functions.shares_foretold(
-            x, free.signal, free.precision, basis, basis_functions.edges_over(name, x), fold)
-        each = np.quantile(shares[:, :number[-1]], QUARTILE, axis=1, method='lower')
-        share = max(share, float(each[overall > 0.0].max(initial=0.0)))
-    return share
-
-
-def at_ends_of_travel(runs: WindowRuns, free: InputEstimate, mask: Flags) -> float:
-    """
-    Return the probability that bursts at times of their own push the arm back where it turns.
-
-    What the arm cannot pass (a stop, a contact) acts where the travel ends. Of a burst at a time
-    of its own, the share of the samples that lie farther in the direction which it opposes is
-    uniform; those of all bursts are combined (Fisher's method).
-
-    Args:
-        runs: free runs over the windows of one recording.
-        free: free-form input estimate.
-        mask: values in a burst [W, H].
-    """
-    recording, windows = runs.recording, runs.data.windows
-    arm = runs.positions[:, 1]
-    beyond = []
-    for w in np.flatnonzero(mask.any(axis=1)):
-        h = int(np.argmax(np.abs(free.signal[w]) * mask[w]))
-        at = int(windows.first[w]) + round(h * SPACING / recording.dt)
-        side = -np.sign(free.signal[w, h])
-        beyond.append(float(np.mean(side * arm >= side * arm[min(at, len(arm) - 1)])))
-    return float(scipy.stats.combine_pvalues(np.maximum(beyond, 1.0 / len(arm))).pvalue)
-
-
-def sine_share(runs: WindowRuns, free: InputEstimate) -> float:
-    """
-    Return the largest share of `free`, beyond noise, that one sine over time explains.
-
-    Args:
-        runs: free runs over the windows of one recording.
-        free: free-form input estimate.
-    """
-    first = runs.data.windows.first[:, None] * runs.recording.dt
-    t = first + np.arange(free.signal.shape[1]) * SPACING
-    finest = 0.25 / np.ptp(t)
-    pulls = np.einsum('whk,wk->wh', free.precision, free.signal)
-    gain = 0.0
-    for frequency in np.arange(finest, 0.5 / SPACING, finest):
-        wave = np.exp(2j * np.pi * frequency * t)
-        columns = np.stack([wave.real, wave.imag], axis=2)
-        gram = np.einsum('whc,whd->cd', columns, free.precision @ columns)
-        pull = np.einsum('whc,wh->c', columns, pulls)
-        gain = max(gain, float(pull @ np.linalg.lstsq(gram, pull, rcond=None)[0]))
-    beyond = float((pulls * free.signal).sum()) - free.signal.size
-    return gain / beyond if beyond > 0.0 else 0.0
-
-
-def advantage_of_other_places(runs: WindowRuns, free: InputEstimate) -> float:
-    """
-    Return by how much chi2 a free torque at another place explains more than `free`.
-
-    Args:
-        runs: free runs over the windows of one recording.
-        free: free-form torque on the arm.
-    """
-    places = [place for place in localisation.visible_places(runs)
-              if place in TORQUES and place != 'arm_side']
-    smallest = min((reduced_chi2([f]) for f in localisation.free_forms(runs, places).values()),
-                   default=np.inf)
-    return float(reduced_chi2([free]) - smallest) * runs.residual.size

@@ -34,7 +34,7 @@ ZERO = 'zero'  # offset of the motor's encoder against the arm's, where model.ze
 # Values that only an effect has: name -> (id, parameter). kt: factor on the torque.
 BY_EFFECT = {'kt': (TORQUE_GAIN.id, 'g'), 'u0': (TORQUE_OFFSET.id, 'u0'),
              ZERO: (ENCODER_OFFSET.id, 'c')}
-# Sharpness of Coulomb friction, which is fitted along where a fit lacks something: name -> field.
+# Sharpness of Coulomb friction, which every fit has: name -> field.
 SHAPES = {'alpha': 'friction_sharpness', 'alpha_arm': 'arm_friction_sharpness'}
 SHARPER = 1e2  # factor by which a sharpness may be off at most
 PERIODIC = tuple(name for name, effect in EFFECTS.items() if effect.periodic)
@@ -133,6 +133,19 @@ class CandidateModel:
             if c.owner >= 0 and (value <= c.low + tolerance or value >= c.high - tolerance):
                 out.append(f'{self.ids[c.owner]}.{c.name}')
         return out
+
+    def beyond(self, z: Array, number: int) -> tuple[str, ...]:
+        """
+        Return which sizes of effect `number` stand at a bound of physics at `z` [P].
+
+        A size of 0 is none: friction may have gone.
+        """
+        own = [c for c in self.coordinates if c.owner == number]
+        sizes = own if self.ids[number] in PHASED else own[:1]
+        names = {f'{self.ids[number]}.{c.name}' for c in sizes}
+        return tuple(name for name in self.at_bound(z) if name in names and any(
+            c.name == name.partition('.')[2] and abs(v) > 1e-6 * c.scale
+            for c, v in zip(self.coordinates, z) if c.owner == number))
 
     def steps(self) -> Array:
         """Return the steps [P] of finite differences."""
@@ -292,19 +305,6 @@ def with_effects(model: DriveModel, effects: Sequence[Values]) -> DriveModel:
     return replace(model, effects=(*retained, *effects))
 
 
-def with_free_shape(candidate: CandidateModel) -> CandidateModel | None:
-    """Return `candidate` with the sharpness of Coulomb friction free, None if it has none."""
-    model = candidate.nominal
-    if not model.sharpness_tolerance or model.friction_law.constraint:
-        return None
-    ids = {*candidate.ids, *(e['id'] for e in model.effects)}
-    sides = {'alpha': model.coulomb_friction > 0.0 or MOTOR_COULOMB.id in ids,
-             'alpha_arm': ARM_COULOMB.id in ids}
-    free = tuple(Coordinate(-1, name, 1.0, 0.5, 1.0 / SHARPER, SHARPER, log=True,
-                            prior=model.sharpness_tolerance) for name in SHAPES if sides[name])
-    return replace(candidate, coordinates=(*free, *candidate.coordinates)) if free else None
-
-
 def with_law(candidate: CandidateModel, timestep: float) -> CandidateModel | None:
     """
     Return `candidate` with Coulomb friction by another law, None if the model has no friction.
@@ -452,16 +452,18 @@ class Starts:
         parts: [(Candidate, z)] of single effects or pairs.
         """
         ids: list[str] = []
-        groups, orders = [], {}
+        groups, orders, tables = [], {}, {}
         for candidate, z in parts:
             for i, name in enumerate(candidate.ids):
+                if i in candidate.tables:
+                    tables[len(ids)] = candidate.tables[i]
                 if i in candidate.orders:
                     orders[len(ids)] = candidate.orders[i]
                 ids.append(name)
                 groups.append([
                     replace(c, start=math.exp(v) if c.log else float(v))
                     for c, v in zip(candidate.coordinates, z) if c.owner == i])
-        return self._candidate(tuple(ids), groups, orders)
+        return replace(self._candidate(tuple(ids), groups, orders), tables=tables)
 
     def reduced(self, candidate: CandidateModel, z: Array,
                 kept: Sequence[int]) -> tuple[CandidateModel, Array]:
@@ -477,6 +479,8 @@ class Starts:
             tuple(candidate.ids[i] for i in kept),
             [[c for c in candidate.coordinates if c.owner == i] for i in kept],
             {k: candidate.orders[i] for k, i in enumerate(kept) if i in candidate.orders})
+        out = replace(out, tables={k: candidate.tables[i] for k, i in enumerate(kept)
+                                   if i in candidate.tables})
         values = {(c.owner, c.name): v for c, v in zip(candidate.coordinates, z)}
         owners = (*kept, -1)  # -1: of a nominal value
         return out, np.array([values.get((owners[c.owner], c.name), v)
@@ -498,10 +502,17 @@ class Starts:
         if self.scales.swing:
             spread.update((name, SHIFTED) for effect, name in SHIFTS.items() if effect in ids
                           and self.model.value(NUISANCES[name]))
-        return [Coordinate(-1, name, 0.0, min(r, scales.get(name, r)),
+        shapes = []
+        if self.model.sharpness_tolerance and not self.model.friction_law.constraint:
+            sides = {'alpha': self.model.coulomb_friction > 0.0 or MOTOR_COULOMB.id in ids,
+                     'alpha_arm': ARM_COULOMB.id in ids}
+            shapes = [Coordinate(-1, name, 1.0, 0.5, 1.0 / SHARPER, SHARPER, log=True,
+                                 prior=self.model.sharpness_tolerance)
+                      for name in SHAPES if sides[name]]
+        return [*shapes, *(Coordinate(-1, name, 0.0, min(r, scales.get(name, r)),
                            -math.inf if name == ZERO else -0.9,
                            math.inf if name == ZERO else 10.0, prior=r)
-                for name, r in spread.items() if name not in own]
+                for name, r in spread.items() if name not in own)]
 
 
 def _scales(model: DriveModel, recording: UniformRecording) -> Scales:

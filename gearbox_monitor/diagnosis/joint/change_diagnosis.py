@@ -14,18 +14,16 @@ from dataclasses import asdict, dataclass, replace
 import math
 from typing import Any, NamedTuple
 
-from gearbox_monitor.diagnosis.joint.adequacy import adequacy_of
 from gearbox_monitor.diagnosis.joint.candidates import amplitude, PHASED, with_effects
+from gearbox_monitor.diagnosis.joint.decision import decide
 from gearbox_monitor.diagnosis.joint.diagnose import (
-    chosen_ids, decided_between, doubts, hidden_by, read_as_doubted, standard_errors)
-from gearbox_monitor.diagnosis.joint.evidence import Evidence, evidence_of
+    chosen_ids, doubts, explains_all, hidden_by, read_as_doubted, standard_errors)
+from gearbox_monitor.diagnosis.joint.drive_recordings import DriveRecordings, evidence_of
 from gearbox_monitor.diagnosis.joint.innovation_fit import fitted, InnovationFit, unfitted
-from gearbox_monitor.diagnosis.joint.judge import Decision
-from gearbox_monitor.diagnosis.joint.localisation import places, tied
-from gearbox_monitor.diagnosis.joint.nominal import fit_nominal
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.diagnosis.joint.verdict import kind_of, NONE
-from gearbox_monitor.errors import InputError, Undecided
+from gearbox_monitor.diagnosis.joint.windows import typical_misfit
+from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS, library
@@ -116,7 +114,7 @@ class ReferenceFit(NamedTuple):
     held: bool
     effects: tuple[str, ...]
     misfit: float
-    evidence: Evidence
+    evidence: DriveRecordings
     fit: InnovationFit
 
 
@@ -145,10 +143,10 @@ def diagnose_change(reference: UniformRecording, later: UniformRecording, model:
     nominal = _reference_fit(reference, model, ids)
     evidence = evidence_of([later], nominal.model, ids)
     otherwise = read_as_doubted(evidence)
-    decision = decided_between(evidence)
+    decision = decide(evidence)
     notes = [*decision.notes, *doubts(decision, otherwise)]
     findings = []
-    errors, _ = standard_errors(decision.evidence, decision.fit)
+    errors, _ = standard_errors(decision.recordings, decision.fit)
     for effect, values in decision.values.items():
         if _refuted(nominal, effect, values):
             findings.append(_finding(nominal, effect, values, errors.get(effect, {})))
@@ -156,12 +154,12 @@ def diagnose_change(reference: UniformRecording, later: UniformRecording, model:
             notes.append(f'{effect}: the baseline recording allows it as well')
     # The model of the reference has errors of its own.
     remains = decision.remains and (
-        decision.adequacy.misfit > THRESHOLDS.misfit * nominal.misfit)
+        typical_misfit(decision.runs) > THRESHOLDS.misfit * nominal.misfit)
     if decision.remains and not remains:
         notes.append('what no effect explains is no larger than in the baseline recording')
     kind = kind_of(bool(findings), remains)
     return ChangeVerdict(
-        kind, tuple(findings), _place(decision) if remains else None, nominal.held,
+        kind, tuple(findings), decision.place if remains else None, nominal.held,
         nominal.held and kind == NONE and not decision.remains, nominal.effects,
         float(decision.fit.torque.max()), tuple(notes), decision.closed.model)
 
@@ -178,42 +176,20 @@ def _reference_fit(recording: UniformRecording, model: DriveModel, ids: Sequence
     """
     evidence = evidence_of([recording], model, ids)
     plain = _plain_fit(evidence)
-    if adequacy_of(evidence, plain).adequate:
+    if explains_all(evidence, plain):
         return _closed(recording, plain, model.process_torque, True, ())
     # Torque noise of the drive itself is no effect: as much as the file leaves is allowed.
-    decision = _with_noise(recording, model, plain, ids)
-    if decision.remains:
-        fitted_model = _fitted_nominal(recording, model)
-        if fitted_model is not None:
-            refined = _with_noise(recording, fitted_model, _plain_fit(
-                evidence_of([recording], fitted_model, ids)), ids)
-            if refined.adequacy.misfit < decision.adequacy.misfit:
-                decision = refined
+    noise = max(float(plain.torque.max()), model.process_torque or 0.0)
+    decision = decide(evidence_of([recording], replace(model, process_torque=noise), ids))
     fit = decision.closed
-    same = replace(decision.evidence.model, process_torque=model.process_torque) == model
+    same = replace(decision.recordings.model, process_torque=model.process_torque) == model
     return _closed(recording, fit, float(fit.torque.max()),
                    same and not (decision.ids or decision.remains), decision.ids)
 
 
-def _plain_fit(evidence: Evidence) -> InnovationFit:
+def _plain_fit(evidence: DriveRecordings) -> InnovationFit:
     """Return the fit without effects."""
     return fitted(evidence.fine, unfitted(evidence.fine, evidence.starts.none()))
-
-
-def _with_noise(recording: UniformRecording, model: DriveModel, plain: InnovationFit,
-                ids: Sequence[str]) -> Decision:
-    """Return the decision on a recording, with the torque noise of the fit `plain` allowed."""
-    noise = max(float(plain.torque.max()), model.process_torque or 0.0)
-    return decided_between(evidence_of(
-        [recording], replace(model, process_torque=noise), ids))
-
-
-def _fitted_nominal(recording: UniformRecording, model: DriveModel) -> DriveModel | None:
-    """Return the model with its nominal values fitted to a recording, None without a fit."""
-    try:
-        return fit_nominal([recording], model).model
-    except (InputError, Undecided):
-        return None
 
 
 def _closed(recording: UniformRecording, fit: InnovationFit, noise: float | None, holds: bool,
@@ -231,7 +207,7 @@ def _closed(recording: UniformRecording, fit: InnovationFit, noise: float | None
     model = replace(fit.model.folded(), process_torque=noise, tolerance=0.0)
     evidence = evidence_of([recording], model, ())
     plain = _plain_fit(evidence)
-    return ReferenceFit(model, holds, effects, adequacy_of(evidence, plain).misfit, evidence,
+    return ReferenceFit(model, holds, effects, typical_misfit(evidence.runs(plain)), evidence,
                         plain)
 
 
@@ -249,7 +225,7 @@ def _refuted(nominal: ReferenceFit, effect: str, values: Values) -> bool:
     model = with_effects(nominal.model, [{'id': effect, **values}])
     fine, fit = nominal.evidence.fine, nominal.fit
     plain = fine.run(nominal.model, fit.torque).deviance
-    return bool(fine.run(model, fit.torque).deviance - plain > THRESHOLDS.effect_gain)
+    return bool(fine.run(model, fit.torque).deviance - plain > THRESHOLDS.isolable)
 
 
 def _finding(nominal: ReferenceFit, effect: str, values: Values,
@@ -291,10 +267,3 @@ def _earlier(nominal: ReferenceFit, effect: str) -> tuple[dict[str, float], dict
     errors, _ = standard_errors(nominal.evidence, InnovationFit(
         candidate, candidate.start(), nominal.fit.torque))
     return values, {k: v for k, v in errors.get(effect, {}).items() if math.isfinite(v)}
-
-
-def _place(decision: Decision) -> str:
-    """Return where what a decision leaves is."""
-    fit = decision.fit
-    runs = decision.adequacy.runs if fit.candidate.ids else decision.none_adequacy.runs
-    return tied(places(runs), decision.adequacy.dependence)[0]

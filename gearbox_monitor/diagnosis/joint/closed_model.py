@@ -9,17 +9,16 @@ An overlay shows free runs over windows of 1 s, and one over the whole recording
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 import math
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
 from gearbox_monitor.diagnosis.joint.candidates import CandidateModel, Starts
 from gearbox_monitor.diagnosis.joint.innovation_fit import fitted, unfitted
 from gearbox_monitor.diagnosis.joint.innovations import JointLikelihood
-from gearbox_monitor.diagnosis.joint.localisation import labels
 from gearbox_monitor.diagnosis.joint.noise_model import noise_floor, spectrum
 from gearbox_monitor.diagnosis.joint.shooting import N_MEMORY, ShootingWindows
-from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
+from gearbox_monitor.diagnosis.joint.thresholds import STATEMENTS
 from gearbox_monitor.diagnosis.joint.torque_domain import driven, likelihood_of
 from gearbox_monitor.diagnosis.joint.windows import (
     free_runs, misfit_of, runs_from, SECONDS, solve_states, window_data, WindowRuns)
@@ -33,7 +32,6 @@ COVERAGE = (5.0, 95.0)  # percentiles
 # Standard deviation of log sigma, by the median of fourth differences, about the root mean square
 # of the noise in the same n readings: times 1 / sqrt(n). Simulated: 1.44 to 1.48.
 SIGMA_ERROR = 1.45
-Figures: TypeAlias = dict[str, dict[str, float | None] | None]  # of channels, of bins
 
 
 def gap_of(chi2: Array, size: int) -> float:
@@ -49,7 +47,7 @@ def closed_of(gap_before: float, gap_after: float) -> float | None:
         gap_before: misfit of the nominal model, in standard deviations.
         gap_after: misfit of the closed model, in standard deviations.
     """
-    return (gap_before - gap_after) / (gap_before - 1.0) if gap_before >= THRESHOLDS.gap else None
+    return (gap_before - gap_after) / (gap_before - 1.0) if gap_before >= STATEMENTS.gap else None
 
 
 def closure(before: Sequence[WindowRuns], after: Sequence[WindowRuns], claims: bool,
@@ -58,7 +56,7 @@ def closure(before: Sequence[WindowRuns], after: Sequence[WindowRuns], claims: b
     Return how far a model closes the gap, as plain data.
 
     gap_before, gap_after, closed_fraction on the held-out windows; closed_fraction_ci [low, high],
-    90 %, of all windows (both None where the gap before may be noise); channels, regions:
+    90 %, of all windows (both None where the gap before may be noise); channels:
     {name: {before, after, closed}}.
 
     Args:
@@ -80,9 +78,8 @@ def closure(before: Sequence[WindowRuns], after: Sequence[WindowRuns], claims: b
             fraction = None
         else:  # it judges all windows, the fraction the held-out ones
             interval = [min(interval[0], fraction), max(interval[1], fraction)]
-    channels, regions = _parts(before, after)
     return {'gap_before': gaps[0], 'gap_after': gaps[1], 'floor': 1.0, 'closed_fraction': fraction,
-            'closed_fraction_ci': interval, 'channels': channels, 'regions': regions}
+            'closed_fraction_ci': interval, 'channels': _channels(before, after)}
 
 
 def file_closure(recordings: Sequence[UniformRecording], model: DriveModel, sigma: Array,
@@ -142,38 +139,21 @@ def _interval(chi2_before: Array, chi2_after: Array, noise: Array, readings: int
     return interval((gap0 - gap1) / np.maximum(gap0 - 1.0, 1e-3)).tolist()
 
 
-def _parts(open_runs: Sequence[WindowRuns],
-           closed_runs: Sequence[WindowRuns]) -> tuple[Figures, dict[str, Figures]]:
-    """Return ({channel: figures}, {region: {bin: figures}}) of the windows that are held out."""
-    every = not any(run.data.held_out.any() for run in closed_runs)
-    judged = [run.data.held_out | every for run in closed_runs]
-    squares = [[run.residual[use] ** 2 for run, use in zip(runs, judged)]
-               for runs in (open_runs, closed_runs)]
-
-    def figures(masks: Sequence[Flags]) -> dict[str, float | None] | None:
-        """Return the misfits of the readings of `masks`, one for each recording."""
-        if not any(mask.any() for mask in masks):
-            return None
-        gaps = [math.sqrt(float(np.concatenate([
-            power[mask].ravel() for power, mask in zip(powers, masks)]).mean()))
-            for powers in squares]
-        return {'before': gaps[0], 'after': gaps[1], 'closed': closed_of(*gaps)}
-    channels: Figures = {}
-    for number, name in enumerate(closed_runs[0].recording.readings):
-        masks = []
-        for run, power in zip(closed_runs, squares[0]):
-            mask = np.zeros(power.shape, bool)
-            if number in run.data.channels:
-                mask[:, :, run.data.channels.index(number)] = True
-            masks.append(mask)
-        entry = figures(masks)
-        if entry is not None:
-            channels[name] = entry
-    regions = {}
-    for name, (bins, row_labels) in labels(open_runs).items():
-        rows = [label[use] for label, use in zip(row_labels, judged)]
-        regions[name] = {b: figures([row == k for row in rows]) for k, b in enumerate(bins)}
-    return channels, regions
+def _channels(before: Sequence[WindowRuns], after: Sequence[WindowRuns]
+              ) -> dict[str, dict[str, float | None]]:
+    """Return {channel: figures} of the windows that are held out."""
+    every = not any(run.data.held_out.any() for run in after)
+    out: dict[str, dict[str, float | None]] = {}
+    for number, name in enumerate(after[0].recording.readings):
+        gaps = []
+        for runs in (before, after):
+            powers = [run.residual[run.data.held_out | every][
+                :, :, run.data.channels.index(number)] ** 2
+                for run in runs if number in run.data.channels]
+            gaps += [math.sqrt(float(np.concatenate(powers).mean()))] if powers else []
+        if gaps:
+            out[name] = {'before': gaps[0], 'after': gaps[1], 'closed': closed_of(*gaps)}
+    return out
 
 
 def with_starts_of(runs: Sequence[WindowRuns],
@@ -220,16 +200,6 @@ def open_loop(recording: UniformRecording, model: DriveModel, sigma: Array,
     return free_runs(data, fit.model, smooth)
 
 
-def crossed(fits: Sequence[WindowRuns]) -> tuple[WindowRuns, ...]:
-    """
-    Return runs of two models with the better of each other's window states.
-
-    Args:
-        fits: runs of the two models, both over the same windows.
-    """
-    return with_starts_of(fits, fits[::-1])
-
-
 def validate(recording: UniformRecording, nominal: DriveModel, closed: DriveModel,
              sigma: Array) -> dict[str, Any]:
     """
@@ -245,7 +215,8 @@ def validate(recording: UniformRecording, nominal: DriveModel, closed: DriveMode
         sigma: noise of the encoders [2], rad.
     """
     recording = driven(recording, nominal)
-    fits = crossed([open_loop(recording, model, sigma) for model in (nominal, closed)])
+    plain = [open_loop(recording, model, sigma) for model in (nominal, closed)]
+    fits = with_starts_of(plain, plain[::-1])
     gaps = [misfit_of([run]) for run in fits]
     runs = []
     for run in fits:
@@ -339,7 +310,7 @@ def overlay(recording: UniformRecording, models: Mapping[str, DriveModel],
         sigma, _ = noise_floor(recording, next(iter(models.values())))
     fits = tuple(open_loop(recording, model, sigma) for model in models.values())
     if len(fits) == 2:
-        fits = crossed(fits)
+        fits = with_starts_of(fits, fits[::-1])
     windows, runs = fits[0].data.windows, []
     for name, fit in zip(models, fits):
         y, _ = fit.data.simulator.run(windows, fit.model, fit.states, fit.memory)

@@ -9,18 +9,19 @@ from itertools import count
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.joint import judge
-from gearbox_monitor.diagnosis.joint.adequacy import adequacy_of, runs_of
+from gearbox_monitor.diagnosis.contest import CONTEST
 from gearbox_monitor.diagnosis.joint.closed_model import open_loop, with_starts_of
-from gearbox_monitor.diagnosis.joint.evidence import (
-    by_time, Evidence, evidence_of, is_open, LASTING_TIMES, likeliest, likeliest_reading)
+from gearbox_monitor.diagnosis.joint.decision import (
+    decide, Decision, with_level_of_innovations)
+from gearbox_monitor.diagnosis.joint.drive_recordings import (
+    DriveRecordings, evidence_of, is_open)
+from gearbox_monitor.diagnosis.joint.innovation_evidence import InnovationEvidence
 from gearbox_monitor.diagnosis.joint.innovation_fit import (
     coordinate_columns, evaluated, fitted, InnovationFit, unfitted)
 from gearbox_monitor.diagnosis.joint.isolability import (
     evidence_for, InnovationSpace, matrix, rivals, separations)
-from gearbox_monitor.diagnosis.joint.judge import decide, Decision
-from gearbox_monitor.diagnosis.joint.noise_model import MOTION
 from gearbox_monitor.diagnosis.joint.parameter_ranges import between_recordings
+from gearbox_monitor.diagnosis.joint.power import shown
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.diagnosis.joint.torque_domain import driven
 from gearbox_monitor.diagnosis.joint.verdict import (
@@ -35,10 +36,8 @@ from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 from gearbox_monitor.plant.effects.motor_side import LUGRE
 from gearbox_monitor.signals.uniform import expect_one_rate, UniformRecording
 
-MOST_READINGS = 3  # of the torque between the stamps, each with the effects of the previous one
 # Effects faster than a slow log: what they do within a sample is what its torque is read by.
 UNSEEN_BETWEEN = (ACTUATOR_LAG.id, LUGRE.id)
-SIMPLE = 2         # fits without a second effect by which it is read again
 
 
 def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
@@ -80,9 +79,9 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
             progress(done := next(steps), done + 1, text)
     evidence = evidence_of(recordings, model, ids, jobs, reported)
     otherwise = read_as_doubted(evidence)
-    decision = decided_between(evidence)
+    decision = decide(evidence)
     notes = [*decision.notes, *doubts(decision, otherwise)]
-    stated, lasts = (m.process_torque_time for m in (model, decision.evidence.model))
+    stated, lasts = (m.process_torque_time for m in (model, decision.recordings.model))
     if lasts != stated:
         notes.append(f'beside the verdict, torque that no model explains lasts {lasts:g} s, not '
                      f'{stated:g} s (process_torque_time)')
@@ -90,18 +89,18 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
         notes.append('a log below 200 Hz tells a delay of the torque only to half a sample, '
                      f'{0.5e3 * recordings[0].dt:.3g} ms: how it acted between the stamps is open')
     if decision.remains and len(recordings) > 1:
-        same = _shown_by_each(decision, [_alone(r, decision.evidence, ids) for r in recordings])
+        same = _shown_by_each(decision)
         if same is not None:
             decision = same
             notes.append('the effect differs between the recordings, each of which shows it '
                          'alone: no single value closes the gap in all')
     lattices = tuple(name for i, name in enumerate(LATTICES)
-                     if evidence.quantum[i] > THRESHOLDS.lattice * decision.evidence.sigma[i])
+                     if evidence.quantum[i] > THRESHOLDS.lattice * decision.recordings.level[i])
     excluded = [name for name in lattices if name in exclude]
     if excluded and not decision.ids and not decision.remains:
         decision = replace(decision, remains=True)
         notes.append(f'readings stand on steps: {excluded[0]}, which is excluded')
-    decision = judge.with_level_of_innovations(decision)
+    decision = with_level_of_innovations(decision)
     basis = explained(decision, tuple(n for n in lattices if n in ids))
     verdict = replace(report(basis, validate, seed, notes), not_tried=reasons)
     if excluded and verdict.verdict == 'unknown':
@@ -113,90 +112,11 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
         verdict = replace(verdict, between_recordings={
             name: {key: asdict(value) for key, value in values.items()}
             for name, values in between_recordings(
-                recordings, fit.candidate, fit.z, decision.evidence.sigma).items()})
+                recordings, fit.candidate, fit.z, decision.recordings.level).items()})
     return verdict
 
 
-def decided(evidence: Evidence) -> Decision:
-    """
-    Return the decision, with coloured noise of the encoders where white noise leaves a remainder.
-
-    Args:
-        evidence: the recordings, their noise white.
-    """
-    decision = in_its_time(decide(evidence))
-    evidence = replace(evidence, model=decision.evidence.model)
-    if decision.remains and not evidence.balances and (
-            evidence.quantum <= THRESHOLDS.lattice * evidence.sigma).all():
-        # Where one effect leaves white noise, it is white.
-        for lowest in (MOTION, judge.FITTED):
-            noise = judge.measure(decision, lowest)
-            if noise is None:
-                break
-            sigma, colour = noise
-            decision = decide(replace(evidence, sigma=sigma, colour=colour))
-    if decision.remains and not decision.ids and trained_without_error(decision):
-        whole = decide(replace(decision.evidence, all_trained=True))
-        if not whole.remains:
-            return replace(whole, notes=(
-                'only the held-out windows show the model error: all windows were fitted, so '
-                'gap_after is not from unseen ones; validate with a second recording',))
-    return decision
-
-
-def trained_without_error(decision: Decision) -> bool:
-    """Return whether the model needs no torque noise in the windows that were fitted."""
-    evidence, none = decision.evidence, decision.none
-    if evidence.unseen is None:
-        return False
-    allowed = np.minimum(none.torque, evidence.allowed_noise)
-    quiet = evidence.fine.run(none.model, allowed)
-    return bool(quiet.deviance - none.deviance <= THRESHOLDS.noise_gain)
-
-
-def in_its_time(decision: Decision) -> Decision:
-    """
-    Return the decision where unexplained torque lasts as long as beside the effects.
-
-    The model file states what lasts beside the model without them. An effect that is missing lasts
-    a stroke, so that it passes for such a torque, and its value is drawn towards zero. A further
-    effect is worth its price beside the stated time, too.
-    """
-    evidence = decision.evidence
-    stated = evidence.model.process_torque_time
-    if evidence.balances or stated == 0.0:
-        return decision
-    # The likeliest, without a price: the stated time was chosen beside another model.
-    deviances = by_time(evidence, decision.fits[0], (stated, *LASTING_TIMES))
-    time = min(deviances, key=lambda time: deviances[time])
-    if time == stated:
-        return decision
-    again = decide(evidence.lasting_for(time))
-    price = THRESHOLDS.effect_gain if len(again.ids) > len(decision.ids) else 0.0
-    return again if decision.score - again.score > price else decision
-
-
-def decided_between(evidence: Evidence) -> Decision:
-    """Return the decision for the torque between the stamps of slow logs that it finds itself."""
-    if not any(is_open(recording, evidence.model) for recording in evidence.recordings):
-        return decided(evidence)
-    read = likeliest_reading(evidence)
-    decisions: list[Decision] = []
-    for _ in range(MOST_READINGS):
-        decision = decided(replace(evidence, recordings=read.recordings))
-        decisions.append(decision)
-        # Two effects may stand in for one and another torque between the stamps.
-        simple = [f for f in decision.fits if len(f.candidate.ids) < 2][:SIMPLE]
-        read, fit = min((likeliest(decision.evidence, f) for f in (decision.fit, *simple)),
-                        key=lambda pair: pair[0].score(pair[1]))
-        gain = decision.evidence.score(decision.fit) - read.score(fit)
-        if gain < (0.0 if fit.candidate.n_effect < decision.fit.candidate.n_effect
-                   else THRESHOLDS.scatter_gain):
-            break
-    return min(decisions, key=lambda d: (d.remains, d.score))
-
-
-def read_as_doubted(evidence: Evidence) -> dict[int, InnovationFit]:
+def read_as_doubted(evidence: DriveRecordings) -> dict[int, InnovationFit]:
     """
     Return {number of a recording in doubt: the nominal model fitted to it as the doubt reads it}.
 
@@ -214,12 +134,18 @@ def read_as_doubted(evidence: Evidence) -> dict[int, InnovationFit]:
         sigma = np.abs(evidence.sigma[::-1] if doubt.swap else evidence.sigma) * np.abs(
             np.array(doubt.scale))
         read = recording.read_otherwise(doubt).with_servo(evidence.model.controller)
-        otherwise = Evidence((read,), evidence.model, sigma, ())
+        otherwise = DriveRecordings((read,), evidence.model, sigma, ())
         fit = fitted(otherwise.whole, unfitted(otherwise.whole, otherwise.starts.none()))
-        if adequacy_of(otherwise, fit).adequate:
+        if explains_all(otherwise, fit):
             raise InputError(f'{recording.name}: {doubt.text}')
         out[number] = fit
     return out
+
+
+def explains_all(evidence: DriveRecordings, fit: InnovationFit) -> bool:
+    """Return whether a `fit` leaves nothing but noise of the evidence."""
+    contested = InnovationEvidence(evidence)
+    return contested.remains(contested.hypothesis(fit), thorough=True).worth <= CONTEST.margin
 
 
 def doubts(decision: Decision, otherwise: Mapping[int, InnovationFit]) -> list[str]:
@@ -234,7 +160,7 @@ def doubts(decision: Decision, otherwise: Mapping[int, InnovationFit]) -> list[s
         InputError: the nominal model is likelier on a recording as the doubt reads it than any
             fit is on it as it stands.
     """
-    out, evidence, closed = [], decision.evidence, decision.closed
+    out, evidence, closed = [], decision.outcome.evidence.data, decision.closed
     for number, fit in otherwise.items():
         recording = evidence.recordings[number]
         nominal_run = evidence.whole.parts[number].run(closed.model, closed.torque).deviance
@@ -245,22 +171,14 @@ def doubts(decision: Decision, otherwise: Mapping[int, InnovationFit]) -> list[s
     return out
 
 
-def _alone(recording: UniformRecording, evidence: Evidence, ids: Sequence[str]) -> str | None:
-    """Return the effects that alone explain one recording of several, None without any."""
-    visible_ids = [i for i in ids if visible(i, evidence.model, recording)]
-    if not visible_ids:
+def _shown_by_each(decision: Decision) -> Decision | None:
+    """Return the decision for the effect that explains each recording by a value of its own."""
+    data = decision.outcome.evidence.data
+    fit = next((f for f in decision.fits if len(f.candidate.ids) == 1), None)
+    each = [replace(data, recordings=(r,)) for r in data.recordings]
+    if fit is None or not all(explains_all(one, fitted(one.fine, fit)) for one in each):
         return None
-    decision = decided(evidence_of([recording], evidence.model, visible_ids, evidence.jobs,
-                                   evidence.progress))
-    return None if decision.remains else '+'.join(decision.ids) or None
-
-
-def _shown_by_each(decision: Decision, names: Sequence[str | None]) -> Decision | None:
-    """Return the decision for the effect that explains each recording alone, None without one."""
-    if len(set(names)) != 1 or names[0] is None:
-        return None
-    fit = next((f for f in decision.fits if f.candidate.name == names[0]), None)
-    return None if fit is None else replace(decision, fit=fit, closed=fit, remains=False)
+    return replace(decision, fit=fit, closed=fit, remains=False)
 
 
 def explained(decision: Decision, lattices: tuple[str, ...]) -> Explained:
@@ -271,21 +189,20 @@ def explained(decision: Decision, lattices: tuple[str, ...]) -> Explained:
         decision: of the judge.
         lattices: ids of quantisations that may be named.
     """
-    evidence, fit, none = decision.evidence, decision.fit, decision.none
-    runs = decision.adequacy.runs
-    none_runs = decision.none_adequacy.runs
-    closed_runs = runs if decision.closed is fit else runs_of(
-        evidence, evaluated(evidence.whole, decision.closed))
-    none_runs = with_starts_of(none_runs, closed_runs)
+    evidence, fit, none = decision.outcome.evidence.data, decision.fit, decision.none
+    closed_runs = decision.runs if decision.closed is fit else decision.recordings.runs(
+        decision.closed)
+    none_runs = with_starts_of(decision.none_runs, closed_runs)
     closed_runs = with_starts_of(closed_runs, none_runs)
     published = none_runs
-    if none.candidate.coordinates:
+    if none.model != decision.model:
         published = with_starts_of([
-            open_loop(r, evidence.model, evidence.sigma) for r in evidence.recordings], none_runs)
+            open_loop(r, decision.model, evidence.level) for r in evidence.recordings], none_runs)
         if not evidence.balances:
-            published = tuple(runs_from(other.data, evidence.model, run.states, run.memory)
+            published = tuple(runs_from(other.data, decision.model, run.states, run.memory)
                               for run, other in zip(published, none_runs))
-    orders = {name: rows[0] for name, rows in decision.orders}
+    orders = {f.candidate.ids[i]: order for f in reversed(decision.fits)
+              for i, order in f.candidate.orders.items()}
     separated = separations(evidence, fit, decision.fits, orders)
     errors, condition = standard_errors(evidence, decision.closed)
     if not set(fit.candidate.ids) <= set(errors):
@@ -294,19 +211,24 @@ def explained(decision: Decision, lattices: tuple[str, ...]) -> Explained:
     gains = {f.candidate.name: decision.gain(f) for f in decision.fits if f.candidate.ids}
     d = {name: evidence_for(evidence, fit, decision.fits, i)
          for i, name in enumerate(fit.candidate.ids)}
-    bursts = decision.bursts
-    if bursts is not None:
-        d[DISTURBANCE.id] = bursts.gain
+    if decision.bursts:
+        best, contested = decision.outcome.best, decision.outcome.evidence
+        without = replace(best, members=best.laws, fit=replace(best.fit, bursts=(), beside=None))
+        price = contested.price(best) - contested.price(without)
+        d[DISTURBANCE.id] = evaluated(evidence.whole, fit).deviance - evaluated(
+            decision.recordings.whole, fit).deviance
         gains['+'.join((*fit.candidate.ids, DISTURBANCE.id))] = (
-            evidence.score(none) - decision.score)
+            evidence.score(none) - evidence.score(replace(fit, deviance=best.deviance)) - price)
     return Explained(
         decision, published, none_runs,
-        closed_runs if decision.closed is fit else runs, closed_runs, errors, condition, gains, d,
-        separated, rivals(evidence, fit, decision.fits, separated), partial(matrix, space),
-        lattices)
+        closed_runs if decision.closed is fit else decision.runs, closed_runs, errors, condition,
+        gains, d, separated, rivals(evidence, fit, decision.fits, separated),
+        partial(matrix, space), lattices,
+        {} if decision.ids or decision.remains else shown(
+            decision.outcome.evidence, decision.outcome.none))
 
 
-def standard_errors(evidence: Evidence,
+def standard_errors(evidence: DriveRecordings,
                     fit: InnovationFit) -> tuple[dict[str, dict[str, float]], float | None]:
     """
     Return ({id: {parameter: standard error}}, condition of the scaled normal matrix).

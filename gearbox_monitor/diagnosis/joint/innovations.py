@@ -141,7 +141,7 @@ class InnovationLikelihood:
         return out
 
     def coloured(self, colour: Array) -> 'InnovationLikelihood':
-        """Return the likelihood with noise of the encoders that is correlated, see FilterInput."""
+        """Return the likelihood with noise of the encoders of a `colour`, see FilterInput."""
         out = copy(self)
         out.colour = np.asarray(colour, float)
         return out

@@ -17,7 +17,7 @@ import numpy as np
 from gearbox_monitor.diagnosis.joint.candidates import (
     CandidateModel, NOT_FITTED, origin, PERIODIC, Starts)
 from gearbox_monitor.diagnosis.joint.effect_scan import signature
-from gearbox_monitor.diagnosis.joint.evidence import Evidence
+from gearbox_monitor.diagnosis.joint.drive_recordings import DriveRecordings
 from gearbox_monitor.diagnosis.joint.innovation_fit import (
     coordinate_columns, evaluated, FilteredFit, InnovationFit)
 from gearbox_monitor.diagnosis.joint.innovations import Likelihood
@@ -134,7 +134,7 @@ def direction(candidate: CandidateModel, z: Array, owner: int, own: Array) -> Ar
     return total[:, None] if has_coordinates else np.zeros((len(own), 0))
 
 
-def evidence_for(evidence: Evidence, fit: InnovationFit, fits: Sequence[InnovationFit],
+def evidence_for(evidence: DriveRecordings, fit: InnovationFit, fits: Sequence[InnovationFit],
                  owner: int) -> float:
     """
     Return d: 2 log likelihood that the effect `owner` of `fit` gains.
@@ -150,7 +150,7 @@ def evidence_for(evidence: Evidence, fit: InnovationFit, fits: Sequence[Innovati
     return float(without.deviance - fit.deviance)
 
 
-def separations(evidence: Evidence, fit: InnovationFit, fits: Sequence[InnovationFit],
+def separations(evidence: DriveRecordings, fit: InnovationFit, fits: Sequence[InnovationFit],
                 orders: Mapping[str, int]) -> Separations:
     """
     Return {id of `fit`: (d, {other id: s2})}: how much of its evidence others cannot imitate.
@@ -175,7 +175,7 @@ def separations(evidence: Evidence, fit: InnovationFit, fits: Sequence[Innovatio
                                    space.separation(owner, signatures)[1]) for owner in owners}
 
 
-def rivals(evidence: Evidence, fit: InnovationFit, fits: Sequence[InnovationFit],
+def rivals(evidence: DriveRecordings, fit: InnovationFit, fits: Sequence[InnovationFit],
            separation_table: Separations) -> dict[str, list[str]]:
     """
     Return {id of `fit`: ids that these recordings cannot distinguish from this effect}.
@@ -335,7 +335,7 @@ def motion_separations(
                          max(reached.speed, float(np.abs(run.x[:, 2:]).max())),
                          max(reached.travel, float(np.abs(run.x[:, :2]).max())))
         rivals = [b for effect, b in pairs if effect == a]
-        evidence = Evidence((replace(probe, y=run.y),), model, sigma, ())
+        evidence = DriveRecordings((replace(probe, y=run.y),), model, sigma, ())
         at = evaluated(evidence.fine, InnovationFit(
             candidate, candidate.start(), evidence.fine.least_noise))
         orders = {b: int((effects.get(b) or effects.get(a) or {}).get('N', 1)) for b in rivals}

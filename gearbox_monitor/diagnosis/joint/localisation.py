@@ -12,14 +12,13 @@ import math
 from typing import Any
 
 import numpy as np
-import scipy
 
-from gearbox_monitor.diagnosis.joint import basis_functions
-from gearbox_monitor.diagnosis.joint.effect_scan import Dependence
+from gearbox_monitor.diagnosis.joint.basis_functions import (
+    edges_about_zero, edges_of, Law, law, slope)
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.diagnosis.joint.windows import StateProblems, WindowRuns
 from gearbox_monitor.kernels.linear_least_squares import Damping, minimise, solution
-from gearbox_monitor.kernels.types import Array, Flags, Integers
+from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
 
 SPACING = 0.04      # s between the peaks of the triangles
@@ -157,9 +156,6 @@ def reduced_chi2(estimates: Sequence[InputEstimate]) -> float:
     return float(np.exp(np.mean(np.log(per_reading))))
 
 
-THIRDS = ('low', 'mid', 'high')
-REVERSAL = 0.05     # s around a change of sign of the motor's speed
-BANDS = (3.0, 15.0)  # Hz, between low, mid and high frequency
 DECIDING = 10     # windows of a single recording that decide on a place
 ILLUSTRATING = 6  # windows of each recording, if an effect names the place
 
@@ -176,7 +172,7 @@ def free_forms(runs: WindowRuns, places: Sequence[str]) -> dict[str, InputEstima
 
 
 def laws(runs: WindowRuns, free: InputEstimate,
-         moved: Mapping[str, Array]) -> dict[str, basis_functions.Law]:
+         moved: Mapping[str, Array]) -> dict[str, Law]:
     """
     Return {name: Law} of a InputEstimate over `moved` {name: values [W, L]}.
 
@@ -186,106 +182,9 @@ def laws(runs: WindowRuns, free: InputEstimate,
         moved: motion variables by name [W, L].
     """
     basis = triangles(runs.data.windows.length, 0, runs.recording.dt)
-    return {name: basis_functions.law(value, free.signal, free.precision, basis,
-                                      basis_functions.edges_over(name, value))
+    return {name: law(value, free.signal, free.precision, basis,
+                      (edges_about_zero if 'speed' in name else edges_of)(value))
             for name, value in moved.items()}
-
-
-def _motion(runs: WindowRuns) -> tuple[dict[str, Array], Flags]:
-    """Return ({quantity: values [W, L]}, whether a reversal is near [W, L]) of a recording."""
-    recording, gear, index = runs.recording, runs.model.transmission, runs.data.windows.samples
-    moved = basis_functions.motion(runs.positions, recording.dt)
-    turns = np.diff(np.sign(moved['speed']), prepend=0.0) != 0
-    width = 2 * max(1, round(REVERSAL / recording.dt)) + 1
-    moved['speed'] = np.abs(moved['speed'])
-    moved['load'] = gear.stiffness * np.maximum(
-        np.abs(moved['twist']) - gear.half_gap, 0.0) if recording.arm_torque is None else np.abs(
-            recording.arm_torque)
-    return ({name: value[index] for name, value in moved.items()},
-            scipy.ndimage.maximum_filter1d(turns, width)[index])
-
-
-def labels(runs: Sequence[WindowRuns]
-           ) -> dict[str, tuple[tuple[str, ...], list[Integers]]]:
-    """
-    Return {region: (names, bin of each sample [W, L] of the windows of each recording)}.
-
-    Thirds hold a third of the samples of all recordings each, where values are spread enough.
-
-    Args:
-        runs: without effects, of each recording.
-    """
-    motions = [_motion(run) for run in runs]
-    out: dict[str, tuple[tuple[str, ...], list[Integers]]] = {}
-    for name in ('speed', 'angle', 'load', 'time'):
-        limits = np.quantile(np.concatenate([moved[name].ravel() for moved, _ in motions]),
-                             [1 / 3, 2 / 3])
-        out[name] = (THIRDS, [np.searchsorted(limits, moved[name]) for moved, _ in motions])
-    out['reversal'] = (('away', 'near'), [closeness.astype(int) for _, closeness in motions])
-    b = runs[0].model.transmission.half_gap
-    out['twist'] = (('gap', 'upper_flank', 'lower_flank'), [
-        np.where(moved['twist'] > b, 1, np.where(moved['twist'] < -b, 2, 0))
-        for moved, _ in motions])
-    return out
-
-
-def _shares(power: Array, label: Integers, names: Sequence[str]) -> dict[str, float | None]:
-    """Return {bin: share of power [W, L] in it}, None without power."""
-    total = np.array([power[label == k].sum() for k in range(len(names))])
-    total = np.clip(total, 0.0, None)
-    return {n: float(v / total.sum()) if total.sum() > 0 else None for n, v in zip(names, total)}
-
-
-def _bands(series: Array, dt: float) -> tuple[Array, Array]:
-    """Return the power of series [W, L] in three bands, and the bands' share of frequencies."""
-    spectrum = (np.abs(np.fft.rfft(series, axis=1)) ** 2).sum(axis=0)
-    band = np.searchsorted(BANDS, np.fft.rfftfreq(series.shape[1], dt))
-    return (np.array([spectrum[band == k].sum() for k in range(3)]),
-            np.array([(band == k).mean() for k in range(3)]))
-
-
-def region(runs: Sequence[WindowRuns],
-           estimates: Sequence[InputEstimate]) -> dict[str, dict[str, Any]]:
-    """
-    Return {region: {'time', 'residual', 'signal': {bin: share}, 'most': bin}}.
-
-    time: share of the samples; residual: of the power of the residual beyond noise; signal: of the
-    evidence for the free signal; most: where it is densest.
-
-    Args:
-        runs: without effects, of each recording.
-        estimates: free-form input at the place, in each recording.
-    """
-    powers, strengths = [], []
-    band_residual, band_signal, parts = np.zeros(3), np.zeros(3), np.zeros(3)
-    for run, free in zip(runs, estimates):
-        residual, dt = run.residual, run.recording.dt
-        powers.append((residual ** 2).sum(axis=2) - residual.shape[2])
-        basis = triangles(run.data.windows.length, 0, dt)
-        strengths.append((free.evidence - 1.0) @ (basis / basis.sum(axis=0)).T)
-        for channel in range(residual.shape[2]):
-            bands, part = _bands(residual[:, :, channel], dt)
-            noise = residual.shape[0] * residual.shape[1] * (residual.shape[1] // 2 + 1)
-            band_residual += np.clip(bands - noise * part, 0.0, None)
-        bands, part = _bands(free.signal @ basis.T, dt)
-        band_signal, parts = band_signal + bands, parts + part / len(runs)
-    power, strength = (np.concatenate([row.ravel() for row in rows])
-                       for rows in (powers, strengths))
-    out: dict[str, dict[str, Any]] = {}
-    for name, (names, bins) in labels(runs).items():
-        label = np.concatenate([row.ravel() for row in bins])
-        out[name] = {'time': _shares(np.ones_like(power), label, names),
-                     'residual': _shares(power, label, names),
-                     'signal': _shares(strength, label, names)}
-    out['frequency'] = {
-        'time': dict(zip(THIRDS, parts.tolist())),
-        'residual': dict(zip(THIRDS, (band_residual / max(band_residual.sum(), 1e-300)).tolist())),
-        'signal': dict(zip(THIRDS, (band_signal / max(band_signal.sum(), 1e-300)).tolist()))}
-    for shares in out.values():
-        ratio = {k: (v or 0.0) / shares['time'][k] for k, v in shares['signal'].items()
-                 if shares['time'][k]}
-        shares['most'] = max(ratio, key=ratio.__getitem__)
-    return out
 
 
 def _products(free: InputEstimate, columns: Array) -> tuple[Array, Array]:
@@ -312,7 +211,7 @@ def command_or_motion(runs: Sequence[WindowRuns],
     for run, free in zip(runs, estimates):
         recording, windows, dt = run.recording, run.data.windows, run.recording.dt
         width = max(3, 2 * round(0.5 * SPACING / dt) + 1)
-        speed = basis_functions.slope(recording.positions[:, 0], dt)
+        speed = slope(recording.positions[:, 0], dt)
         mean = np.ones(width) / width
         s = np.convolve(run.model.friction_side(speed), mean, 'same')
         u = np.convolve(recording.torque, mean, 'same')
@@ -343,8 +242,8 @@ def visible_places(runs: WindowRuns) -> tuple[str, ...]:
     return ('motor_side', *sensors) if both else ('motor_side',)
 
 
-NOWHERE: Mapping[str, Any] = {'place': 'none', 'location': 'none', 'places': {}, 'margin': 1.0,
-                              'actuator': {}, 'region': {}}
+NOWHERE: Mapping[str, Any] = {
+    'place': 'none', 'location': 'none', 'places': {}, 'actuator': {}}
 
 
 def some_windows(runs: WindowRuns, most: int) -> WindowRuns:
@@ -371,10 +270,9 @@ def places(runs: Sequence[WindowRuns], illustrates: bool = False) -> dict[str, A
     Return how much of the gap that `runs` leave a free signal at each place explains.
 
     {'place': the best, 'location': its class, 'places': {place: {'left': chi2 per reading,
-    'explained': share}}, 'margin': left of the second best over the best, 'actuator': see
-    command_or_motion, 'region': see region}. Effects of the actuator show as motor_side; the
-    location is 'actuator' where the torque that is missing there follows the command. What a
-    recording cannot tell apart is what all recordings tell.
+    'explained': share}}, 'actuator': see command_or_motion}. Effects of the actuator show as
+    motor_side; the location is 'actuator' where the torque that is missing there follows the
+    command. What a recording cannot tell apart is what all recordings tell.
 
     Args:
         runs: without effects, of each recording.
@@ -395,9 +293,7 @@ def places(runs: Sequence[WindowRuns], illustrates: bool = False) -> dict[str, A
     order = sorted(table, key=lambda p: table[p]['left'])
     shares = command_or_motion(runs, [estimate['motor_side'] for estimate in estimates])
     return {'place': order[0], 'location': _location(order[0], shares), 'places': table,
-            'margin': table[order[1]]['left'] / table[order[0]]['left'] if order[1:] else 1.0,
-            'actuator': shares,
-            'region': region(runs, [estimate[order[0]] for estimate in estimates])}
+            'actuator': shares}
 
 
 def _location(place: str, shares: Mapping[str, float]) -> str:
@@ -406,24 +302,14 @@ def _location(place: str, shares: Mapping[str, float]) -> str:
     return 'actuator' if place == 'motor_side' and follows else place
 
 
-def least_left(free_signal: Mapping[str, Any]) -> float:
-    """Return the chi2 per reading that a free signal leaves at the best place of `free_signal`."""
-    return float(min(figures['left'] for figures in free_signal['places'].values()))
-
-
-def tied(free_signal: Mapping[str, Any], dependence: Dependence | None) -> tuple[str, ...]:
+def tied(free_signal: Mapping[str, Any]) -> tuple[str, ...]:
     """
     Return the locations at which a free signal explains as much as at the best one, best first.
 
-    A dependence on the motion, if beyond chance, decides between them.
-
     Args:
         free_signal: result of `places`.
-        dependence: of what is explained on the motion, None if there is none.
     """
     chi2 = {place: figures['left'] for place, figures in free_signal['places'].items()}
-    limit = THRESHOLDS.place_tie * least_left(free_signal)
-    tied_places = [place for place in sorted(chi2, key=chi2.__getitem__) if chi2[place] <= limit]
-    if dependence is not None and dependence.beyond_chance and dependence.place in tied_places:
-        tied_places = [dependence.place]
-    return tuple(_location(place, free_signal['actuator']) for place in tied_places)
+    limit = THRESHOLDS.place_tie * min(chi2.values())
+    return tuple(_location(place, free_signal['actuator'])
+                 for place in sorted(chi2, key=chi2.__getitem__) if chi2[place] <= limit)

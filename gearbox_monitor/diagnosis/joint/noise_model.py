@@ -45,17 +45,15 @@ def prewhitened(residual: Array, phi: Array) -> Array:
     return out
 
 
-def white_level(sigma: Array, phi: Array | None) -> Array:
+def variance_over_white(phi: float) -> float:
     """
-    Return the standard deviations [2] of white noise with the power of coloured noise at rest.
-
-    To a filter that follows motion, noise far below the sample rate is what counts.
+    Return the variance of coloured noise over that of white noise of the same fourth differences.
 
     Args:
-        sigma: standard deviations of the noise of the encoders [2], rad.
-        phi: correlation of neighbouring readings of each encoder [2], None: white.
+        phi: correlation of neighbouring readings.
     """
-    return sigma if phi is None else sigma * np.sqrt((1.0 + phi) / (1.0 - phi))
+    # Coefficients of the autocorrelation of (1, -4, 6, -4, 1).
+    return 70.0 / (70.0 - 112.0 * phi + 56.0 * phi ** 2 - 16.0 * phi ** 3 + 2.0 * phi ** 4)
 
 
 def noise_floor(recording: UniformRecording, model: DriveModel) -> tuple[Array, Array]:

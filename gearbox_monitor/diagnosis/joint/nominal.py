@@ -22,14 +22,14 @@ from gearbox_monitor.diagnosis.joint import closed_model
 from gearbox_monitor.diagnosis.joint.candidates import (
     BY_EFFECT, CandidateModel, Coordinate, GAINS, NOT_FITTED, NUISANCES, offered, PERIODIC, Starts,
     ZERO)
-from gearbox_monitor.diagnosis.joint.evidence import (
-    by_time, Evidence, evidence_of, is_open, LASTING_TIMES, read_for)
+from gearbox_monitor.diagnosis.joint.drive_recordings import (
+    by_time, DriveRecordings, evidence_of, is_open, LASTING_TIMES, read_for)
 from gearbox_monitor.diagnosis.joint.innovation_fit import (
     coordinate_columns, evaluated, fitted, InnovationFit, unfitted)
 from gearbox_monitor.diagnosis.joint.innovations import (
     halves, InnovationLikelihood, JointLikelihood)
 from gearbox_monitor.diagnosis.joint.shooting import shooting_windows
-from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
+from gearbox_monitor.diagnosis.joint.thresholds import STATEMENTS
 from gearbox_monitor.diagnosis.joint.torque_domain import driven
 from gearbox_monitor.diagnosis.joint.torque_regression import torque_regression, TorqueRegression
 from gearbox_monitor.diagnosis.joint.windows import misfit_of, SECONDS
@@ -259,7 +259,7 @@ def _with_starts(model: DriveModel, free: Sequence[str]) -> DriveModel:
         if name in free and not model.value(NUISANCES[name])})
 
 
-def _likeliest(evidence: Evidence, candidate: CandidateModel,
+def _likeliest(evidence: DriveRecordings, candidate: CandidateModel,
                starts: Sequence[Array]) -> InnovationFit:
     """Return the likeliest fit of a candidate to the training parts from several starts [P]."""
     likelihood = evidence.fine
@@ -267,12 +267,12 @@ def _likeliest(evidence: Evidence, candidate: CandidateModel,
                 for z in starts), key=lambda fit: fit.deviance)
 
 
-def _disturbed(evidence: Evidence, fit: InnovationFit) -> bool:
+def _disturbed(evidence: DriveRecordings, fit: InnovationFit) -> bool:
     """Return whether a fit needs torque that no model explains, beyond what always remains."""
     return bool((fit.torque > LEAST * evidence.fine.least_noise).any())
 
 
-def lasting_time(evidence: Evidence, fit: InnovationFit) -> float:
+def lasting_time(evidence: DriveRecordings, fit: InnovationFit) -> float:
     """
     Return how long unexplained torque lasts (s) by the likelihood of a fit.
 
@@ -302,7 +302,7 @@ class _LongRuns:
     readings: int
 
 
-def _long_runs(evidence: Evidence, fit: InnovationFit, seconds: float) -> _LongRuns:
+def _long_runs(evidence: DriveRecordings, fit: InnovationFit, seconds: float) -> _LongRuns:
     """Return the _LongRuns of so many `seconds`, which begin in the smoothed states of `fit`."""
     parts, model, length = [], replace(evidence.model, process_torque_time=0.0), 0
     for recording in evidence.recordings:
@@ -342,7 +342,7 @@ def _decided(fit: InnovationFit, regression: TorqueRegression | None, torque: fl
         log_residual(fit.candidate.start()), log_residual(fit.z), math.inf)
     if regression is not None and regression.after < min(regression.before, LEFT * torque):
         of_regression = log_residual(regression.z)
-    if math.isfinite(of_search) and of_search <= math.log(THRESHOLDS.no_worse) + min(
+    if math.isfinite(of_search) and of_search <= math.log(STATEMENTS.no_worse) + min(
             of_file, of_regression):
         return fit.z, 'search'
     if regression is not None and math.isfinite(of_regression):
@@ -351,7 +351,7 @@ def _decided(fit: InnovationFit, regression: TorqueRegression | None, torque: fl
                     'expected a model of this drive (see check), or fewer values to fit (--free)')
 
 
-def _log_residual(evidence: Evidence, long: _LongRuns | None, model: DriveModel) -> float:
+def _log_residual(evidence: DriveRecordings, long: _LongRuns | None, model: DriveModel) -> float:
     """
     Return the logarithm of the residual of a model: geometric mean of its innovations.
 
@@ -390,7 +390,7 @@ def _of_effect(starts: Starts, effect: Values, owner: int) -> list[Coordinate]:
             for c in starts.at(effect['id'], effect).coordinates if c.owner == 0]
 
 
-def _covariance(evidence: Evidence, fit: InnovationFit, long: _LongRuns | None) -> Array:
+def _covariance(evidence: DriveRecordings, fit: InnovationFit, long: _LongRuns | None) -> Array:
     """
     Return the covariance [P, P] of the coordinates, from the derivatives of the innovations.
 
@@ -407,7 +407,7 @@ def _covariance(evidence: Evidence, fit: InnovationFit, long: _LongRuns | None) 
     J, residual = coordinate_columns(likelihood, at, central=True), at.run.residual.ravel()
     S, prior = J.T @ J, np.diag(candidate.prior(fit.z)[1])
     misfit = max(1.0, float((at.run.residual[at.run.read] ** 2).mean()))
-    noise_alone = misfit <= THRESHOLDS.encoder_noise and not evidence.balances
+    noise_alone = misfit <= STATEMENTS.encoder_noise and not evidence.balances
     if long is not None or noise_alone and not _disturbed(evidence, fit):
         if long is not None and not noise_alone:
             misfit *= long.readings
@@ -459,12 +459,12 @@ def _listed(candidate: CandidateModel, z: Array, covariance: Array,
             start, value = own_starts[c.owner][name], own_values[c.owner][name]
             unit = next(p.unit for p in effect.parameters if p.name == name)
             name = f'{effect.id}.{name}'
-        determined = interior and error < THRESHOLDS.determined * scale
+        determined = interior and error < STATEMENTS.determined * scale
         values.append(FittedValue(name, on_axis(unit, model.axis), start, value,
                                   float(error * abs(value) if c.log else error), bool(determined)))
     r = covariance / np.outer(errors, errors)
     correlated = [(values[i].name, values[j].name, float(r[i, j])) for i in range(len(values))
-                  for j in range(i) if abs(r[i, j]) > THRESHOLDS.correlated]
+                  for j in range(i) if abs(r[i, j]) > STATEMENTS.correlated]
     sizes = np.array([value.error for value in values])
     return values, correlated, r * np.outer(sizes, sizes)
 

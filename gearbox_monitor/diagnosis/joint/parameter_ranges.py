@@ -20,7 +20,7 @@ from gearbox_monitor.diagnosis.joint.innovation_fit import (
     coordinate_columns, COORDINATE_STEP, evaluated, fitted, unfitted)
 from gearbox_monitor.diagnosis.joint.innovations import JointLikelihood
 from gearbox_monitor.diagnosis.joint.nominal import FittedValue
-from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
+from gearbox_monitor.diagnosis.joint.thresholds import STATEMENTS
 from gearbox_monitor.diagnosis.joint.torque_domain import likelihood_of
 from gearbox_monitor.errors import expect_whole, InputError
 from gearbox_monitor.kernels.linear_least_squares import covariance
@@ -198,7 +198,7 @@ def ranges_of(estimates: Sequence[UnitEstimate], notes: Sequence[str] = ()) -> P
     size = np.where(size > 0.0, size, 1.0)
     y, covariances = y / size, covariances / np.outer(size, size)
     spread, directions = np.linalg.eigh(covariances.mean(axis=0))
-    unknown = spread > THRESHOLDS.determined ** 2
+    unknown = spread > STATEMENTS.determined ** 2
     along, variance = directions[:, unknown], spread[unknown]
     across = np.eye(len(names)) - along @ along.T
     rotated = np.einsum('ij,njk,kl->nil', across, covariances, across)

@@ -17,7 +17,7 @@ from gearbox_monitor.diagnosis.joint.innovations import halves, InnovationLikeli
 from gearbox_monitor.diagnosis.joint.shooting import ShootingWindows, Simulator
 from gearbox_monitor.kernels.elementary import noise_levels
 from gearbox_monitor.kernels.linear_least_squares import cosine_basis, motion_mask
-from gearbox_monitor.kernels.types import Array, Flags
+from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.equivalent_torque import gains, imbalance, imbalance_with, true_motion
 from gearbox_monitor.plant.simulate import N_STATE, packed_drive, plugin_of
@@ -282,6 +282,10 @@ class BalanceLikelihood:
     def with_noise(self, run: Balanced, torque: Array) -> tuple[float, Array, Array]:
         """Return (-2 log L, rows, their variance) of `run`: `torque` counts for nothing."""
         return run.deviance, run.innovation, run.variance
+
+    def shares(self, count: int) -> Integers:
+        """Return in which of `count` equal parts of the recording each row [R] is."""
+        return np.arange(len(self.read)) * count // max(len(self.read), 1)
 
     def smoothed(self, run: Balanced) -> Array:
         """Return states [N, N_STATE]: none is free."""

@@ -16,10 +16,11 @@ from gearbox_monitor.diagnosis.joint import closed_model, localisation
 from gearbox_monitor.diagnosis.joint.bursts import Burst
 from gearbox_monitor.diagnosis.joint.candidates import (
     CandidateModel, GAINS, NUISANCES, replaced_value, SHAPES, with_effects, ZERO)
-from gearbox_monitor.diagnosis.joint.effect_scan import Dependence
+from gearbox_monitor.diagnosis.joint.decision import Decision
 from gearbox_monitor.diagnosis.joint.isolability import Separations
-from gearbox_monitor.diagnosis.joint.judge import Decision
-from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
+from gearbox_monitor.diagnosis.joint.lawless import FreeFunction
+from gearbox_monitor.diagnosis.joint.power import hidden, ShownChange
+from gearbox_monitor.diagnosis.joint.thresholds import STATEMENTS, THRESHOLDS
 from gearbox_monitor.diagnosis.joint.windows import misfit_of, solve_states, WindowRuns
 from gearbox_monitor.errors import Undecided
 from gearbox_monitor.kernels.types import Array
@@ -31,7 +32,8 @@ from gearbox_monitor.presentation import Paged
 from gearbox_monitor.signals.uniform import UniformRecording
 
 NONE, EFFECT, INCOMPLETE, UNKNOWN = 'none', 'effect', 'incomplete', 'unknown'
-KINDS = (NONE, EFFECT, INCOMPLETE, UNKNOWN)
+UNDECIDED = 'undecided'  # nothing was found, and the motion would not have shown it
+KINDS = (NONE, EFFECT, INCOMPLETE, UNKNOWN, UNDECIDED)
 
 
 @dataclass(frozen=True)
@@ -137,7 +139,7 @@ class Explained:
     model, of the fit without effects, of the effects, of the closed model. errors {id: {parameter:
     standard error}}, condition: of their normal matrix. gains {effects: gain over none in BIC};
     likelihoods {id: 2 log likelihood that it gains}; separations, rivals, matrix: see isolability.
-    lattices: quantisations that may be named.
+    lattices: quantisations that may be named. shown: {effect: what the motion would have shown}.
     """
 
     decision: Decision
@@ -153,32 +155,32 @@ class Explained:
     rivals: Mapping[str, Sequence[str]]
     matrix: Callable[[Iterable[str]], Matrix]
     lattices: tuple[str, ...]
+    shown: Mapping[str, ShownChange] = field(default_factory=dict)
 
     @property
     def recordings(self) -> tuple[UniformRecording, ...]:
         """Recordings of one drive."""
-        return self.decision.evidence.recordings
+        return self.decision.outcome.evidence.data.recordings
 
     @property
     def model(self) -> DriveModel:
         """The nominal model."""
-        return self.decision.evidence.model
+        return self.decision.model
 
     @property
     def sigma(self) -> Array:
         """Noise of the encoders [2], rad."""
-        return self.decision.evidence.sigma
+        return self.decision.outcome.evidence.data.level
 
     @property
     def bursts(self) -> tuple[Burst, ...]:
         """Bursts, the largest first."""
-        return () if self.decision.bursts is None else self.decision.bursts.bursts
+        return self.decision.bursts
 
     @property
-    def dependence(self) -> Dependence | None:
-        """The free function that the remainder follows beyond chance, None without."""
-        found = self.decision.adequacy.dependence
-        return found if found is not None and found.beyond_chance else None
+    def function(self) -> FreeFunction | None:
+        """The free function that the remainder follows, None without."""
+        return self.decision.function if self.decision.remains else None
 
     @property
     def widest(self) -> int:
@@ -193,7 +195,8 @@ class Verdict(Paged):
 
     model: DriveModel that closes the gap as far as is known; without effect or map, with the
     values of the model that were estimated along. basis: what the search found. not_tried {effect:
-    why} of the library. model_values {effect: {parameter: value of the nominal model}}.
+    why} of the library. unshown {effect: smallest size that would have been seen}, of an undecided
+    verdict. model_values {effect: {parameter: value of the nominal model}}.
     """
 
     verdict: str
@@ -209,7 +212,6 @@ class Verdict(Paged):
     closed_fraction: float | None
     closed_fraction_ci: list[float] | None
     channels: Mapping[str, Any]
-    regions: Mapping[str, Any]
     standard_errors: Mapping[str, Mapping[str, float]]
     condition: float | None
     at_bound: list[str]
@@ -220,7 +222,6 @@ class Verdict(Paged):
     gains: Mapping[str, float]
     misfit: Mapping[str, Any]
     where: Mapping[str, Any]
-    identified: list[Mapping[str, Any]]
     remainder: Mapping[str, Any] | None
     warnings: list[str]
     bursts: list[Mapping[str, Any]]
@@ -231,6 +232,7 @@ class Verdict(Paged):
     nominal_shift: Mapping[str, float] | None = None
     validation: Mapping[str, Any] | None = None
     not_tried: Mapping[str, str] = field(default_factory=dict)
+    unshown: Mapping[str, float] = field(default_factory=dict)
     between_recordings: Mapping[str, Any] | None = None
 
     @property
@@ -270,29 +272,32 @@ def report(basis: Explained, validate: UniformRecording | None, seed: int,
         seed: seed of the random numbers.
         notes: sentences about the search.
     """
-    decision, adequacy, closed = basis.decision, basis.decision.adequacy, basis.decision.closed
+    decision, closed, left = basis.decision, basis.decision.closed, basis.decision.outcome.remains
     candidate, z = decision.fit.candidate, decision.fit.z
     effects = [*decision.ids]
     if basis.lattices and not decision.remains and len(effects) < 2:
         effects = [*effects, *basis.lattices[:2 if not effects else 1]]
-    kind = kind_of(bool(effects), decision.remains)
+    kind, unshown = kind_of(bool(effects), decision.remains), hidden(basis.shown)
+    if kind == NONE and unshown:
+        kind = UNDECIDED
     places, remaining = localisation.NOWHERE, None
     locations = [location_of(i) for i in effects]
     if effects:  # they name the place; what free signals explain illustrates it
         places = localisation.places(basis.none, illustrates=True)
     if decision.remains:
         places_left = localisation.places(basis.runs)
-        remaining = localisation.tied(places_left, basis.dependence)[0]
+        remaining = decision.place
         if kind == UNKNOWN:
             locations, places = [remaining], {**places_left, 'location': remaining}
-    nuisances, _ = closed.candidate.values(closed.z)
+    nuisances = {name: value for name, value in closed.candidate.values(closed.z)[0].items()
+                 if value or name not in SHAPES}
     model = closed.model
     params: dict[str, dict[str, float]] = {
         name: {k: float(v) for k, v in values.items()}
         for name, values in decision.values.items() if name != DISTURBANCE.id}
     for i, name in enumerate(LATTICES):
         if name in effects:
-            params[name] = {'q': float(decision.evidence.quantum[i])}
+            params[name] = {'q': float(decision.recordings.quantum[i])}
             model = with_effects(model, [*model.effects, {'id': name, **params[name]}])
     errors = {name: dict(values) for name, values in basis.errors.items()
               if name in candidate.ids}
@@ -310,11 +315,11 @@ def report(basis: Explained, validate: UniformRecording | None, seed: int,
     findings = tuple(_finding(basis, name, params.get(name, {}), errors.get(name, {}),
                               shares.get(name, (None, None))) for name in effects)
     ranked = sorted(basis.gains, key=lambda name: -basis.gains[name])
-    times = noise_times(basis.recordings[0].dt, decision.evidence.colour)
+    times = noise_times(basis.recordings[0].dt, decision.recordings.correlation)
     channels = sorted({i for r in basis.recordings for i in r.channels})
     return Verdict(
         verdict=kind, effect='+'.join(effects) or None,
-        location=NONE if kind == NONE else locations[0] if len(locations) == 1 else locations,
+        location=NONE if not locations else locations[0] if len(locations) == 1 else locations,
         findings=findings,
         ranked=list(dict.fromkeys([*effects, *(i for name in ranked for i in name.split('+'))])),
         confusable=list(dict.fromkeys(chain(*basis.rivals.values()))) if effects else [],
@@ -322,24 +327,20 @@ def report(basis: Explained, validate: UniformRecording | None, seed: int,
         at_bound=candidate.at_bound(z),
         sigma=[float(s) if i in channels else None for i, s in enumerate(basis.sigma)],
         noise_time=times, nominal=co_estimated(basis.model, nuisances),
-        process_torque=None if decision.evidence.balances else float(decision.fit.torque[0]),
+        process_torque=None if decision.recordings.balances else float(decision.fit.torque[0]),
         gains={name: round(gain, 1) for name, gain in basis.gains.items()
                if math.isfinite(gain)},
-        misfit={'excess': adequacy.excess, 'structure': adequacy.structure,
-                'noise_gain': adequacy.noise_gain,
-                'follows': None if basis.dependence is None else {
-                    name: getattr(basis.dependence, name) for name in ('place', 'over', 'gain')}},
+        misfit={**{name: float(worth) if math.isfinite(worth) else None for name, worth in (
+                    ('torque', left.torque), ('memory', left.memory))},
+                'follows': None if basis.function is None else {
+                    name: getattr(basis.function, name) for name in ('place', 'over', 'gain')}},
         where=places,
-        identified=[{
-            'effect': f.effect, 'location': f.place, 'channel': f.channel,
-            'params': dict(f.values), 'standard_errors': dict(errors.get(f.effect, {})),
-            'explained': f.share} for f in findings if f.effect in candidate.ids],
         remainder=None if remaining is None else remainder(basis, remaining, torque_map),
         warnings=[*notes, *warnings(basis, kind, nuisances, times)],
         bursts=[asdict(burst) for burst in basis.bursts],
         equivalent=equivalents(findings, basis.model),
         model_values=model_values(params, basis.model),
-        model=model, basis=basis,
+        model=model, basis=basis, unshown=unshown if kind == UNDECIDED else {},
         nominal_shift=shifts(closed.candidate, nuisances) if nuisances else None,
         validation=None if validate is None else closed_model.validate(
             validate, basis.model, model, basis.sigma))
@@ -374,7 +375,7 @@ def _finding(basis: Explained, name: str, values: Mapping[str, float],
 def _determined(name: str, value: float, error: float | None) -> bool:
     """Return whether a recording determines a value: better than its size, a phase than 1 rad."""
     size = 1.0 if name == 'phi' else abs(value)
-    return error is not None and (error == 0.0 or error < THRESHOLDS.undetermined * size)
+    return error is not None and (error == 0.0 or error < STATEMENTS.undetermined * size)
 
 
 def explained_shares(basis: Explained) -> list[tuple[str, str, float | None]]:
@@ -427,7 +428,7 @@ def remainder(basis: Explained, place: str, torque_map: Mapping[str, Any] | None
     unexplained = Remainder(
         place, basis.recordings[0].readings[at],
         float(basis.sigma[at]) * math.sqrt(max(0.0, float(reduced[at]) - 1.0)),
-        None if basis.dependence is None else basis.dependence.over,
+        None if basis.function is None else basis.function.over,
         times=tuple((b.t0, b.t0 + b.duration) for b in basis.bursts))
     return unexplained.to_dict() | {'torque_map': None if torque_map is None else {
         k: v for k, v in torque_map.items() if k != 'id'}}
@@ -550,7 +551,7 @@ def warnings(basis: Explained, kind: str, nuisances: Mapping[str, float],
             f'{sharpness[name]:.3g}, not {value:.3g} s/rad; its size stands'
             for name, side, value in (('alpha', 'motor', model.friction_sharpness),
                                       ('alpha_arm', 'arm', model.arm_sharpness))
-            if name in nuisances and abs(np.log1p(nuisances[name])) > THRESHOLDS.shape]
+            if name in nuisances and abs(np.log1p(nuisances[name])) > STATEMENTS.shape]
     law = candidate.nominal.friction_law.kind
     if law != model.friction_law.kind:
         out.append(f'friction of the drive follows the law {law}, not {model.friction_law.kind} '
@@ -565,7 +566,7 @@ def warnings(basis: Explained, kind: str, nuisances: Mapping[str, float],
         out.append('one encoder: where an unknown effect acts is a guess, record both to know')
     if bound and kind != NONE:
         out.append(f'{", ".join(bound)}: at the bound of what is possible')
-    if nuisances and candidate.penalty(z) > THRESHOLDS.effect_gain:
+    if nuisances and candidate.penalty(z) > THRESHOLDS.isolable:
         shift = shifts(candidate, candidate.values(z)[0])
         farthest = max(shift, key=lambda n: abs(shift[n]))
         out.append(f'nominal values lie far outside their tolerance (most: {farthest}, '

@@ -24,7 +24,6 @@ from gearbox_monitor.plant.effects.actuator import SATURATION, TORQUE_GAIN
 from gearbox_monitor.plant.effects.controller import SERVO_LIMIT
 from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB
 
-UNDECIDED = 'undecided'
 LARGEST = 1e6  # beyond it a motion does not show an effect at all
 UNSEEN = 10.0  # times the plausible size: what shows only beyond it does not show
 

@@ -1,15 +1,14 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Bursts: what a law of the motion foretells of them, and where they are to first order."""
+"""Bursts: where they are to first order, and the load that they put on a likelihood."""
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from gearbox_monitor.diagnosis.joint import basis_functions
 from gearbox_monitor.diagnosis.joint.bursts import rectangles, torque_of, with_bursts
-from gearbox_monitor.diagnosis.joint.evidence import Evidence
+from gearbox_monitor.diagnosis.joint.drive_recordings import DriveRecordings
 from gearbox_monitor.diagnosis.joint.localisation import InputEstimate, SPACING, triangles
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.signals.uniform import UniformRecording
@@ -18,27 +17,6 @@ WINDOWS, SAMPLES, DT = 12, 1001, 1e-3
 BASIS = triangles(SAMPLES, 0, DT)
 VALUES = BASIS.shape[1]
 PRECISION = np.tile(np.eye(VALUES), (WINDOWS, 1, 1))
-
-
-@pytest.mark.parametrize('follows', [False, True])
-def test_a_law_foretells_a_burst_from_the_others(follows):
-    """Three bursts where the torque of a law acts, or at times of their own in a motion alike."""
-    t = np.arange(WINDOWS * SAMPLES).reshape(WINDOWS, SAMPLES) * DT
-    x = np.sin(2.0 * np.pi * 0.11 * t)
-    edges, burst = basis_functions.edges_of(x), np.zeros_like(x)
-    if follows:
-        burst[:] = 20.0 * (x > edges[-3])
-    else:
-        for window, begin in ((1, 300), (4, 600), (9, 100)):
-            burst[window, begin:begin + 120] = 20.0
-    signal = burst @ (BASIS / BASIS.sum(axis=0))
-    own = (burst > 0.0).any(axis=1)
-    number = np.cumsum(own)
-    fold = np.where(own, number - 1, number[-1])
-    shares, overall = basis_functions.shares_foretold(x, signal, PRECISION, BASIS, edges,
-                                                      fold)
-    least = shares[:, :number[-1]].min(axis=1)[overall > 0.0].max(initial=0.0)
-    assert least > 0.7 if follows else least < 0.1
 
 
 def test_a_burst_is_the_interval_of_the_largest_likelihood_ratio():
@@ -56,7 +34,8 @@ def test_a_burst_is_the_interval_of_the_largest_likelihood_ratio():
 def test_a_load_on_a_likelihood_is_that_of_a_recording_with_it():
     model, t = DriveModel(), np.arange(600) * DT
     bare = UniformRecording(t, np.sin(9.0 * t), np.zeros((600, 2)), DT)
-    evidence = Evidence((bare, replace(bare, arm_torque=0.1 * t)), model, np.full(2, 1e-3), ())
+    evidence = DriveRecordings((bare, replace(bare, arm_torque=0.1 * t)), model,
+                               np.full(2, 1e-3), ())
     theta = np.array([[0.2, 0.1, 0.3], [0.4, 0.05, -0.2], [0.3, 0.1, 0.1]])
     owner, noise = np.array([0, 1, 1]), np.full(2, 0.01)
     beside = with_bursts(evidence, theta, owner).whole.run(model, noise).runs

@@ -114,9 +114,9 @@ def test_verdict_as_json(worn):
     low, high = data['closed_fraction_ci']
     assert low - 0.02 <= data['closed_fraction'] <= high + 0.02
     assert data['closed_fraction'] > 0.9
-    part, = data['identified']
-    assert (part['effect'], part['location']) == ('arm_coulomb', 'arm_side')
-    assert part['params'] == data['params']['arm_coulomb'] and part['explained'] > 0.9
+    part, = data['findings']
+    assert (part['effect'], part['place']) == ('arm_coulomb', 'arm_side')
+    assert part['values'] == data['params']['arm_coulomb'] and part['share'] > 0.9
     assert data['remainder'] is None
     assert data['sigma'] == pytest.approx([0.002, 0.002], rel=0.05)
     assert any('few windows' in warning for warning in data['warnings'])

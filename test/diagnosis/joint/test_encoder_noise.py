@@ -1,17 +1,18 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Noise of encoders: its level by innovations; lasting noise measured, made white, judged by."""
+"""Noise of encoders: its level by innovations; coloured noise as a state of the filter."""
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from gearbox_monitor.diagnosis.joint.decision import decide, with_level_of_innovations
 from gearbox_monitor.diagnosis.joint.diagnose import diagnose
-from gearbox_monitor.diagnosis.joint.evidence import evidence_of
-from gearbox_monitor.diagnosis.joint.judge import decide, measured, with_level_of_innovations
+from gearbox_monitor.diagnosis.joint.drive_recordings import evidence_of
 from gearbox_monitor.diagnosis.joint.noise_model import noise_floor, prewhitened
+from gearbox_monitor.diagnosis.joint.windows import typical_misfit
 from gearbox_monitor.kernels.elementary import noise_levels
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
@@ -55,26 +56,25 @@ def test_an_encoder_that_is_read_less_often_does_not_stand_still():
         assert sigma.tolist() == noise_levels(y)[0].tolist()
 
 
-def test_measured_where_motion_has_nothing():
-    for lowest, within in ((60.0, 0.1), (20.0, 0.06)):
-        r = np.concatenate([2.0 * noise(PHI, 12, 1000, 1), noise(0.0, 12, 1000, 1, seed=1)],
-                           axis=2)
-        slow = np.sin(np.arange(1000) * DT * 2.0 * np.pi * 2.0)
-        (phi, white), (size, one) = measured(r + 30.0 * slow[:, None], DT, lowest)
-        assert phi == pytest.approx(PHI, abs=within) and (white, one) == (0.0, 1.0)
-        # Only what goes with phi is known well: what is measured is the power above `lowest`.
-        assert 2.0 * size ** 2 * (1.0 - phi) / (1.0 + phi) == pytest.approx(
-            8.0 * (1.0 - PHI) / (1.0 + PHI), rel=0.1)
-
-
-def test_what_motion_leaves_is_no_such_noise():
-    """Impacts bend a position: power that falls with the fourth power of frequency."""
-    r = noise(0.0, 12, 1000, 1)
-    assert measured(r, DT) is None
-    bent = np.cumsum(np.cumsum((np.random.default_rng(1).random(r.shape) < 0.01) * 0.3, 1), 1)
-    bent -= np.linspace(0.0, 1.0, 1000)[:, None] * bent[:, -1:]
-    assert measured(r + 0.3 * bent, DT) is None
-    assert measured(noise(PHI, 12, 200, 1), 5e-3) is None  # 100 Hz tell nothing
+def test_coloured_noise_is_a_state_of_the_filter():
+    """Innovations are white and as large as stated; a moved model moves them as a new run does."""
+    t, model = np.arange(6000) * DT, DriveModel()
+    u = Excitation('multisine', (4.0, 2.0), (0.5, 1.3)).torque(t)
+    y = simulate(model, u, DT).x[:, :2] + 0.004 * noise(PHI, 1, len(t), 2, seed=2)[0]
+    white = replace(evidence_of([UniformRecording(t, u, y, DT)], model, ['motor_viscous']),
+                    sigma=np.full(2, 0.004))
+    coloured = replace(white, colour=np.array([[PHI, 1.0], [PHI, 1.0]]))
+    left = {}
+    for name, data in (('white', white), ('coloured', coloured)):
+        run = data.fine.run(model, data.fine.least_noise)
+        r = run.residual[run.read.all(axis=1)]
+        left[name] = float((r[1:] * r[:-1]).mean()), float((r ** 2).mean()), run
+    assert left['white'][0] > 0.5 and abs(left['coloured'][0]) < 4.0 / np.sqrt(2 * 4000)
+    assert left['coloured'][1] == pytest.approx(1.0, abs=0.06)
+    run, moved = left['coloured'][2], model.with_(viscous_friction=1.0001 * model.viscous_friction)
+    change = coloured.fine.run(moved, coloured.fine.least_noise).innovation - run.innovation
+    np.testing.assert_allclose(coloured.fine.change(run, moved), change,
+                               atol=0.02 * np.abs(change).max())
 
 
 @pytest.mark.system
@@ -122,10 +122,10 @@ def test_the_level_of_white_noise_is_that_of_the_innovations():
     for count in (1, 2):
         decision, drawn = decision_on(np.array([2e-3, 3e-3]), count=count)
         refined = with_level_of_innovations(decision)
-        np.testing.assert_allclose(refined.evidence.sigma, drawn, rtol=4e-3)
-        assert np.abs(decision.evidence.sigma / drawn - 1.0).max() > 8e-3
+        np.testing.assert_allclose(refined.recordings.sigma, drawn, rtol=4e-3)
+        assert np.abs(decision.recordings.sigma / drawn - 1.0).max() > 8e-3
         # In it a right model leaves as much, but for the states in which its runs begin.
-        assert refined.adequacy.misfit == pytest.approx(1.0, abs=8e-3)
+        assert typical_misfit(refined.runs) == pytest.approx(1.0, abs=8e-3)
 
 
 @pytest.mark.parametrize('wrong, effects', [
@@ -133,5 +133,5 @@ def test_the_level_of_white_noise_is_that_of_the_innovations():
 def test_a_level_stays_that_fourth_differences_exclude_or_beside_a_remainder(wrong, effects):
     decision, _ = decision_on(np.array([2e-3, 3e-3]), wrong, effects)
     assert decision.remains == bool(effects)
-    np.testing.assert_array_equal(with_level_of_innovations(decision).evidence.sigma,
-                                  decision.evidence.sigma)
+    np.testing.assert_array_equal(with_level_of_innovations(decision).recordings.sigma,
+                                  decision.recordings.sigma)

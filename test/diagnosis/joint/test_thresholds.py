@@ -9,23 +9,28 @@ from pathlib import Path
 import pytest
 
 from gearbox_monitor.diagnosis import joint
-from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS, Thresholds
+from gearbox_monitor.diagnosis.contest import CONTEST, ContestSettings
+from gearbox_monitor.diagnosis.joint.thresholds import (
+    STATEMENTS, Statements, THRESHOLDS, Thresholds)
 
 FOLDER = Path(joint.__file__).parent
 # Modules that decide; the others measure and fit.
-DECIDING = ('adequacy', 'bursts', 'diagnose', 'evidence', 'judge', 'localisation', 'verdict')
+DECIDING = ('bursts', 'decision', 'diagnose', 'drive_recordings', 'localisation', 'verdict')
 
 
 def test_thresholds_stay_as_they_are():
-    with pytest.raises(FrozenInstanceError):
-        THRESHOLDS.effect_gain = 0.0
+    for constants, name in ((THRESHOLDS, 'isolable'), (STATEMENTS, 'gap'), (CONTEST, 'margin')):
+        with pytest.raises(FrozenInstanceError):
+            setattr(constants, name, 0.0)
 
 
-def test_every_threshold_decides():
+@pytest.mark.parametrize('name, kind', [
+    ('THRESHOLDS', Thresholds), ('STATEMENTS', Statements), ('CONTEST', ContestSettings)])
+def test_every_threshold_is_used(name, kind):
     used = {node.attr for path in FOLDER.parent.rglob('*.py')
             for node in ast.walk(ast.parse(path.read_text(encoding='utf-8')))
-            if isinstance(node, ast.Attribute) and ast.unparse(node.value) == 'THRESHOLDS'}
-    assert used == {field.name for field in fields(Thresholds)}
+            if isinstance(node, ast.Attribute) and ast.unparse(node.value) == name}
+    assert used == {field.name for field in fields(kind)}
 
 
 def test_no_decision_has_a_threshold_of_its_own():

@@ -14,7 +14,7 @@ import yaml
 
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.diagnosis.joint import nominal
-from gearbox_monitor.diagnosis.joint.evidence import evidence_of
+from gearbox_monitor.diagnosis.joint.drive_recordings import evidence_of
 from gearbox_monitor.diagnosis.joint.innovation_fit import InnovationFit
 from gearbox_monitor.diagnosis.joint.torque_domain import BalanceSimulator, driven
 from gearbox_monitor.diagnosis.joint.torque_regression import torque_regression
@@ -178,7 +178,7 @@ def test_three_effects_from_one_command(tmp_path, capsys):
     assert sorted(data['effect'].split('+')) == sorted(e['id'] for e in effects)
     assert data['params']['mesh_error']['N'] == 7
     assert data['params']['mesh_error']['A'] == pytest.approx(0.004, rel=0.08)
-    assert {e['effect'] for e in data['identified']} == {e['id'] for e in effects}
+    assert {e['effect'] for e in data['findings']} == {e['id'] for e in effects}
 
 
 def test_balances_decide_between_search_and_regression(tmp_path):

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
-from test_judge import record
+from test_decision import record
 
 from gearbox_monitor.diagnosis.joint.diagnose import diagnose
 from gearbox_monitor.diagnosis.joint.verdict import Finding, kind_of, KINDS

@@ -5,20 +5,22 @@
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+import math
 
 import numpy as np
 import scipy
 
+from gearbox_monitor.diagnosis.contest import CONTEST
 from gearbox_monitor.diagnosis.joint.candidates import Starts
 from gearbox_monitor.diagnosis.joint.innovation_fit import (
     evaluated, fitted, InnovationFit, unfitted)
 from gearbox_monitor.diagnosis.joint.innovations import (
     InnovationLikelihood, JointLikelihood, SPARSE)
-from gearbox_monitor.diagnosis.joint.noise_model import noise_floor, white_level
+from gearbox_monitor.diagnosis.joint.noise_model import noise_floor
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.diagnosis.joint.torque_domain import likelihood_of
 from gearbox_monitor.diagnosis.joint.windows import (
-    hidden_begins, seconds_at_rest, SETTLING, window_data, WindowData)
+    free_runs, hidden_begins, seconds_at_rest, SETTLING, window_data, WindowData, WindowRuns)
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
@@ -26,6 +28,7 @@ from gearbox_monitor.signals.uniform import UniformRecording
 
 # s, how long torque that no model explains may last on a real drive; iterations of a fit with each
 LASTING_TIMES, TIME_ITERATIONS = (0.1, 0.3, 1.0), 8
+WHITE = ((0.0, 1.0), (0.0, 1.0))
 
 
 def silent(text: str) -> None:
@@ -33,12 +36,13 @@ def silent(text: str) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class Evidence:
+class DriveRecordings:
     """
     Recordings of one drive under one nominal model.
 
-    sigma [2]: noise of the encoders, rad; colour [2]: correlation of neighbouring readings, None:
-    white. ids: effects that may be named. quantum [2]: quantisation steps of the encoders, rad.
+    sigma [2]: noise of the encoders, rad; colour [2, 2]: correlation of neighbouring readings of
+    each, 0: white, and variance of coloured noise over that of `sigma`. ids: effects that may be
+    named. quantum [2]: quantisation steps of the encoders, rad.
     all_trained: whether no window is held out. with_map: whether a torque map of
     the remainder may be fitted. finer: how many times as many steps the model takes as the
     nominal drive asks for. reference: fit in whose free runs filters begin where an encoder is
@@ -49,7 +53,7 @@ class Evidence:
     model: DriveModel
     sigma: Array
     ids: tuple[str, ...]
-    colour: Array | None = None
+    colour: Array = field(default_factory=lambda: np.array(WHITE))
     quantum: Array = field(default_factory=lambda: np.zeros(2))
     all_trained: bool = False
     with_map: bool = True
@@ -62,12 +66,23 @@ class Evidence:
     def segments(self) -> tuple[WindowData, ...]:
         """The recordings with their windows."""
         # At rest, nothing tells where the side is that no encoder reads.
-        parts = [window_data(r, self.model, self.sigma, self.colour, SETTLING if not self.hides(r)
-                             else max(SETTLING, seconds_at_rest(r, self.sigma)), self.finer)
+        parts = [window_data(r, self.model, self.level, self.correlation,
+                             SETTLING if not self.hides(r) else max(
+                                 SETTLING, seconds_at_rest(r, self.sigma)), self.finer)
                  for r in self.recordings]
         if self.all_trained:
             parts = [replace(part, held_out=np.zeros_like(part.held_out)) for part in parts]
         return tuple(parts)
+
+    @property
+    def level(self) -> Array:
+        """Standard deviation [2] of the encoders' noise, rad."""
+        return self.sigma * np.sqrt(self.colour[:, 1])
+
+    @property
+    def correlation(self) -> Array | None:
+        """Correlation [2] of neighbouring readings of the encoders, None where all are white."""
+        return self.colour[:, 0] if self.colour[:, 0].any() else None
 
     @property
     def rough(self) -> bool:
@@ -80,7 +95,7 @@ class Evidence:
         return Starts(self.model, self.recordings, [part.training for part in self.segments])
 
     def _likelihood(self, spans: Sequence[slice], coarse: bool = False) -> JointLikelihood:
-        sigma = white_level(self.sigma, self.colour)
+        sigma = self.sigma
         parts = []
         for recording, span in zip(self.recordings, spans):
             if span.stop > span.start:
@@ -89,6 +104,8 @@ class Evidence:
                 if self.hides(recording) and isinstance(part, InnovationLikelihood):
                     fit = self.reference or unfitted(part, self.starts.none())
                     part = hidden_begins(part, fit.model, sigma)
+                if self.correlation is not None and isinstance(part, InnovationLikelihood):
+                    part = part.coloured(self.colour)
                 parts.append(part)
         return JointLikelihood(parts)
 
@@ -117,7 +134,7 @@ class Evidence:
         spans = [part.unseen for part in self.segments]
         return self._likelihood(spans) if any(s.stop > s.start for s in spans) else None
 
-    def lasting_for(self, seconds: float) -> 'Evidence':
+    def lasting_for(self, seconds: float) -> 'DriveRecordings':
         """Return the evidence where unexplained torque lasts so long."""
         return replace(self, model=replace(self.model, process_torque_time=seconds))
 
@@ -171,12 +188,48 @@ class Evidence:
             allowed = np.maximum(allowed, THRESHOLDS.torque_noise * self.torque)
         return allowed
 
+    def runs(self, fit: InnovationFit) -> tuple[WindowRuns, ...]:
+        """Return the free runs of a fit over the windows of each recording."""
+        at, model = evaluated(self.whole, fit), fit.model
+        return tuple(free_runs(segment, model, smooth) for segment, smooth in zip(
+            self.segments, self.whole.smoothed(at.run)))
+
+    def beyond_share(self, fit: InnovationFit) -> float:
+        """
+        Return the gain in -2 log L of more torque than a model of a real drive may leave.
+
+        Where the motion is put in, what remains is the noise of the balance.
+        """
+        at = evaluated(self.whole, fit)
+        left = np.sqrt(np.mean([run.left ** 2 for run in at.run.runs], axis=0))
+        ratio = float((left / self.scales).max() / THRESHOLDS.lasting_torque) ** 2
+        return self.whole.readings * max(0.0, ratio - 1.0 - math.log(max(ratio, 1.0)))
+
+    def unexplained_by_free_runs(self, fit: InnovationFit) -> float:
+        """
+        Return the gain in -2 log L of torque noise beyond the allowed.
+
+        A filter is linearised about one state. Of a side that no encoder reads it may lose track
+        in the gap, and noise stands for that: what a free run explains there, the model explains.
+        """
+        at = evaluated(self.whole, fit)
+        quiet = self.whole.run(at.model, np.minimum(at.torque, self.allowed_noise))
+        gain = quiet.deviance - at.run.deviance
+        for run, filtered in zip(self.runs(fit), quiet.runs):
+            if self.hides(run.recording):
+                rows = np.maximum(run.data.windows.samples - 1, 0)
+                explained = filtered.deviances[rows].sum(axis=(1, 2)) - (
+                    run.chi2 - run.data.size + run.states.shape[1])
+                gain -= float(np.maximum(explained, 0.0).sum())
+        return gain
+
     def score(self, fit: InnovationFit) -> float:
         """Return the BIC (Schwarz 1978) of a fit to the training parts."""
         return fit.deviance + fit.candidate.n_effect * float(np.log(self.fine.readings))
 
 
-def by_time(evidence: Evidence, fit: InnovationFit, times: Iterable[float]) -> dict[float, float]:
+def by_time(evidence: DriveRecordings, fit: InnovationFit,
+            times: Iterable[float]) -> dict[float, float]:
     """
     Return {how long unexplained torque lasts, s: -2 log L of the fit with it}.
 
@@ -197,9 +250,9 @@ def by_time(evidence: Evidence, fit: InnovationFit, times: Iterable[float]) -> d
 
 
 def evidence_of(recordings: Sequence[UniformRecording], model: DriveModel, ids: Sequence[str],
-                jobs: int = 1, progress: Callable[[str], object] = silent) -> Evidence:
+                jobs: int = 1, progress: Callable[[str], object] = silent) -> DriveRecordings:
     """
-    Return the Evidence of recordings of one drive.
+    Return the DriveRecordings of one drive.
 
     Args:
         recordings: of one drive.
@@ -217,7 +270,7 @@ def evidence_of(recordings: Sequence[UniformRecording], model: DriveModel, ids: 
         quantum[channel] = max(steps[i][channel] for i in own)
     with_map = TORQUE_MAP.id in ids and not any(
         effect['id'] == TORQUE_MAP.id for effect in model.effects)
-    return Evidence(tuple(recordings), model, sigma,
+    return DriveRecordings(tuple(recordings), model, sigma,
                     tuple(i for i in ids if i != TORQUE_MAP.id), quantum=quantum,
                     with_map=with_map, jobs=jobs, progress=progress)
 
@@ -234,7 +287,8 @@ def is_open(recording: UniformRecording, model: DriveModel) -> bool:
             and model.driven_by == 'torque')
 
 
-def likeliest(evidence: Evidence, fit: InnovationFit) -> tuple[Evidence, InnovationFit]:
+def likeliest(evidence: DriveRecordings,
+              fit: InnovationFit) -> tuple[DriveRecordings, InnovationFit]:
     """
     Return (the recordings, read so that `fit` is likeliest; `fit`, fitted to them as read so).
 
@@ -247,13 +301,29 @@ def likeliest(evidence: Evidence, fit: InnovationFit) -> tuple[Evidence, Innovat
         read = replace(evidence, recordings=tuple(
             _read(evidence, fit, number) for number in range(len(evidence.recordings))))
         refit = fitted(read.fine, fit, ITERATIONS)
-        if read.score(refit) > score - THRESHOLDS.reading_gain:
+        if read.score(refit) > score - CONTEST.margin:
             break
         evidence, fit = read, refit
     return evidence, fit
 
 
-def likeliest_reading(evidence: Evidence) -> Evidence:
+def reread(evidence: DriveRecordings, fit: InnovationFit) -> DriveRecordings:
+    """
+    Return the recordings, read so that `fit` is likeliest; themselves where that gains nothing.
+
+    Args:
+        evidence: the recordings, as they were read so far.
+        fit: of one model to all of them.
+    """
+    if not any(is_open(recording, evidence.model) for recording in evidence.recordings):
+        return evidence
+    read, refit = likeliest(evidence, fit)
+    gain = evidence.fine.run(fit.model, fit.torque).deviance + fit.candidate.penalty(
+        fit.z) - refit.deviance
+    return read if gain > CONTEST.margin else evidence
+
+
+def likeliest_reading(evidence: DriveRecordings) -> DriveRecordings:
     """Return the recordings, read so that the model without effects is likeliest."""
     none = unfitted(evidence.fine, evidence.starts.none())
     return likeliest(evidence, evaluated(evidence.fine, none))[0]
@@ -272,7 +342,7 @@ def read_for(recordings: Sequence[UniformRecording], model: DriveModel
         recordings, replace(model, tolerance=NEAR), ())).recordings
 
 
-def _read(evidence: Evidence, fit: InnovationFit, number: int) -> UniformRecording:
+def _read(evidence: DriveRecordings, fit: InnovationFit, number: int) -> UniformRecording:
     """Return one of the recordings, read so that `fit` as it stands is likeliest."""
     recording, model = evidence.recordings[number], fit.model
     if not is_open(recording, evidence.model):

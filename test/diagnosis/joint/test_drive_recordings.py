@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gearbox_monitor.diagnosis.joint.evidence import evidence_of, silent
+from gearbox_monitor.diagnosis.joint.drive_recordings import evidence_of, silent
 from gearbox_monitor.diagnosis.joint.innovation_fit import InnovationFit
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.plant.drive import DriveModel
@@ -95,17 +95,21 @@ def test_of_a_hidden_side_that_moves_on_its_own_states_come_from_free_runs():
     judged = evidence(one)
     none = judged.starts.none()
     heavy = judged.starts.candidates('motor_inertia')[0]
-    value = np.array([np.log(0.02) if heavy.coordinates[0].log else 0.02])
+    value = heavy.start()
+    value[[c.owner == 0 for c in heavy.coordinates]] = 0.02
     by = {name: replace(judged, reference=fit).fine.parts[0].begin_variance for name, fit in (
         ('nominal', None), ('none', InnovationFit(none, none.start(), np.ones(2))),
         ('heavy', InnovationFit(heavy, value, np.ones(2))))}
     assert by['nominal'].tolist() == by['none'].tolist() != by['heavy'].tolist()
 
 
-def test_coloured_noise_counts_as_white_noise_of_its_power_at_rest():
-    coloured = replace(evidence(recording()), colour=np.array([0.6, 0.0]))
-    assert coloured.fine.parts[0].variance == pytest.approx(
-        coloured.sigma ** 2 * np.array([4.0, 1.0]))
+def test_coloured_noise_has_a_level_and_a_correlation():
+    white = evidence(recording())
+    assert white.correlation is None and white.level.tolist() == white.sigma.tolist()
+    coloured = replace(white, colour=np.array([[0.6, 4.0], [0.0, 1.0]]))
+    assert coloured.level == pytest.approx(white.sigma * np.array([2.0, 1.0]))
+    assert coloured.correlation.tolist() == [0.6, 0.0]
+    assert coloured.fine.parts[0].colour.tolist() == coloured.colour.tolist()
 
 
 def test_a_score_counts_what_is_free_in_the_effects():
