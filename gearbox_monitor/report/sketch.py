@@ -14,7 +14,7 @@ from gearbox_monitor.robot.chain import Chain
 from gearbox_monitor.robot.description import rotations
 
 WIDTH, HEIGHT, MARGIN = 460.0, 300.0, 40.0
-LINE, LETTER = 17.0, 7.6    # height of a line of text, and width of a letter on average
+LINE, LETTER = 17.0, 8.8    # height of a line of text, and width of a bold letter on average
 
 
 @dataclass(frozen=True)

@@ -42,7 +42,7 @@ def found(names=('joint1', 'joint2', 'joint3', 'joint4', 'joint5', 'joint6')):
     watch = begin(description)
     joints = [replace(
         joint, position=q, level=Level.OK, states=tuple(
-            StateHealth(kind, 0.012, 0.02, kind != WEIGHT)
+            StateHealth(kind, -0.021, 0.006, joint.name != names[3])
             for kind in (FRICTION, SCALE, ROTOR, WEIGHT))) for joint, q in zip(
                 watch.joints, POSTURE)]
     rubs = Change(FRICTION, names[1], 0.34, 0.05, NOW - 15 * MINUTE, NOW - 13 * MINUTE)
@@ -71,9 +71,10 @@ def test_each_finding_is_at_its_joint_and_the_answer_comes_first():
         assert abs(float(texts[k][1]) - float(at[role])) < 2.0 * LINE
     cells = re.findall(r'<td[^>]*>(?:<span[^>]*>)?([^<]+)', body)
     row = cells.index('joint2')
-    assert cells[row:row + 7] == ['joint2', 'WARN', '+34 ± 5', '+1 ± 2', '+1 ± 2', '-',
+    assert cells[row:row + 7] == ['joint2', 'WARN', '+34 ± 5', *3 * ['-2.1 ± 0.6'],
                                   'friction +34 ± 5 % since 2026-03-02 07:45:00']
     assert cells[cells.index('joint5') + 1] == 'not judged: has not moved yet'
+    assert cells[cells.index('joint4') + 2] == '-'
     lanes = re.findall(r'class="ylabel">([^<]+)', body)
     assert lanes == ['joint3: friction +34 ± 5 %', 'joint2: friction +34 ± 5 %', 'flange (kg)']
 
