@@ -531,7 +531,7 @@ def _write(args: Namespace, diagnosis: RobotDiagnosis, data: dict[str, Any]) -> 
     if diagnosis.lacking:
         data['warnings'].append('not in the file that closes the gap: '
                                 + ', '.join(diagnosis.lacking))
-    page = robot_gap_page(data, diagnosis.robot.file.chain, diagnosis.posture)
+    page = robot_gap_page(data, diagnosis.context())
     contents = {folder / 'verdict.json': dump(data) + '\n', folder / 'report.html': page}
     if diagnosis.closed is not None:
         contents[Path(data['closed'])] = diagnosis.closed

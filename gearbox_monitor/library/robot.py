@@ -4,6 +4,7 @@
 """A whole robot: its file, logs, healthy reference, diagnosis of all joints, and payload."""
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from difflib import unified_diff
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from gearbox_monitor.diagnosis.robot.knowledge import Knowledge
 from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.diagnosis.robot.robot_log import RobotLog, SETPOINT, TORQUE
 from gearbox_monitor.diagnosis.robot.rows import rows_of
-from gearbox_monitor.diagnosis.robot.verdict import RobotVerdict, verdict_data
+from gearbox_monitor.diagnosis.robot.verdict import effort_curves, RobotVerdict, verdict_data
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.files.knowledge_file import load_knowledge, SUFFIX
 from gearbox_monitor.files.opening import plain
@@ -30,6 +31,7 @@ from gearbox_monitor.recordings.reading import BY_NAMES, ReadOptions
 from gearbox_monitor.recordings.robot_values import (
     load_locked, load_log, load_values, robot_model, RobotValues)
 from gearbox_monitor.recordings.topics import JOINT_STATES
+from gearbox_monitor.report.robot_gap_page import by_effect, RobotContext
 from gearbox_monitor.report.robot_words import finding_words, reading_words, robot_headline
 from gearbox_monitor.report.words import counted
 from gearbox_monitor.robot.description import SUFFIXES
@@ -89,11 +91,18 @@ class RobotDiagnosis(Paged, Saved):
         """What no finding explains."""
         return self.verdict.remainders
 
-    @property
-    def posture(self) -> Any:
-        """The posture of the page, the median of each joint: rad or m [J]."""
-        recordings = self.verdict.evidence.recordings
-        return np.median(np.concatenate([r.motion.q for r in recordings]), axis=0)
+    def context(self) -> RobotContext:
+        """Return what accompanies the verdict on its page."""
+        recordings, changes = self.verdict.evidence.recordings, list[str]()
+        if self.closed is not None:
+            path = self.robot.file.path
+            changes = list(unified_diff(
+                path.read_text('utf-8').splitlines(), self.closed.splitlines(), path.name,
+                f'{path.stem}.closed{path.suffix}', lineterm='', n=1))
+        return RobotContext(
+            self.robot.file.chain,
+            np.median(np.concatenate([r.motion.q for r in recordings]), axis=0),
+            effort_curves(self.verdict, by_effect(self.data)[0]['joint']), changes)
 
 
 def load_robot(path: str | Path, *, values: str | Path | None = None,

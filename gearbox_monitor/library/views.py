@@ -343,8 +343,7 @@ def _verdict_page(verdict: Verdict) -> str:
 
 PAGES: dict[type, Callable[[Any], str]] = {
     Verdict: _verdict_page,
-    RobotDiagnosis: lambda diagnosis: robot_gap_page(
-        diagnosis.data, diagnosis.robot.file.chain, diagnosis.posture)}
+    RobotDiagnosis: lambda diagnosis: robot_gap_page(diagnosis.data, diagnosis.context())}
 
 
 def write_page(result: Any, path: str | Path) -> Path:

@@ -181,6 +181,13 @@ class TestFunctions:
         """Return the integrals [R, K] of phi mu x, `x` [N, K] acting on `joint`."""
         return self._project(x * self.mask[:, joint, None], self.value)
 
+    def series(self, rows: Array) -> Array:
+        """Return the series [N] of which `of` made `rows` [R]: they are a tight frame."""
+        out, hops = np.zeros(len(self.mask)), len(self.value)
+        for start, part in zip(self.starts, rows.reshape(len(self.starts), -1)):
+            out[start:start + hops] += self.value @ part
+        return out
+
     def of_rate(self, x: Array, joint: int) -> Array:
         """Return the integrals [R, K] of phi mu dx/dt, by parts: `x` is not differentiated."""
         return -self._project(x * self.mask[:, joint, None], self.slope) \

@@ -637,16 +637,53 @@ def _ranked(evidence: RobotEvidence, blank: RobotFit, fit: RobotFit) -> tuple[Jo
     out = []
     chain = evidence.recordings[0].robot.chain
     for j, (name, link) in enumerate(zip(chain.joints, chain.links)):
-        a = evidence.at[j]
-        closed = a.y - sum((c.columns[j][a.order] @ fit.values[fit.of(i)]
-                            for i, c in enumerate(fit.chosen) if not c.free and j in c.columns),
-                           np.zeros_like(a.y))
         effort = np.concatenate([r.joints[j].effort for r in evidence.recordings])
         out.append(JointGap(
-            name, rms_in_motion(evidence, j, a.y), rms_in_motion(evidence, j, closed),
+            name, rms_in_motion(evidence, j, evidence.at[j].y),
+            rms_in_motion(evidence, j, _closed(evidence, fit, j)),
             float(np.std(effort)),
             _gain_at(evidence, blank, fit, j), 'prismatic' if link.slides else 'rotary'))
     return tuple(sorted(out, key=lambda g: -g.evidence))
+
+
+def _closed(evidence: RobotEvidence, fit: RobotFit, joint: int) -> Array:
+    """Return the rows [R] at `joint` less those of the findings of `fit` alone."""
+    a = evidence.at[joint]
+    return np.asarray(a.y - sum((c.columns[joint][a.order] @ fit.values[fit.of(i)]
+                                 for i, c in enumerate(fit.chosen)
+                                 if not c.free and joint in c.columns), np.zeros_like(a.y)))
+
+
+@dataclass(frozen=True, eq=False)
+class EffortCurves:
+    """
+    The effort of a joint over t [N] s in one recording, N m or N; NaN where the joint rests.
+
+    recorded [N]; before, after [N]: recording less model without and with the findings.
+    """
+
+    joint: str
+    axis: str
+    t: Array
+    recorded: Array
+    before: Array
+    after: Array
+
+
+def effort_curves(verdict: RobotVerdict, joint: str) -> EffortCurves:
+    """Return the curves of a `joint` in the first recording of `verdict`."""
+    evidence, recording = verdict.evidence, verdict.evidence.recordings[0]
+    chain, count = recording.robot.chain, recording.tests.rows
+    j = chain.joints.index(joint)
+    sides = []
+    for y in (evidence.at[j].y, _closed(evidence, verdict.fit, j)):
+        rows = np.zeros(max(count, int(evidence.at[j].order.max(initial=-1)) + 1))
+        rows[evidence.at[j].order] = y
+        series = recording.tests.series(rows[:count])
+        sides.append(np.where(recording.tests.mask[:, j] > 0.5, series, np.nan))
+    return EffortCurves(joint, 'prismatic' if chain.links[j].slides else 'rotary',
+                        np.arange(len(sides[0])) / recording.rate, recording.joints[j].effort,
+                        *sides)
 
 
 def _not_tried(rows: Rows, laws: Sequence[Candidate]) -> dict[str, str]:

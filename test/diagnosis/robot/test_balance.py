@@ -83,6 +83,8 @@ def test_local_cosines_are_orthonormal():
     for s, start in enumerate(tests.starts):
         whole[s * per:(s + 1) * per, start:start + len(tests.value)] = tests.value.T
     np.testing.assert_allclose(whole @ whole.T, np.eye(tests.rows), atol=1e-9)
+    rows = np.random.default_rng(1).normal(size=tests.rows)
+    np.testing.assert_allclose(tests.series(rows), rows @ whole, atol=1e-12)
 
 
 def test_rate_is_tested_by_parts():

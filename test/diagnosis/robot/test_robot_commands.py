@@ -61,7 +61,10 @@ def test_pair_names_the_load_and_the_rubbing_joint(arm, out):
     assert after.coulomb[1] - before.coulomb[1] == pytest.approx(
         rubbing['values']['Cc_change'], rel=1e-4)
     page = (out / 'report.html').read_text()
-    assert 'kg more at flange' in page and '1. joint' in page
+    assert 'kg more at flange' in page
+    assert re.findall(r'>(joint.)</text>\n<text class="hit"[^>]*>([^<]+)<', page) == [
+        ('joint2', '+13 N m'), ('joint6', '+2.0 kg')]
+    assert re.search(r'class="added">\+ .*mass', page) and 'joint3, before and after' in page
 
 
 def test_all_keys_of_a_verdict_are_documented(out):
