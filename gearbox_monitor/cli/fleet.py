@@ -208,11 +208,12 @@ def finish(folder: Any, rows: Sequence[dict[str, Any]], key: str, results: Mappi
 
     """
     from gearbox_monitor.fleet.fleet_table import gearboxes
-    from gearbox_monitor.report.fleet_page import fleet_page, headline
+    from gearbox_monitor.report.fleet_page import CSV_NAME, fleet_csv, fleet_page, headline
     boxes = gearboxes(rows, services)
     status = Counter(row['status'] for row in rows)
     other_settings = sum(row['status'] == 'done' and row['settings'] != key for row in rows)
     written = folder.write_page(fleet_page(boxes, rows, status, other_settings))
+    folder.write_page(fleet_csv(boxes), CSV_NAME)
     failed = [row for row in rows if row['status'] == 'failed']
     answer = headline(boxes)
     return {

@@ -192,10 +192,10 @@ class FleetFolder:
         self._write(BAGS, lambda part: _write_table(rows, part))
         return rows
 
-    def write_page(self, html: str) -> Path:
-        """Write the fleet page `html`; return its path. Raises InputError."""
-        self._write(PAGE, lambda part: part.write_text(html, encoding='utf-8'))
-        return self.path / PAGE
+    def write_page(self, text: str, name: str = PAGE) -> Path:
+        """Write the `text` of the file `name`; return its path. Raises InputError."""
+        self._write(name, lambda part: part.write_text(text, encoding='utf-8'))
+        return self.path / name
 
     def _write(self, name: str, write: Callable[[Path], object]) -> None:
         """Let write(path) make the file `name`, completely or not at all."""

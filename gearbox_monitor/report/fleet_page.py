@@ -3,6 +3,8 @@
 
 """The page of a fleet: backlash of each gearbox over time, the most worn first; failed bags."""
 from collections.abc import Iterable, Mapping, Sequence
+import csv
+from io import StringIO
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -12,7 +14,8 @@ from gearbox_monitor.health.backlash.wear import when
 from gearbox_monitor.presentation import on_axis, percent
 from gearbox_monitor.report.builder import (
     advice, Page, page_summary, PageTable, render_page, Section)
-from gearbox_monitor.report.chart import BarRow, Bars, Chart, Mark, Panel, Trace
+from gearbox_monitor.report.chart import (
+    BarRow, Bars, Chart, Mark, Panel, range_of, Span, Trace)
 from gearbox_monitor.report.words import counted
 
 Gearbox: TypeAlias = Mapping[str, Any]  # of fleet.fleet_table.gearboxes
@@ -25,6 +28,8 @@ SIGMAS = 2.0  # of bands and whiskers
 # Features with a curve: noun, unit of a rotary axis.
 CURVES = {'gap': ('backlash', 'rad'), 'lost_motion': ('lost motion', 'rad'),
           'stiffness': ('stiffness', 'N m/rad'), 'hysteresis': ('hysteresis', 'N m')}
+SHOP = ('gearbox', 'level', 'what', 'since', 'limit about', 'limit earliest', 'serviced')
+CSV_NAME = 'fleet.csv'
 KINDS = {None: '', 'OK': 'good', 'WARN': 'warn', 'ERROR': 'error'}
 
 
@@ -44,8 +49,8 @@ def fleet_page(gearboxes: Sequence[Gearbox], bags: Sequence[Bag], counts: Mappin
 
     """
     sections: list[Section] = [
-        advice(next_steps(gearboxes, bags)), _ranking(gearboxes), _curves(gearboxes),
-        _table(gearboxes)]
+        advice(next_steps(gearboxes, bags)), _shop(gearboxes), _curves(gearboxes),
+        _ranking(gearboxes), _table(gearboxes)]
     if any(gearbox['diagnosis'] for gearbox in gearboxes):
         sections.append(_diagnoses(gearboxes))
     sections.append(bag_problems(bags, other_settings))
@@ -111,6 +116,40 @@ def limit_text(gearbox: Gearbox) -> str:
             f'(earliest {day(earliest)})')
 
 
+def shop_rows(gearboxes: Sequence[Gearbox]) -> list[tuple[str, ...]]:
+    """Return who, what, since when, until when and serviced when of each of `gearboxes`."""
+    rows = []
+    for gearbox in gearboxes:
+        since = [alert['since_ns'] for alert in gearbox['alerts'].values()]
+        marks = [f'{day(stamp)} {words}' for stamp, words in gearbox['marks'][-1:]]
+        expected, earliest = [*gearbox['features'][gearbox['feature']]['limit_ns'], None,
+                              None][:2]
+        rows.append((gearbox['gearbox'], gearbox['level'] or '', gearbox['summary'],
+                     day(min(since)) if since else '',
+                     day(expected) if expected is not None else '',
+                     day(earliest) if earliest is not None else '', *(marks or [''])))
+    return rows
+
+
+def fleet_csv(gearboxes: Sequence[Gearbox]) -> str:
+    """Return the table of `gearboxes` for the shop as CSV."""
+    out = StringIO()
+    csv.writer(out, lineterminator='\n').writerows([SHOP, *shop_rows(gearboxes)])
+    return out.getvalue()
+
+
+def _shop(gearboxes: Sequence[Gearbox]) -> Section:
+    """Return the table for the shop."""
+    return Section('fleet/shop.html', {
+        'table': PageTable(SHOP, [tuple(map(_unbroken_day, row)) for row in shop_rows(gearboxes)]),
+        'file': CSV_NAME}, 'For the shop')
+
+
+def _unbroken_day(text: str) -> str:
+    """Return `text` with hyphens, if it is a date, at which no line breaks."""
+    return text.replace('-', '\u2011') if text[:4].isdigit() else text
+
+
 def _summary(gearboxes: Sequence[Gearbox], counts: Mapping[str, int]) -> Section:
     """Return headline and figures of the `gearboxes` and the `counts` {status: bags}."""
     facts = [('gearboxes', str(len(gearboxes))), ('bags', str(sum(counts.values())))]
@@ -139,7 +178,7 @@ def _ranking(gearboxes: Sequence[Gearbox]) -> Section:
     top = max([0.05, *(row.interval[1] for row in rows if row.interval)])
     return Section('fleet/ranking.html', {
         'bars': Bars(rows, top=min(top, 1.0)), 'unlisted': len(gearboxes) - RANKED},
-        'Worst first')
+        'Growth', folded=True)
 
 
 def _curves(gearboxes: Sequence[Gearbox]) -> Section:
@@ -149,9 +188,11 @@ def _curves(gearboxes: Sequence[Gearbox]) -> Section:
     last = max((gearbox['points'][-1]['start'] for gearbox in measured), default=0.0)
     days = max((last - first) / DAY, 1.0)
     label = f'days since {day(first)}'
+    scales = {feature: _growth_span(measured, feature) for feature in CURVES}
     charts = [Chart(
         f'{gearbox["gearbox"]}: {gearbox["summary"]}',
-        [panel for feature in CURVES for panel in _panel(gearbox, feature, first)], label,
+        [panel for feature in CURVES for panel in _panel(
+            gearbox, feature, first, scales[feature])], label,
         [Mark((stamp - first) / DAY, words.split(',')[0], 'good')
          for stamp, words in gearbox['marks']], (-0.01 * days, 1.01 * days), zoom=False)
         for gearbox in measured[:DRAWN]]
@@ -159,8 +200,31 @@ def _curves(gearboxes: Sequence[Gearbox]) -> Section:
         'charts': charts, 'unlisted': len(measured) - DRAWN}, 'Over time')
 
 
-def _panel(gearbox: Gearbox, feature: str, first: float) -> list[Panel]:
-    """Return the panel of a `feature` over the days since `first`, none if no bag shows it."""
+def _growth_span(gearboxes: Sequence[Gearbox], feature: str) -> Span:
+    """Return the least and largest growth of a `feature`: the scale of all its panels."""
+    growths = [0.0]
+    for gearbox in gearboxes:
+        healthy = gearbox['features'][feature]['baseline']
+        if feature == gearbox['feature']:
+            growths.append(gearbox['limit'])
+        if healthy:
+            growths += [(mean + side * SIGMAS * std) / healthy - 1.0
+                        for point in gearbox['points'] if feature in point['means']
+                        for mean, std in (point['means'][feature],) for side in (-1.0, 1.0)]
+    return range_of(np.array(growths))
+
+
+def _panel(gearbox: Gearbox, feature: str, first: float, growth: Span) -> list[Panel]:
+    """
+    Return the panel of a feature, none if no bag shows it.
+
+    Args:
+        gearbox: whose feature.
+        feature: of CURVES.
+        first: ns at which the axis of days begins.
+        growth: least and largest, the scale of the panel.
+
+    """
     points = [point for point in gearbox['points'] if feature in point['means']]
     if not points or feature != gearbox['feature'] and feature in ('gap', 'lost_motion'):
         return []
@@ -168,13 +232,20 @@ def _panel(gearbox: Gearbox, feature: str, first: float) -> list[Panel]:
     y, std = np.array([point['means'][feature] for point in points]).T
     traces = [Trace(x, y, 'each bag', 'closed', dots=True,
                     band=(y - SIGMAS * std, y + SIGMAS * std))]
-    healthy = gearbox['features'][feature]['baseline']
+    healthy, limits = gearbox['features'][feature]['baseline'], None
     if healthy is not None and feature != 'hysteresis':  # held until the next bag: a jump is one
         judged = healthy * (1.0 + np.array([point['changes'][feature] for point in points]))
         traces.append(Trace(np.append(x, x[-1]), judged, 'as judged', 'nominal', step=True))
+    if healthy:
+        low, high = sorted(healthy * (1.0 + side) for side in growth)
+        limits = low, high
+    if healthy and feature == gearbox['feature']:
+        traces.append(Trace(x[[0, -1]], np.full(2, healthy * (1.0 + gearbox['limit'])),
+                            'limit', 'error'))
     noun, unit = CURVES[feature]
     unit = on_axis(unit, 'prismatic' if gearbox['unit'] == 'm' else 'rotary')
-    return [Panel(f'{noun} ({unit})', traces, height=150 if feature == gearbox['feature'] else 90)]
+    return [Panel(f'{noun} ({unit})', traces, limits=limits,
+                  height=150 if feature == gearbox['feature'] else 90)]
 
 
 def _table(gearboxes: Sequence[Gearbox]) -> Section:
@@ -193,15 +264,14 @@ def _table(gearboxes: Sequence[Gearbox]) -> Section:
             *(_unbroken(text) for text in (
                 gearbox['trust'], gearbox['model_level'],
                 f'{len(gearbox["points"])} of {gearbox["bags"]}')),
-            limit_text(gearbox), _unbroken(pace), days,
-            '; '.join(f'{words} on {day(stamp)}' for stamp, words in gearbox['marks'])])
+            _unbroken(pace), days])
     return Section('fleet/table.html', {
         'gearboxes': PageTable((
             'gearbox', 'newest backlash', 'growth', 'stiffness', 'friction', 'trust', 'model',
-            'measured in bags', 'limit', 'per year', 'recorded', 'service'), rows),
+            'measured in bags', 'per year', 'recorded'), rows),
         'unmeasured': PageTable(('never measured', 'missing in the newest bag'), [
             (gearbox['gearbox'], gearbox['not_excited']) for gearbox in gearboxes
-            if gearbox['not_excited']])}, 'All gearboxes')
+            if gearbox['not_excited']])}, 'All gearboxes', folded=True)
 
 
 def _unbroken(text: str) -> str:

@@ -2,10 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """The page of a fleet, of rows as fleet.fleet_table makes them."""
+import csv
+import re
+
+import numpy as np
 from pages import overflowing
 import pytest
 
-from gearbox_monitor.report.fleet_page import fleet_page, headline
+from gearbox_monitor.report.fleet_page import fleet_csv, fleet_page, headline
 
 DAY = 86_400_000_000_000
 T0 = 1_768_435_200_000_000_000  # 2026-01-15
@@ -49,6 +53,31 @@ def test_what_is_not_compared_is_never_good():
     assert headline([good, grey]) == 'No wear detected in 1 gearbox; 1 not compared.'
     worst = box('SN3', 0.3, 'ERROR', 'stiffness has dropped by 36.0 %')
     assert headline([worst, good]) == 'SN3: stiffness has dropped by 36.0 %.'
+
+
+def test_the_shop_reads_who_what_since_until_and_serviced():
+    worn = box('SN1', 0.23, 'WARN', 'backlash has grown by +15 %')
+    worn['alerts'] = {'gap.cusum': {'since_ns': T0 + 20 * DAY}}
+    worn['marks'] = [(T0 - 40 * DAY, 'new gear'), (T0 - 10 * DAY, 'grease, "X2"')]
+    worn['features']['gap']['limit_ns'] = [T0 + 200 * DAY, T0 + 90 * DAY]
+    rows = list(csv.reader(fleet_csv([worn, box('SN2', 0.2, 'OK')]).splitlines()))
+    assert rows[1] == ['SN1', 'WARN', 'backlash has grown by +15 %', '2026-02-04', '2026-08-03',
+                       '2026-04-15', '2026-01-05 grease, "X2"']
+    assert rows[2][3:] == [''] * 4
+    html = page(worn).replace('\u2011', '-')
+    assert html.index('2026-08-03') < html.index('2">Over time')
+    assert 'href="fleet.csv"' in html and 'class="mark good"' in html
+
+
+def test_equal_growth_is_equally_high_in_all_charts():
+    small, large = box('SN1', 0.23, 'OK'), box('SN2', 0.23, 'OK')
+    for feature in (large['features']['gap'], *(p['means'] for p in large['points'])):
+        for key in ('baseline', 'level', 'gap'):
+            if key in feature:
+                feature[key] = (10.0 * np.array(feature[key])).tolist()
+    ends = [tuple(map(float, pair)) for pair in re.findall(
+        r'data-low="([^"]+)" data-high="([^"]+)"', page(small, large))]
+    assert np.array(ends[1]) == pytest.approx(10.0 * np.array(ends[0]))
 
 
 @pytest.mark.parametrize('width', [1400, 700, 390])
