@@ -37,6 +37,7 @@ EXIT_CODES = {
     'compare': {0: 'done'},
     'check': {0: 'usable', 1: 'unsuitable for one of --for'},
     'report': {0: 'done'},
+    'open': {0: 'done'},
     'accept': {0: 'pass', 1: 'fail', 3: 'undecided: not excited, or too close to a limit'},
     'simulate': {0: 'done'},
     'describe': {0: 'all joints are read', 1: 'some are refused, or a value is doubted'},
@@ -71,6 +72,7 @@ GROUPS = {
         'check': ('check', 'show the contents of a recording and what it suits'),
         'describe': ('describe', "list the joints of a robot's file: what is read or refused"),
         'report': ('report', 'write one page about a recording'),
+        'open': ('open_', 'write the index of a folder: recordings, reports, diagnoses'),
         'explain': ('explain', 'explain an effect, a condition or a level')},
     'watch': {
         'watch': ('watch', 'learn a robot from its joint states, and say what changes'),

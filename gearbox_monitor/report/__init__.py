@@ -10,17 +10,18 @@ one file that loads nothing.
 Public names, by module:
 
     .: words
+    builder: Page, page_summary, render_page, Section
     chart: BarRow, Bars, Chart, LoopSlice, Panel, Plane, Trace
     diagnosis_evidence: gather, notable_windows, shows_place, whole_chart, window_chart
     diagnosis_page: diagnosis_page, PageContext
     explanation: ALL_CONDITIONS, Explanation, explanations
-    fleet_page: fleet_page, headline
+    fleet_page: CSV_NAME, fleet_csv, fleet_page, headline
     live_history: GearboxHistory, StatusAlert
     live_page: live_frame, LivePage, WatchNews
     plots: figure
     recording_charts: backlash_chart, overview, TrueTrajectory
     recording_page: figures, headline, recording_page, robot_page
-    robot_gap_page: robot_gap_page
+    robot_gap_page: by_effect, robot_gap_page, RobotContext
     robot_words: finding_words, reading_words, robot_headline, robot_text
     sentences: CHANGES, phrase, title
     summary: PLACES, summary

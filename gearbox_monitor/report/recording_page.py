@@ -226,7 +226,7 @@ def _input(timeline: Timeline, facts: RecordingFacts) -> Section:
         'chart': input_chart(timeline),
         'counts': PageTable(('counter', ''), [
             (name, count) for name, count in facts.counts.items() if count and name != 'starts'],
-            (1,))}, 'Input')
+            (1,))}, 'Input', folded=True)
 
 
 def _parameters(facts: RecordingFacts) -> Section:
@@ -240,7 +240,8 @@ def _parameters(facts: RecordingFacts) -> Section:
             (row.name, _value(values[row.name]), row.unit, row.description)
             for row in ESTIMATOR]),
         'model': json.dumps(facts.model.to_dict(), indent=1),
-        'versions': PageTable(('of', 'version'), facts.versions)}, 'Parameters and versions')
+        'versions': PageTable(('of', 'version'), facts.versions)}, 'Parameters and versions',
+        folded=True)
 
 
 def _value(value: object) -> str:

@@ -1,0 +1,123 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Write the index of a folder: its recordings with their reports and diagnoses, and its fleets.
+
+The page index.html in FOLDER links from a fleet to the report of each recording and on to its
+diagnosis, with the first sentence of each page. A recording without a page has the command that
+writes one. Run it again when there are new files; a browser opens where there is a screen.
+
+usage examples:
+  gearbox_monitor open archive
+  gearbox_monitor open . --json
+"""
+from argparse import ArgumentParser, Namespace
+from collections.abc import Iterator, Sequence
+from html import unescape
+import os
+from pathlib import Path
+import re
+import shlex
+from typing import Any, NamedTuple
+from urllib.parse import quote
+import webbrowser
+
+from gearbox_monitor.cli.options import show
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.recordings.reading import is_bag
+from gearbox_monitor.report.builder import Page, page_summary, render_page, Section
+from gearbox_monitor.report.words import counted
+
+INDEX = 'index.html'
+WRITER = '<meta name="generator" content="gearbox_monitor'
+HEAD = 400_000  # characters of a page that hold its title and first sentence
+
+
+class WrittenPage(NamedTuple):
+    """A page: its link from the index, title, kind (good, warn, error or '') and sentence."""
+
+    link: str
+    title: str
+    kind: str
+    headline: str
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Declare the options in `parser`."""
+    parser.add_argument('folder', metavar='FOLDER', help='with recordings and pages')
+    parser.add_argument('--json', action='store_true', help='print the list as JSON')
+
+
+def run(args: Namespace) -> int:
+    """Run the command with the options `args`; returns the exit code."""
+    folder = Path(args.folder)
+    if not folder.is_dir():
+        raise InputError(f'{folder}: no such folder, expected one with recordings or pages')
+    recordings = [path.relative_to(folder) for path in _bags(folder)]
+    pages = list(_pages(folder))
+    if not recordings and not pages:
+        raise InputError(f'{folder}: no recording and no page of gearbox_monitor, expected some')
+    index = folder / INDEX
+    try:
+        index.write_text(index_page(folder.resolve().name, recordings, pages), encoding='utf-8')
+    except OSError as error:
+        raise InputError(f'{index}: {error.strerror}, expected a writable file') from None
+    words = f'{counted(len(recordings), "recording")}, {counted(len(pages), "page")}'
+    if not args.json and (os.environ.get('DISPLAY') or os.environ.get('WAYLAND_DISPLAY')):
+        webbrowser.open(index.resolve().as_uri())
+    show(args, {'summary': words, 'page': str(index), 'recordings': list(map(str, recordings)),
+                'pages': [page._asdict() for page in pages]}, lambda: f'{words}\n{index}')
+    return 0
+
+
+def _bags(folder: Path) -> Iterator[Path]:
+    """Yield the bags below `folder`, not the files in them."""
+    for path in sorted(folder.iterdir()):
+        if path.name.startswith('.'):
+            continue
+        if path.suffix in ('', '.mcap', '.db3', '.bag') and is_bag(path):
+            yield path
+        elif path.is_dir() and not path.is_symlink():
+            yield from _bags(path)
+
+
+def _pages(folder: Path) -> Iterator[WrittenPage]:
+    """Yield the pages of gearbox_monitor below `folder` but the index."""
+    for path in sorted(folder.rglob('*.html')):
+        with open(path, encoding='utf-8', errors='replace') as file:
+            text = file.read(HEAD)
+        title, lead = (re.search(pattern, text, re.DOTALL) for pattern in (
+            '<title>(.*?)</title>', '<p class="lead">(.*?)</p>'))
+        if WRITER in text and title and lead and path.name != INDEX:
+            kind = re.search('class="verdict ?([a-z]*)"', text)
+            words = re.sub('<span class="badge">.*?</span>|<[^>]+>', '', lead[1])
+            yield WrittenPage(quote(path.relative_to(folder).as_posix()), unescape(title[1]),
+                              kind[1] if kind else '', unescape(words).strip())
+
+
+def index_page(name: str, recordings: Sequence[Path], pages: Sequence[WrittenPage]) -> str:
+    """
+    Return the index as HTML.
+
+    Args:
+        name: of the folder.
+        recordings: paths from the folder.
+        pages: in it.
+
+    """
+    rows, linked = list[dict[str, Any]](), set[WrittenPage]()
+    for path in recordings:
+        own = [page for page in pages if page.title.split(' ')[0] != 'Fleet'
+               and path.name in re.split('[ ,/]+', page.title)]
+        linked.update(own)
+        rows.append({'name': str(path), 'pages': own,
+                     'command': f'gearbox_monitor report {shlex.quote(str(path))}'})
+    raised = [page for kind in ('error', 'warn') for page in pages if page.kind == kind]
+    first = raised[0] if raised else None
+    return render_page(Page(f'Index of {name}', page_summary(
+        first.kind if first else '', f'{first.title}: {first.headline}' if first else
+        f'{counted(len(recordings), "recording")}; no page raises anything.'), [
+            Section('index.html', {'pages': [p for p in pages if p not in linked], 'rows': ()},
+                    'Fleets and other pages'),
+            Section('index.html', {'pages': (), 'rows': rows}, 'Recordings')]))
