@@ -106,9 +106,8 @@ class DiagnosisEvidence:
 
     axis: of the model; labels {quantity: words with unit}; overlay: nominal model first; windows:
     (words, window) of those to show; maps {quantity: maps of the residual in sigma, one per run};
-    missing: None without a gap; matrix: (ids, s2 [A, A]) or None; separations: {id: (d, {rival:
-    s2})} of diagnosis.joint.isolability. placed: whether the recording shows where an effect acts:
-    both encoders, or one of a rigid drive.
+    missing: None without a gap; matrix: (ids, s2 [A, A]) or None; placed: whether the recording
+    shows where an effect acts: both encoders, or one of a rigid drive.
     """
 
     axis: str
@@ -118,7 +117,6 @@ class DiagnosisEvidence:
     maps: Mapping[str, Sequence[BinnedMap]]
     missing: MissingSignal | None
     matrix: tuple[list[str], Array] | None
-    separations: Mapping[str, tuple[float, Mapping[str, float]]]
     placed: bool
 
 
@@ -152,8 +150,7 @@ def gather(verdict: Verdict, model: DriveModel) -> DiagnosisEvidence:
     return DiagnosisEvidence(
         model.axis, {name: on_axis(_label(name, recording), model.axis) for name in motion}, laid,
         notable_windows(laid), maps, missing,
-        distinguishable(basis, data), basis.separations,
-        shows_place(recording, model))
+        distinguishable(basis, data), shows_place(recording, model))
 
 
 def shows_place(recording: UniformRecording, model: DriveModel) -> bool:

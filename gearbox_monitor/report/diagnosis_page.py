@@ -24,7 +24,6 @@ from gearbox_monitor.signals.uniform import UniformRecording
 
 VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a verdict
 RANKED = 10
-RIVALS = 6
 NOISE_RANGE = (0.9, 1.5)  # gaps that are always in view: noise must not look large
 
 
@@ -220,23 +219,7 @@ def _ranking(data: VerdictData, evidence: DiagnosisEvidence) -> Section:
         'names': evidence.matrix[0], 'shares': (100.0 * evidence.matrix[1]).tolist()}
     return Section('diagnosis/ranking.html', {
         'gains': Bars(rows), 'has_effect': has_effect, 'rivals': rivals, 'close': close,
-        'imitators': _imitators(evidence.separations), 'matrix': matrix,
-        'limit': THRESHOLDS.isolable}, 'Which effect', folded=True)
-
-
-def _imitators(separations: Mapping[str, tuple[float, Mapping[str, float]]]
-               ) -> list[dict[str, Any]]:
-    """Return each effect, its evidence d, and the part that its nearest imitators leave."""
-    imitators = []
-    for name, (d, shares) in separations.items():
-        nearest = sorted(shares.items(), key=lambda item: item[1])[:RIVALS]
-        if nearest:
-            table = PageTable(('effect', 's2', 'd s2', ''), [
-                (rival, f'{s2:.3f}', number(d * s2),
-                 '' if d * s2 > THRESHOLDS.isolable else 'too close')
-                for rival, s2 in nearest], (1, 2))
-            imitators.append({'effect': name, 'evidence': d, 'shares': table})
-    return imitators
+        'matrix': matrix}, 'Which effect', folded=True)
 
 
 def _values(data: VerdictData, axis: str) -> Section:

@@ -14,13 +14,11 @@ from gearbox_monitor.health.backlash.wear import when
 from gearbox_monitor.presentation import on_axis, percent
 from gearbox_monitor.report.builder import (
     advice, Page, page_summary, PageTable, render_page, Section)
-from gearbox_monitor.report.chart import (
-    BarRow, Bars, Chart, Mark, Panel, range_of, Span, Trace)
+from gearbox_monitor.report.chart import Chart, Mark, Panel, range_of, Span, Trace
 from gearbox_monitor.report.words import counted
 
 Gearbox: TypeAlias = Mapping[str, Any]  # of fleet.fleet_table.gearboxes
 Bag: TypeAlias = Mapping[str, Any]      # a row of the table of bags
-RANKED = 30   # gearboxes with a bar
 DRAWN = 24    # with a chart
 LISTED = 500  # bags in the table of those that need a look
 DAY, YEAR = 86400e9, 365.25 * 86400.0
@@ -50,7 +48,7 @@ def fleet_page(gearboxes: Sequence[Gearbox], bags: Sequence[Bag], counts: Mappin
     """
     sections: list[Section] = [
         advice(next_steps(gearboxes, bags)), _shop(gearboxes), _curves(gearboxes),
-        _ranking(gearboxes), _table(gearboxes)]
+        _table(gearboxes)]
     if any(gearbox['diagnosis'] for gearbox in gearboxes):
         sections.append(_diagnoses(gearboxes))
     sections.append(bag_problems(bags, other_settings))
@@ -107,21 +105,13 @@ def width_text(gearbox: Gearbox) -> str:
     return str(width_of(width['level'], width['level_std'] or 0.0, gearbox['unit']))
 
 
-def limit_text(gearbox: Gearbox) -> str:
-    """Return when `gearbox` will reach its limit, '' if no trend says so."""
-    expected, earliest = [*gearbox['features'][gearbox['feature']]['limit_ns'], None, None][:2]
-    if expected is None or earliest is None:
-        return ''
-    return (f'reaches its limit of {100 * gearbox["limit"]:+.0f} % about {day(expected)} '
-            f'(earliest {day(earliest)})')
-
-
 def shop_rows(gearboxes: Sequence[Gearbox]) -> list[tuple[str, ...]]:
     """Return who, what, since when, until when and serviced when of each of `gearboxes`."""
     rows = []
     for gearbox in gearboxes:
         since = [alert['since_ns'] for alert in gearbox['alerts'].values()]
-        marks = [f'{day(stamp)} {words}' for stamp, words in gearbox['marks'][-1:]]
+        marks = [f'{day(stamp)} {words.removeprefix("serviced, ")}'
+                 for stamp, words in gearbox['marks'][-1:]]
         expected, earliest = [*gearbox['features'][gearbox['feature']]['limit_ns'], None,
                               None][:2]
         rows.append((gearbox['gearbox'], gearbox['level'] or '', gearbox['summary'],
@@ -162,23 +152,6 @@ def _summary(gearboxes: Sequence[Gearbox], counts: Mapping[str, int]) -> Section
     level = next((level for level in ('ERROR', 'WARN') if level in levels),
                  'OK' if levels and None not in levels else None)
     return page_summary(KINDS[level], headline(gearboxes), facts)
-
-
-def _ranking(gearboxes: Sequence[Gearbox]) -> Section:
-    """Return the change of the backlash of each gearbox as a bar."""
-    rows = []
-    for gearbox in gearboxes[:RANKED]:
-        feature = gearbox['features'][gearbox['feature']]
-        change, std = feature['change'], feature['change_std']
-        interval = None if change is None or std is None else (
-            change - SIGMAS * std, change + SIGMAS * std)
-        note = '; '.join(filter(None, (width_text(gearbox), limit_text(gearbox))))
-        role = 'nominal' if gearbox['level'] in ('WARN', 'ERROR') else 'closed faint'
-        rows.append(BarRow(gearbox['gearbox'], note, change, growth_text(feature), role, interval))
-    top = max([0.05, *(row.interval[1] for row in rows if row.interval)])
-    return Section('fleet/ranking.html', {
-        'bars': Bars(rows, top=min(top, 1.0)), 'unlisted': len(gearboxes) - RANKED},
-        'Growth', folded=True)
 
 
 def _curves(gearboxes: Sequence[Gearbox]) -> Section:

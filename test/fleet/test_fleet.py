@@ -6,6 +6,7 @@ from dataclasses import asdict
 import json
 import os
 from pathlib import Path
+import re
 import shutil
 import signal
 import subprocess
@@ -33,7 +34,7 @@ from gearbox_monitor.recordings.examples import ExampleMotion, write_example_bag
 from gearbox_monitor.recordings.read import open_bag
 from gearbox_monitor.recordings.replay import replay
 from gearbox_monitor.recordings.write import BagWriter
-from gearbox_monitor.report.fleet_page import fleet_page
+from gearbox_monitor.report.fleet_page import fleet_csv, fleet_page
 
 ROOT = Path(__file__).parents[2]
 DAY = 86400
@@ -140,7 +141,8 @@ def test_each_bag_has_its_row(archive, whole):
     assert odd['copy']['duplicate_of'] == f'{archive}/0002/run_1'
     assert {status: summary[status] for status in ('done', 'failed', 'duplicate', 'skipped')} == {
         'done': 50, 'failed': 9, 'duplicate': 1, 'skipped': 0}
-    assert {path.name for path in out.iterdir()} == {'bags.parquet', 'parts', 'fleet.html'}
+    assert {path.name for path in out.iterdir()} == {
+        'bags.parquet', 'parts', 'fleet.html', 'fleet.csv'}
     assert len(list((out / 'parts').iterdir())) == 60 - summary['to_be_tried_again'] == 58
 
 
@@ -445,8 +447,9 @@ def test_jumps_are_jumps_ramps_reach_their_limit_and_all_features_are_watched():
     assert calm['level'] == 'OK' and 'no wear detected' in calm['summary']
     passing, = gearboxes(history(lambda day: 0.5 * (8 <= day < 11)))
     assert passing['level'] == 'OK' and not passing['alerts']
-    html = fleet_page([jump, ramp, soft], [], {'done': 60}, 0)
-    assert 'reaches its limit of +25 % about 20' in html and '(earliest 20' in html
+    rows = fleet_csv([jump, ramp, soft]).splitlines()
+    assert re.search(r',2023-\d\d-\d\d,202\d-\d\d-\d\d,2023-\d\d-\d\d,$', rows[2])
+    assert rows[1].endswith(',,,') and rows[3].endswith(',,,')
 
 
 def test_one_bag_is_grey_and_never_ok():
@@ -465,7 +468,7 @@ def test_a_service_begins_a_new_baseline_and_is_a_mark():
     assert box['marks'] == [[date, 'serviced, gear replaced']]
     assert box['level'] == 'WARN' and box['features']['gap']['change'] == pytest.approx(
         1.02 / 0.9 - 1.0, abs=0.01)
-    assert 'serviced, gear replaced on 2023-11-24' in fleet_page([box], [], {'done': 22}, 0)
+    assert '2023\u201111\u201124 gear replaced' in fleet_page([box], [], {'done': 22}, 0)
     before, = gearboxes([row for row in rows if row['start'] < date])
     assert before['level'] == 'ERROR' and before['marks'] == []
 
