@@ -30,9 +30,8 @@ import numpy as np
 DOCS = Path(__file__).resolve().parent
 sys.path.insert(0, str(DOCS.parent))
 
-from gearbox_monitor.estimation.estimates import Samples  # noqa: E402
+from gearbox_monitor.estimation.estimates import Estimates, Samples  # noqa: E402
 from gearbox_monitor.files.opening import config_path, load_robot  # noqa: E402
-from gearbox_monitor.ros.diagnostic_keys import published  # noqa: E402
 from gearbox_monitor.health.monitor import Monitor  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
 from gearbox_monitor.plant.faults import Excitation, Faults, FaultyPlant  # noqa: E402
@@ -40,9 +39,13 @@ from gearbox_monitor.plant.simulate import Noise  # noqa: E402
 from gearbox_monitor.recordings.topics import signal_values, SIGNALS  # noqa: E402
 from gearbox_monitor.report.live_history import GearboxHistory, StatusAlert  # noqa: E402
 from gearbox_monitor.report.live_page import live_frame, LivePage  # noqa: E402
+from gearbox_monitor.report.recording_page import recording_page  # noqa: E402
+from gearbox_monitor.report.timeline import (  # noqa: E402
+    MonitorFollower, RecordingFacts, Timeline)
 from gearbox_monitor.report.watch_page import watch_page  # noqa: E402
 from gearbox_monitor.report.watch_words import watch_data  # noqa: E402
 from gearbox_monitor.robot.arm_plant import GapGrowth, WorkingArm  # noqa: E402
+from gearbox_monitor.ros.diagnostic_keys import published  # noqa: E402
 from gearbox_monitor.ros.live_node import EventServer  # noqa: E402
 from gearbox_monitor.watch.block import Cutter  # noqa: E402
 from gearbox_monitor.watch.fold import begin, step  # noqa: E402
@@ -222,9 +225,16 @@ def watch(folder: Path) -> Iterator[str]:
 
 
 @contextmanager
-def live(folder: Path) -> Iterator[str]:
-    """Yield the address of the live page of a simulated gearbox at the moment of its alert."""
-    seconds = 90
+def index(folder: Path) -> Iterator[str]:
+    """Yield the address of the index of a folder with a recording and its page."""
+    run('example run --seconds 20 --rate 500', folder)
+    run('report run --model run.drive.yaml', folder)
+    run('open .', folder)
+    yield (folder / 'index.html').as_uri()
+
+
+def worn_gearbox(seconds: int) -> Iterator[tuple[Samples, Estimates, Monitor]]:
+    """Yield each second of a simulated gearbox whose backlash grows after 40 s."""
     model, rate = DriveModel(), 500
     t = np.arange(seconds * rate) / rate
     plant = FaultyPlant(model, Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)), 5,
@@ -234,13 +244,34 @@ def live(folder: Path) -> Iterator[str]:
     monitor = Monitor(model, {
         'arm_load': 'none', 'drift_window': 2.0, 'false_alarm_interval': 86400.0,
         'angle_bin': 0.0, 'speed_bin': 1.0, 'load_bin': 1.0})
-    gearbox = GearboxHistory('elbow')
-    began, wears = time.monotonic() - seconds, False
     for second in range(seconds):
         part = slice(rate * second, rate * (second + 1))
-        estimates = monitor.run(Samples(
-            stamps[part], np.column_stack([drive.u, np.full(len(t), np.nan)])[part],
-            drive.y[part]))
+        samples = Samples(stamps[part], np.column_stack(
+            [drive.u, np.full(len(t), np.nan)])[part], drive.y[part])
+        yield samples, monitor.run(samples), monitor
+
+
+@contextmanager
+def report(folder: Path) -> Iterator[str]:
+    """Yield the address of the page of a worn gearbox."""
+    line, follower = Timeline(10.0), None
+    for samples, estimates, monitor in worn_gearbox(90):
+        follower = follower or MonitorFollower(monitor, line)
+        line.add_inputs(samples.stamp_ns, samples.u[:, 0])
+        follower.take(estimates)
+    line.finish()
+    facts = RecordingFacts(False, monitor.model, monitor.parameters)
+    (folder / 'page.html').write_text(
+        recording_page(line, facts, 'joint3', 'joint3'), encoding='utf-8')
+    yield (folder / 'page.html').as_uri()
+
+
+@contextmanager
+def live(folder: Path) -> Iterator[str]:
+    """Yield the address of the live page of a simulated gearbox at the moment of its alert."""
+    seconds, gearbox = 90, GearboxHistory('elbow')
+    began, wears = time.monotonic() - seconds, False
+    for second, (_, estimates, monitor) in enumerate(worn_gearbox(seconds)):
         stamp, values = signal_values(SMOOTHED, estimates, 1.0)
         gearbox.add_motion(stamp, np.column_stack([values['position'], values['effort']]))
         for name, outcome in monitor.outcomes.items():
@@ -264,11 +295,11 @@ def live(folder: Path) -> Iterator[str]:
 
 @dataclass(frozen=True)
 class Picture:
-    """What is drawn: the top of a page, `width` x `height` pixels."""
+    """What is drawn: the top of a page, `width` x `height` pixels; 0: it is checked alone."""
 
     page: Callable[[Path], AbstractContextManager[str]]
-    width: int
-    height: int
+    width: int = 0
+    height: int = 0
     ready: str = 'true'
 
 
@@ -277,7 +308,9 @@ PICTURES = {
     'robot_gap.png': Picture(robot_gap, 1000, 1010),
     'live.png': Picture(live, 1000, 1275, ready='!!document.querySelector("#condition0")'),
     'mujoco.png': Picture(mujoco, 1000, 820),
-    'fleet.png': Picture(fleet, 1000, 760)}
+    'fleet.png': Picture(fleet, 1000, 1290),
+    'report.png': Picture(report, 1000, 1300),
+    'index': Picture(index)}
 
 
 def draw(browser: Browser, name: str, folder: Path) -> list[str]:
@@ -288,6 +321,8 @@ def draw(browser: Browser, name: str, folder: Path) -> list[str]:
             browser.show(address, width, 900, scheme, picture.ready)
             faults += [f'{name}: {width} px, {scheme}: {fault}'
                        for fault in browser.value(FAULTS)]
+        if not picture.width:
+            return faults
         browser.show(address, picture.width, picture.height, 'light', picture.ready)
         data = browser.picture(picture.width, picture.height)
     if len(data) > LIMIT:

@@ -50,8 +50,8 @@ def recording_page(timeline: Timeline, facts: RecordingFacts, name: str, bag: st
     """
     axis = facts.model.axis
     return render_page(Page(f'Recording {name}', _summary(timeline, facts), (
-        advice(next_steps(timeline, facts, bag)), _loops(timeline, axis),
-        _backlash(timeline, axis), _trust(timeline), _errors(timeline, axis),
+        advice(next_steps(timeline, facts, bag)), _backlash(timeline, axis),
+        _loops(timeline, axis), _trust(timeline), _errors(timeline, axis),
         _torque(timeline, axis), _input(timeline, facts), _parameters(facts)), axis))
 
 

@@ -65,7 +65,7 @@ def test_the_shop_reads_who_what_since_until_and_serviced():
                        '2026-04-15', '2026-01-05 grease, "X2"']
     assert rows[2][3:] == [''] * 4
     html = page(worn).replace('\u2011', '-')
-    assert html.index('2026-08-03') < html.index('2">Over time')
+    assert html.index('2026-08-03') < html.index('id="s2"')
     assert 'href="fleet.csv"' in html and 'class="mark good"' in html
 
 
