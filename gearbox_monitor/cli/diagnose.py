@@ -189,8 +189,6 @@ def _changes(args: Namespace, verdict: Verdict, validation: UniformRecording | N
     if validation is not None:
         data['validation'] = plain(closed_model.validate(
             validation, basis.model, written, basis.sigma))
-    if (data['closed_fraction'] or 0.0) < 0.0:
-        data |= {'closed_fraction': None, 'closed_fraction_ci': None}
     data['file_changes'] = [change._asdict() for change in file.patch.changes]
     data['lacking'] = [f'{row.id}: {row.words}' for row in file.lacking]
     return [*(f'{Path(args.model).name}: {change.words}' for change in file.patch.changes),
