@@ -15,7 +15,7 @@ AXES, LENGTH, MASS = ('0 0 1', '0 1 0', '0 1 0'), (0.15, 0.4, 0.35), (8.0, 6.0, 
 NAMES = ['joint1', 'joint2', 'joint3']
 BLOCK, RATE, START = 20, 100, 1_700_000_000 * SECOND
 DRY, WET = np.array([4.0, 6.0, 3.0]), np.array([3.0, 4.0, 2.0])
-AT = np.array([0.0, 0.02, 0.3])
+AT, PLACE = np.array([0.0, 0.02, 0.3]), np.array([0.05, 0.0, 0.8 * LENGTH[1]])
 
 
 def urdf(masses=MASS):
@@ -33,13 +33,18 @@ def urdf(masses=MASS):
 
 
 class Arm:
-    """An arm that moves between postures; its load (kg), friction and gains may change."""
+    """
+    An arm that moves between postures; its load (kg), friction and gains may change.
+
+    added: kg at PLACE of link 2.
+    """
 
     def __init__(self, seed=3):
         text = urdf([m * x for m, x in zip(MASS, (1.05, 0.96, 1.03))])
         self.chain = chain_of(parse(text, 'arm', {}), joint_losses(text, 'arm'))
         self.rng = np.random.default_rng(seed)
         self.load, self.friction, self.gain, self.still = 0.0, np.ones(3), np.ones(3), ()
+        self.added = 0.0
         self.goals, self.noise, self.number = self.rng.uniform(-1.0, 1.0, (5, 3)), 0.1, 0
         self.at = np.zeros(3)
 
@@ -54,6 +59,7 @@ class Arm:
         curve = CubicSpline(knots, goals, bc_type='clamped')
         q, v, theta = curve(t), curve(t, 1), self.chain.theta.copy()
         theta[-1] += inertial(self.load, AT, np.zeros((3, 3))) if self.load else 0.0
+        theta[1] += inertial(self.added, PLACE, np.zeros((3, 3)))
         momentum, effort = np.zeros_like(q), np.zeros_like(q)
         for r in self.chain.regressors(q, v):
             momentum[:, r.joint] += r.p @ theta[r.link]

@@ -26,7 +26,7 @@ from typing import Any
 from gearbox_monitor.cli.inputs import add_root_argument
 from gearbox_monitor.cli.options import JSON_FILE_HELP, show
 from gearbox_monitor.files.yaml_files import expect_new_file
-from gearbox_monitor.robot.plausibility import implausible
+from gearbox_monitor.robot.plausibility import implausible, implausible_limits
 from gearbox_monitor.simulators.mjcf_file import compiled_file, read_file, RobotFile
 from gearbox_monitor.simulators.user_simulator import (
     joint_readings, JointReading, NONE, SERVO, SPEED, TORQUE)
@@ -61,27 +61,9 @@ def run(args: Namespace) -> int:
 
 def doubts_of(file: RobotFile) -> list[str]:
     """Return a line for each value of a robot's `file` that cannot be true."""
-    doubts = implausible(file.compiled)
-    for joint in file.document.root.children if file.document.root.tag == 'robot' else ():
-        # MuJoCo reads none of these: it takes a range or an effort of 0 for no limit.
-        if joint.attributes.get('type') not in ('revolute', 'prismatic', 'continuous'):
-            continue
-        where = f'joint {joint.attributes.get("name", "")}'
-        for values in (e.attributes for e in joint.children if e.tag == 'limit'):
-            doubts += [f'{where}: {key} limit 0: state what the drive gives'
-                       for key in ('effort', 'velocity') if _is_zero(values.get(key, ''))]
-            if joint.attributes['type'] != 'continuous' and all(
-                    _is_zero(values.get(key, '0')) for key in ('lower', 'upper')):
-                doubts.append(f'{where}: range 0 to 0: state the travel, or type="continuous"')
-    return doubts
-
-
-def _is_zero(value: str) -> bool:
-    """Return whether a `value` of an attribute is the number 0."""
-    try:
-        return float(value) == 0.0
-    except ValueError:
-        return False
+    document, path = file.document, str(file.path)
+    return implausible(file.compiled) + (
+        implausible_limits(document.data, path) if document.root.tag == 'robot' else [])
 
 
 def as_data(file: RobotFile, readings: Sequence[JointReading]) -> dict[str, Any]:

@@ -190,7 +190,8 @@ def learn_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
     Raises:
         InputError: as of `robot_logs`; or the file is of another robot.
     """
-    return _learnt(logs, robot, recorded, topic, reading, progress)[:2]
+    knowledge, notes, _ = _learnt(logs, robot, recorded, topic, reading, progress)
+    return knowledge, _remarks(robot.file) + notes
 
 
 def _learnt(logs: str | Path | Sequence[str | Path], robot: Robot,
@@ -260,7 +261,7 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
     model = robot_model(file, values, knowledge is not None)
     read = robot_logs(logs, robot, recorded=recorded, topic=topic, reading=reading,
                       learnt=knowledge is not None)
-    notes += [*_unread(file), *(f'{log.name}: {note}' for log in read for note in log.notes)]
+    notes += [*_remarks(file), *(f'{log.name}: {note}' for log in read for note in log.notes)]
     read, readings = as_named(read, robot, reading, floor)
     if knowledge is not None:
         if knowledge.kind != read[0].kind:
@@ -295,10 +296,11 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
                           tuple(data['lacking']))
 
 
-def _unread(file: ChainFile) -> list[str]:
-    """Return a note on each joint of a robot's `file` that its balance has not."""
-    return [f'{joint}: moves no mass in {file.path.name}: it is taken for fixed and not judged'
-            for joint in file.unread]
+def _remarks(file: ChainFile) -> list[str]:
+    """Return a note on each doubt of a robot's `file`, and each joint that its balance has not."""
+    return [*(f'{file.path.name}: {doubt}' for doubt in file.doubts),
+            *(f'{joint}: moves no mass in {file.path.name}: it is taken for fixed and not judged'
+              for joint in file.unread)]
 
 
 def check_robot(log: str | Path, robot: Robot, *, recorded: Mapping[str, str] | None = None,
@@ -323,7 +325,7 @@ def check_robot(log: str | Path, robot: Robot, *, recorded: Mapping[str, str] | 
         f'samples/s in {counted(len(checked.sections), "part")}', values={
             'seconds': checked.seconds, 'rate_hz': checked.rate,
             'parts': len(checked.sections)})]
-    for note in (*_unread(robot.file), *checked.notes):
+    for note in (*_remarks(robot.file), *checked.notes):
         joint, colon, words = note.partition(': ')
         of_joint = bool(colon) and joint in robot.joints
         advice, grade = '', WARN

@@ -109,7 +109,7 @@ def watch_headline(watch: Watch) -> str:
 def watch_text(watch: Watch) -> str:
     """Return the watch in some lines, the answer first."""
     lines = [watch_headline(watch)]
-    lines += [f'  {words}' for words in readings_of(watch)]
+    lines += [f'  {words}' for words in (*watch.doubts, *readings_of(watch))]
     if watch.phase == WATCH:
         lines += [f'  {payload_words(p)}' for p in watch.payloads]
         lines += [f'  earlier: {change_words(c)}' for c in watch.changes if c.over_ns][-3:]
@@ -117,7 +117,7 @@ def watch_text(watch: Watch) -> str:
             own = ', '.join(f'{NOUNS[s.kind]} {size_words(s)}' for s in joint.states if s.judged)
             lines.append(f'  {joint.name}: ' + (f'not judged: {joint.why}' if joint.level is None
                                                 else own))
-    return '\n'.join(lines[:15])
+    return '\n'.join(lines[:20])
 
 
 def problem_words(problem: str) -> str:
@@ -145,7 +145,8 @@ def watch_data(watch: Watch) -> dict[str, Any]:
         'summary': watch_headline(watch), 'phase': watch.phase, 'stamp_ns': watch.stamp_ns,
         'verdict': 'effect' if found else 'none' if watch.level is not None else 'undecided',
         'findings': [_finding(c) for c in found], 'remainder': None, 'remainders': [],
-        'not_judged': silent, 'cautions': list(watch.notes), 'readings': readings_of(watch),
+        'not_judged': silent, 'cautions': [*watch.doubts, *watch.notes],
+        'readings': readings_of(watch),
         'level': None if watch.level is None else int(watch.level),
         'joints': {j.name: {
             'level': None if j.level is None else int(j.level), 'why': j.why,

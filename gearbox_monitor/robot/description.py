@@ -97,6 +97,23 @@ def parse(text: str, source: str, locked: Mapping[str, float] | None = None,
     return description
 
 
+def own_joints(text: str, source: str) -> dict[str, bool]:
+    """
+    Return {joint that moves by itself: whether others mimic it}.
+
+    Args:
+        text: of a URDF.
+        source: its name, for messages.
+
+    Raises:
+        InputError: it is no URDF.
+    """
+    joints = [x for x in expanded_root(text, source).findall('joint') if x.get('type') in MOVABLE]
+    leaders = {mimic.get('joint') for x in joints for mimic in x.findall('mimic')}
+    return {x.get('name', ''): x.get('name') in leaders
+            for x in joints if x.find('mimic') is None}
+
+
 def expanded_root(text: str | bytes, source: str) -> ElementTree.Element:
     """
     Return the root of a URDF without anything that xacro has to expand.

@@ -7,13 +7,16 @@ Find masses, centres, inertias and limits in a robot's file that no robot has, w
 Each body is compared with its neighbours and with the lengths of the robot. Bodies that are fixed
 to each other count as one.
 """
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.robot.chain import body_of, Chain
 from gearbox_monitor.robot.compiled_model import at_rest, mujoco_module, name_of
+from gearbox_monitor.robot.description import expanded_root, MOVABLE
 
 
 @dataclass(frozen=True)
@@ -53,7 +56,7 @@ class _Body:
     name: str
     mass: float
     carrier: int
-    carried: list[int]
+    carried: Sequence[int]
     length: float
     off: float
     radius: float
@@ -61,12 +64,55 @@ class _Body:
 
 def implausible(m: Any) -> list[str]:
     """Return a line for each value of a mujoco.MjModel `m` that cannot be true, with a remedy."""
-    bodies = _bodies(m)
-    longest = max([0.0, *(body.length for body in bodies.values())])
+    return _of_bodies(_bodies(m)) + _of_limits(m)
+
+
+def implausible_links(chain: Chain) -> list[str]:
+    """Return a line for each link of a `chain` that cannot be true, with a remedy."""
+    carried = [[k for k, x in enumerate(chain.links) if x.parent == i]
+               for i in range(len(chain.links))]
+    bodies = {}
+    for i, (link, own) in enumerate(zip(chain.links, carried)):
+        off, radius = np.nan, 0.0
+        if link.mass > LIMITS.absent:
+            _, centre, inertia = body_of(link.theta)
+            radius = float(np.sqrt(np.linalg.eigvalsh(inertia)[-1] / link.mass))
+            if not link.slides:
+                off = float(np.linalg.norm(np.cross(link.axis, centre)))
+        length = max([0.0, *(float(np.linalg.norm(chain.links[k].origin)) for k in own)])
+        bodies[i] = _Body(link.name, link.mass, link.parent, own, length, off, radius)
+    return _of_bodies(bodies)
+
+
+def implausible_limits(urdf: str | bytes, source: str) -> list[str]:
+    """Return a line for each limit in a `urdf` that is 0; MuJoCo takes some of them for none."""
     lines = []
-    for body in bodies.values():
-        lines += _of_mass(body, bodies) + _of_size(body, longest)
-    return lines + _of_limits(m)
+    for joint in expanded_root(urdf, source).findall('joint'):
+        if joint.get('type') not in MOVABLE:
+            continue
+        where = f'joint {joint.get("name", "")}'
+        for limit in joint.findall('limit'):
+            lines += [f'{where}: {key} limit 0: state what the drive gives'
+                      for key in ('effort', 'velocity') if _is_zero(limit.get(key, ''))]
+            if joint.get('type') != 'continuous' and all(
+                    _is_zero(limit.get(key, '0')) for key in ('lower', 'upper')):
+                lines.append(f'{where}: range 0 to 0: state the travel, or type="continuous"')
+    return lines
+
+
+def _is_zero(value: str) -> bool:
+    """Return whether a `value` of an attribute is the number 0."""
+    try:
+        return float(value) == 0.0
+    except ValueError:
+        return False
+
+
+def _of_bodies(bodies: dict[int, _Body]) -> list[str]:
+    """Return what is wrong with bodies, by number."""
+    longest = max([0.0, *(body.length for body in bodies.values())])
+    return [line for body in bodies.values()
+            for line in _of_mass(body, bodies) + _of_size(body, longest)]
 
 
 def _bodies(m: Any) -> dict[int, _Body]:

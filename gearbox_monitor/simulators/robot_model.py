@@ -24,6 +24,8 @@ from gearbox_monitor.robot.compiled_model import (
     actuator_law, actuator_losses, actuators_on, disabled, ends_of, mujoco_module, name_of,
     scalar_joints, tendon_forces, undecided_of_robot, Unread)
 from gearbox_monitor.robot.description import LOCKED_IN_VALUES, parse
+from gearbox_monitor.robot.plausibility import (
+    implausible, implausible_limits, implausible_links)
 from gearbox_monitor.simulators.compiling import compiled_model
 from gearbox_monitor.simulators.mjcf_file import read_file
 from gearbox_monitor.simulators.xml_edit import parse_xml
@@ -39,7 +41,7 @@ class ChainFile:
     digest: hash of the file and of `locked`; compiled: mujoco.MjModel of an MJCF, None of a URDF;
     root: folder of files that an MJCF names, None for its own; locked {joint: position, rad or m}:
     joints that stand still, which the chain has not. low, high [J]: ends of the range of each
-    joint, rad or m, infinite where the file states none.
+    joint, rad or m, infinite where the file states none. doubts: values that cannot be true.
     """
 
     path: Path
@@ -54,6 +56,7 @@ class ChainFile:
     low: Array = field(default_factory=lambda: np.array([-math.inf]))
     high: Array = field(default_factory=lambda: np.array([math.inf]))
     unread: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
 
 
 def read_robot(path: str | Path, root: str | Path | None = None,
@@ -88,7 +91,8 @@ def read_robot(path: str | Path, root: str | Path | None = None,
                        if joint.attributes.get('type') != 'fixed' and not joint.all('mimic'))
         return ChainFile(path, chain, None, None, digest, no_servo='a URDF has no actuators',
                          locked=locked, low=low, high=high, unread=tuple(
-                             name for name in unread if name not in (*chain.joints, *locked)))
+                             name for name in unread if name not in (*chain.joints, *locked)),
+                         doubts=(*implausible_links(chain), *implausible_limits(text, str(path))))
     if element.tag != 'mujoco':
         raise InputError(f'{path}: line {element.line}: <{element.tag}>, expected <mujoco> or '
                          '<robot> of a URDF file')
@@ -99,7 +103,8 @@ def read_robot(path: str | Path, root: str | Path | None = None,
     limited = m.jnt_limited.astype(bool)
     return ChainFile(path, chain_of_compiled(m, path), kp, kd, digest, m, folder, missing, locked,
                      np.where(limited, m.jnt_range[:, 0], -math.inf),
-                     np.where(limited, m.jnt_range[:, 1], math.inf))
+                     np.where(limited, m.jnt_range[:, 1], math.inf),
+                     doubts=tuple(implausible(m)))
 
 
 def _refuse(m: Any, path: Path) -> None:

@@ -22,12 +22,13 @@ from gearbox_monitor.diagnosis.robot.robot_log import RobotLog
 from gearbox_monitor.diagnosis.robot.rows import NuisanceColumn, RobotModel, Rows, rows_of
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.plant.effects.balance_column import waves
+from gearbox_monitor.robot.chain import PER_LINK
 from gearbox_monitor.watch.levels import Levels, levels_of, Deviation
 from gearbox_monitor.watch.settings import (
     FRICTION, RIPPLE, ROTOR, SCALE, TILT, WATCH_SETTINGS, WEIGHT)
 
-WIDTHS = {FRICTION: 2, SCALE: 1, ROTOR: 1, WEIGHT: 4, TILT: 2, RIPPLE: 2}
+# A weight without its inertia would be blamed on the next link, at whose axis a mass has one.
+WIDTHS = {FRICTION: 2, SCALE: 1, ROTOR: 1, WEIGHT: PER_LINK, TILT: 2, RIPPLE: 2}
 ORDERS = tuple(range(4, 41))  # of ripple, waves per turn: less come with links and loads
 
 
@@ -67,15 +68,20 @@ def tips_of(robot: RobotModel) -> tuple[int, ...]:
 def state_levels(robot: RobotModel, groups: Sequence[Group], effort: Array) -> Levels:
     """Return the Levels of `groups` as learnt, of joints with an `effort` (rms [J], N m)."""
     size = np.zeros((len(groups), max(WIDTHS.values())))
-    limits = [WATCH_SETTINGS.kinds[g.kind] for g in groups]
     for row, g in zip(size, groups):
-        link = robot.chain.links[g.index]
-        row[:g.width] = (link.mass * np.repeat([1.0, link.reach + 0.05], [1, 3])
-                         if g.kind == WEIGHT else
-                         effort[g.index] + 1e-9 if g.kind == RIPPLE else 1.0)
+        row[:g.width] = _unit(robot, g, effort[g.index])
+    limits = [WATCH_SETTINGS.kinds[g.kind] for g in groups]
     jump, drift, apart = (np.array([getattr(x, name) for x in limits])[:, None] * size
                           for name in ('jump', 'drift', 'apart'))
     return levels_of(jump, drift, apart)
+
+
+def _unit(robot: RobotModel, group: Group, effort: float) -> Array:
+    """Return what a share of 1 of a state is [k], of a joint with an `effort` (rms, N m)."""
+    link = robot.chain.links[group.index]
+    if group.kind == WEIGHT:
+        return np.array(link.mass * (link.reach + 0.05) ** np.repeat([0.0, 1.0, 2.0], [1, 3, 6]))
+    return np.full(group.width, effort + 1e-9 if group.kind == RIPPLE else 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,8 +120,13 @@ def features_of(log: RobotLog, robot: RobotModel, knowledge: Knowledge, groups: 
                           knowledge.visits, knowledge.sizes)
     away = max(farther([rows], knowledge.states) / SETTINGS.farther, 1.0)
     prior, variance = same_day(knowledge, rows), knowledge.variance * away
+    rms = np.array([np.sqrt(np.mean(m.effort ** 2)) for m in rows.joints])
     efforts = _explained(RobotEvidence([rows], prior, variance), rows)
-    candidates = [_candidate(rows, g, efforts) for g in groups]
+    ripples = {j: _ripples(rows, j) for j in {g.index for g in groups if g.kind == RIPPLE}}
+    candidates = [Candidate(
+        g.kind, {g.index: ripples[g.index][g.order]} if g.kind == RIPPLE else
+        columns_of(rows, g, efforts, rms[g.index]), joint=g.place,
+        deviation=WATCH_SETTINGS.widest * _unit(robot, g, rms[g.index])) for g in groups]
     states, kept = list[NuisanceColumn](), [k for k, g in enumerate(groups) if g.kind != RIPPLE]
     for k in kept:
         states += [NuisanceColumn(
@@ -134,9 +145,8 @@ def features_of(log: RobotLog, robot: RobotModel, knowledge: Knowledge, groups: 
         simple = g.kind in (TILT, RIPPLE)
         sizes.append(np.eye(2) if simple else
                      sum(x.T @ x for x in c.columns.values()) + 1e-12 * np.eye(g.width))
-        effort = float(np.sqrt(np.mean(rows.joints[g.index].effort ** 2)))
-        own.append(robot.chain.links[g.index].theta[:4] if g.kind == WEIGHT else
-                   np.array([effort if g.kind == RIPPLE else 1.0, 0.0]) if simple else
+        own.append(robot.chain.links[g.index].theta if g.kind == WEIGHT else
+                   np.array([rms[g.index] if g.kind == RIPPLE else 1.0, 0.0]) if simple else
                    np.ones(g.width))
     posterior = evidence.posterior(fit, knowledge.dispersion)
     load = {}
@@ -152,22 +162,23 @@ def _deviations(evidence: RobotEvidence, fit: RobotFit, candidates: Sequence[Can
     """
     Return values and covariance of each of `candidates`, added alone to a `fit`; and their gains.
 
+    A gain is the deviance that a candidate explains, less what it would explain by chance.
+
     Where something has changed, all else is less certain than it will be with that explained: the
     likeliest candidates are fitted with the noise that they leave, and the right one stands out.
     """
     estimates = evidence.estimates(fit, candidates)
     deviations, k = [(e.values, e.covariance) for e in estimates], len(evidence.labels)
-    gains = np.array([e.gain for e in estimates])
+    gains = np.array([e.gain - c.size for e, c in zip(estimates, candidates)])
     for i in np.argsort(-gains, kind='stable')[:WATCH_SETTINGS.fitted].tolist():
         if gains[i] > WATCH_SETTINGS.likely * candidates[i].width:
             own = evidence.fit([candidates[i]], fit.weights)
             deviations[i] = own.values, own.covariance[k:, k:] / np.outer(own.scale, own.scale)
-            gains[i] = fit.deviance - own.deviance
+            gains[i] = fit.deviance - own.deviance - candidates[i].size
     out = list[Deviation | None]()
     for c, (values, covariance) in zip(candidates, deviations):
         covariance = covariance * float(np.mean(dispersion[list(c.columns)]))
-        known = c.acting.all() and float(np.trace(covariance)) < WATCH_SETTINGS.unknown
-        out.append((values, covariance) if known else None)
+        out.append((values, covariance) if c.acting.any() else None)
     return tuple(out), gains
 
 
@@ -182,28 +193,40 @@ def _explained(evidence: RobotEvidence, rows: Rows) -> list[Array]:
     return out
 
 
-def _candidate(rows: Rows, group: Group, efforts: Sequence[Array]) -> Candidate:
-    """Return the columns of the states of a group; `efforts` of each joint are without noise."""
-    j, kind, columns = group.index, group.kind, dict[int, Array]()
-    m = rows.joints[j]
-    if kind == FRICTION:
-        size = float(np.sqrt(np.mean(m.effort ** 2))) + 1e-9
-        least = WATCH_SETTINGS.least_friction * size
+def columns_of(rows: Rows, group: Group, efforts: Sequence[Array], rms: float
+               ) -> dict[int, Array]:
+    """
+    Return the columns of the states of a group, without ripples.
+
+    Args:
+        rows: of the block.
+        group: of states.
+        efforts: of each joint without noise.
+        rms: of the effort of its joint.
+    """
+    j, m = group.index, rows.joints[group.index]
+    if group.kind == FRICTION:
+        least = WATCH_SETTINGS.least_friction * (rms + 1e-9)
         parts = [x if np.sqrt(np.mean(x ** 2)) > least else least * shape
                  for x, shape in ((m.dry, m.sign), (m.wet, m.v))]
-        columns[j] = rows.tested(j, np.stack(parts, axis=1))
-    elif kind == SCALE:
-        columns[j] = efforts[j][:, None]
-    elif kind == ROTOR:
+        return {j: rows.tested(j, np.stack(parts, axis=1))}
+    if group.kind == SCALE:
+        return {j: efforts[j][:, None]}
+    if group.kind == ROTOR:
         inertia = float(np.mean(rows.inertia[:, j, j]))
-        columns[j] = rows.tested(j, inertia * m.v[:, None], momentum=True)
-    elif kind == RIPPLE:
-        columns[j] = rows.tested(j, waves(group.order * rows.motion.q[:, j, None])[:, :, 0])
-    elif kind == TILT:
-        columns = {k: x[:, :2] for k, x in rows.tilt.items()}
-    else:
-        columns = {k: rows.inertial[j, k][:, :4] for k in rows.robot.chain.movers[j]}
-    return Candidate(kind, columns, joint=group.place)
+        return {j: rows.tested(j, inertia * m.v[:, None], momentum=True)}
+    if group.kind == TILT:
+        return {k: x[:, :2] for k, x in rows.tilt.items()}
+    return {k: rows.inertial[j, k] for k in rows.robot.chain.movers[j]}
+
+
+def _ripples(rows: Rows, joint: int) -> dict[int, Array]:
+    """Return {order: sine and cosine [R, 2]} of the angle of a joint."""
+    turns = np.exp(1j * rows.motion.q[:, joint])
+    powers = np.cumprod(np.column_stack(
+        [turns ** ORDERS[0], *[turns] * (len(ORDERS) - 1)]), axis=1)
+    tested = rows.tested(joint, np.concatenate([powers.imag, powers.real], axis=1))
+    return {n: tested[:, [k, k + len(ORDERS)]] for k, n in enumerate(ORDERS)}
 
 
 def same_day(knowledge: Knowledge, rows: Rows) -> Prior:

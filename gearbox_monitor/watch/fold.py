@@ -26,7 +26,8 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.robot.chain import chain_of, joint_losses, ranges_in
-from gearbox_monitor.robot.description import parse
+from gearbox_monitor.robot.description import own_joints, parse
+from gearbox_monitor.robot.plausibility import implausible_limits, implausible_links
 from gearbox_monitor.watch.block import Block, raw_log
 from gearbox_monitor.watch.features import (
     Features, features_of, Group, groups_of, state_levels, tips_of)
@@ -34,7 +35,7 @@ from gearbox_monitor.watch.levels import (
     Deviation, level_of, Levels, now, step_in, stepped, with_block)
 from gearbox_monitor.watch.record import (
     Change, DESCRIBE, Held, JointWatch, LEARN, HeldLoad, StateHealth, Watch, WATCH, WatchEvent)
-from gearbox_monitor.watch.settings import FRICTION, RIPPLE, SCALE, SECOND, WATCH_SETTINGS
+from gearbox_monitor.watch.settings import FRICTION, RIPPLE, SCALE, SECOND, TILT, WATCH_SETTINGS
 
 SOURCE = 'robot_description'
 NOUNS = {FRICTION: 'friction', SCALE: 'torque scale'}    # of what must be known of a joint
@@ -52,9 +53,14 @@ def robot_of(description: str, locked: tuple[tuple[str, float], ...]
 
 def begin(description: str) -> Watch:
     """Return the Watch of the robot in a URDF `description`. Raises InputError: it is none."""
-    joints = parse(description, SOURCE).joints
-    return Watch(description, joints=tuple(JointWatch(
-        name, why='no sample yet') for name in joints))
+    leads = own_joints(description, SOURCE)
+    chain = robot_of(description, tuple((n, 0.0) for n, leading in leads.items() if leading)
+                     )[0].chain
+    fixed = {name: 'other joints mimic it' if leading else '' if name in chain.joints else
+             'moves no mass in the description' for name, leading in leads.items()}
+    return Watch(description, (*implausible_links(chain),
+                               *implausible_limits(description, SOURCE)), joints=tuple(
+        JointWatch(name, why, why=why or 'no sample yet') for name, why in fixed.items()))
 
 
 def step(watch: Watch, block: Block) -> tuple[Watch, tuple[WatchEvent, ...]]:
@@ -110,7 +116,7 @@ def _described(watch: Watch, block: Block) -> Watch:
     seconds, joints = _moved(block, names), []
     for joint, moved in zip(watch.joints, seconds):
         if joint.name not in block.joints:
-            joints.append(replace(joint, has=(), why='not in joint_states'))
+            joints.append(replace(joint, has=(), why=joint.fixed or 'not in joint_states'))
             continue
         k = block.joints.index(joint.name)
         has = tuple(q for q in ('position', 'velocity', 'effort')
@@ -121,7 +127,8 @@ def _described(watch: Watch, block: Block) -> Watch:
         total = joint.moved + float(moved)
         if watch.phase != WATCH and seen.any():
             joint = replace(joint, position=float(np.median(block.position[seen, k])))
-        why = (f'no {"position" if "position" not in has else "effort"}'
+        why = joint.fixed or (
+            f'no {"position" if "position" not in has else "effort"}'
                if not {'position', 'effort'} <= set(has) else
                'has not moved yet' if total < 1.0 else joint.why if joint.states else 'learns')
         joints.append(replace(joint, has=has, rate=rate, moved=total, why=why))
@@ -153,15 +160,15 @@ def _moves(block: Block, names: Sequence[str]) -> Flags:
 def _settled(watch: Watch) -> tuple[Watch, tuple[WatchEvent, ...]]:
     """Return the watch that knows which joints have an effort, and how they are read."""
     locked = {j.name: _usual(watch.kept, j.name) for j in watch.joints
-              if not {'position', 'effort'} <= set(j.has)}
+              if j.fixed or not {'position', 'effort'} <= set(j.has)}
     if len(locked) == len(watch.joints):
         return replace(watch, kept=watch.kept[1:], notes=(
             'no joint of the description has both position and effort',)), ()
     watch = replace(watch, phase=LEARN, locked=locked)
-    robot, limits = _robot(watch)
-    stated = replace(robot, learnt=False, friction_tolerance=SETTINGS.tolerance,
-                     tolerance=np.full(len(robot.tolerance), SETTINGS.tolerance))
     try:
+        robot, limits = _robot(watch)
+        stated = replace(robot, learnt=False, friction_tolerance=SETTINGS.tolerance,
+                         tolerance=np.full(len(robot.tolerance), SETTINGS.tolerance))
         log = _log(watch, watch.kept)
         readings = tuple(named_readings(log, stated, limits))
     except InputError as error:
@@ -255,7 +262,11 @@ def _watched(watch: Watch, block: Block) -> tuple[Watch, tuple[WatchEvent, ...]]
     try:
         log = _log(watch, [block])
     except InputError as error:
-        return replace(watch, notes=(str(error),)), ()
+        unread = (j if j.level == Level.WARN else replace(
+            j, level=None, why=j.fixed or 'its newest samples cannot be read')
+            for j in watch.joints)
+        return replace(watch, notes=(str(error),), joints=tuple(unread),
+                       level=watch.level if watch.level == Level.WARN else None), ()
     features = features_of(log, robot, watch.knowledge, groups, _levels(watch.states, groups))
     watch = replace(watch, states=with_block(watch.states, features.deviations, features.gains,
                                              block.begin_ns))
@@ -305,6 +316,15 @@ def _size(change: Array, covariance: Array, features: Features, number: int
     return share, std
 
 
+def _share(change: Array, covariance: Array, features: Features, number: int
+           ) -> tuple[float, float]:
+    """Return the part of a change that is a share of what is there; see _size."""
+    own = features.own[number]
+    slope = features.sizes[number] @ own
+    slope = slope / max(float(own @ slope), 1e-30)
+    return float(slope @ change), math.sqrt(max(float(slope @ covariance @ slope), 0.0))
+
+
 def _with_changes(watch: Watch, features: Features, groups: Sequence[Group]) -> Watch:
     """Return the watch with the sizes of its changes, and with those without a step."""
     assert watch.states is not None
@@ -325,9 +345,10 @@ def _with_changes(watch: Watch, features: Features, groups: Sequence[Group]) -> 
         changes.append(c)
     standing = {(c.kind, c.place) for c in changes if not c.over_ns}
     for i, (g, baseline) in enumerate(zip(groups, watch.baseline)):
+        if g.kind == RIPPLE or (g.kind, g.place) in standing:
+            continue
         size, std = _level_size(watch.states, baseline, features, groups, i)
-        if g.kind != RIPPLE and (g.kind, g.place) not in standing and (
-                abs(size) - s.certain * std > s.kinds[g.kind].slow):
+        if abs(size) - s.certain * std > s.kinds[g.kind].slow:
             changes.append(Change(g.kind, g.place, size, std, watch.stamp_ns, watch.stamp_ns,
                                   before=baseline, order=g.order))
     return replace(watch, changes=tuple(changes))
@@ -350,7 +371,8 @@ def _with_states(watch: Watch, features: Features, groups: Sequence[Group]) -> W
         if g.kind == RIPPLE:
             continue
         mean, covariance = now(watch.states, i, g.width)
-        size, std = _size(mean - np.array(baseline)[:g.width], covariance, features, i)
+        size, std = (_size if g.kind == TILT else _share)(
+            mean - np.array(baseline)[:g.width], covariance, features, i)
         judged = bool(std < s.power * s.kinds[g.kind].limit
                       and watch.states.seen[i] >= s.settle)
         states.setdefault(g.place, []).append(StateHealth(g.kind, size, std, judged))

@@ -96,13 +96,15 @@ class JointWatch:
     """
     What is known of one joint of the description.
 
-    has: quantities that the stream has of it, of position, velocity, effort; rate: samples per
-    second. moved: seconds in motion so far. position: usual one while it was learnt, rad or m.
+    fixed: why it is taken for fixed, '' if it is not. has: quantities that the stream has of it,
+    of position, velocity, effort; rate: samples per second. moved: seconds in motion so far.
+    position: usual one while it was learnt, rad or m.
     level: None while it is not judged, and `why` says why not. states: friction, torque scale,
     rotor, weight.
     """
 
     name: str
+    fixed: str = ''
     has: tuple[str, ...] = ()
     rate: float = 0.0
     moved: float = 0.0
@@ -127,17 +129,18 @@ class Watch(Shown, Saved):
     """
     The state of a watch after the block that ended at `stamp_ns`.
 
-    description: URDF. phase: one of PHASES. joints: of the description. level: of the robot as a
-    whole, None while it is not judged. tilt: of the base. changes: newest last, those that are
-    over, too. payloads: of each link that may carry; earlier: those before, newest last. readings:
-    conventions by which the stream is read. notes: what was left out of the stream, in words.
-    others: joints of the stream that the description has not. locked {joint: position}: joints
-    without effort. blocks: taken so far.
+    description: URDF; doubts: its values that cannot be true. phase: one of PHASES. joints: of the
+    description. level: of the robot as a whole, None while it is not judged. tilt: of the base.
+    changes: newest last, those that are over, too. payloads: of each link that may carry; earlier:
+    those before, newest last. readings: conventions by which the stream is read. notes: what was
+    left out of the stream, in words. others: joints of the stream that the description has not.
+    locked {joint: position}: joints that are taken for fixed. blocks: taken so far.
 
     kept, knowledge, states, held, baseline, empty: all that the next step depends on.
     """
 
     description: str
+    doubts: tuple[str, ...] = ()
     phase: str = DESCRIBE
     stamp_ns: int = 0
     blocks: int = 0

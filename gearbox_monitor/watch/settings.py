@@ -52,10 +52,10 @@ class WatchSettings:
     moved: float = 15.0
     patience: int = 30
     # Estimates of a block: friction less than this share of a joint's effort was not learnt;
-    # variance of a state that a block does not show; gain for each coefficient from which one of
-    # `fitted` candidates is fitted whole.
+    # shares that no change exceeds, so that coefficients which a block does not show stay finite;
+    # gain for each coefficient from which one of `fitted` candidates is fitted whole.
     least_friction: float = 1e-3
-    unknown: float = 1e6
+    widest: float = 10.0
     likely: float = 9.0
     fitted: int = 8
     # Steps: blocks in which one may have begun, and which it must have lasted; blocks between two

@@ -10,6 +10,8 @@ from gearbox_monitor.cli.describe import doubts_of
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.files.opening import config_path
 from gearbox_monitor.simulators.mjcf_file import compiled_file, model_of, read_mjcf
+from gearbox_monitor.simulators.robot_model import read_robot
+from gearbox_monitor.watch.fold import begin
 
 pytest.importorskip('mujoco')
 ROOT = Path(__file__).resolve().parents[2]
@@ -111,9 +113,14 @@ def described(path, capsys, old, new):
 
 
 def test_what_no_robot_has_is_doubted_without_a_log(tmp_path, capsys):
+    """Nor without MuJoCo, in a chain, as whoever reads the whole robot has it."""
+    path = tmp_path / 'arm.urdf'
     for old, new, said in DOUBTS:
-        code, out = described(tmp_path / 'arm.urdf', capsys, old, new)
+        code, out = described(path, capsys, old, new)
         assert code == 1 and said in out and '6 of 6 joints are read' in out, said
+        doubts = read_robot(path).doubts
+        assert any(doubt.startswith(said) for doubt in doubts), said
+        assert begin(path.read_text()).doubts == doubts
 
 
 def test_a_link_spoils_its_own_joints_only(tmp_path, capsys):
@@ -170,6 +177,7 @@ def test_healthy_robots_are_not_doubted():
     for path in [config_path('arm6.urdf'), *ROOT.glob('benchmarks/real_logs/*/*.urdf'),
                  *SHARED.glob('*/*.urdf')]:
         assert doubts_of(compiled_file(path.read_bytes(), path)) == [], path
+        assert begin(path.read_text()).doubts == (), path
 
 
 @pytest.mark.skipif(not (SHARED / 'lwr4').is_dir(), reason='recordings of others are not here')

@@ -40,7 +40,8 @@ class Candidate:
     effect from another one of its id at the same place. next_setting(b): the setting that follows
     from the coefficients b, None if it is searched. span: of a setting that is a position, how far
     the joint moves (standard deviation); 0 for one that is refined in ratios. hidden: share of the
-    joint's motion in which any input has the same effect.
+    joint's motion in which any input has the same effect. deviation [k]: of the coefficients by
+    their prior, about 0; None: anything goes.
     """
 
     effect: str
@@ -60,6 +61,7 @@ class Candidate:
     next_setting: Callable[[Array], Any] | None = None
     span: float = 0.0
     hidden: float = 0.0
+    deviation: Array | None = None
 
     @property
     def width(self) -> int:

@@ -12,6 +12,7 @@ A nuisance column acts on few joints only: each joint's Gram matrix holds its ow
 """
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -216,7 +217,7 @@ class RobotEvidence:
         Return the profiled fit of a set of candidates.
 
         Args:
-            chosen: candidates, without a prior.
+            chosen: candidates.
             weights: per joint, to begin with.
             rounds: of reweighting, at most.
         """
@@ -239,7 +240,7 @@ class RobotEvidence:
         size = k + len(scale)
         prior = np.zeros((size, size))
         prior[:k, :k] = self.precision
-        prior[np.arange(k, size), np.arange(k, size)] = WEAK
+        prior[np.arange(k, size), np.arange(k, size)] = _precision(chosen, scale)
         for _ in range(rounds):
             matrix, right = prior.copy(), np.zeros(size)
             for gram, w, own in zip(grams, weights, index):
@@ -326,7 +327,7 @@ class RobotEvidence:
                 score = np.zeros(c.width)
                 for j, x in columns.items():
                     score += x.T @ (weight[j] * fit.residual[j])
-                out[i] = _estimate(score, *self._schur(fit, columns, full, index, weight))
+                out[i] = _estimate(c, score, *self._schur(fit, columns, full, index, weight))
         for j, numbers in single.items():
             x = np.concatenate([candidates[i].columns[j] for i in numbers], axis=1)
             x = self._in_part(x, j, part)
@@ -342,7 +343,7 @@ class RobotEvidence:
                 size = np.sqrt(np.diag(xx)) + 1e-30
                 if np.linalg.eigvalsh(schur / np.outer(size, size))[0] < CANCELLED:
                     schur, _ = self._schur(fit, {j: x[:, own]}, full, index, weight)
-                out[i] = _estimate(score[own], schur, np.diag(xx))
+                out[i] = _estimate(candidates[i], score[own], schur, np.diag(xx))
         return [e for e in out if e is not None]
 
     def _in_part(self, x: Array, joint: int, part: Sequence[Array] | None) -> Array:
@@ -366,7 +367,8 @@ class RobotEvidence:
             squares += weight[j] @ x ** 2
         share = fit.covariance @ cross
         k = len(self.labels)
-        schur = share[:k].T @ self.precision @ share[:k] + WEAK * share[k:].T @ share[k:]
+        weak = _precision(fit.chosen, fit.scale)[:, None]
+        schur = share[:k].T @ self.precision @ share[:k] + share[k:].T @ (weak * share[k:])
         for j in range(self.joints):
             reduced = -full[j] @ share[index[j]]
             if j in columns:
@@ -418,10 +420,20 @@ def _label(column: NuisanceColumn, number: int) -> str:
     return f'{column.label} of recording {number + 1}' if column.own else column.label
 
 
-def _estimate(score: Array, schur: Array, squares: Array) -> AddedEstimate:
+def _precision(chosen: Sequence[Candidate], scale: Array) -> Array:
+    """Return the prior precision [E] of the coefficients of `chosen`, in columns of a `scale`."""
+    out = np.full(len(scale), WEAK)
+    known = np.concatenate([np.full(c.width, math.inf) if c.deviation is None else c.deviation
+                            for c in chosen] or [scale])
+    return out + (scale * known) ** -2.0
+
+
+def _estimate(candidate: Candidate, score: Array, schur: Array, squares: Array) -> AddedEstimate:
     """Return coefficients of a linear step, made safe where columns are not excited."""
     size = np.sqrt(squares) + 1e-30
     inner = schur / np.outer(size, size) + SINGULAR * np.eye(len(size))
+    if candidate.deviation is not None:
+        inner += np.diag((size * candidate.deviation) ** -2.0)
     covariance = np.linalg.inv(inner) / np.outer(size, size)
     values = covariance @ score
     return AddedEstimate(values, covariance, float(score @ values))

@@ -130,6 +130,7 @@ def test_commands_read_a_robot_as_it_is_named_and_learn_refuses_it(tmp_path, cap
         axis=' '.join(map(str, link.axis)), damping=damping, friction=friction)
         for link, parent, damping, friction in zip(arm().links, parents, (3.0, 3.0, 1.5),
                                                    (2.0, 2.0, 1.0))))
+    text = text.replace('effort="100"', 'effort="0"', 1)
     (tmp_path / 'arm.urdf').write_text(text)
     columns = raw(1.0)
     table = np.column_stack([columns.t, *(x for j in JOINTS for x in (
@@ -139,12 +140,14 @@ def test_commands_read_a_robot_as_it_is_named_and_learn_refuses_it(tmp_path, cap
         f'q_{j},tau_{j}' for j in JOINTS))
     words = [str(tmp_path / 'log.csv'), '--model', str(tmp_path / 'arm.urdf')]
     assert main(['check', *words]) == 1
-    assert '--convention elbow=reversed' in ' '.join(capsys.readouterr().out.split())
+    said, doubt = ' '.join(capsys.readouterr().out.split()), 'effort limit 0: state what the drive'
+    assert '--convention elbow=reversed' in said and doubt in said
     assert main(['learn', *words, '--out', str(tmp_path / 'a.knowledge')]) == 2
     assert '--convention elbow=reversed' in capsys.readouterr().err
     assert main(['diagnose', *words, '--json', '-']) == 1
     misread = json.loads(capsys.readouterr().out)
     assert 'elbow counts the other way' in misread['readings'][0]
+    assert doubt in misread['warnings'][0]
     assert main(['diagnose', *words, '--convention', 'elbow=reversed', '--json', '-']) == 1
     stated = json.loads(capsys.readouterr().out)
     assert stated['readings'] == [] and stated['findings'] == misread['findings']
