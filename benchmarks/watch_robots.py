@@ -12,15 +12,25 @@ hold any torque within their Coulomb friction.
 usage examples:
   python -m benchmarks watch --seeds 11 12 --hours 24
   python -m benchmarks watch --seeds 13 --kinds friction torque_scale
+  python -m benchmarks watch --load 300    # of the live node: 7 joints at 500 Hz
 """
 from argparse import ArgumentParser, Namespace
+from array import array
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
+import json
+import os
+from pathlib import Path
+import subprocess
+import sys
+from tempfile import TemporaryDirectory
+import time
 from typing import Any
 
 import numpy as np
 
-from benchmarks.harness import add_json_option, write_json
+from benchmarks.harness import add_json_option, bar_lines, BarTable, finish, write_json
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.watch.block import Block
 from gearbox_monitor.watch.fold import begin, step
@@ -259,6 +269,85 @@ def watched(seed: int, kind: str, hours: float, accelerated: int) -> dict[str, A
             'within_2_std': float(np.mean(np.abs(error) < 2.0 * std))}
 
 
+LOADED, HERTZ, SPARE = 7, 500.0, 60.0    # joints, their rate; s that the last block may take
+BARS = {'node: share of a core, %': 10.0, 'child: share of a core, %': 15.0,
+        'memory of both, MB': 300.0, 'messages dropped': 0.0}
+
+
+def loaded(seconds: float) -> dict[str, float]:
+    """
+    Return what the live node costs beside a robot at work, by the names of BARS.
+
+    Shares are CPU time over the time of the robot, so they hold on a busy machine, too.
+
+    Args:
+        seconds: of the robot's time.
+    """
+    import rclpy
+    from diagnostic_msgs.msg import DiagnosticArray
+    from rclpy.qos import DurabilityPolicy, QoSProfile
+    from sensor_msgs.msg import JointState
+    from std_msgs.msg import String
+    from gearbox_monitor.ros.convert import to_time
+    robot = next(r for r in map(WorkingRobot, range(100)) if len(r.joints) == LOADED)
+    robot.rate = HERTZ
+    blocks = [robot.block(k * WATCH_SETTINGS.block)
+              for k in range(int(seconds / WATCH_SETTINGS.block))]
+    messages, told, ends = [], dict[str, str](), [0]
+    for b in blocks:
+        for stamp, *columns in zip(b.stamps.tolist(), b.position, b.velocity, b.effort):
+            message = JointState(name=robot.joints)
+            message.header.stamp = to_time(stamp)
+            message.position, message.velocity, message.effort = (array('d', x) for x in columns)
+            messages.append(message)
+
+    def tell(array_: DiagnosticArray) -> None:
+        told.update((v.key, v.value) for s in array_.status if s.name.endswith(': robot')
+                    for v in s.values)
+    with ExitStack() as stack:
+        state = Path(stack.enter_context(TemporaryDirectory()), 'state')
+        rclpy.init()
+        stack.callback(rclpy.shutdown)
+        node = rclpy.create_node('robot')
+        node.create_subscription(DiagnosticArray, '/diagnostics', tell, 10)
+        node.create_subscription(String, '/watch/findings', lambda message: ends.append(
+            json.loads(message.data)['stamp_ns']), 10)
+        states = node.create_publisher(JointState, 'joint_states', 1000)
+        node.create_publisher(String, 'robot_description', QoSProfile(
+            depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)).publish(String(data=robot.urdf))
+        watcher = stack.enter_context(subprocess.Popen(
+            [sys.executable, '-m', 'gearbox_monitor.ros.watch_node', '--ros-args', '-p',
+             f'state_file:={state}']))
+        stack.callback(watcher.terminate)
+        while told.get('samples') is None or not states.get_subscription_count():
+            rclpy.spin_once(node, timeout_sec=0.1)
+        child, = Path(f'/proc/{watcher.pid}/task/{watcher.pid}/children').read_text().split()
+        pids = watcher.pid, int(child)
+        before, begun = [_used(pid)[0] for pid in pids], time.monotonic()
+        for k, message in enumerate(messages):
+            time.sleep(max(begun + k / HERTZ - time.monotonic(), 0.0))
+            states.publish(message)
+            if k % 50 == 0:
+                rclpy.spin_once(node, timeout_sec=0.0)
+        end = time.monotonic() + SPARE
+        while time.monotonic() < end and int(told['samples']) < len(messages):
+            rclpy.spin_once(node, timeout_sec=0.1)
+        # The child gives way: on a busy machine it is behind. The last block is never whole.
+        while time.monotonic() < end + SPARE and ends[-1] < blocks[-1].begin_ns:
+            rclpy.spin_once(node, timeout_sec=0.1)
+        spent = [100.0 * (_used(pid)[0] - x) / seconds for pid, x in zip(pids, before)]
+        lost = len(messages) - int(told['samples']) + int(told['dropped'])
+        return dict(zip(BARS, (*spent, sum(_used(pid)[1] for pid in pids), float(lost))))
+
+
+def _used(pid: int) -> tuple[float, float]:
+    """Return CPU time, s, and peak memory, MB, of a process."""
+    times = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()[11:13]
+    peak, = (line.split()[1] for line in Path(f'/proc/{pid}/status').read_text().splitlines()
+             if line.startswith('VmHWM'))
+    return sum(map(int, times)) / os.sysconf('SC_CLK_TCK'), int(peak) / 1024
+
+
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the options of this benchmark to `parser`."""
     parser.add_argument('--seeds', type=int, nargs='+', default=[11, 12, 13], help='robots')
@@ -266,11 +355,18 @@ def add_arguments(parser: ArgumentParser) -> None:
                         help='planted changes; none: healthy robots')
     parser.add_argument('--hours', type=float, default=24.0, help='of a healthy robot')
     parser.add_argument('--accelerated', type=int, default=14, help='times as fast a day')
+    parser.add_argument('--load', type=float, metavar='S', help='cost of the live node in S '
+                        f'seconds of a robot with {LOADED} joints at {HERTZ:g} Hz')
     add_json_option(parser)
 
 
 def run(args: Namespace) -> int:
     """Run the benchmark with the options `args`; returns the exit code."""
+    if args.load:
+        table = BarTable()
+        for name, value in loaded(args.load).items():
+            table.judge(name, value, high=BARS[name])
+        return finish({'bars': table.rows}, '\n'.join(bar_lines(table.rows)), args.json)
     rows = []
     for seed in args.seeds:
         for kind in args.kinds or ['']:

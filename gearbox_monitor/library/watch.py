@@ -2,14 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """The watch of a robot over recordings: the same fold as the live node's, the same bits."""
-from collections.abc import Callable, Sequence
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
 from datetime import datetime, UTC
 from pathlib import Path
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.watch_file import load_watch
 from gearbox_monitor.recordings.joint_input import find_topic
-from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOptions
 from gearbox_monitor.recordings.topics import JOINT_STATES
 from gearbox_monitor.robot.description import LONGEST
@@ -48,60 +48,82 @@ def watch_robot(recordings: str | Path | Sequence[str | Path], model: str | Path
     if not paths:
         raise InputError('recordings: none, expected at least one')
     known = load_watch(state) if isinstance(state, (str, Path)) else state
+    text = urdf_in(model) if model is not None else description_in(paths, reading)
+    if known is None and text is None:
+        raise InputError(f'{paths[0]}: no message on {DESCRIPTION}, expected one or --model FILE')
     if known is None:
-        known = begin(_description(paths, model, reading))
-    cutter = Cutter()       # a block may end in the next recording
+        known = begin(str(text))
+    elif text not in (None, known.description):
+        raise InputError('state: of another description than the recordings, expected that of the '
+                         'same robot; without a state it is learnt again')
+    cutter = Cutter(known.stamp_ns)       # a block may end in the next recording
     for number, path in enumerate(paths):
         progress(number, len(paths))
-        with open_recording(path, reading, topic) as reader:
-            blocks = blocks_in(reader, cutter, topic, known.stamp_ns)
-        for block in blocks if path is not paths[-1] else [*blocks, *cutter.end()]:
-            known, _ = step(known, block)
+        for item in _taken(path, cutter, topic, reading, known.stamp_ns):
+            known = _after(known, item, model is None)
+    for block in cutter.end():
+        known, _ = step(known, block)
     progress(len(paths), len(paths))
     return known
 
 
-def blocks_in(reader: BagReader, cutter: Cutter, topic: str = JOINT_STATES, after_ns: int = 0
-              ) -> list[Block]:
+def _after(known: Watch, item: Block | str, described: bool) -> Watch:
+    """Return the watch after a block, or a description if the recordings are `described`."""
+    if isinstance(item, Block):
+        return step(known, item)[0]
+    return known if not described or item == known.description else begin(item)
+
+
+def _taken(path: Path, cutter: Cutter, topic: str, reading: ReadOptions, after_ns: int
+           ) -> Iterator[Block | str]:
     """
-    Return the blocks that an open bag completes.
+    Yield the descriptions in a recording, and the blocks that it completes, as a node takes them.
 
     Args:
-        reader: of the bag.
+        path: of the recording.
         cutter: that takes its messages.
         topic: of the joint states.
-        after_ns: end of what was taken before; a recording without a date is moved behind it.
+        reading: how columns are read.
+        after_ns: end of what was taken before.
 
     Raises:
-        InputError: the bag has no such topic, or begins before `after_ns`.
+        InputError: it has no such topic, or begins more than a block before `after_ns`.
     """
-    topic = find_topic(reader, topic)
-    names = reader.joint_names(topic)
-    states, out = reader.joint_states(topic, names), list[Block]()
-    first, length = int(states.stamp_ns.min(initial=after_ns)), WATCH_SETTINGS.block_ns
-    later = 0
-    if first < after_ns:
-        if first >= DATED:
-            begins, taken = (datetime.fromtimestamp(ns / SECOND, UTC) for ns in (first, after_ns))
-            raise InputError(f'{reader.path}: begins at {begins:%Y-%m-%d %H:%M:%S} UTC, expected '
-                             f'a time after what was taken, {taken:%Y-%m-%d %H:%M:%S}')
-        later = (after_ns // length + 1 - first // length) * length
-    for row, stamp in enumerate((states.stamp_ns + later).tolist()):
-        out += cutter.take(stamp, names, states.position[row], states.velocity[row],
-                           states.effort[row])
-    return out
+    described = deque(_descriptions(path, reading))
+    with open_recording(path, reading, topic) as reader:
+        topic = find_topic(reader, topic)
+        names = reader.joint_names(topic)
+        states = reader.joint_states(topic, names)
+    first = int(states.stamp_ns.min()) if len(states.stamp_ns) else after_ns
+    if DATED <= first < after_ns - WATCH_SETTINGS.block_ns:    # the last block was cut short
+        begins, taken = (datetime.fromtimestamp(ns / SECOND, UTC) for ns in (first, after_ns))
+        raise InputError(f'{path}: begins at {begins:%Y-%m-%d %H:%M:%S} UTC, expected a time '
+                         f'after what was taken, {taken:%Y-%m-%d %H:%M:%S}')
+    yield from cutter.before(first)
+    for row, (stamp, logged) in enumerate(zip(states.stamp_ns.tolist(), states.log_ns.tolist())):
+        while described and described[0][0] <= logged:
+            yield described.popleft()[1]
+        yield from cutter.take(stamp, names, states.position[row], states.velocity[row],
+                               states.effort[row])
+    yield from (text for _, text in described)
 
 
-def _description(paths: Sequence[Path], model: str | Path | None, reading: ReadOptions) -> str:
-    """Return the URDF in the file `model`, or of the first bag that has one."""
-    if model is not None:
-        try:
-            return Path(model).read_bytes()[:LONGEST + 1].decode('utf-8', 'replace')
-        except OSError as error:
-            raise InputError(f'{model}: {error.strerror}, expected a URDF file') from None
-    for path in paths:
-        with open_recording(path, reading) as reader:
-            found = [t for t in reader.topics if t.rpartition('/')[2] == DESCRIPTION]
-            for _, _, _, raw in reader.messages(found[:1]) if found else ():
-                return str(reader.decode(STRING, raw).data)
-    raise InputError(f'{paths[0]}: no message on {DESCRIPTION}, expected one or --model FILE')
+def description_in(paths: Sequence[Path], reading: ReadOptions = BY_NAMES) -> str | None:
+    """Return the first description in the recordings `paths`, None without any."""
+    return next((text for path in paths for _, text in _descriptions(path, reading)), None)
+
+
+def _descriptions(path: Path, reading: ReadOptions) -> Iterator[tuple[int, str]]:
+    """Yield (when it was recorded, ns; URDF) of each description in a recording."""
+    with open_recording(path, reading) as reader:
+        found = [t for t in reader.topics if t.rpartition('/')[2] == DESCRIPTION]
+        for _, logged, _, raw in reader.messages(found[:1]) if found else ():
+            yield logged, str(reader.decode(STRING, raw).data)
+
+
+def urdf_in(model: str | Path) -> str:
+    """Return the URDF in the file `model`. Raises InputError."""
+    try:
+        return Path(model).read_bytes()[:LONGEST + 1].decode('utf-8', 'replace')
+    except OSError as error:
+        raise InputError(f'{model}: {error.strerror}, expected a URDF file') from None

@@ -8,6 +8,8 @@ Reads orders from the standard input, lines of JSON: a description, rows of join
 services. Writes what is known as lines of JSON, one for each block and order, and the state to a
 file. Imports no ROS. It ends with its standard input.
 """
+from collections import deque
+from collections.abc import Iterable
 import json
 import os
 from pathlib import Path
@@ -18,6 +20,7 @@ from typing import Any
 from gearbox_monitor.ros.middleware import end_with
 
 NICE, EVERY = 19, 9     # EVERY: blocks between two states in the file
+EARLY = 15              # blocks that may wait for the description
 SOURCE = 'robot_description'
 DESCRIPTION, ROWS, SERVICES = 'description', 'rows', ('learn_again', 'tare', 'save_baseline')
 
@@ -30,13 +33,15 @@ class Watching:
         from gearbox_monitor.files.watch_file import load_watch
         from gearbox_monitor.watch.block import Cutter
         from gearbox_monitor.watch.record import Watch
-        self.path, self.cutter, self.problem = path, Cutter(), ''
+        self.path, self.problem = path, ''
         self.watch: Watch | None = None
+        self.described, self.early = False, deque[Any](maxlen=EARLY)
         try:
             if path.exists():
                 self.watch = load_watch(path)
         except InputError as error:
             self.problem = f'{error}: {self.aside("corrupt")}; the robot is learnt again'
+        self.cutter = Cutter(self.watch.stamp_ns if self.watch else 0)
 
     def aside(self, reason: str) -> str:
         """Rename the state file for a `reason`; return what became of it."""
@@ -52,29 +57,34 @@ class Watching:
         from gearbox_monitor.errors import InputError
         from gearbox_monitor.watch import fold
         if order == DESCRIPTION:
+            doubts: tuple[str, ...] = ()
             if self.watch is None or self.watch.description != content:
                 if self.watch is not None and self.path.exists():
                     self.problem = (f'{self.path}: of another {SOURCE}: {self.aside("replaced")}; '
                                     'the robot is learnt again')
                 try:
                     self.watch = fold.begin(content)
+                    doubts = self.watch.doubts
                 except InputError as error:
                     self.watch, self.problem = None, str(error)
-            self.tell()
-        elif self.watch is None:
-            return
+            self.tell(doubts)
+            self.described = self.watch is not None
+            waiting, self.early = self.early, deque(maxlen=EARLY)
+            self.blocks(waiting)
         elif order == ROWS:
             self.blocks([b for row in content for b in self.cutter.take(*row)])
-        else:
+        elif self.watch is not None:
             self.watch = getattr(fold, order)(self.watch)
             self.save()
             self.tell()
 
-    def blocks(self, blocks: list[Any]) -> None:
-        """Go on with `blocks`."""
+    def blocks(self, blocks: Iterable[Any]) -> None:
+        """Go on with `blocks`; without a description the newest wait."""
         from gearbox_monitor.watch.fold import step
         for block in blocks:
-            if self.watch is not None:
+            if self.watch is None or not self.described:
+                self.early.append(block)
+            else:
                 before = self.watch
                 self.watch, events = step(self.watch, block)
                 self.tell(tuple(f'{e.place}: {e.words}' for e in events))

@@ -38,7 +38,7 @@ from gearbox_monitor.recordings.topics import (
 from gearbox_monitor.ros.convert import LEVELS, stamp_of, to_diagnostics, to_time
 from gearbox_monitor.ros.paced_node import declare, TableNode
 from gearbox_monitor.ros.runtime import (
-    advertise, best_effort, latched, spin_node, steady_timer, subscribe)
+    advertise, best_effort, drain, latched, spin_node, steady_timer, subscribe, subscribe_polled)
 from gearbox_monitor.ros.watch_child import DESCRIPTION, ROWS, SERVICES
 
 DEPTH = 5000    # messages that may wait
@@ -111,27 +111,21 @@ class WatchNode(TableNode):
         home = os.environ.get('ROS_HOME') or Path.home() / '.ros'
         name = self.get_fully_qualified_name().strip('/').replace('/', '.')
         self._child = WatchChild(Path(values.state_file or Path(home, f'{name}.state')))
-        self._rows: list[tuple[int, Sequence[str], Any, Any, Any]] = []
         self._known: dict[str, Any] = {}
         self._described, self._last, self._count = False, time.monotonic(), 0
         self._findings = advertise(self, String, FINDINGS, latched())
         self._payload = [advertise(self, InertiaStamped, topic, 10)
                          for topic in (PAYLOAD, PAYLOAD_STD)]
         self._diagnostics = advertise(self, DiagnosticArray, DIAGNOSTICS, 10)
-        self._subscriptions_ = [
-            subscribe(self, JointState, JOINT_STATES, self._take, best_effort(DEPTH)),
-            subscribe(self, String, ROBOT_DESCRIPTION, self._describe, QoSProfile(
-                depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))]
+        self._states = subscribe_polled(self, JointState, JOINT_STATES, best_effort(DEPTH))
+        self._description = subscribe(
+            self, String, ROBOT_DESCRIPTION, self._describe, QoSProfile(
+                depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
         for service in SERVICES:
             self.create_service(Trigger, f'~/{service}', self._service(service))
         # Wall time: missing data must be reported while a simulation's clock stands, too.
         self._timer = steady_timer(self, 1.0, self._report)
         self.warn_of_unknown()
-
-    def _take(self, message: JointState) -> None:
-        self._last = time.monotonic()
-        self._rows.append((stamp_of(message), message.name, message.position, message.velocity,
-                           message.effort))
 
     def _describe(self, message: String) -> None:
         self._hand_over()
@@ -150,14 +144,11 @@ class WatchNode(TableNode):
         return answer
 
     def _hand_over(self) -> None:
-        """Hand over what has come; before the description the newest messages wait."""
-        if not self._described:
-            self._child.dropped += len(self._rows[:-DEPTH])
-            self._rows = self._rows[-DEPTH:]
-            return
-        rows, self._rows = self._rows, []
-        self._count += len(rows)
+        """Hand over what has come."""
+        rows = [(stamp_of(m), m.name, m.position, m.velocity, m.effort)
+                for m, _ in drain(self._states)]
         if rows:
+            self._count, self._last = self._count + len(rows), time.monotonic()
             self._child.order(ROWS, rows)
 
     def _report(self) -> None:

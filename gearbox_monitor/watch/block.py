@@ -14,7 +14,7 @@ import numpy as np
 
 from gearbox_monitor.diagnosis.robot.robot_log import RawLog, TORQUE
 from gearbox_monitor.kernels.types import Array, Integers
-from gearbox_monitor.watch.settings import SECOND, WATCH_SETTINGS
+from gearbox_monitor.watch.settings import DATED, SECOND, WATCH_SETTINGS
 
 Row = tuple[int, Sequence[str], Sequence[float], Sequence[float], Sequence[float]]
 
@@ -46,13 +46,16 @@ class Cutter:
     Collects messages and returns each Block as soon as it is whole.
 
     A block is whole once a stamp is later than its end by `late`. Messages that come later still
-    are dropped and counted in `dropped`; a clock that was set back starts a new block.
+    are dropped and counted in `dropped`. Where a clock begins anew, as that of a simulation, its
+    time follows what was taken; where it has a date, messages are dropped until then.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, after_ns: int = 0) -> None:
+        """Begin behind what was taken up to `after_ns`."""
         self.dropped = 0
         self._rows: list[Row] = []
         self._begin: int | None = None
+        self._after, self._later = after_ns, 0
 
     def take(self, stamp_ns: int, names: Sequence[str], position: Sequence[float],
              velocity: Sequence[float], effort: Sequence[float]) -> list[Block]:
@@ -67,20 +70,31 @@ class Cutter:
             effort: of each, N m, N or A; empty or NaN: none.
         """
         length, late = WATCH_SETTINGS.block_ns, WATCH_SETTINGS.late_ns
-        begin = stamp_ns // length * length
         out: list[Block] = []
-        if self._begin is not None and stamp_ns < self._begin:
-            if self._begin - stamp_ns < WATCH_SETTINGS.back_ns:
+        stamp = stamp_ns + self._later
+        if self._begin is not None and stamp < self._begin:
+            if self._begin - stamp < (WATCH_SETTINGS.back_ns if stamp_ns >= DATED else late):
                 self.dropped += 1
                 return out
-            out, self._begin = self.end(), None
+            out = self.end()
         if self._begin is None:
-            self._begin = begin
-        while stamp_ns >= self._begin + length + late:
+            if stamp < self._after and stamp_ns >= DATED:
+                self.dropped += self._after - stamp > length    # the last block was cut short
+                return out
+            if stamp < self._after:
+                self._later += (self._after // length + 1 - stamp // length) * length
+                stamp = stamp_ns + self._later
+            self._begin = stamp // length * length
+        while stamp >= self._begin + length + late:
             out += self._cut()
-            self._begin = begin if not self._rows else self._begin + length
-        self._rows.append((stamp_ns, names, position, velocity, effort))
+            self._begin = self._begin + length if self._rows else stamp // length * length
+        self._rows.append((stamp, names, position, velocity, effort))
         return out
+
+    def before(self, first_ns: int) -> list[Block]:
+        """Return the remaining blocks if a recording from `first_ns` on does not continue them."""
+        overlaps = self._rows and first_ns + self._later <= self._rows[-1][0]
+        return self.end() if overlaps and first_ns < DATED else []
 
     def end(self) -> list[Block]:
         """Return the blocks of the remaining messages, at the end of a recording."""
@@ -88,6 +102,7 @@ class Cutter:
         while self._rows and self._begin is not None:
             out += self._cut()
             self._begin += WATCH_SETTINGS.block_ns
+        self._begin = None
         return out
 
     def _cut(self) -> list[Block]:
@@ -95,7 +110,7 @@ class Cutter:
         assert self._begin is not None
         end = self._begin + WATCH_SETTINGS.block_ns
         rows = sorted((r for r in self._rows if r[0] < end), key=lambda r: r[0])
-        self._rows = [r for r in self._rows if r[0] >= end]
+        self._rows, self._after = [r for r in self._rows if r[0] >= end], end
         return [_block(self._begin, rows)] if rows else []
 
 
@@ -110,7 +125,9 @@ def _block(begin_ns: int, rows: Sequence[Row]) -> Block:
         for table, x in zip(values, columns):
             if len(x) == len(where):
                 table[row, where] = x
-    return Block(begin_ns, tuple(joints), stamps.astype(np.int64), *values)
+    there = np.isfinite(values).any(axis=(0, 1))    # a recording names joints of all its messages
+    return Block(begin_ns, tuple(name for name, x in zip(joints, there) if x),
+                 stamps.astype(np.int64), *values[:, :, there])
 
 
 def raw_log(blocks: Sequence[Block], joints: Mapping[str, str] | Sequence[str], name: str
