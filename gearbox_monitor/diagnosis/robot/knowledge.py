@@ -16,11 +16,13 @@ import scipy
 from gearbox_monitor.diagnosis.robot.candidates import Candidate, free_functions, library
 from gearbox_monitor.diagnosis.robot.evidence import Prior, RobotEvidence, RobotFit
 from gearbox_monitor.diagnosis.robot.motion import COVERED
+from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.diagnosis.robot.robot_log import RobotLog
 from gearbox_monitor.diagnosis.robot.rows import (
     dictionary, nuisance_of, NuisanceColumn, RobotModel, Rows, rows_of, shape_of)
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.kernels.types import Array, Flags, Integers
+from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.actuator import SATURATION, TORQUE_RIPPLE
 from gearbox_monitor.plant.effects.balance_column import JointMotion
 from gearbox_monitor.plant.effects.controller import SERVO_LIMIT
@@ -361,8 +363,9 @@ def learn(robot: RobotModel, logs: Sequence[RobotLog], model: str = '',
         recordings = _references(robot, logs, shapes, mean)
     evidence = RobotEvidence(recordings, variance=noisy)
     fit = evidence.fit()
-    candidates = [c for c in library(recordings) + free_functions(recordings)
-                  if c.effect not in (SATURATION.id, SERVO_LIMIT.id, COGGING.id, TORQUE_RIPPLE.id)]
+    effects = {*EFFECTS, *(e.id for e in ROBOT_EFFECTS)} - {
+        SATURATION.id, SERVO_LIMIT.id, COGGING.id, TORQUE_RIPPLE.id}
+    candidates = library(recordings, tuple(effects)) + free_functions(recordings)
     scatter, dispersion, parts = scattered(evidence, fit, candidates)
     progress(SETTINGS.rounds + 1, SETTINGS.rounds + 1)
     joints = range(evidence.joints)
