@@ -59,7 +59,8 @@ class WatchChild:
         self._child = subprocess.Popen(
             [sys.executable, '-m', 'gearbox_monitor.ros.watch_child', str(state),
              str(os.getpid())], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-            env={**os.environ, 'PYTHONPATH': path, 'OPENBLAS_NUM_THREADS': '1'},
+            env={**os.environ, 'PYTHONPATH': path, 'OPENBLAS_NUM_THREADS': '1',
+                 'MALLOC_MMAP_THRESHOLD_': '1000000'},   # what learning took goes back
             start_new_session=True)
         self._threads = [Thread(target=x, daemon=True) for x in (self._write, self._read)]
         for thread in self._threads:

@@ -225,10 +225,11 @@ class RobotEvidence:
         extra, places, scale = self._columns(chosen)
         grams, index = [], []
         for a, x, place in zip(self.at, extra, places):
-            n, e = len(a.index), x.shape[1]
-            gram = np.empty((len(a.cells), n + e + 1, n + e + 1))
-            keep, new = np.r_[0:n, n + e], np.arange(n, n + e)
-            gram[:, keep[:, None], keep] = a.gram
+            n, e, gram = len(a.index), x.shape[1], a.gram
+            if e:
+                gram = np.empty((len(a.cells), n + e + 1, n + e + 1))
+                keep, new = np.r_[0:n, n + e], np.arange(n, n + e)
+                gram[:, keep[:, None], keep] = a.gram
             for g, cell in enumerate(a.cells if e else ()):
                 full = np.column_stack([a.z[cell], x[cell], a.y[cell]])
                 cross = full.T @ x[cell]
