@@ -14,7 +14,7 @@ from gearbox_monitor.files.baselines import write_whole
 from gearbox_monitor.files.opening import read_bytes
 from gearbox_monitor.watch.record import from_data, to_data, Watch
 
-FORMAT = 1
+FORMAT = 2
 MAX_BYTES = 256 << 20
 
 

@@ -16,8 +16,8 @@ Public names, by module:
     compiled_model: actuator_law, actuator_losses, ActuatorLaw, actuators_on, at_rest,
         disabled, DRAG, enabled, ends_of, is_off, kind_of, moved_by, mujoco_module, name_of,
         open_loop, Refusal, scalar_joints, tendon_forces, undecided, undecided_of_robot, Unread
-    description: expanded_root, finite_number, LOCKED_IN_VALUES, LONGEST, parse, PRINCIPAL,
-        RobotDescription, rotations, SUFFIXES, turn
+    description: expanded_root, finite_number, LOCKED_IN_VALUES, LONGEST, own_joints, parse,
+        PRINCIPAL, RobotDescription, rotations, SUFFIXES, turn
     dynamics: ArmLoad, arrays_of, MotionState, Payload
-    plausibility: implausible
+    plausibility: implausible, implausible_limits, implausible_links
 """
