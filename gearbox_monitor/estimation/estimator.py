@@ -502,6 +502,11 @@ class Estimator:
                 stop_ns - SECOND <= stamp_ns < stop_ns) or self.accurate_since_ns == stamp_ns:
             self._hand_over(stamp_ns, code, observe)
 
+    def flush(self, observe: Observer) -> None:
+        """Give `observe` what single steps have collected for it."""
+        if self._n_pending or self._pending_smoothed:
+            self._hand_over(self.stamp_ns, sample_loop.ESTIMATE, observe)
+
     def _hand_over(self, stamp_ns: int, code: int, observe: Observer) -> None:
         """Give `observe` what was collected up to the sample at `stamp_ns` of this `code`."""
         (stamps, rows), n = self._pending, self._n_pending
@@ -512,8 +517,8 @@ class Estimator:
 
     def run(self, samples: Samples, observe: Observer | None = None) -> Estimates:
         """Take `samples`; return their Estimates, the same bits as by step; observe: see step."""
-        if observe is not None and (self._n_pending or self._pending_smoothed):
-            self._hand_over(self.stamp_ns, sample_loop.ESTIMATE, observe)
+        if observe is not None:
+            self.flush(observe)
         stamps, u, y = checked(samples)
         if self._arm_load is not None and len(stamps):
             if samples.joints is None:

@@ -237,6 +237,7 @@ class Monitor:
 
     def snapshot(self) -> dict[str, str]:
         """Return everything that estimates and outcomes on drift depend on, as {name: text}."""
+        self.estimator.flush(self._judge)  # single steps collect samples up to the next second
         return {
             **self.estimator.snapshot(),
             'health': json.dumps(to_data(self.health)),
