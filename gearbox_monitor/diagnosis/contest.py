@@ -290,9 +290,9 @@ def ended(search: Search[E]) -> Search[E]:
         for base in dict.fromkeys((search.none, best)):
             train = base
             for longer in evidence.trains(base, best):
-                if search.worth(train, longer) <= CONTEST.margin:
-                    break
-                train = longer
+                # One burst alone may not pay where all do.
+                if search.worth(train, longer) > CONTEST.margin:
+                    train = longer
             if train is not base and search.pays(train):
                 best, remains = train, evidence.remains(train)
                 break

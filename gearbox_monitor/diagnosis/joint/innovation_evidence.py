@@ -378,10 +378,12 @@ class InnovationEvidence:
             if len(theta) > payable:
                 return
             owner = np.concatenate([owner, *(np.full(len(o), i) for i, o in enumerate(found))])
-            theta, at = sharpened(data, at, theta, owner, self.dispersion * CONTEST.close
-                                  * len(theta) * self.price_of_burst)
+            least = self.dispersion * CONTEST.close * len(theta) * self.price_of_burst
+            theta, at = sharpened(data, at, theta, owner, least)
             beside = with_bursts(data, theta, owner)
             there = evaluated(beside.whole, at)
+            if whole.deviance - there.deviance < least:
+                return
             # Bursts happen once: parts that fits do not see hold some of them.
             deviance = h.deviance - (whole.deviance - there.deviance)
             bursts = sorted((Burst(data.recordings[i].name, *map(float, row))
