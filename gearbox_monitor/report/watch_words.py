@@ -28,6 +28,7 @@ STATE_TITLES = {FRICTION: 'friction %', SCALE: 'torque scale %', ROTOR: 'rotor %
                 WEIGHT: 'weight %'}
 NOT_JUDGED, NO_CHANGE = 'not judged', 'No change so far.'
 GRAVITY = 9.81
+FINEST = 0.001  # deviation of a share that is worth a digit
 
 
 def when(stamp_ns: int) -> str:
@@ -42,9 +43,10 @@ def share_words(state: Change | StateHealth) -> str:
     if state.kind == TILT:
         factor = 180.0 / math.pi / GRAVITY
         return str(Quantity(factor * abs(state.size), factor * state.std, '°'))
+    std = max(state.std, FINEST)
     if state.kind == RIPPLE:
-        return str(percent(abs(state.size), state.std))
-    return f'{percent(state.size, state.std):+}'
+        return str(percent(abs(state.size), std))
+    return f'{percent(state.size, std):+}'
 
 
 def size_words(state: Change | StateHealth) -> str:
