@@ -11,6 +11,9 @@ drift_window seconds. DIR then holds
   fleet.html    the page: backlash of each gearbox over time, the most worn first
   parts/        the row of each bag that is done
 
+With --robots, or the URDF file of a robot as --model, the bags are of whole robots: those of each
+folder are folded in order of time, as "watch" does, and a row is a joint.
+
 Each bag runs in a process of its own, or on a Dask cluster. A bag that kills its worker, or
 exceeds --max-seconds or --max-memory, gets a row that says so (a Dask cluster limits the memory
 itself). The same command continues where an earlier one ended, for whatever reason: bags that are
@@ -20,6 +23,7 @@ usage examples:
   gearbox_monitor fleet archive/ --out fleet
   gearbox_monitor fleet '2026-*/joint3_*' --out fleet --model joint3.yaml --workers 8
   gearbox_monitor fleet archive/ --out fleet --gearbox 'archive/([^/]+)/' --diagnose
+  gearbox_monitor fleet archive/ --out fleet --robots    # archive/arm7/monday, archive/arm8/...
   gearbox_monitor fleet archive/ --out fleet --scheduler tcp://head:8786
   gearbox_monitor fleet archive/ --out fleet --json | jq .gearboxes[0]
 """
@@ -33,7 +37,7 @@ import sys
 from typing import Any
 
 from gearbox_monitor.cli.main import INTERRUPTED, UNDECIDED
-from gearbox_monitor.cli.options import estimator_options, show
+from gearbox_monitor.cli.options import estimator_options, refuse, show
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import expect_whole, InputError, installed_by
 from gearbox_monitor.files.opening import read_text
@@ -65,7 +69,10 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--only', metavar='ID,ID', default='',
                         help='effects that --diagnose tries, and no others: far quicker')
     parser.add_argument('--model', metavar='FILE',
-                        help='model file of the drive (default: that recorded in each bag)')
+                        help='model file of the drive, or URDF of robots (default: that recorded '
+                        'in each bag)')
+    parser.add_argument('--robots', action='store_true',
+                        help='the bags are of whole robots, with robot_description')
     parser.add_argument('--params', metavar='FILE', help='ROS parameter file of the estimator')
     parser.add_argument('--topic', default='joint_states', help='topic of the inputs')
     parser.add_argument('--gearbox', metavar='PATTERN', default='',
@@ -80,24 +87,31 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
     _check(args)
+    robots = _of_robots(args)
     try:
         from gearbox_monitor.fleet.fleet_run import at_home, on_cluster, run as run_fleet
         from gearbox_monitor.fleet.fleet_table import FleetFolder
         from gearbox_monitor.fleet.job import find_bags
+        from gearbox_monitor.fleet.robots import pending_of, robot_bags, run_robots
     except ModuleNotFoundError as error:
         raise InputError(f'{error.name} is not installed, expected '
                          f'{installed_by("tables")}') from None
-    settings, services = _settings(args), _services(args.serviced)
-    bags, folder = find_bags(args.bags), FleetFolder(args.out)
-    pending = [bag for bag in bags if not folder.has(bag, settings.key)]
+    settings, services = _settings(args, robots), _services(args.serviced)
+    bags: Sequence[Any] = find_bags(args.bags)
+    folder = FleetFolder(args.out)
+    run_each: Any = run_robots if robots else run_fleet
+    if robots:
+        bags = robot_bags(bags, args.gearbox)
+    pending: Sequence[Any] = pending_of(bags, folder, settings.key) if robots else [
+        bag for bag in bags if not folder.has(bag, settings.key)]
 
     def executor(workers: int) -> Any:
         return on_cluster(args.scheduler) if args.scheduler else at_home(
             workers, args.max_memory << 20)
     rows: dict[str, Any] = {}  # of this run, by path; of bags to be tried again
     with Interrupt() as interrupt, count_bar('fleet', len(bags), len(bags) - len(pending)) as bar:
-        for bag, row in run_fleet(pending, settings, executor, args.workers or cores(),
-                                  lambda: interrupt.requested):
+        for bag, row in run_each(pending, settings, executor, args.workers or cores(),
+                                 lambda: interrupt.requested):
             rows[bag.path] = row if row['retry'] else None
             if not row['retry']:
                 folder.put(bag, row)
@@ -108,7 +122,8 @@ def run(args: Namespace) -> int:
         if mixed:
             print(f'gearbox_monitor fleet: {mixed}', file=sys.stderr)
             return UNDECIDED
-        data = finish(folder, table, settings.key, rows, len(bags) - len(pending), services)
+        data = finish(folder, table, settings.key, rows, len(bags) - len(pending), services,
+                      robots)
     data['interrupted'] = interrupted
     show(args, data, lambda: text(data))
     if data['interrupted']:
@@ -116,6 +131,11 @@ def run(args: Namespace) -> int:
               file=sys.stderr)
         return INTERRUPTED
     return 1 if data['to_be_tried_again'] else 0
+
+
+def _of_robots(args: Namespace) -> bool:
+    """Return whether the options `args` are about whole robots."""
+    return bool(args.robots or Path(args.model or '').suffix == '.urdf')
 
 
 def _check(args: Namespace) -> None:
@@ -128,6 +148,8 @@ def _check(args: Namespace) -> None:
         raise InputError(f'--max-seconds: {args.max_seconds:g}, expected a number > 0 (s)')
     if args.max_memory < 0:
         raise InputError(f'--max-memory: {args.max_memory}, expected a whole number >= 0 (MB)')
+    if _of_robots(args):
+        refuse(args, ('diagnose', 'params', 'serviced'), 'of gearboxes, expected none with robots')
     if args.only and not args.diagnose:
         raise InputError('--only requires --diagnose')
     try:
@@ -179,9 +201,13 @@ def _services(path: str | None) -> dict[str, list[tuple[int, str]]]:
     return services
 
 
-def _settings(args: Namespace) -> Any:
-    """Return the JobSettings of the options."""
+def _settings(args: Namespace, robots: bool) -> Any:
+    """Return the JobSettings of the options; `robots`: whether the bags are of robots."""
     from gearbox_monitor.fleet.job import JobSettings
+    if robots:
+        from gearbox_monitor.library.watch import urdf_in
+        return JobSettings(robot=urdf_in(args.model) if args.model else '', topic=args.topic,
+                           gearbox=args.gearbox, max_seconds=args.max_seconds)
     from gearbox_monitor.diagnosis.joint.diagnose import chosen_ids
     parameters, model_file = estimator_options(args)
     only = tuple(filter(None, args.only.split(',')))
@@ -191,7 +217,7 @@ def _settings(args: Namespace) -> Any:
 
 
 def finish(folder: Any, rows: Sequence[dict[str, Any]], key: str, results: Mapping[str, Any],
-           skipped: int, services: Mapping[str, Any]) -> dict[str, Any]:
+           skipped: int, services: Mapping[str, Any], robots: bool) -> dict[str, Any]:
     """
     Write the page.
 
@@ -202,20 +228,24 @@ def finish(folder: Any, rows: Sequence[dict[str, Any]], key: str, results: Mappi
         results: {path: row to be tried again, or None} of this run.
         skipped: bags that were done before.
         services: {gearbox: (stamp in ns, note)}.
+        robots: whether the bags are of robots.
 
     Returns:
         The summary as plain data.
 
     """
-    from gearbox_monitor.fleet.fleet_table import gearboxes
-    from gearbox_monitor.report.fleet_page import CSV_NAME, fleet_csv, fleet_page, headline
-    boxes = gearboxes(rows, services)
+    from gearbox_monitor.fleet.fleet_table import gearboxes, joints
+    from gearbox_monitor.report.fleet_page import (
+        CSV_NAME, fleet_csv, fleet_page, headline, robots_headline, robots_page)
+    boxes = joints(rows) if robots else gearboxes(rows, services)
     status = Counter(row['status'] for row in rows)
     other_settings = sum(row['status'] == 'done' and row['settings'] != key for row in rows)
-    written = folder.write_page(fleet_page(boxes, rows, status, other_settings))
-    folder.write_page(fleet_csv(boxes), CSV_NAME)
+    written = folder.write_page((robots_page if robots else fleet_page)(
+        boxes, rows, status, other_settings))
+    if not robots:
+        folder.write_page(fleet_csv(boxes), CSV_NAME)
     failed = [row for row in rows if row['status'] == 'failed']
-    answer = headline(boxes)
+    answer = (robots_headline if robots else headline)(boxes)
     return {
         'summary': answer, 'out': str(folder.path), 'page': str(written), 'bags': len(rows),
         **{name: sum(row['path'] in results and row['status'] == name for row in rows)
@@ -226,13 +256,15 @@ def finish(folder: Any, rows: Sequence[dict[str, Any]], key: str, results: Mappi
         'without_serial': sum(NO_SERIAL in (row.get('notes') or '') for row in rows
                               if row['status'] == 'done'),
         'headline': answer, 'other_settings': other_settings,
-        'gearboxes': [{**box, 'points': len(box['points'])} for box in boxes],
+        'joints' if robots else 'gearboxes': [
+            {**box, 'points': len(box['points'])} for box in boxes],
         'failures': [{'path': row['path'], 'reason': row['reason'], 'retry': bool(row['retry'])}
                      for row in failed]}
 
 
 def text(data: Mapping[str, Any]) -> str:
     """Return the summary `data` as lines for people."""
+    from gearbox_monitor.report.fleet_page import joint_name
     from gearbox_monitor.report.words import counted
     lines = [data['summary'], '',
              f'bags         {data["done"]} done, {data["failed"]} failed, '
@@ -244,7 +276,9 @@ def text(data: Mapping[str, Any]) -> str:
     for label, entries in (
             ('gearboxes', [f'{box["gearbox"]}: {box["summary"]}, '
                            f'{box["points"]} of {counted(box["bags"], "bag")}'
-                           for box in data['gearboxes']]),
+                           for box in data.get('gearboxes', ())]),
+            ('joints', [f'{joint_name(joint)}: {joint["summary"]}'
+                        for joint in data.get('joints', ())]),
             ('failed', [entry['reason'] + (' (will be tried again)' if entry['retry'] else '')
                         for entry in data['failures']])):
         listed = entries[:PRINTED] + ([f'and {len(entries) - PRINTED} more']

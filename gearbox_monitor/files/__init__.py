@@ -16,7 +16,7 @@ Public names, by module:
     knowledge_file: load_knowledge, save_knowledge, SUFFIX
     opening: BoundedGzip, config_path, dump, load_robot, LONGEST_LINE, open_file,
         open_unpacked, plain, read_bytes, read_json, read_text, TOPIC, write_new
-    watch_file: load_watch, save_watch
+    watch_file: load_watch, save_watch, watch_bytes, watch_from
     yaml_files: error_words, expect_folder_of, expect_new, expect_new_file,
         expect_outside_of_bag, gearboxes_of, load_model, load_parameters, load_yaml,
         model_text, parse_yaml, save_model, write_parameters

@@ -35,7 +35,16 @@ def save_watch(path: str | Path, watch: Watch) -> None:
 def load_watch(path: str | Path) -> Watch:
     """Return the Watch in the file `path`. Raises InputError: it is damaged, or another file."""
     try:
-        with np.load(io.BytesIO(read_bytes(Path(path), MAX_BYTES)), allow_pickle=False) as file:
+        content = read_bytes(Path(path), MAX_BYTES)
+    except OSError as error:
+        raise InputError(f'{path}: {error.strerror}, expected a state that watch wrote') from None
+    return watch_from(content, path)
+
+
+def watch_from(content: bytes, path: str | Path) -> Watch:
+    """Return the Watch in the `content` of a file called `path`. Raises InputError."""
+    try:
+        with np.load(io.BytesIO(content), allow_pickle=False) as file:
             data = json.loads(bytes(file['text']).decode())
             if data['format'] != FORMAT:
                 raise InputError(f'{path}: format: {data["format"]}, expected {FORMAT}: remove it '
@@ -44,8 +53,8 @@ def load_watch(path: str | Path) -> Watch:
     except InputError:
         raise
     except Exception as error:  # zip, zlib, numpy and JSON raise many kinds for damaged files
-        reason = getattr(error, 'strerror', None) or f'{type(error).__name__}: {error}'
-        raise InputError(f'{path}: {reason}, expected a state that watch wrote') from None
+        raise InputError(f'{path}: {type(error).__name__}: {error}, expected a state that watch '
+                         'wrote') from None
     if not isinstance(watch, Watch):
         raise InputError(f'{path}: {type(watch).__name__}, expected a state that watch wrote')
     return watch

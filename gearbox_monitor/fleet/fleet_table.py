@@ -20,7 +20,7 @@ import pyarrow as pa
 from pyarrow import dataset, parquet
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.fleet.job import COMBINED, FleetBag, Row
+from gearbox_monitor.fleet.job import COMBINED, FleetBag, RobotBag, Row
 from gearbox_monitor.health.backlash.change_tests import FEATURES
 from gearbox_monitor.health.backlash.operating_point import Bins
 from gearbox_monitor.health.checks.outcome import Level
@@ -28,6 +28,7 @@ from gearbox_monitor.health.health_record import Health, HealthSettings, Window
 from gearbox_monitor.health.wear_outcome import figures, sentence
 from gearbox_monitor.health.judgement import folded, serviced, under
 from gearbox_monitor.removed import refusal
+from gearbox_monitor.watch.record import WATCH
 
 Services = Mapping[str, Sequence[tuple[int, str]]]  # gearbox: (stamp in ns, note) of each service
 COPIED = ('trust', 'model_level', 'not_excited', 'unit')  # of the newest bag
@@ -56,6 +57,52 @@ def gearboxes(rows: Iterable[Row], services: Services | None = None) -> list[dic
     boxes = [_history(name, sorted(group, key=lambda row: (row['start'], row['path'])),
                       sorted((services or {}).get(name, ()))) for name, group in groups.items()]
     return sorted(boxes, key=_order)
+
+
+def joints(rows: Iterable[Row]) -> list[dict[str, Any]]:
+    """
+    Return the joints of robots as plain data, those with findings first.
+
+    Args:
+        rows: of the table of bags (fleet_table.SCHEMA), of robots.
+
+    Returns:
+        Dicts: robot, joint ('' for the robot as a whole), level (None: not judged), summary (its
+        finding, or why it is not judged), finding, states (as of watch_data), bags (analysed),
+        first, last (ns); points: of each bag, {start (ns), states}.
+
+    """
+    groups: dict[str, list[Row]] = {}
+    for row in rows:
+        groups.setdefault(row['gearbox'], []).append(row)
+    out = [joint for robot, own in groups.items() if robot is not None
+           for joint in _joints_of(robot, [row for row in own if row['status'] == 'done'])]
+    return sorted(out, key=lambda j: (1 if j['level'] is None else -j['level'], j['robot']))
+
+
+def _joints_of(robot: str, rows: Sequence[Row]) -> list[dict[str, Any]]:
+    """Return the joints of a `robot` after the bags of `rows`."""
+    if not rows:
+        return [{'robot': robot, 'joint': '', 'level': None, 'summary': 'no bag could be read',
+                 'finding': None, 'states': {}, 'bags': 0, 'first': 0, 'last': 0, 'points': []}]
+    rows = sorted(rows, key=lambda row: (row['start'], row['path']))
+    known = [json.loads(row['judged']) for row in rows]
+    newest, out = known[-1], []
+    for joint in (*newest['joints'], ''):
+        own = newest['joints'].get(joint) or {'level': 0, 'states': {}, 'why': ''}
+        found = [f for f in newest['findings'] if (f['joint'] or '') == joint]
+        if not joint and not found:
+            continue        # of the whole robot there is nothing to say
+        still = newest['summary'] if newest['phase'] != WATCH else own['why']
+        out.append({
+            'robot': robot, 'joint': joint, 'level': int(Level.WARN) if found else own['level'],
+            'summary': '; '.join(f['words'].partition(': ')[2] for f in found) or (
+                still if own['level'] is None else 'as learnt'),
+            'finding': found[0] if found else None, 'states': own['states'], 'bags': len(rows),
+            'first': rows[0]['start'], 'last': rows[-1]['start'],
+            'points': [{'start': row['start'], 'states': data['joints'][joint]['states']}
+                       for row, data in zip(rows, known) if joint in data['joints']]})
+    return out
 
 
 def _order(box: dict[str, Any]) -> tuple[int, bool, float, str]:
@@ -153,11 +200,23 @@ class FleetFolder:
     def put(self, bag: FleetBag, row: Row) -> None:
         """Write the final `row` of `bag` in place of an earlier one. Raises InputError."""
         name = _name_of(bag, row['settings'])
+        if isinstance(bag, RobotBag):   # the state before it goes when both are there
+            state = _state_of(bag, row['settings'])
+            self._write(f'{PARTS}/{state}', lambda part: part.write_bytes(row['state']))
         self._write(f'{PARTS}/{name}', lambda part: _write_table([row], part))
+        if isinstance(bag, RobotBag):
+            for old in self._parts.glob(f'{state[:32]}-*.watch'):
+                if old.name != state:
+                    old.unlink(missing_ok=True)
         earlier = self._names.get(name[:32], name)
         self._names[name[:32]] = name
         if earlier != name:
             (self._parts / earlier).unlink(missing_ok=True)
+
+    def state(self, bag: RobotBag, key: str) -> bytes | None:
+        """Return what is known after a robot's `bag` with settings `key`, None if it is lost."""
+        path = self._parts / _state_of(bag, key)
+        return path.read_bytes() if path.is_file() else None
 
     def finish(self, retried: Iterable[Row]) -> list[Row]:
         """
@@ -182,8 +241,10 @@ class FleetFolder:
         rows = sorted([*rows, *again.values()], key=lambda row: row['path'])
         originals: dict[tuple[str, str], str] = {}  # (content, settings): path
         for row in rows:
-            original = row['path'] if row['status'] != 'done' else originals.setdefault(
-                (row['content'], row['settings']), row['path'])
+            if row['status'] == 'done':
+                originals.setdefault((row['content'], row['settings']), row['path'])
+        for row in rows:    # the copy of a robot's bag fails: its time has been taken
+            original = originals.get((row['content'], row['settings']), row['path'])
             if original != row['path']:
                 kept = {name: row[name] for name in (
                     'path', 'content', 'bytes', 'settings', 'version')}
@@ -214,9 +275,16 @@ class FleetFolder:
 
 def _name_of(bag: FleetBag, key: str) -> str:
     """Return the name of the file of `bag`, as it is now, under the settings `key`."""
-    path, state = (hashlib.sha256(text.encode('utf-8', 'surrogateescape')).hexdigest()
-                   for text in (bag.path, f'{bag.fingerprint} {key}'))
-    return f'{path[:32]}-{state[:16]}.parquet'
+    return f'{_hex(bag.path)[:32]}-{_hex(f"{bag.fingerprint} {key}")[:16]}.parquet'
+
+
+def _state_of(bag: RobotBag, key: str) -> str:
+    """Return the name of the file of what is known of a robot after its `bag`."""
+    return f'{_hex(bag.robot)[:32]}-{_hex(f"{bag.fingerprint} {key}")[:16]}.watch'
+
+
+def _hex(text: str) -> str:
+    return hashlib.sha256(text.encode('utf-8', 'surrogateescape')).hexdigest()
 
 
 def _write_table(rows: Iterable[Row], path: Path) -> None:

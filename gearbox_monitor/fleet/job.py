@@ -26,10 +26,12 @@ from gearbox_monitor.diagnosis.joint.diagnose import diagnose
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.files.opening import plain
+from gearbox_monitor.files.watch_file import watch_bytes, watch_from
 from gearbox_monitor.health.backlash.features import (
     Backlash, combine, NotExcited, reason_of, separable_of)
 from gearbox_monitor.health.health_record import Window
 from gearbox_monitor.kernels.kernel import KERNELS
+from gearbox_monitor.library.watch import description_in, watch_robot
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.player import Player
@@ -39,7 +41,9 @@ from gearbox_monitor.recordings.recorded_samples import (
     joined_samples, NO_MODEL, NO_SERIAL, samples_of)
 from gearbox_monitor.recordings.storage import FILE_NAME
 from gearbox_monitor.removed import refusal
+from gearbox_monitor.report.watch_words import watch_data
 from gearbox_monitor.signals.examine import admitted
+from gearbox_monitor.watch.fold import begin
 
 SUFFIXES = ('.mcap', '.db3', '.bag')  # ROS 1 bags are found, too, to report them as foreign
 
@@ -59,6 +63,18 @@ class FleetBag:
     fingerprint: str = ''
     problem: str = ''
     root: str = ''
+
+
+@dataclass(frozen=True)
+class RobotBag(FleetBag):
+    """
+    A bag of a robot, whose fingerprint counts those before it, too.
+
+    robot: its name. state: content of the file of what the bags before taught, b'' for nothing.
+    """
+
+    robot: str = ''
+    state: bytes = b''
 
 
 def find_bags(words: Iterable[str]) -> list[FleetBag]:
@@ -151,7 +167,7 @@ def content_hash(path: Path) -> str:
     return digest.hexdigest()
 
 
-FORMAT = 4  # of the rows
+FORMAT = 5  # of the rows
 DIAGNOSED = 14_000_000_000  # ns of a bag that are diagnosed
 COMBINED = ('gap', 'lost_motion', 'stiffness', 'hysteresis')
 TRUST = ('observability', 'prediction error', 'covariance', 'input')
@@ -167,6 +183,7 @@ class JobSettings:
     estimator, by name; they replace the recorded ones. topic: of the inputs. gearbox: pattern
     whose first group, in the path, names the gearbox; '': the recorded serial. diagnose: whether
     to diagnose. only: ids of the effects to try, () = all. max_seconds: that one bag may take.
+    robot: text of the URDF of robots, '' for the one recorded in their bags.
     """
 
     model: DriveModel | None = None
@@ -177,14 +194,16 @@ class JobSettings:
     diagnose: bool = False
     only: tuple[str, ...] = ()
     max_seconds: float = math.inf
+    robot: str = ''
     version: str = __version__
 
     @property
     def key(self) -> str:
         """Sixteen hex digits: a bag is not analysed twice under the same ones."""
         content = {'format': FORMAT, 'model': self.model and self.model.to_dict(),
-                   'parameters': self.parameters, 'topic': self.topic, 'gearbox': self.gearbox,
-                   'diagnose': self.diagnose, 'only': self.only, 'version': self.version}
+                   'robot': self.robot, 'parameters': self.parameters, 'topic': self.topic,
+                   'gearbox': self.gearbox, 'diagnose': self.diagnose, 'only': self.only,
+                   'version': self.version}
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
 
 
@@ -215,10 +234,14 @@ def _row(bag: FleetBag, settings: JobSettings) -> Row:
         return failed(bag, settings, f'the worker has gearbox_monitor {__version__}, expected '
                       f'{settings.version}')
     row = {**failed(bag, settings, ''), 'kernels': KERNELS, 'retry': False}
+    if isinstance(bag, RobotBag):
+        row |= {'gearbox': bag.robot, 'state': bag.state}
     try:
         path = Path(bag.path)
         row['content'] = content_hash(path)
-        return {**row, **_analysed(path, settings), 'status': 'done', 'reason': None}
+        result = (_watched(path, bag, settings) if isinstance(bag, RobotBag) else
+                  _analysed(path, settings))
+        return {**row, **result, 'status': 'done', 'reason': None}
     except InputError as error:
         return {**row, 'reason': str(error)}
     except OSError as error:
@@ -235,7 +258,7 @@ def _analysed(path: Path, settings: JobSettings) -> Row:
     with open_recording(path) as reader:
         player = Player(reader, settings.model, settings.parameters, settings.topic)
         monitor = player.monitor
-        gearbox, named = _gearbox(path, player.namespace, monitor.parameters.gearbox_serial,
+        gearbox, named = name_of(path, player.namespace, monitor.parameters.gearbox_serial,
                                   settings.gearbox)
         judged: list[Window] = []
         count = 0
@@ -275,8 +298,35 @@ def _analysed(path: Path, settings: JobSettings) -> Row:
     return row
 
 
-def _gearbox(path: Path, namespace: str, serial: str, pattern: str) -> tuple[str, bool]:
-    """Return the name of the gearbox, and whether more than the folder of the bag tells it."""
+def _watched(path: Path, bag: RobotBag, settings: JobSettings) -> Row:
+    """Return the results for the row of a robot's `bag` at `path`."""
+    _, named = name_of(path, '', '', settings.gearbox)
+    known, notes = watch_from(bag.state, path) if bag.state else None, list[str]()
+    text = settings.robot or description_in([path])
+    if known is not None and text not in (None, known.description):
+        known, notes = None, ['another robot_description: the robot is learnt again']
+    if known is None and text is not None:
+        known = begin(text)
+    watch = watch_robot(path, state=known, topic=settings.topic)
+    with open_recording(path) as reader:
+        start, end = reader.start_ns or 0, reader.end_ns or 0
+        notes += [reader.notice] if reader.notice else []
+    return {'named': named, 'start': start, 'duration_s': (end - start) * 1e-9,
+            'state': watch_bytes(watch),
+            'date': datetime.fromtimestamp(start // 10 ** 9, timezone.utc).strftime('%Y-%m-%d'),
+            'judged': json.dumps(watch_data(watch)), 'notes': '; '.join([*notes, *watch.notes])}
+
+
+def name_of(path: Path, namespace: str, serial: str, pattern: str) -> tuple[str, bool]:
+    """
+    Return the name of a gearbox or robot, and whether more than the folder of the bag tells it.
+
+    Args:
+        path: of the bag.
+        namespace: of its topic, or ''.
+        serial: recorded in it, or ''.
+        pattern: see JobSettings.gearbox.
+    """
     usual = EstimatorParameters().gearbox_serial
     if pattern:
         match = re.search(pattern, str(path))

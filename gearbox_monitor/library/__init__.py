@@ -17,5 +17,5 @@ Public names, by module:
         robot_effects, RobotDiagnosis
     simulator_file: CatalogueActuator, export_model, in_units, is_actuator, load_actuator,
         load_model, NAMES, SimulatorFile, SIMULATORS, TARGETS, with_backlash, written_model
-    watch: watch_robot
+    watch: description_in, urdf_in, watch_robot
 """

@@ -109,7 +109,7 @@ def _taken(path: Path, cutter: Cutter, topic: str, reading: ReadOptions, after_n
 
 
 def description_in(paths: Sequence[Path], reading: ReadOptions = BY_NAMES) -> str | None:
-    """Return the first description in the recordings `paths`, None without any."""
+    """Return the first description in `paths`, read as `reading` says, None without any."""
     return next((text for path in paths for _, text in _descriptions(path, reading)), None)
 
 

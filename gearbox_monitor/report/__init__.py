@@ -15,7 +15,8 @@ Public names, by module:
     diagnosis_evidence: gather, notable_windows, shows_place, whole_chart, window_chart
     diagnosis_page: diagnosis_page, PageContext
     explanation: ALL_CONDITIONS, Explanation, explanations
-    fleet_page: CSV_NAME, fleet_csv, fleet_page, headline
+    fleet_page: CSV_NAME, fleet_csv, fleet_page, headline, joint_name, robots_headline,
+        robots_page
     live_history: GearboxHistory, StatusAlert
     live_page: live_frame, LivePage, WatchNews
     plots: figure

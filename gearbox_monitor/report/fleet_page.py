@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """The page of a fleet: backlash of each gearbox over time, the most worn first; failed bags."""
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 import csv
 from io import StringIO
 from typing import Any, TypeAlias
@@ -18,6 +18,7 @@ from gearbox_monitor.report.chart import Chart, Mark, Panel, range_of, Span, Tra
 from gearbox_monitor.report.words import counted
 
 Gearbox: TypeAlias = Mapping[str, Any]  # of fleet.fleet_table.gearboxes
+Joint: TypeAlias = Mapping[str, Any]    # of fleet.fleet_table.joints
 Bag: TypeAlias = Mapping[str, Any]      # a row of the table of bags
 DRAWN = 24    # with a chart
 LISTED = 500  # bags in the table of those that need a look
@@ -26,6 +27,10 @@ SIGMAS = 2.0  # of bands and whiskers
 # Features with a curve: noun, unit of a rotary axis.
 CURVES = {'gap': ('backlash', 'rad'), 'lost_motion': ('lost motion', 'rad'),
           'stiffness': ('stiffness', 'N m/rad'), 'hysteresis': ('hysteresis', 'N m')}
+NOTHING = 'Nothing now. Run the same command when there are new bags: it analyses only these'
+# States of a robot's joint with a column and a curve.
+STATES = {'friction': 'friction', 'torque_scale': 'torque scale', 'weight': 'weight',
+          'rotor': 'rotor'}
 SHOP = ('gearbox', 'level', 'what', 'since', 'limit about', 'limit earliest', 'serviced')
 CSV_NAME = 'fleet.csv'
 KINDS = {None: '', 'OK': 'good', 'WARN': 'warn', 'ERROR': 'error'}
@@ -55,6 +60,87 @@ def fleet_page(gearboxes: Sequence[Gearbox], bags: Sequence[Bag], counts: Mappin
     return render_page(Page('Fleet', _summary(gearboxes, counts), sections))
 
 
+def robots_page(joints: Sequence[Joint], bags: Sequence[Bag], counts: Mapping[str, int],
+                other_settings: int) -> str:
+    """
+    Return the page of a fleet of robots as HTML.
+
+    Args:
+        joints: fleet_table.joints(bags), those with findings first.
+        bags: rows of the table of bags.
+        counts: {status: bags}.
+        other_settings: analysed bags with other settings than the last run.
+
+    Returns:
+        One file that loads nothing.
+
+    """
+    found = [j for j in joints if j['level']]
+    steps = [f'Inspect {", ".join(map(joint_name, found))}'] if found else []
+    if any(j['level'] is None for j in joints):
+        steps.append('The table says why a joint is not judged: let it move, or record the '
+                     'missing signal')
+    silent = any(j['level'] is None for j in joints) or not joints
+    facts = _facts({j['robot'] for j in joints}, 'robots', counts,
+                   max((j['last'] for j in joints), default=0))
+    kind = 'warn' if found else '' if silent else 'good'
+    table = PageTable(('robot', 'joint', 'state', *STATES.values(), 'recorded', 'bags'), [
+        (j['robot'], j['joint'], j['summary'], *(_share(j['states'].get(k)) for k in STATES),
+         _days(j), str(j['bags'])) for j in joints])
+    return render_page(Page('Fleet', page_summary(kind, robots_headline(joints), facts), [
+        advice(steps or [NOTHING]), Section('fleet/joints.html', {'joints': table}, 'All joints'),
+        *_joint_curves(joints), bag_problems(bags, other_settings)]))
+
+
+def joint_name(joint: Joint) -> str:
+    """Return the name of a `joint` among those of all robots."""
+    return f'{joint["joint"]} of {joint["robot"]}' if joint['joint'] else joint['robot']
+
+
+def robots_headline(joints: Sequence[Joint]) -> str:
+    """Return the most important fact about `joints` in one sentence."""
+    found = [j for j in joints if j['level']]
+    if found:
+        return (f'{joint_name(found[0])}: {found[0]["summary"]}'
+                + (f' ({counted(len(found) - 1, "more joint")})' if found[1:] else '') + '.')
+    judged = sum(j['level'] is not None for j in joints)
+    if not judged:
+        return 'No joint could be judged.'
+    rest = len(joints) - judged
+    return (f'{counted(judged, "joint")} as learnt'
+            + (f'; {rest} not judged' if rest else '') + '.')
+
+
+def _share(state: Mapping[str, Any] | None) -> str:
+    """Return the size of a `state` in words, '' if it is not known well enough."""
+    return '' if not state or not state['judged'] else _unbroken(
+        f'{100 * state["size"]:+.0f} ± {100 * state["std"]:.0f} %')
+
+
+def _joint_curves(joints: Sequence[Joint]) -> list[Section]:
+    """Return the section with a chart of each joint that was judged in two bags or more."""
+    drawn = []
+    first = min((j['first'] for j in joints if j['bags']), default=0)
+    for j in joints:
+        panels = []
+        for kind, noun in STATES.items():
+            known = [(p['start'], p['states'][kind]) for p in j['points']
+                     if p['states'].get(kind, {}).get('judged')]
+            if len(known) > 1:
+                x = (np.array([start for start, _ in known], float) - first) / DAY
+                y, std = (100.0 * np.array([state[key] for _, state in known])
+                          for key in ('size', 'std'))
+                panels.append(Panel(f'{noun} (%)', [Trace(
+                    x, y, 'each bag', 'closed', dots=True,
+                    band=(y - SIGMAS * std, y + SIGMAS * std))], height=90))
+        if panels:
+            label = f'days since {day(first)}'
+            drawn.append(Chart(f'{joint_name(j)}: {j["summary"]}', panels, label, zoom=False))
+    return [Section('fleet/curves.html', {
+        'charts': drawn[:DRAWN], 'unlisted': len(drawn) - DRAWN, 'judged': ''},
+                    'Over time')] if drawn else []
+
+
 def next_steps(gearboxes: Sequence[Gearbox], bags: Sequence[Bag]) -> list[str]:
     """Return advice about `gearboxes` and their `bags`."""
     worn = [gearbox['gearbox'] for gearbox in gearboxes if gearbox['level'] in ('WARN', 'ERROR')]
@@ -65,8 +151,7 @@ def next_steps(gearboxes: Sequence[Gearbox], bags: Sequence[Bag]) -> list[str]:
     if any(gearbox['level'] is None for gearbox in gearboxes):
         steps.append('Record gearboxes that are not compared again, with motion in both '
                      'directions; gearbox_monitor check BAG names the faults of a recording')
-    return steps or ['Nothing now. Run the same command when there are new bags: it analyses '
-                     'only these']
+    return steps or [NOTHING]
 
 
 def headline(gearboxes: Sequence[Gearbox]) -> str:
@@ -142,16 +227,22 @@ def _unbroken_day(text: str) -> str:
 
 def _summary(gearboxes: Sequence[Gearbox], counts: Mapping[str, int]) -> Section:
     """Return headline and figures of the `gearboxes` and the `counts` {status: bags}."""
-    facts = [('gearboxes', str(len(gearboxes))), ('bags', str(sum(counts.values())))]
-    facts += [(name, str(counts[status])) for status, name in (
-        ('done', 'analysed'), ('failed', 'failed'), ('duplicate', 'duplicates'))
-        if counts.get(status)]
-    if gearboxes:
-        facts.append(('newest bag', day(max(gearbox['last'] for gearbox in gearboxes))))
+    facts = _facts(gearboxes, 'gearboxes', counts,
+                   max((gearbox['last'] for gearbox in gearboxes), default=0))
     levels = [gearbox['level'] for gearbox in gearboxes]
     level = next((level for level in ('ERROR', 'WARN') if level in levels),
                  'OK' if levels and None not in levels else None)
     return page_summary(KINDS[level], headline(gearboxes), facts)
+
+
+def _facts(things: Collection[Any], noun: str, counts: Mapping[str, int], last: int
+           ) -> list[tuple[str, str]]:
+    """Return the figures of a fleet of `things`; `last` is the stamp of the newest bag, ns."""
+    facts = [(noun, str(len(things))), ('bags', str(sum(counts.values())))]
+    facts += [(name, str(counts[status])) for status, name in (
+        ('done', 'analysed'), ('failed', 'failed'), ('duplicate', 'duplicates'))
+        if counts.get(status)]
+    return [*facts, ('newest bag', day(last))] if last else facts
 
 
 def _curves(gearboxes: Sequence[Gearbox]) -> Section:
@@ -170,7 +261,9 @@ def _curves(gearboxes: Sequence[Gearbox]) -> Section:
          for stamp, words in gearbox['marks']], (-0.01 * days, 1.01 * days), zoom=False)
         for gearbox in measured[:DRAWN]]
     return Section('fleet/curves.html', {
-        'charts': charts, 'unlisted': len(measured) - DRAWN}, 'Over time')
+        'charts': charts, 'unlisted': len(measured) - DRAWN,
+        'judged': ', and the size as judged after it. Equal growth is equally high in all '
+                  'charts'}, 'Over time')
 
 
 def _growth_span(gearboxes: Sequence[Gearbox], feature: str) -> Span:
@@ -229,7 +322,6 @@ def _table(gearboxes: Sequence[Gearbox]) -> Section:
         pace = '' if not width['rate'] else \
             f'{percent(width["rate"] * YEAR, width["rate_std"] * YEAR):+}'
         feature = 'lost motion ' if gearbox['feature'] != 'gap' else ''
-        days = f'{day(gearbox["first"])} to {day(gearbox["last"])}'.replace('-', '\u2011')
         rows.append([
             gearbox['gearbox'], feature + _unbroken(width_text(gearbox)),
             *(_unbroken(growth_text(gearbox['features'][name])) for name in (
@@ -237,7 +329,7 @@ def _table(gearboxes: Sequence[Gearbox]) -> Section:
             *(_unbroken(text) for text in (
                 gearbox['trust'], gearbox['model_level'],
                 f'{len(gearbox["points"])} of {gearbox["bags"]}')),
-            _unbroken(pace), days])
+            _unbroken(pace), _days(gearbox)])
     return Section('fleet/table.html', {
         'gearboxes': PageTable((
             'gearbox', 'newest backlash', 'growth', 'stiffness', 'friction', 'trust', 'model',
@@ -245,6 +337,11 @@ def _table(gearboxes: Sequence[Gearbox]) -> Section:
         'unmeasured': PageTable(('never measured', 'missing in the newest bag'), [
             (gearbox['gearbox'], gearbox['not_excited']) for gearbox in gearboxes
             if gearbox['not_excited']])}, 'All gearboxes', folded=True)
+
+
+def _days(box: Gearbox | Joint) -> str:
+    """Return from when to when a gearbox or joint was recorded."""
+    return f'{day(box["first"])} to {day(box["last"])}'.replace('-', '\u2011')
 
 
 def _unbroken(text: str) -> str:

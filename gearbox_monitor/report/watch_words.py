@@ -64,6 +64,10 @@ def change_words(change: Change) -> str:
     """Return a change in one sentence without a full stop."""
     order = f' ({change.order} per turn)' if change.order else ''
     over = f', over {when(change.over_ns)}' if change.over_ns else ''
+    if change.rival:
+        kind, place = change.rival
+        over = (f', or {NOUNS[kind]}' if kind != change.kind else '') + (
+            f', or at {place}' if place != change.place else '') + over
     label = since_words(f'{change_label(change)}{order}', change.since_ns)
     return f'{change.place}: {label}{over}'
 

@@ -85,7 +85,7 @@ def implausible_links(chain: Chain) -> list[str]:
 
 
 def implausible_limits(urdf: str | bytes, source: str) -> list[str]:
-    """Return a line for each limit in a `urdf` that is 0; MuJoCo takes some of them for none."""
+    """Return a line for each limit of 0 in a `urdf` called `source`; to MuJoCo it is no limit."""
     lines = []
     for joint in expanded_root(urdf, source).findall('joint'):
         if joint.get('type') not in MOVABLE:

@@ -287,11 +287,12 @@ def _stepped(watch: Watch, groups: Sequence[Group]) -> Watch:
     found = step_in(watch.states)
     if found is None:
         return watch
-    g = groups[found.state]
+    g, rival = groups[found.state], None if found.rival is None else groups[found.rival]
     changes = watch.changes     # a ripple of several orders is one
     if not any((c.kind, c.place) == (g.kind, g.place) for c in watch.standing):
         changes = (*changes, Change(g.kind, g.place, 0.0, 0.0, found.since_ns, 0,
-                                    before=tuple(found.before.tolist()), order=g.order))
+                                    before=tuple(found.before.tolist()), order=g.order,
+                                    rival=(rival.kind, rival.place) if rival else ()))
     return replace(watch, states=stepped(watch.states, found), changes=changes)
 
 

@@ -47,11 +47,16 @@ class Levels:
 
 
 class LevelStep(NamedTuple):
-    """A step that is sure: of which state, since when, and the level before [W]."""
+    """
+    A step that is sure: of which state, since when, and the level before [W].
+
+    rival: the state that explains nearly as much, None if none does.
+    """
 
     state: int
     since_ns: int
     before: Array
+    rival: int | None = None
 
 
 def levels_of(jump: Array, drift: Array, apart: Array) -> Levels:
@@ -126,11 +131,12 @@ def step_in(levels: Levels) -> LevelStep | None:
     f = int(np.argmax(gain))
     prior = math.log(s.often * len(levels.level))
     unsure = odds[age - 1, f] - prior < math.log(s.sure / (1.0 - s.sure))
-    ambiguous = gain[f] - float(np.delete(gain, f).max()) < s.lead and age < s.recent
-    if age < s.lasting or unsure or ambiguous:
+    second = int(np.argsort(gain)[-2])
+    ambiguous = gain[f] - gain[second] < s.lead
+    if age < s.lasting or unsure or (ambiguous and age < s.recent):
         return None
     least = min(float(_evidence(levels, np.arange(age) != t)[f]) for t in range(age))
-    return LevelStep(f, levels.begin_ns[-age], levels.level[f]) if (
+    return LevelStep(f, levels.begin_ns[-age], levels.level[f], second if ambiguous else None) if (
         least > s.alone * odds[age - 1, f]) else None
 
 

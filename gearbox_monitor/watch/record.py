@@ -49,7 +49,8 @@ class Change:
 
     kind, place: of what; place is a joint or `base`. size, std: in units as of KindLimits;
     since_ns: where it began; found_ns: where it was found; over_ns: where it ended, 0 while it
-    stands. before [k]: the state before it. order: of a ripple, waves per turn.
+    stands. before [k]: the state before it. order: of a ripple, waves per turn. rival: (kind,
+    place) of what would explain it nearly as well, or ().
     """
 
     kind: str
@@ -61,6 +62,7 @@ class Change:
     over_ns: int = 0
     before: tuple[float, ...] = ()
     order: int = 0
+    rival: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import numpy as np
 from pages import overflowing
 import pytest
 
-from gearbox_monitor.report.fleet_page import fleet_csv, fleet_page, headline
+from gearbox_monitor.report.fleet_page import fleet_csv, fleet_page, headline, robots_page
 
 DAY = 86_400_000_000_000
 T0 = 1_768_435_200_000_000_000  # 2026-01-15
@@ -53,6 +53,16 @@ def test_what_is_not_compared_is_never_good():
     assert headline([good, grey]) == 'No wear detected in 1 gearbox; 1 not compared.'
     worst = box('SN3', 0.3, 'ERROR', 'stiffness has dropped by 36.0 %')
     assert headline([worst, good]) == 'SN3: stiffness has dropped by 36.0 %.'
+
+
+def test_a_joint_of_a_robot_is_drawn_over_its_bags():
+    points = [{'start': T0 + k * DAY, 'states': {'friction': {
+        'size': 0.17 * k, 'std': 0.05, 'judged': True}}} for k in range(3)]
+    joint = {'robot': 'arm7', 'joint': 'joint3', 'level': 1, 'summary': 'friction +34 ± 5 %',
+             'states': points[-1]['states'], 'bags': 3, 'first': T0, 'last': T0 + 2 * DAY,
+             'points': points}
+    html = robots_page([joint], (), {'done': 3}, 0)
+    assert 'class="verdict warn"' in html and 'friction (%)' in html and 'joint3 of arm7' in html
 
 
 def test_the_shop_reads_who_what_since_until_and_serviced():

@@ -2,14 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """The watch of an arm whose torques follow from its equations; no file knows its friction."""
+from copy import deepcopy
+from hashlib import sha256
 import json
+from pathlib import Path
+import shutil
 
-from arm_at_work import Arm, AT, BLOCK, MASS, messages, NAMES, START, urdf, watched
+from arm_at_work import Arm, AT, BLOCK, MASS, messages, NAMES, PLACE, START, urdf, watched
 import numpy as np
+from pyarrow import parquet
 import pytest
 from rosbags.typesys import get_typestore, Stores
 
 from gearbox_monitor.cli.main import main
+from gearbox_monitor.diagnosis.robot.robot_log import checked_log
+from gearbox_monitor.diagnosis.robot.rows import rows_of
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.watch_file import load_watch, save_watch, watch_bytes
 from gearbox_monitor.health.checks.outcome import Level
@@ -17,12 +24,16 @@ from gearbox_monitor.library.watch import watch_robot
 from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.read import JOINT_STATE
 from gearbox_monitor.recordings.write import BagWriter
-from gearbox_monitor.report.watch_words import watch_data
+from gearbox_monitor.report.watch_words import change_words, watch_data
+from gearbox_monitor.robot.chain import inertial
 from gearbox_monitor.ros.watch_child import DESCRIPTION, Watching
-from gearbox_monitor.watch.block import Cutter
-from gearbox_monitor.watch.fold import begin, learn_again, save_baseline, step, tare
-from gearbox_monitor.watch.record import WATCH
-from gearbox_monitor.watch.settings import SECOND
+from gearbox_monitor.watch.block import Cutter, raw_log
+from gearbox_monitor.watch.features import columns_of, Group
+from gearbox_monitor.watch.fold import (
+    begin, learn_again, robot_of, save_baseline, step, tare)
+from gearbox_monitor.watch.levels import levels_of, step_in, with_block
+from gearbox_monitor.watch.record import Change, WATCH
+from gearbox_monitor.watch.settings import SECOND, WEIGHT
 
 LEARN, SETTLED = 9, 24  # blocks
 LOAD = 1.5
@@ -89,6 +100,41 @@ def test_a_change_that_lasts_is_raised_at_its_joint_and_ends(
     getattr(arm, attribute)[joint] = 1.0
     watch, events = watched(watch, messages(arm, 9))
     assert [e.place for e in events if e.kind == 'over'] == [NAMES[joint]] and not watch.standing
+
+
+def test_the_columns_of_a_weight_make_all_of_its_torque():
+    """Without its inertia the next link, at whose axis a mass has one, would explain it better."""
+    rows = []
+    for added in (0.0, 2.0):
+        arm, cutter = Arm(), Cutter()
+        arm.added, arm.noise = added, 0.0
+        for stamp, q, v, effort in arm.block():
+            assert not cutter.take(stamp, NAMES, q, v, effort)
+        log = checked_log(raw_log(cutter.end(), NAMES, 'one block'), NAMES)
+        rows.append(rows_of(log, robot_of(urdf(), ())[0]))
+    columns = columns_of(rows[0], Group(WEIGHT, 'joint2', 1, 10), (), 1.0)
+    theta = inertial(2.0, PLACE, np.zeros((3, 3)))
+    for j, x in columns.items():
+        torque = rows[1].target[j] - rows[0].target[j]
+        error = np.abs(x @ theta - torque).max()
+        assert error < 0.02 * np.abs(torque).max()
+        assert j == 0 or error < 0.2 * np.abs(x[:, :4] @ theta[:4] - torque).max()
+
+
+@pytest.mark.parametrize('gains, found', [((100.0, 50.0), (3, 0, None)),
+                                          ((100.0, 99.5), (9, 0, 1))])
+def test_states_that_explain_alike_are_both_named_after_longer(gains, found):
+    levels = levels_of(*(np.full((2, 1), x) for x in (0.5, 0.001, 0.01)))
+    for k in range(24):
+        value = np.array([0.5 * (k >= 15)]), np.full((1, 1), 0.03 ** 2)
+        levels = with_block(levels, [value, value], np.array(gains) * (k >= 15), k)
+        step_ = step_in(levels)
+        assert k >= 14 + found[0] or step_ is None
+        if step_:
+            break
+    assert (k - 14, step_.state, step_.rival) == found
+    change = Change(WEIGHT, 'joint2', 0.3, 0.01, 0, 0, rival=(WEIGHT, 'joint3'))
+    assert change_words(change).endswith(', or at joint3')
 
 
 def test_a_step_that_does_not_last_is_no_change(settled, arm):
@@ -181,7 +227,10 @@ def test_a_state_that_is_damaged_or_of_another_robot_is_set_aside(settled, tmp_p
     child = Watching(path)
     child.take(DESCRIPTION, urdf())
     assert child.watch.phase == WATCH and not child.problem
-    child.take(DESCRIPTION, urdf([2.0 * m for m in MASS]))
+    assert not json.loads(capsys.readouterr().out)['events']
+    child.take(DESCRIPTION, urdf([2.0 * m for m in MASS]).replace('effort="300"', 'effort="0"', 1))
+    doubt, = json.loads(capsys.readouterr().out)['events']
+    assert doubt.startswith('joint joint1: effort limit 0')
     assert child.watch.knowledge is None and 'another robot_description' in child.problem
     replaced, = tmp_path.glob('*.replaced-*')
     assert watch_bytes(load_watch(replaced)) == watch_bytes(settled[1]) and not path.exists()
@@ -249,3 +298,48 @@ def test_a_text_file_without_a_date_follows_what_was_taken(settled, arm, tmp_pat
         assert main(['watch', str(log), '--state', state]) == 1
         assert capsys.readouterr().out.startswith('joint2: torque scale -')
         assert load_watch(state).stamp_ns >= settled[1].stamp_ns + seconds * SECOND
+
+
+def fleet(capsys, folder, *words):
+    """Run fleet over the robots in a folder; return its JSON and the rows of its table."""
+    assert main(['fleet', str(folder), '--out', str(folder.parent / 'out'), '--robots', '--json',
+                 *words]) == 0
+    data = json.loads(capsys.readouterr().out)
+    return data, {f'{Path(row["path"]).parent.name}/{Path(row["path"]).name}': row
+                  for row in parquet.read_table(folder.parent / 'out/bags.parquet').to_pylist()}
+
+
+def test_a_fleet_has_a_row_for_each_joint_and_goes_on_where_it_ended(
+        settled, arm, tmp_path, capsys):
+    """One robot rubs, one is healthy, one learns still; a bag is damaged, one is a copy."""
+    folder = tmp_path / 'robots'
+    for seed, name in enumerate(('arm7', 'arm8', 'new')):
+        write_bag(folder / name / 'monday', messages(Arm(seed), 1), urdf())
+    (folder / 'arm7/broken.mcap').write_bytes(b'no bag')
+    data, rows = fleet(capsys, folder)
+    assert data['summary'] == 'No joint could be judged.' and len(data['joints']) == 9
+    assert all(j['level'] is None and 'Waiting' in j['summary'] for j in data['joints'])
+    assert rows['arm7/broken.mcap']['status'] == 'failed' and data['done'] == 3
+    for name in ('arm7', 'arm8'):   # as if both had been at work since
+        state, = (tmp_path / 'out/parts').glob(f'{sha256(name.encode()).hexdigest()[:32]}-*')
+        state.write_bytes(watch_bytes(settled[1]))
+    write_bag(folder / 'arm8/tuesday', messages(deepcopy(arm), 3))
+    shutil.copytree(folder / 'arm8/tuesday', folder / 'arm8/tuesday_copy')
+    arm.friction[1] = 1.4
+    stream = messages(arm, 4)
+    write_bag(folder / 'arm7/tuesday', stream)
+    data, rows = fleet(capsys, folder)
+    once, _ = watched(settled[1], stream)
+    assert json.loads(rows['arm7/tuesday']['judged']) == json.loads(json.dumps(watch_data(once)))
+    assert (data['done'], data['skipped'], rows['arm8/tuesday_copy']['status']) == (
+        2, 4, 'duplicate')
+    worst, *others = data['joints']
+    assert (worst['robot'], worst['joint'], worst['level']) == ('arm7', 'joint2', 1)
+    assert data['summary'] == f'joint2 of arm7: {worst["summary"]}.'
+    assert worst['summary'].startswith('friction +') and ' since 2023-11-14' in worst['summary']
+    assert [(j['robot'], j['level']) for j in others] == [
+        *[('arm7', 0)] * 2, *[('arm8', 0)] * 3, *[('new', None)] * 3]
+    page = (tmp_path / 'out/fleet.html').read_text()
+    assert data['summary'] in page and 'broken.mcap' in page
+    assert fleet(capsys, folder)[0]['skipped'] == 7
+    assert main(['fleet', str(folder), '--out', 'x', '--robots', '--diagnose']) == 2
