@@ -220,11 +220,13 @@ class Monitor:
 
     def reset(self) -> None:
         """Restart with the next sample; counters and baseline stay."""
+        self.estimator.flush(self._judge)
         self.estimator.reset()
         self._forget()
 
     def set_parameters(self, changes: Values) -> bool:
         """Apply `changes` as Estimator.set_parameters does; return whether it restarts."""
+        self.estimator.flush(self._judge)
         packed = self.estimator.packed
         restarts = self.estimator.set_parameters(changes)
         if PAYLOAD.issuperset(changes):

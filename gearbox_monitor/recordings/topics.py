@@ -45,7 +45,7 @@ class Signal:
         """Return the values of the field position [..., J] for `rows` [..., M]."""
         values: Array = rows[..., self.position]
         if self.gated:
-            values = (values / (LIMITS.gate * rows[..., self.gated])) ** 2
+            values = np.square(values / (LIMITS.gate * rows[..., self.gated]))
         return values
 
     def scale(self, joint: str, gear_ratio: float) -> float:
@@ -110,7 +110,7 @@ def joint_values(signal: Signal, row: Sequence[float] | Array, names: Mapping[st
         if value != value and joint != TRANSMISSION:
             continue
         if signal.gated:
-            value = (value / (LIMITS.gate * row[signal.gated[i]])) ** 2
+            value = np.square(value / (LIMITS.gate * row[signal.gated[i]]))  # ** of a float is pow
         scale = signal.scale(joint, gear_ratio)
         joints.append(names.get(joint, joint))
         position.append(float(value) * scale)

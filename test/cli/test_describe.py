@@ -166,10 +166,10 @@ def test_what_spoils_a_joint_is_said_in_words_of_the_format(tmp_path, capsys):
 
 def test_what_mujoco_refuses_is_said_with_its_line_and_element(tmp_path, capsys):
     path = tmp_path / 'robot.xml'
-    path.write_text(ROBOT.replace('<freejoint name="base"/>', '\n<freejoint nam="base"/>'))
+    path.write_text(ROBOT.replace('<freejoint name="base"/>', '\n<freejoint title="base"/>'))
     assert main(['describe', str(path)]) == 2
     line = ROBOT[:ROBOT.index('<freejoint name="base"/>')].count('\n') + 2
-    assert f"robot.xml: line {line}: freejoint: unrecognized attribute: 'nam'" in (
+    assert f"robot.xml: line {line}: freejoint: unrecognized attribute: 'title'" in (
         capsys.readouterr().err)
 
 

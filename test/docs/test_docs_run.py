@@ -20,6 +20,7 @@ from gearbox_monitor.health import monitor
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.recordings.examples import ExampleMotion, write_example_bag, write_robot_pair
+from gearbox_monitor.report.sentences import Sentence, TABLE
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / 'docs'
@@ -160,6 +161,10 @@ def test_indicator_of_the_page(monkeypatch, capsys):
     *_, load, use = blocks(DOCS / 'extend.md', 'python')
     made = ModuleType('load')
     exec(compile(load, 'load.py', 'exec'), vars(made))
+    sentence = re.search(r"`('overloaded':\s+Sentence\(.*?\))`", (DOCS / 'extend.md').read_text(),
+                         re.DOTALL)[1]
+    for code, says in eval(f'{{{sentence}}}', {'Sentence': Sentence}).items():
+        monkeypatch.setitem(TABLE, code, says)
     monkeypatch.setattr(monitor, 'ROW_CHECKS', (*monitor.ROW_CHECKS, made.CHECK))
     exec(compile(use, 'extend.md', 'exec'), {})
     lines = capsys.readouterr().out.splitlines()

@@ -25,7 +25,7 @@ NUMERICAL = {
     'history': {'ROOM'}, 'innovation': {'LJUNG_BOX_LIMIT'},
     'locked_input': {'STARTS'}, 'observability': {'POSITION_SCALE', 'ROUNDING', 'TINY'},
     'elastic_curve': {'ENOUGH', 'TINY', 'ITERATIONS'},
-    'features': {'TOLERANCE'}, 'change': {'HOUR', 'DAY'}, 'change_tests': {'PRIORS'},
+    'features': {'TOLERANCE'}, 'change': {'HOUR', 'DAY'}, 'change_tests': {'WEAR_FEATURES'},
     'operating_point': {'DIFFERENCE', 'TINY'}, 'wear_data': {'SMALLEST'},
     'hidden_arm': {'STEP', 'LONGEST', 'SCAN', 'SHIFT', 'SPREAD', 'LOADS', 'NOISE'}}
 

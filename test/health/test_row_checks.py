@@ -53,7 +53,7 @@ ERRORS = [
 def test_each_error_is_found_with_its_size():
     for error, key, condition in ERRORS:
         broken, values = elastic_curve.check(rows_of(**error), MODEL)
-        assert broken == [condition]
+        assert broken == [condition.said()]
         assert values[key] == pytest.approx(next(iter(error.values())), rel=0.1)
 
 
@@ -63,7 +63,8 @@ def test_an_estimated_friction_is_no_error_but_a_gain_and_an_encoder_are():
                              ({'delay': 0.02}, elastic_curve.OTHER_TWIST)):
         rows = rows_of(**error)
         rows[:, S_TAU_K] -= error.get('viscous', 0.0) * rows[:, S_X3] + 1e-3
-        assert list(elastic_curve.check(rows, MODEL)[0]) == [condition] * (condition is not None)
+        assert list(elastic_curve.check(rows, MODEL)[0]) == (
+            [] if condition is None else [condition.said()])
 
 
 def hysteretic(kind, worn=1.0, **errors):
@@ -91,7 +92,7 @@ def test_hysteresis_of_the_model_is_no_delay_and_a_delay_is_found_beside_it():
         assert elastic_curve.check(rows, worn)[0] == []
         drive, rows = hysteretic(kind, delay=0.005)
         broken, values = elastic_curve.check(rows, drive)
-        assert broken == [elastic_curve.OTHER_TWIST]
+        assert broken == [elastic_curve.OTHER_TWIST.said()]
         assert values['elastic_delay_s'] == pytest.approx(0.005, rel=0.1)
 
 
@@ -111,10 +112,10 @@ def slow(arm=1.5, **errors):
 
 
 def test_slow_motion_does_not_tell_delay_from_friction_but_that_one_of_them_is_wrong():
-    both = {elastic_curve.OTHER_TORQUE, elastic_curve.OTHER_TWIST}
+    both = {elastic_curve.OTHER_TORQUE.code, elastic_curve.OTHER_TWIST.code}
     for error in ({'delay': 0.01}, {'viscous': 0.3}):
         broken, _ = elastic_curve.check(slow(**error), MODEL)
-        assert broken and set(broken) <= both, error
+        assert broken and {said.code for said in broken} <= both, error
     for error in ({}, {'delay': 0.001}, {'viscous': 0.02}):  # within the tolerances
         assert not elastic_curve.check(slow(**error), MODEL)[0], error
 
@@ -131,7 +132,7 @@ def test_wear_and_another_zero_are_no_error():
 def test_torque_without_a_curve():
     rows = rows_of()
     rows[:, S_MOTOR_SIDE] = 3.0 * np.sign(np.sin(29.0 * T))
-    assert elastic_curve.NO_CURVE in elastic_curve.check(rows, MODEL)[0]
+    assert elastic_curve.NO_CURVE.said() in elastic_curve.check(rows, MODEL)[0]
 
 
 def test_without_contact_or_rows_the_curve_abstains():
@@ -144,7 +145,7 @@ def test_without_contact_or_rows_the_curve_abstains():
 
 
 def test_a_spring_that_unwinds_makes_no_power_but_one_that_pulls_along_does():
-    for sign, broken in ((1.0, []), (-1.0, [passivity.AGAINST])):
+    for sign, broken in ((1.0, []), (-1.0, [passivity.AGAINST.said()])):
         rows = rows_of()
         rows[:, S_TWIST] = MODEL.transmission.half_gap + 0.5 - 0.04 * T
         rows[:, S_X3], rows[:, S_X4] = -0.04, 0.0

@@ -166,7 +166,7 @@ BAD_COLUMNS = [
     ({'t': np.full(N, 'NaT', 'datetime64[s]')}, r't: row 0: NaT, expected a date'),
     ({'t': 3.0}, r't: one number \(3\), expected one dimension'),
     ({'torque': 1j * T}, r"torque: ndarray with '0j', expected numbers"),
-    ({'u': T}, r'torque: beside u, expected one of them')]
+    ({'u': T}, r'torque and u: both given, expected one of them')]
 
 
 def test_bad_columns_are_named():

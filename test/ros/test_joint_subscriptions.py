@@ -16,6 +16,7 @@ from sensor_msgs.msg import JointState  # noqa: E402
 
 from gearbox_monitor.parameters import EstimatorParameters  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
+from gearbox_monitor.report.sentences import message  # noqa: E402
 from gearbox_monitor.ros import gearbox_input  # noqa: E402
 from gearbox_monitor.ros.convert import to_time  # noqa: E402
 from gearbox_monitor.ros.gearbox_input import GearboxInput  # noqa: E402
@@ -100,9 +101,9 @@ def test_a_publisher_whose_qos_does_not_fit_is_named(nodes):
     seen(0)
     giver.create_publisher(JointState, 'joint_states', qos_profile_sensor_data)
     seen(1)
-    reason, cure = source.silence(False)
-    assert 'the QoS of giver on /joint_states does not fit ours' in reason
-    assert 'qos_overrides./joint_states' in cure and source.silence(True) is None
+    said = message([[source.silence(False)]])
+    assert 'the QoS of giver on /joint_states does not fit ours' in said
+    assert 'qos_overrides./joint_states' in said and source.silence(True) is None
     taker.destroy_subscription(subscription)
 
 
