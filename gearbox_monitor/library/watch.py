@@ -9,6 +9,7 @@ from pathlib import Path
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.watch_file import load_watch
+from gearbox_monitor.recordings.from_bag import names_in_log
 from gearbox_monitor.recordings.joint_input import find_topic
 from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOptions
 from gearbox_monitor.recordings.topics import JOINT_STATES
@@ -59,7 +60,7 @@ def watch_robot(recordings: str | Path | Sequence[str | Path], model: str | Path
     cutter = Cutter(known.stamp_ns)       # a block may end in the next recording
     for number, path in enumerate(paths):
         progress(number, len(paths))
-        for item in _taken(path, cutter, topic, reading, known.stamp_ns):
+        for item in _taken(path, cutter, topic, reading, known):
             known = _after(known, item, model is None)
     for block in cutter.end():
         known, _ = step(known, block)
@@ -74,7 +75,21 @@ def _after(known: Watch, item: Block | str, described: bool) -> Watch:
     return known if not described or item == known.description else begin(item)
 
 
-def _taken(path: Path, cutter: Cutter, topic: str, reading: ReadOptions, after_ns: int
+def _renamed(path: Path, recorded: Sequence[str], known: Watch) -> dict[str, str]:
+    """
+    Return {name in a recording: joint} where no joint has its own name there, as in diagnose.
+
+    Raises:
+        InputError: neither numbers nor one prefix tell the joints.
+    """
+    joints = [j.name for j in known.joints if not j.fixed]
+    if not recorded or {j.name for j in known.joints} & set(recorded):
+        return {}
+    found, _ = names_in_log(str(path), recorded, joints, {})
+    return {name: joint for joint, name in found.items()}
+
+
+def _taken(path: Path, cutter: Cutter, topic: str, reading: ReadOptions, known: Watch
            ) -> Iterator[Block | str]:
     """
     Yield the descriptions in a recording, and the blocks that it completes, as a node takes them.
@@ -84,16 +99,19 @@ def _taken(path: Path, cutter: Cutter, topic: str, reading: ReadOptions, after_n
         cutter: that takes its messages.
         topic: of the joint states.
         reading: how columns are read.
-        after_ns: end of what was taken before.
+        known: before it.
 
     Raises:
-        InputError: it has no such topic, or begins more than a block before `after_ns`.
+        InputError: it has no such topic, or begins more than a block before the end
+            of the last.
     """
-    described = deque(_descriptions(path, reading))
+    described, after_ns = deque(_descriptions(path, reading)), known.stamp_ns
     with open_recording(path, reading, topic) as reader:
         topic = find_topic(reader, topic)
-        names = reader.joint_names(topic)
-        states = reader.joint_states(topic, names)
+        recorded = reader.joint_names(topic)
+        states = reader.joint_states(topic, recorded)
+    names = [joints.get(name, name) for name in recorded] if (
+        joints := _renamed(path, recorded, known)) else recorded
     first = int(states.stamp_ns.min()) if len(states.stamp_ns) else after_ns
     if DATED <= first < after_ns - WATCH_SETTINGS.block_ns:    # the last block was cut short
         begins, taken = (datetime.fromtimestamp(ns / SECOND, UTC) for ns in (first, after_ns))

@@ -13,7 +13,7 @@ Public names, by module:
     cdr: encode_joint_states
     examples: ENCODERS, ExampleMotion, MOTIONS, NOISE, process_torque, write_example_bag,
         write_robot_pair
-    from_bag: ANY, drive_recording, robot_recording
+    from_bag: ANY, drive_recording, names_in_log, robot_recording
     guess: Answers, Guess, Unsettled
     innovations: innovation_topics, nis_of
     joint_input: bag_arguments, DIAGNOSTIC_ARRAY, find_input, find_topic, GEARBOX, Joiner,

@@ -95,6 +95,10 @@ def payload_label(payload: HeldLoad) -> str:
 
 def watch_headline(watch: Watch) -> str:
     """Return what the watch knows in one sentence: the worst first."""
+    if watch.phase == DESCRIBE and watch.others and not any(j.has for j in watch.joints):
+        return (f'joint_states has no joint of the description: it names '
+                f'{", ".join(watch.others)}, the description '
+                f'{", ".join(j.name for j in watch.joints)}.')
     if watch.phase == DESCRIBE:
         return f'Waiting for a minute of motion{": " * bool(watch.notes)}{"".join(watch.notes)}.'
     if watch.phase == LEARN:

@@ -291,10 +291,10 @@ def test_a_text_file_without_a_date_follows_what_was_taken(settled, arm, tmp_pat
     save_watch(state, settled[1])
     arm.gain[1] = 0.8
     stamps, q, _, effort = (np.array(x) for x in zip(*messages(arm, 4)))
-    header = ','.join(['t', *(f'q_{n}' for n in NAMES), *(f'tau_{n}' for n in NAMES)])
-    np.savetxt(log, np.column_stack([(stamps - stamps[0]) / SECOND, q, effort]), '%.9g', ',',
-               header=header, comments='')
-    for seconds in (80, 160):
+    for seconds, names in ((80, NAMES), (160, range(1, len(NAMES) + 1))):  # from the base
+        header = ','.join(['t', *(f'q_{n}' for n in names), *(f'tau_{n}' for n in names)])
+        np.savetxt(log, np.column_stack([(stamps - stamps[0]) / SECOND, q, effort]), '%.9g', ',',
+                   header=header, comments='')
         assert main(['watch', str(log), '--state', state]) == 1
         assert capsys.readouterr().out.startswith('joint2: torque scale -')
         assert load_watch(state).stamp_ns >= settled[1].stamp_ns + seconds * SECOND
