@@ -46,7 +46,7 @@ class Cutter:
     Collects messages and returns each Block as soon as it is whole.
 
     A block is whole once a stamp is later than its end by `late`. Messages that come later still
-    are dropped and counted in `dropped`. Where a clock begins anew, as that of a simulation, its
+    are dropped and counted in `dropped`. Where a clock restarts, as in a simulation, its
     time follows what was taken; where it has a date, messages are dropped until then.
     """
 
