@@ -21,7 +21,7 @@ SECOND = 1_000_000_000
 BLOCK_TIME = 0.02      # s between two checks for signals and services
 CLOCK_PERIOD = 0.01    # s between two /clock messages
 MATCH_TIME = 5.0       # s to wait for a subscriber before the first message
-SETTLE_TIME = 0.3      # s for the subscriber to see the match, too
+SETTLE_TIME = 1.0      # s for the subscriber to see the match, too
 QUEUE = 10_000         # messages kept for a slow subscriber
 
 
