@@ -4,6 +4,7 @@
 """The watch of a robot over recordings: the same fold as the live node's, the same bits."""
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from datetime import datetime, UTC
 from pathlib import Path
 
@@ -57,15 +58,15 @@ def watch_robot(recordings: str | Path | Sequence[str | Path], model: str | Path
     elif text not in (None, known.description):
         raise InputError('state: of another description than the recordings, expected that of the '
                          'same robot; without a state it is learnt again')
-    cutter = Cutter(known.stamp_ns)       # a block may end in the next recording
+    cutter, assumed = Cutter(known.stamp_ns), list[str]()     # a block may end in the next one
     for number, path in enumerate(paths):
         progress(number, len(paths))
-        for item in _taken(path, cutter, topic, reading, known):
+        for item in _taken(path, cutter, topic, reading, known, assumed):
             known = _after(known, item, model is None)
     for block in cutter.end():
         known, _ = step(known, block)
     progress(len(paths), len(paths))
-    return known
+    return replace(known, notes=tuple(dict.fromkeys((*known.notes, *assumed))))
 
 
 def _after(known: Watch, item: Block | str, described: bool) -> Watch:
@@ -75,22 +76,35 @@ def _after(known: Watch, item: Block | str, described: bool) -> Watch:
     return known if not described or item == known.description else begin(item)
 
 
-def _renamed(path: Path, recorded: Sequence[str], known: Watch) -> dict[str, str]:
+def _renamed(path: Path, recorded: Sequence[str], known: Watch, assumed: list[str]) -> list[str]:
     """
-    Return {name in a recording: joint} where no joint has its own name there, as in diagnose.
+    Return the names of joints in a recording; where it has none of the robot's, read by number.
+
+    Args:
+        path: of the recording.
+        recorded: names in it.
+        known: watch of the robot.
+        assumed: takes a sentence on the names that were read by number or prefix.
 
     Raises:
         InputError: neither numbers nor one prefix tell the joints.
     """
-    joints = [j.name for j in known.joints if not j.fixed]
-    if not recorded or {j.name for j in known.joints} & set(recorded):
-        return {}
-    found, _ = names_in_log(str(path), recorded, joints, {})
-    return {name: joint for joint, name in found.items()}
+    joints = [j.name for j in known.joints]
+    if not recorded or set(joints) & set(recorded):
+        return list(recorded)
+    try:
+        found, notes = names_in_log(str(path), recorded, [
+            j.name for j in known.joints if not j.fixed], {})
+    except InputError:
+        raise InputError(f'{path}: joints {", ".join(recorded)}, expected those of the '
+                         f'description: {", ".join(joints)}') from None
+    assumed += [f'{path.name}: {note}' for note in notes]
+    own = {name: joint for joint, name in found.items()}
+    return [own.get(name, name) for name in recorded]
 
 
-def _taken(path: Path, cutter: Cutter, topic: str, reading: ReadOptions, known: Watch
-           ) -> Iterator[Block | str]:
+def _taken(path: Path, cutter: Cutter, topic: str, reading: ReadOptions, known: Watch,
+           assumed: list[str]) -> Iterator[Block | str]:
     """
     Yield the descriptions in a recording, and the blocks that it completes, as a node takes them.
 
@@ -100,6 +114,7 @@ def _taken(path: Path, cutter: Cutter, topic: str, reading: ReadOptions, known: 
         topic: of the joint states.
         reading: how columns are read.
         known: before it.
+        assumed: see _renamed.
 
     Raises:
         InputError: it has no such topic, or begins more than a block before the end
@@ -110,8 +125,7 @@ def _taken(path: Path, cutter: Cutter, topic: str, reading: ReadOptions, known: 
         topic = find_topic(reader, topic)
         recorded = reader.joint_names(topic)
         states = reader.joint_states(topic, recorded)
-    names = [joints.get(name, name) for name in recorded] if (
-        joints := _renamed(path, recorded, known)) else recorded
+    names = _renamed(path, recorded, known, assumed)
     first = int(states.stamp_ns.min()) if len(states.stamp_ns) else after_ns
     if DATED <= first < after_ns - WATCH_SETTINGS.block_ns:    # the last block was cut short
         begins, taken = (datetime.fromtimestamp(ns / SECOND, UTC) for ns in (first, after_ns))

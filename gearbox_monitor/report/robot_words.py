@@ -180,7 +180,8 @@ def robot_headline(data: Mapping[str, Any]) -> str:
                    place=gap['joint'],
                    size=number(gap['before'], on_axis('N m', axes[gap['joint']])))
     if verdict == UNDECIDED and data['drifts']:
-        return say('drift_alone', reference=reference, drift=drift_words(data['drifts'][0]))
+        return say('drift_alone', reference=reference,
+                   drifts='; '.join(map(drift_words, data['drifts'])))
     if verdict == UNDECIDED:
         return say('undecided', reference=reference, why=_unseen(data))
     if verdict == 'unknown':

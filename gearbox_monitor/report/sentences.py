@@ -412,12 +412,12 @@ ROBOT = {
     'as_said': Sentence('The robot is as {reference}: no joint differs by more than noise '
                         '({place}, the largest: {size} rms).'),
     'undecided': Sentence('Nothing differs from {reference} as far as this motion shows: {why}.'),
-    'drift_above': Sentence('{place}: friction {size} above the references, between whose days '
-                            '{usual} are usual'),
-    'drift_below': Sentence('{place}: friction {size} below the references, between whose days '
-                            '{usual} are usual'),
-    'drift_alone': Sentence('{drift}: another temperature, or wear. Nothing else differs from '
-                            '{reference}.'),
+    'drift_above': Sentence('{place}: friction {size} above the references; usual between '
+                            'days: {usual}'),
+    'drift_below': Sentence('{place}: friction {size} below the references; usual between '
+                            'days: {usual}'),
+    'drift_alone': Sentence('{drifts}: another temperature, or wear. Nothing else differs from '
+                            '{reference} as far as this motion shows.'),
     'differs': Sentence('The robot differs from {reference}, {cause}: {remainder}.'),
     'no_effect': Sentence('and no known effect explains it'),
     'unvisited': Sentence('or they do not know this motion'),

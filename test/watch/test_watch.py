@@ -298,6 +298,12 @@ def test_a_text_file_without_a_date_follows_what_was_taken(settled, arm, tmp_pat
         assert main(['watch', str(log), '--state', state]) == 1
         assert capsys.readouterr().out.startswith('joint2: torque scale -')
         assert load_watch(state).stamp_ns >= settled[1].stamp_ns + seconds * SECOND
+    assert 'joints have only numbers' in load_watch(state).notes[-1]
+    for k, other in enumerate(('hip', 'knee', 'toe'), 1):
+        log.write_text(log.read_text().replace(f'q_{k},', f'q_{other},').replace(
+            f'tau_{k}', f'tau_{other}'))
+    assert main(['watch', str(log), '--state', state]) == 2
+    assert 'hip, knee, toe, expected those of the description: joint1' in capsys.readouterr().err
 
 
 def fleet(capsys, folder, *words):

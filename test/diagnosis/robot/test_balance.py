@@ -582,6 +582,8 @@ def test_friction_beyond_what_days_differ_by_is_no_green(taught):
     data = plain(verdict_data(verdict)) | {'references': ['a'], 'logs': ['a'], 'model': 'a',
                                            'options': '', 'warnings': [], 'readings': []}
     assert robot_headline(data).startswith(f'{name}: friction ')
+    both = {**data, 'drifts': [*data['drifts'], {**data['drifts'][0], 'joint': 'wrist'}]}
+    assert '; wrist: friction ' in robot_headline(both)
 
 
 def test_a_joint_whose_reference_is_not_understood_is_not_judged(taught):
