@@ -94,11 +94,11 @@ def _renamed(path: Path, recorded: Sequence[str], known: Watch, assumed: list[st
         return list(recorded)
     try:
         found, notes = names_in_log(str(path), recorded, [
-            j.name for j in known.joints if not j.fixed], {})
+            j.name for j in known.joints if not j.fixed], {}, hint='')
     except InputError:
         raise InputError(f'{path}: joints {", ".join(recorded)}, expected those of the '
                          f'description: {", ".join(joints)}') from None
-    assumed += [f'{path.name}: {note}' for note in notes]
+    assumed += notes
     own = {name: joint for joint, name in found.items()}
     return [own.get(name, name) for name in recorded]
 

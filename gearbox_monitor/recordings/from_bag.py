@@ -104,7 +104,7 @@ def _setpoints(reader: BagReader, topic: str, joints: Sequence[str], stamp_ns: I
 
 # --- names --------------------------------------------------------------------------------------
 def names_in_log(path: str, present: Sequence[str], joints: Sequence[str],
-                 recorded: Mapping[str, str], serial: bool = True
+                 recorded: Mapping[str, str], serial: bool = True, hint: str = HINT
                  ) -> tuple[dict[str, str], list[str]]:
     """
     Return ({joint of the model: its name in the log}, notes about what was assumed).
@@ -115,6 +115,7 @@ def names_in_log(path: str, present: Sequence[str], joints: Sequence[str],
         joints: of the model, in the order of a chain.
         recorded: {joint: its name in the log} as stated; ANY: a prefix of all names.
         serial: whether the joints are one chain, so that numbers count from its base.
+        hint: how to state names.
 
     Raises:
         InputError: the log has some of the joints only.
@@ -141,7 +142,7 @@ def names_in_log(path: str, present: Sequence[str], joints: Sequence[str],
                 'its joints have only numbers, taken from the base on'
             return numbers, [f'{why}: ' + ', '.join(
                 f'{name} is {joint}' for joint, name in numbers.items())
-                + f' (others: {HINT})']
+                + f' (others: {hint})' * bool(hint)]
     raise InputError(f'{path}: no {", ".join(lacking)} in the log, which has '
                      f'{", ".join(present)[:200] or "none"}, expected all joints of the model '
                      f'({HINT}); {STILL}')

@@ -114,7 +114,7 @@ def robots_headline(joints: Sequence[Joint]) -> str:
 def _share(state: Mapping[str, Any] | None) -> str:
     """Return the size of a `state` in words, '' if it is not known well enough."""
     return '' if not state or not state['judged'] else _unbroken(
-        f'{100 * state["size"]:+.0f} ± {100 * state["std"]:.0f} %')
+        f'{percent(state["size"], state["std"]):+}')
 
 
 def _joint_curves(joints: Sequence[Joint]) -> list[Section]:

@@ -28,7 +28,7 @@ STATE_TITLES = {FRICTION: 'friction %', SCALE: 'torque scale %', ROTOR: 'rotor %
                 WEIGHT: 'weight %'}
 NOT_JUDGED, NO_CHANGE = 'not judged', 'No change so far.'
 GRAVITY = 9.81
-FINEST = 0.001  # deviation of a share that is worth a digit
+FINEST = 0.002  # smallest deviation of a share that is stated: no model of a robot is truer
 
 
 def when(stamp_ns: int) -> str:
