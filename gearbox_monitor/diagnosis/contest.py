@@ -30,10 +30,11 @@ class ContestSettings:
     margin: score by which a member must pay, and up to which hypotheses are rivals: a Bayes
     factor of e^3, strong evidence (Kass and Raftery, 1995). most: members.
     screened, further, confirmed: laws that are raced for the first member, for a further one, and
-    where nothing but noise remains. finalists: of a race that are fitted to the end: a linear step
-    underrates effects that are not linear. starts: of each, and
-    first members beside the best one. close: share of its worth that they have. leaders:
-    functions that are fitted.
+    where nothing but noise remains. starts: of each law in a race. finalists: of a race that are
+    fitted to the end: a linear step underrates effects that are not linear. leaders: functions
+    that are fitted. others: further first members from which the search starts again. close:
+    share of the worth of the best, or of its own price, that a candidate needs at first to be
+    followed further.
     """
 
     margin: float = 6.0
@@ -41,9 +42,10 @@ class ContestSettings:
     screened: int = 12
     further: int = 6
     confirmed: int = 3
-    finalists: int = 3
     starts: int = 2
+    finalists: int = 3
     leaders: int = 2
+    others: int = 2
     close: float = 0.5
 
 
@@ -127,7 +129,7 @@ def other_starts(search: Search[E]) -> list[Hypothesis]:
         if h.laws and h.laws[0] not in search.best.members and search.worth(
                 search.none, h) > least:
             best.setdefault(h.laws[0].place, h)
-    return list(best.values())[:CONTEST.starts]
+    return list(best.values())[:CONTEST.others]
 
 
 def stepped(search: Search[E]) -> tuple[Search[E], bool]:
@@ -192,13 +194,13 @@ def with_laws(search: Search[E], h: Hypothesis, left: bool) -> list[Hypothesis]:
     if not (left or not h.members or any(0.0 < e.worth < math.inf for e in estimates)):
         return []
     count = CONTEST.confirmed if not left else CONTEST.further if h.members else CONTEST.screened
-    return search.evidence.grown(h, leading(estimates, count, left), CONTEST.finalists)
+    return search.evidence.grown(h, leading(estimates, count, left))
 
 
 def leading(estimates: Sequence[MemberEstimate], count: int,
             untested: bool) -> list[MemberEstimate]:
     """
-    Return two starts of each of the best `count` members.
+    Return the leading starts of each of the best `count` members.
 
     Args:
         estimates: the best first.
@@ -220,7 +222,7 @@ def with_functions(search: Search[E], h: Hypothesis, remains: Remains) -> list[H
     left = remains.worth > CONTEST.margin
     chosen = [e for e in remains.functions[:CONTEST.leaders if left else 1]
               if left or e.worth > CONTEST.margin]
-    return search.evidence.grown(h, chosen, CONTEST.leaders)
+    return search.evidence.grown(h, chosen)
 
 
 def rank(search: Search[E], base: Hypothesis, h: Hypothesis) -> float:

@@ -7,8 +7,7 @@ A hypothesis about the gap, and the evidence that judges it.
 A hypothesis has members: laws (an effect of the library at a place), at most one function without
 a law, and at most one train of bursts. Nuisances (values with tolerances, noise, the shape of
 friction, hidden begins) are part of every fit and no members. `Evidence` is all that the contest
-asks of recordings; a drive with its encoders answers by the innovations of a filter, a robot by
-the balance of torques.
+asks of recordings; a drive with its encoders answers by the innovations of a filter.
 """
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -147,9 +146,12 @@ class Evidence(Protocol):
     def remains(self, h: Hypothesis, thorough: bool = False) -> Remains:
         """Return what remains beside `h`; thorough: functions are tested beside free torque."""
 
-    def grown(self, h: Hypothesis, added: Sequence[MemberEstimate],
-              finalists: int) -> list[Hypothesis]:
-        """Return `h` with each of `added`, raced, the best `finalists` fitted to the end."""
+    def grown(self, h: Hypothesis, added: Sequence[MemberEstimate]) -> list[Hypothesis]:
+        """
+        Return `h` with each of `added`: functions, and the finalists of a race of laws.
+
+        Where `h` has no member, the best law of each place, too: a search may start from it.
+        """
 
     def without(self, h: Hypothesis, number: int) -> Hypothesis:
         """Return `h` without its member `number`, refitted."""

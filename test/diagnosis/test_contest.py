@@ -21,7 +21,8 @@ class Regression:
     """
     y = X b + noise of variance 1 / scale; laws are columns, a function is four of them at once.
 
-    offset: a nuisance without a derivative, which is settled once: y is shifted by it.
+    offset: a nuisance without a derivative, which is settled once: y is shifted by it. Laws are
+    at the place that begins their name.
     """
 
     y: np.ndarray
@@ -38,7 +39,7 @@ class Regression:
         X = np.column_stack([np.zeros((ROWS, 0)), *columns])
         b = np.linalg.lstsq(X, self.y - self.offset, rcond=None)[0]
         r = self.y - self.offset - X @ b
-        members = tuple(Member(FUNCTION if n in self.functions else LAW, n, 'here', n,
+        members = tuple(Member(FUNCTION if n in self.functions else LAW, n, n[:3], n,
                                (n,) * (n in self.bounded)) for n in names)
         return Hypothesis(members, float(r @ r), (tuple(names), r))
 
@@ -64,7 +65,7 @@ class Regression:
             if name not in h.fit[0]:
                 more = self.fitted((*h.fit[0], name))
                 price = self.price(more) - self.price(h)
-                out.append(MemberEstimate(Member(kind, name, 'here', name),
+                out.append(MemberEstimate(Member(kind, name, name[:3], name),
                                           h.deviance - more.deviance, price, name))
         return sorted(out, key=lambda e: -e.worth)
 
@@ -77,9 +78,11 @@ class Regression:
         return Remains(torque, -math.inf, max((f.worth for f in functions), default=-math.inf),
                        tuple(functions), 1.0)
 
-    def grown(self, h, added, finalists):
-        fits = [self.fitted((*h.fit[0], e.source)) for e in added]
-        return sorted(fits, key=lambda f: f.deviance)[:finalists]
+    def grown(self, h, added):
+        fits = sorted((self.fitted((*h.fit[0], e.source)) for e in added),
+                      key=lambda f: f.deviance)
+        placed = {} if h.members else {f.members[0].place: f for f in reversed(fits)}
+        return list(dict.fromkeys((*fits[:CONTEST.finalists], *placed.values())))
 
     def without(self, h, number):
         return self.fitted(tuple(n for i, n in enumerate(h.fit[0]) if i != number))
@@ -139,6 +142,18 @@ def test_a_function_is_chosen_where_no_law_does_as_much_and_makes_the_verdict_la
     assert names_of(both) == {'law4', 'smooth'} and both.lawless
 
 
+@pytest.mark.parametrize('seed', range(2))
+def test_a_search_that_imitators_led_astray_starts_again_at_another_place(seed):
+    """Of two laws each of four imitates the sum; together they take all seats, and leave much."""
+    random = np.random.default_rng(seed)
+    X = random.standard_normal((ROWS, 2))
+    both = X.sum(axis=1)
+    laws = {'arm0': X[:, 0], 'arm1': X[:, 1], **{
+        f'motor{i}': both + random.standard_normal(ROWS) for i in range(CONTEST.most)}}
+    outcome = contest(Regression(both + random.standard_normal(ROWS), laws, {}))
+    assert names_of(outcome) == {'arm0', 'arm1'} and not outcome.lawless
+
+
 def test_what_no_member_explains_is_left():
     laws, functions, random = columns(2)
     outcome = contest(Regression(1.5 * random.standard_normal(ROWS), laws, functions))
@@ -168,9 +183,9 @@ def test_no_function_is_fitted_where_a_law_leaves_nothing():
         def reach(self, h):
             return max(0.0, h.deviance - 1.2 * ROWS)
 
-        def grown(self, h, added, finalists):
+        def grown(self, h, added):
             kinds.extend(e.member.kind for e in added)
-            return super().grown(h, added, finalists)
+            return super().grown(h, added)
     for size, expected in ((0.0, {LAW}), (1.0, {LAW, FUNCTION})):
         kinds.clear()
         contest(Told(0.8 * laws['law3'] + size * functions['smooth'].sum(axis=1)

@@ -191,9 +191,8 @@ class InnovationEvidence:
                          p.gain / self.dispersion, price, p)
                 for p in scan(data.coarse, data.starts, h.fit.fit, data.ids)]
 
-    def grown(self, h: Hypothesis, added: Sequence[MemberEstimate],
-              finalists: int) -> list[Hypothesis]:
-        """Return `h` with each of `added`; of laws, the best `finalists` of a race."""
+    def grown(self, h: Hypothesis, added: Sequence[MemberEstimate]) -> list[Hypothesis]:
+        """Return `h` with each of `added`: functions, and the finalists of a race of laws."""
         data, fit = self.data, h.fit.fit
         out = []
         for e in added:
@@ -205,9 +204,9 @@ class InnovationEvidence:
         if proposals:
             data.progress(f'effects beside {h.name}')
             fits = raced(data, fit, proposals, lambda f: f.deviance + self._price_of_laws(f))
-            near = [f for i, f in enumerate(fits[:finalists])
+            near = [f for i, f in enumerate(fits[:CONTEST.finalists])
                     if not i or f.deviance < fits[0].deviance + CLOSE]
-            if not fit.candidate.ids:  # the best of each place: another search may begin there
+            if not fit.candidate.ids:
                 placed = {library()[f.candidate.ids[0]].location: f for f in reversed(fits)}
                 near += [f for f in placed.values() if f not in near]
             out += [self.hypothesis(fitted(data.fine, f, POLISH)) for f in near]
