@@ -166,15 +166,15 @@ def pulses_in(runs: WindowRuns, price: float, beside: bool = False) -> Array:
     if 'arm_side' not in localisation.visible_places(runs):
         return np.zeros((0, 3))
     free = localisation.free_forms(runs, ('arm_side',))['arm_side']
-    bursts, covered = rectangles(free, price,
+    bursts, windows = rectangles(free, price,
                                  beside | (runs.chi2 > THRESHOLDS.quiet * runs.data.size))
-    bursts[:, 0] += runs.data.windows.first[covered.any(axis=1)] * runs.recording.dt
+    bursts[:, 0] += runs.data.windows.first[windows] * runs.recording.dt
     return bursts
 
 
-def rectangles(free: InputEstimate, price: float, lacking: Flags) -> tuple[Array, Flags]:
+def rectangles(free: InputEstimate, price: float, lacking: Flags) -> tuple[Array, Integers]:
     """
-    Return the bursts in a free-form torque to first order, and which values [W, H] they cover.
+    Return the bursts in a free-form torque to first order, and the windows [B] that hold them.
 
     At most one in each window: that of the largest likelihood ratio (Willsky and Jones, 1976),
     the torque elsewhere being 0.
@@ -185,11 +185,11 @@ def rectangles(free: InputEstimate, price: float, lacking: Flags) -> tuple[Array
         lacking: windows [W] that may have one.
 
     Returns:
-        Bursts [B, 3], their begin from that of the window, and the values [W, H] that they cover.
+        Bursts [B, 3], their begin from that of the window, and the numbers [B] of the windows.
     """
-    windows, values = free.signal.shape
+    values = free.signal.shape[1]
     price += 2.0 * float(np.log(values * (values + 1) / 2))
-    bursts, covered = [], np.zeros((windows, values), bool)
+    bursts, windows = [], []
     for window in np.flatnonzero(lacking):
         precision, signal = free.precision[window], free.signal[window]
         force = precision @ signal
@@ -202,6 +202,6 @@ def rectangles(free: InputEstimate, price: float, lacking: Flags) -> tuple[Array
                     highest, amplitude = along ** 2 / power, along / power
                     begin, end = first, last + 1
         if end:
-            covered[window, begin:end] = True
+            windows.append(window)
             bursts.append(((begin - 0.5) * SPACING, (end - begin) * SPACING, amplitude))
-    return np.array(bursts).reshape(-1, 3), covered
+    return np.array(bursts).reshape(-1, 3), np.array(windows, int)

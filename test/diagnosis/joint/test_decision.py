@@ -335,9 +335,9 @@ def test_a_window_in_which_nothing_moves_has_no_pulse():
     """Its readings say nothing of a torque: the precision of all values is 0."""
     free = SimpleNamespace(signal=np.ones((2, 5)), precision=np.stack([
         np.zeros((5, 5)), 100.0 * np.eye(5)]))
-    bursts, covered = rectangles(free, 1.0, np.ones(2, bool))
-    assert not covered[0].any() and covered[1].all()
-    assert bursts[:, 2] == pytest.approx([1.0])
+    bursts, windows = rectangles(free, 1.0, np.ones(2, bool))
+    assert windows.tolist() == [1]
+    assert bursts[:, 1:] == pytest.approx(np.array([[5 * localisation.SPACING, 1.0]]))
 
 
 @pytest.mark.system
