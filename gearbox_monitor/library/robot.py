@@ -1,7 +1,7 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""A whole robot: its file, logs, healthy reference, diagnosis of all joints, and payload."""
+"""A whole robot: its file, logs, healthy reference, and diagnosis of all joints."""
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import unified_diff
@@ -78,7 +78,7 @@ class RobotDiagnosis(Paged, Saved):
 
     @property
     def kind(self) -> str:
-        """One of findings.KINDS."""
+        """One of diagnosis.joint.verdict.KINDS."""
         return self.verdict.kind
 
     @property

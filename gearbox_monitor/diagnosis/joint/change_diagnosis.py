@@ -76,7 +76,7 @@ class ChangeVerdict:
     """
     The change between a reference and a later recording.
 
-    verdict: of findings.KINDS, about the change alone. findings: what changed, most evident first.
+    verdict: one of KINDS, about the change alone. findings: what changed, most evident first.
     remainder: place of a change that no finding explains, None without. held, holds: whether the
     model file explained the reference, and the later recording now; effects_before: what the
     reference showed beyond the model file. torque_noise: N m rms in a sample that neither

@@ -222,7 +222,7 @@ def explained(decision: Decision, lattices: tuple[str, ...]) -> Explained:
     return Explained(
         decision, published, none_runs,
         closed_runs if decision.closed is fit else decision.runs, closed_runs, errors, condition,
-        gains, d, separated, rivals(evidence, fit, decision.fits, separated),
+        gains, d, rivals(evidence, fit, decision.fits, separated),
         partial(matrix, space), lattices,
         {} if decision.ids or decision.remains else shown(
             decision.outcome.evidence, decision.outcome.none))

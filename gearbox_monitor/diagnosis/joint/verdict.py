@@ -17,7 +17,6 @@ from gearbox_monitor.diagnosis.joint.bursts import Burst
 from gearbox_monitor.diagnosis.joint.candidates import (
     CandidateModel, GAINS, NUISANCES, replaced_value, SHAPES, with_effects, ZERO)
 from gearbox_monitor.diagnosis.joint.decision import Decision
-from gearbox_monitor.diagnosis.joint.isolability import Separations
 from gearbox_monitor.diagnosis.joint.lawless import FreeFunction
 from gearbox_monitor.diagnosis.joint.power import hidden, ShownChange
 from gearbox_monitor.diagnosis.joint.thresholds import STATEMENTS, THRESHOLDS
@@ -138,7 +137,7 @@ class Explained:
     published, none, runs, closed_runs: free runs of the nominal
     model, of the fit without effects, of the effects, of the closed model. errors {id: {parameter:
     standard error}}, condition: of their normal matrix. gains {effects: gain over none in BIC};
-    likelihoods {id: 2 log likelihood that it gains}; separations, rivals, matrix: see isolability.
+    likelihoods {id: 2 log likelihood that it gains}; rivals, matrix: see isolability.
     lattices: quantisations that may be named. shown: {effect: what the motion would have shown}.
     """
 
@@ -151,7 +150,6 @@ class Explained:
     condition: float | None
     gains: Mapping[str, float]
     likelihoods: Mapping[str, float]
-    separations: Separations
     rivals: Mapping[str, Sequence[str]]
     matrix: Callable[[Iterable[str]], Matrix]
     lattices: tuple[str, ...]
@@ -237,7 +235,7 @@ class Verdict(Paged):
 
     @property
     def kind(self) -> str:
-        """One of findings.KINDS."""
+        """One of KINDS."""
         return self.verdict
 
     @property

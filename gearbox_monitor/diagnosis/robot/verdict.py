@@ -91,7 +91,7 @@ class RobotVerdict:
 
     @property
     def kind(self) -> str:
-        """One of findings.KINDS, or UNDECIDED: nothing was found, and little would have been."""
+        """One of joint.verdict.KINDS; UNDECIDED: nothing was found, and little would have been."""
         if not self.findings and not self.remainders and (
                 self.questions or self.not_judged or self.unsure or self.drifts):
             return UNDECIDED
