@@ -41,7 +41,7 @@ from gearbox_monitor.report.live_history import GearboxHistory, StatusAlert  # n
 from gearbox_monitor.report.live_page import live_frame, LivePage  # noqa: E402
 from gearbox_monitor.report.recording_page import recording_page  # noqa: E402
 from gearbox_monitor.report.timeline import (  # noqa: E402
-    MonitorFollower, RecordingFacts, Timeline)
+    MonitorFollower, RecordingFacts, State, Timeline)
 from gearbox_monitor.report.watch_page import watch_page  # noqa: E402
 from gearbox_monitor.report.watch_words import watch_data  # noqa: E402
 from gearbox_monitor.robot.arm_plant import GapGrowth, WorkingArm  # noqa: E402
@@ -276,10 +276,10 @@ def live(folder: Path) -> Iterator[str]:
         gearbox.add_motion(stamp, np.column_stack([values['position'], values['effort']]))
         for name, outcome in monitor.outcomes.items():
             gearbox.add_status(began + second, name, int(outcome.level), outcome.message,
-                               dict(published(name, outcome.values)))
+                               dict(published(name, outcome.figures)))
         if monitor.health.stages().get('backlash'):
             outcome = monitor.outcomes['backlash']
-            gearbox.add_alert(StatusAlert('backlash', int(outcome.level), outcome.message,
+            gearbox.add_alert(StatusAlert(State(outcome.level, 'backlash', outcome.message),
                                           '2026-03-02 08:00:46'))
             wears = True
             break

@@ -81,7 +81,7 @@ def write_live(writer, samples):
             stamps, values = signal_values(signal, estimates, 1.0)
             for stamp, raw in zip(stamps, encode_joint_states(stamps, signal.joints, **values)):
                 writer.write(f'/{signal.topic}', now, raw)
-        told = {name: (f.level, f.message, f.values) for name, f in monitor.outcomes.items()}
+        told = {name: (f.level, f.message, f.figures) for name, f in monitor.outcomes.items()}
         array('/diagnostics', told, now)
         for name, stages in monitor.health.stages().items():
             if stages != alerted.get(name, {}):

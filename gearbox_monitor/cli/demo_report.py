@@ -17,7 +17,7 @@ from gearbox_monitor.recordings.replay import Replay, replay
 from gearbox_monitor.recordings.topics import DIAGNOSTICS, DRIFT_ALERTS, PLANT_TRANSMISSION_STATE
 from gearbox_monitor.report.plots import figure
 from gearbox_monitor.report.recording_charts import overview, TrueTrajectory
-from gearbox_monitor.report.timeline import RecordedAlert, timeline_of
+from gearbox_monitor.report.timeline import RecordedAlert, State, timeline_of
 
 NS_PER_SECOND = 1e9
 Alarms: TypeAlias = list[dict[str, Any]]
@@ -172,8 +172,8 @@ def picture(reader: BagReader, result: Replay, monitor: Monitor, data: Mapping[s
                        monitor.parameters)
     for alarm in data['alarms']:
         if alarm['component'] == 'backlash':
-            line.alerts.append(RecordedAlert(alarm['t'], 'backlash', Level[alarm['level']],
-                                             alarm['message']))
+            line.alerts.append(RecordedAlert(
+                alarm['t'], State(Level[alarm['level']], 'backlash', alarm['message'])))
     truth = None
     if '/' + PLANT_TRANSMISSION_STATE in reader.topics:
         states = reader.joint_states('/' + PLANT_TRANSMISSION_STATE, ('transmission',))

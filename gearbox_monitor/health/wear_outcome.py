@@ -77,9 +77,9 @@ def outcome(health: Health, component: str) -> Outcome:
     return Outcome(level, tuple(says), values)
 
 
-def worst(states: Iterable[tuple[int, str, str]]) -> tuple[Level, str]:
-    """Return (level, sentence) of the worst of `states` (level, component, message)."""
-    level, _, message = max(states, key=lambda state: (state[0], state[1] == 'backlash'))
+def worst(states: Iterable[tuple[Any, ...]]) -> tuple[Level, str]:
+    """Return (level, sentence) of the worst of `states` (level, component, message, ...)."""
+    level, _, message, *_ = max(states, key=lambda state: (state[0], state[1] == 'backlash'))
     return Level(level), message.split('; ')[0]
 
 

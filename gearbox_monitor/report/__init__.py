@@ -26,8 +26,8 @@ Public names, by module:
     robot_words: finding_words, reading_words, robot_headline, robot_text
     sentences: CHANGES, phrase, title
     summary: PLACES, summary
-    timeline: EstimatorChoice, measured, RecordedAlert, RecordingFacts, Timeline, timeline_of,
-        TimelineSource
+    timeline: EstimatorChoice, measured, RecordedAlert, RecordingFacts, State, state_of,
+        Timeline, timeline_of, TimelineSource
     watch_page: watch_page
     watch_words: watch_data, watch_headline, watch_text
     words: change_sentence, counted, ids_of, meaning, NAMING, next_steps, NO_FILES, NOTHING,

@@ -10,7 +10,6 @@ from collections import deque
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 import math
-from typing import Any, TypeVar
 
 import numpy as np
 
@@ -18,7 +17,8 @@ from gearbox_monitor.health.monitor import DRIFT_SHOWS
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.report.chart import thinned_rows
 from gearbox_monitor.report.timeline import (
-    is_number, LARGEST, LevelSpans, PublishedWindows, SECOND_NS, WindowBacklash)
+    is_number, LARGEST, LevelSpans, PublishedWindows, SECOND_NS, State, state_of,
+    WindowBacklash)
 
 MOTION_SECONDS = 10.0   # of torque and twist
 MOTION_ROWS = 20_000    # samples of them: 10 s at 2 kHz
@@ -28,25 +28,17 @@ MAX_WINDOWS, MAX_ALERTS = 300, 20
 SILENT_SECONDS = 3.0    # without diagnostics: the last ones no longer count
 
 
-State = TypeVar('State', bound=tuple[Any, ...])
-
-
-def is_wear(component: str, message: str) -> bool:
-    """Return whether a `message` of a `component` says that something has changed for good."""
-    return component in ('backlash', 'friction') and ' has ' in message.split(' since ')[0]
-
-
 def worst_first(states: Iterable[State]) -> list[State]:
     """
-    Return `states` (level, component, message, ...) in the order in which a reader wants them.
+    Return `states` in the order in which a reader wants them.
 
     By level, wear before the others of its level. Where there is wear, DRIFT_SHOWS come last:
     prediction errors that a grown gap causes, for example.
     """
     listed = list(states)
-    worn = any(state[0] and is_wear(*state[1:3]) for state in listed)
+    worn = any(state.level and state.is_wear for state in listed)
     return sorted(listed, reverse=True, key=lambda state: (
-        not (worn and state[1] in DRIFT_SHOWS), state[0], is_wear(*state[1:3])))
+        not (worn and state.component in DRIFT_SHOWS), state.level, state.is_wear))
 
 
 @dataclass(frozen=True)
@@ -60,11 +52,9 @@ class RecentMotion:
 
 @dataclass(frozen=True)
 class StatusAlert:
-    """A change on drift_alerts: component, level, message and time of day."""
+    """A change on drift_alerts: the state of its component, and the time of day."""
 
-    component: str
-    level: int
-    message: str
+    state: State
     when: str
 
 
@@ -118,10 +108,10 @@ class GearboxHistory:
         """
         self.heard, self.changes = time_s, self.changes + 1
         spans = self.levels.setdefault(component, LevelSpans())
-        spans.add(time_s, min(level, 2), message)
+        spans.add(time_s, state_of(component, level, message, values))
         spans.forget(time_s - LEVEL_SECONDS)
         if component == 'backlash':
-            window = self._published.window(time_s, message, values)
+            window = self._published.window(time_s, values)
             if window is not None:
                 self.windows.append(window)
         elif component == 'covariance':
@@ -133,21 +123,16 @@ class GearboxHistory:
         self.alerts.append(alert)
         self.changes += 1
 
-    def worst(self) -> tuple[int, str, str]:
-        """
-        Return level, component and message of the worst component; (0, '', '') without any.
-
-        See worst_first.
-        """
-        states = worst_first((spans.levels[-1], name, spans.messages[-1])
-                             for name, spans in self.levels.items())
-        return states[0] if states else (0, '', '')
+    def worst(self) -> State:
+        """Return the state of the worst component, see worst_first; an empty one without any."""
+        states = worst_first(spans.newest for spans in self.levels.values())
+        return states[0] if states else State(0, '', '')
 
     def is_old(self, time_s: float) -> bool:
         """Return whether the state is old at `time_s`: no diagnostics came, or no samples."""
         silent = self.heard is not None and time_s - self.heard > SILENT_SECONDS
         spans = self.levels.get('input')
-        return silent or spans is not None and spans.levels[-1] > 1
+        return silent or spans is not None and spans.newest.level > 1
 
     def rate(self) -> float:
         """Return samples per second of stamps over the motion, 0 for fewer than two."""

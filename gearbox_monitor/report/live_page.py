@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.health.backlash.features import width_of
-from gearbox_monitor.report.sentences import NOTHING_EARLIER
 from gearbox_monitor.presentation import number, on_axis
 from gearbox_monitor.report.builder import (
     framed, Page, page_summary, PageTable, render_section, Section)
@@ -79,7 +78,7 @@ class LivePage:
                  render_section(live_summary(gearboxes, source, time_s), axis),
                  'joints': render_section(joint_table(worst_rows(
                      [live_row(gearbox, title(gearbox)) for gearbox in gearboxes])), axis)}
-        order = sorted(range(len(gearboxes)), key=lambda k: -gearboxes[k].worst()[0])[:DRAWN]
+        order = sorted(range(len(gearboxes)), key=lambda k: -gearboxes[k].worst().level)[:DRAWN]
         for k in sorted(order):
             gearbox = gearboxes[k]
             changes, html = self._conditions.get(gearbox.name, (-1, ''))
@@ -126,21 +125,22 @@ def live_summary(gearboxes: Sequence[GearboxHistory], source: str, time_s: float
         return page_summary('', f'Waiting for diagnostics of {source}.')
     if time_s - max(heard) > SILENT_SECONDS:
         return page_summary('error', f'{source} has been silent for {time_s - max(heard):.0f} s.')
-    states = ((*gearbox.worst(), title(gearbox)) for gearbox in gearboxes)
-    raised = [state for state in worst_first(states) if state[0]]
+    worst = [gearbox.worst() for gearbox in gearboxes]
+    raised = [state for state in worst_first(worst) if state.level]
     if not raised:
-        words = [spans.messages[-1].split('; ')[0] for gearbox in gearboxes
-                 for name, spans in gearbox.levels.items() if name == 'backlash']
-        undecided = [text for text in words if NOTHING_EARLIER in text or 'learning' in text]
-        return page_summary('' if undecided else 'good', ' '.join(
-            ('The estimates are trusted.', *map(sentence, (undecided or words)[:1]))))
-    level, component, message, name = raised[0]
-    suffix = f' ({len(raised) - 1} more)' if raised[1:] else ''
-    first = next(gearbox for gearbox in gearboxes if title(gearbox) == name)
+        states = [gearbox.levels['backlash'].newest for gearbox in gearboxes
+                  if 'backlash' in gearbox.levels]
+        uncompared = [state for state in states if not state.is_compared]
+        return page_summary('' if uncompared else 'good', ' '.join(
+            ('The estimates are trusted.',
+             *(sentence(state.first) for state in (uncompared or states)[:1]))))
+    state, suffix = raised[0], f' ({len(raised) - 1} more)' if raised[1:] else ''
+    first = next(gearbox for gearbox, own in zip(gearboxes, worst) if own is state)
     spans = first.levels.get('diagnosis')
-    cause = [('cause', spans.messages[-1])] if spans and spans.levels[-1] else []
-    return page_summary(ROLES[level], f'{name}: {component}: {message.split("; ")[0]}{suffix}',
-                        cause if component != 'diagnosis' else ())
+    cause = [('cause', spans.newest.message)] if spans and spans.newest.level else []
+    return page_summary(
+        ROLES[state.level], f'{title(first)}: {state.component}: {state.first}{suffix}',
+        cause if state.component != 'diagnosis' else ())
 
 
 def title(gearbox: GearboxHistory) -> str:
@@ -197,7 +197,7 @@ def _condition(gearbox: GearboxHistory) -> Section:
         return Section('live/condition.html', data)
     time_s, last = gearbox.heard, LEVEL_SECONDS / MINUTE
     lanes = [Lane(
-        f'{name}: {LEVELS[spans.levels[-1]]}',
+        f'{name}: {LEVELS[spans.newest.level]}',
         [(max(begin, time_s - LEVEL_SECONDS) - time_s) / MINUTE for begin in spans.begins],
         (spans.end - time_s) / MINUTE, spans.levels,
         [f'{name} {LEVELS[level]}' for level in spans.levels])
@@ -209,12 +209,11 @@ def _condition(gearbox: GearboxHistory) -> Section:
             'Lost motion' if lost_motion else 'Backlash',
             [backlash_panel(windows, lost_motion, MINUTE, gearbox.axis)], 'time (min)',
             span=(1.03 * min(windows[0].t / MINUTE, -1.0), 0.0), zoom=False)
-    rows = sorted(((spans.levels[-1], name, spans.messages[-1])
-                   for name, spans in gearbox.levels.items()), key=lambda row: -row[0])
+    states = sorted((spans.newest for spans in gearbox.levels.values()),
+                    key=lambda state: -state.level)
     return Section('live/condition.html', {
         **data,
         'levels': Chart('Levels', lanes, 'time (min)', span=(-last, 0.0), zoom=False),
         'components': PageTable(('level', 'component', 'message'), [
-            (LEVELS[level], name, message) for level, name, message in rows]),
-        'alerts': [f'{alert.when}: {alert.component} {LEVELS[alert.level]}: {alert.message}'
-                   for alert in reversed(gearbox.alerts)]})
+            (LEVELS[state.level], state.component, state.message) for state in states]),
+        'alerts': [f'{alert.when}: {alert.state}' for alert in reversed(gearbox.alerts)]})

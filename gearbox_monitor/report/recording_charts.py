@@ -96,7 +96,7 @@ def backlash_chart(timeline: Timeline, axis: str, traces: Sequence[Trace] = ()) 
         return None
     time = time_axis(timeline)
     windows, lost_motion = drawn_windows(timeline.windows)
-    marks = [Mark(alert.t / time.scale, str(k), ROLES[alert.level])
+    marks = [Mark(alert.t / time.scale, str(k), ROLES[alert.state.level])
              for k, alert in enumerate(timeline.alerts, 1)]
     return time.chart('Lost motion' if lost_motion else 'Backlash', [
         backlash_panel(windows, lost_motion, time.scale, axis, traces)], marks)

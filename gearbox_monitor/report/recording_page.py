@@ -13,23 +13,21 @@ import numpy as np
 from gearbox_monitor.health.backlash.features import width_of
 from gearbox_monitor.health.backlash.wear import when
 from gearbox_monitor.health.wear_outcome import worst
-from gearbox_monitor.report.sentences import NOTHING_EARLIER
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.presentation import number, on_axis
 from gearbox_monitor.report.builder import (
     advice, Page, page_summary, PageTable, render_page, Section)
-from gearbox_monitor.report.live_history import GearboxHistory, is_wear, MOTION_ROWS
+from gearbox_monitor.report.live_history import GearboxHistory, MOTION_ROWS
 from gearbox_monitor.report.recording_charts import (
     backlash_chart, CHANNELS, drawn_windows, errors_chart, input_chart, levels_chart, loop_plane,
     nis_chart, ROLES, time_axis, torque_chart)
 from gearbox_monitor.report.timeline import (
-    LEVELS, LevelSpans, RecordingFacts, Timeline, WindowBacklash)
+    LEVELS, LevelSpans, RecordingFacts, State, Timeline, WindowBacklash)
 from gearbox_monitor.report.words import sentence
 
 TRUST = ('observability', 'prediction error', 'covariance', 'model', 'input')
 WEAR = ('backlash', 'friction')
-NO_DATA = 'no data'  # so begins the message of a component that was never evaluated
 TRUSTED = 0.9      # share of the time below which that is the headline
 LISTED = 200       # changes of level
 
@@ -70,16 +68,16 @@ def figures(timeline: Timeline, facts: RecordingFacts) -> dict[str, Any]:
         'gap_rad': [w.gap for w in windows], 'gap_std_rad': [w.gap_std for w in windows],
         'levels': {name: dict(zip(LEVELS, spans.shares()))
                    for name, spans in timeline.spans.items()},
-        'alerts': [{'t': a.t, 'component': a.component, 'level': LEVELS[a.level],
-                    'message': a.message} for a in timeline.alerts],
+        'alerts': [{'t': alert.t, 'component': state.component, 'level': LEVELS[state.level],
+                    'message': state.message}
+                   for alert in timeline.alerts for state in (alert.state,)],
         'counts': facts.counts, 'notes': facts.notes}
 
 
-def wear(timeline: Timeline) -> list[tuple[int, str, str]]:
-    """Return [(level, component, message)] of the wear that `timeline` shows at its end."""
-    return [(s.levels[-1], name, s.messages[-1]) for name, s in timeline.spans.items()
-            if name in WEAR and s.levels[-1] and not s.messages[-1].startswith(NO_DATA)
-            and 'not measured' not in s.messages[-1]]
+def wear(timeline: Timeline) -> list[State]:
+    """Return what `timeline` raises about wear at its end."""
+    states = [timeline.spans[name].newest for name in WEAR if name in timeline.spans]
+    return [s for s in states if s.level and s.is_judged and s.is_compared]
 
 
 def headline(timeline: Timeline, facts: RecordingFacts) -> tuple[str, str]:
@@ -93,29 +91,21 @@ def headline(timeline: Timeline, facts: RecordingFacts) -> tuple[str, str]:
         return ('Nothing was evaluated: the recording is too short, or contains no estimates.',
                 '')
     if share < TRUSTED:
-        level, message = _longest_alarm(timeline)
-        return (f'The estimates were trusted {100 * share:.0f} % of the time: '
-                f'{message}.'), ROLES[level]
+        alarm = _longest_alarm(timeline)
+        return (f'The estimates were trusted {100 * share:.0f} % of the time: '  # advice is below
+                f'{alarm.message.split(": ")[0]}.'), ROLES[alarm.level]
     if not timeline.windows:
         return f'Trusted {100 * share:.0f} % of the time; backlash was not measured.', ''
-    words = timeline.spans['backlash'].messages[-1].split('; ')[0]
-    return sentence(words), 'good' if _is_compared(timeline) else ''
+    state = timeline.spans['backlash'].newest
+    return sentence(state.first), 'good' if state.is_compared else ''
 
 
-def _is_compared(timeline: Timeline) -> bool:
-    """Return whether the recording was compared with an earlier one."""
-    spans = timeline.spans.get('backlash')
-    return spans is not None and NOTHING_EARLIER not in spans.messages[-1]
-
-
-def _longest_alarm(timeline: Timeline) -> tuple[int, str]:
-    """Return level and message of the longest among the worst alarms against the estimates."""
-    alarms = [(level, end - begin, message) for name in TRUST if name in timeline.spans
-              for s in (timeline.spans[name],) for begin, end, level, message in zip(
-                  s.begins, (*s.begins[1:], s.end), s.levels, s.messages)
-              if level and not message.startswith(NO_DATA)]
-    level, _, message = max(alarms)
-    return level, message.split(': ')[0]  # the section has the advice
+def _longest_alarm(timeline: Timeline) -> State:
+    """Return the longest among the worst alarms against the estimates."""
+    alarms = [(end - begin, state) for name in TRUST if name in timeline.spans
+              for begin, end, state in timeline.spans[name].spans()
+              if state.level and state.is_judged]
+    return max(alarms, key=lambda alarm: (alarm[1].level, alarm[0]))[1]
 
 
 def next_steps(timeline: Timeline, facts: RecordingFacts, bag: str) -> list[str]:
@@ -129,7 +119,7 @@ def next_steps(timeline: Timeline, facts: RecordingFacts, bag: str) -> list[str]
         steps.append(f'List the faults of the recording: gearbox_monitor check {bag} --model FILE')
     if share is not None and share < TRUSTED:
         steps.append(f'Find the error of the model: gearbox_monitor diagnose {bag} --model FILE')
-    if not steps and _is_compared(timeline):
+    if not steps and timeline.spans['backlash'].newest.is_compared:
         return ['Nothing now: it is as it was.']
     return steps or [
         f'Test the gearbox against its specification: gearbox_monitor accept {bag} '
@@ -147,7 +137,7 @@ def trusted_share(levels: Mapping[str, LevelSpans]) -> float | None:
     evaluated, alarmed = np.zeros((2, len(edges) - 1), bool)
     for s in spans:
         at = np.maximum(np.searchsorted(s.begins, edges[:-1], 'right') - 1, 0)
-        valid = ~np.array([message.startswith(NO_DATA) for message in s.messages])[at]
+        valid = np.array([state.is_judged for state in s.states])[at]
         evaluated |= valid
         alarmed |= valid & (np.array(s.levels)[at] > 0)
     lengths = np.diff(edges)
@@ -184,10 +174,10 @@ def _loops(timeline: Timeline, axis: str) -> Section:
 def _backlash(timeline: Timeline, axis: str) -> Section:
     """Return backlash, or lost motion in its place, over time, with alerts."""
     time = time_axis(timeline)
-    alerts = [f'{k}, {time.text(alert.t)}: {alert.component} {LEVELS[alert.level]}: '
-              f'{alert.message}' for k, alert in enumerate(timeline.alerts, 1)]
+    alerts = [f'{k}, {time.text(alert.t)}: {alert.state}'
+              for k, alert in enumerate(timeline.alerts, 1)]
     spans = timeline.spans.get('backlash')
-    message = spans.messages[-1] if spans and spans.messages else ''
+    message = spans.newest.message if spans else ''
     if not timeline.windows:
         message = message or 'nothing was evaluated'
     return Section('recording/backlash.html', {
@@ -200,13 +190,11 @@ def _trust(timeline: Timeline) -> Section:
     """Return levels over time, and the first of all changes."""
     time = time_axis(timeline)
     levels = {name: timeline.spans[name] for name in (*TRUST, *WEAR) if name in timeline.spans}
-    changes = sorted(((t, name, level, message) for name, spans in levels.items()
-                      for t, level, message in zip(spans.begins, spans.levels, spans.messages)),
-                     key=lambda change: change[0])
+    changes = sorted(((t, state) for spans in levels.values()
+                      for t, _, state in spans.spans()), key=lambda change: change[0])
     return Section('recording/trust.html', {
         'chart': levels_chart(levels, time), 'changes': len(changes),
-        'listed': [f'{time.text(t)}: {name} {LEVELS[level]}: {message}'
-                   for t, name, level, message in changes[:LISTED]]}, 'Trust')
+        'listed': [f'{time.text(t)}: {state}' for t, state in changes[:LISTED]]}, 'Trust')
 
 
 def _errors(timeline: Timeline, axis: str) -> Section:
@@ -332,14 +320,13 @@ def joint_table(rows: Sequence[JointRow]) -> Section:
 
 def live_row(gearbox: GearboxHistory, name: str) -> JointRow:
     """Return the row of a `gearbox` that the live page calls `name`."""
-    level, component, message = gearbox.worst()
-    kind = ROLES[level] if gearbox.levels else ''
+    state = gearbox.worst()
+    kind = ROLES[state.level] if gearbox.levels else ''
     tau_k = gearbox.motion(MOTION_ROWS).tau_k
     tau_k = tau_k[np.isfinite(tau_k)]
     span = (float(tau_k.min()), float(tau_k.max())) if len(tau_k) else (math.nan, math.nan)
-    return JointRow(name, kind, f'{component}: {message.split("; ")[0]}' if level else '', span,
-                    list(gearbox.windows), trusted_share(gearbox.levels),
-                    worn=is_wear(component, message))
+    return JointRow(name, kind, f'{state.component}: {state.first}' if state.level else '', span,
+                    list(gearbox.windows), trusted_share(gearbox.levels), worn=state.is_wear)
 
 
 def recorded_row(timeline: Timeline, facts: RecordingFacts, name: str, link: str) -> JointRow:

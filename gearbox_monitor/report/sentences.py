@@ -311,7 +311,6 @@ WEAR_SENTENCES = {
     'width': Sentence(' {size}'),
     'learnt': Sentence(' ({count} of {needed} baseline windows)'),
     'mark': Sentence('{since}: {note}')}
-NOTHING_EARLIER = WEAR_SENTENCES['alone'].says.partition(': ')[2]
 
 MOTION = {
     'no_window': Sentence('no window has ended'),

@@ -5,7 +5,7 @@
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from gearbox_monitor.estimation.rts_smoother import (
     S_TAU_K, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_RATE)
 from gearbox_monitor.estimation.sample_loop import BRIDGED, REASONS, SECOND
 from gearbox_monitor.files.baselines import earlier
+from gearbox_monitor.health.backlash.change_tests import COMPONENTS, TESTS
 from gearbox_monitor.health.backlash.features import Backlash
 from gearbox_monitor.health.checks.usability import key_of
 from gearbox_monitor.health.monitor import Monitor
@@ -35,6 +36,11 @@ CLOUD = 400            # points of a loop
 BRANCH_BINS, MIN_POINTS = 36, 12  # of the mean of a branch; points in a bin
 MOVING = 0.05          # of the rms rate of the twist: slower belongs to no branch
 LEVELS = ('OK', 'WARN', 'ERROR')
+# Codes of messages: of what was never evaluated, of wear without an earlier state, of changes.
+NO_DATA = frozenset(('no_data', 'no_data_yet'))
+UNCOMPARED = frozenset(('alone', 'learning', *(f'{name}_unmeasured' for name in COMPONENTS)))
+CHANGED = frozenset(('over_limit', 'slip', *(f'{test.key}_{stage}' for test in TESTS
+                                             for stage in (1, 2, 3))))
 MAX_RATE_BINS = 3600   # of rate and longest step
 LARGEST = 1e9          # published values from here on are no measurements
 
@@ -138,37 +144,78 @@ def loop_of(begin: float, end: float, twist: Array, rate: Array, tau_k: Array) -
                 branch(twist[falls], tau_k[falls]))
 
 
+class State(NamedTuple):
+    """A component at a time: level (0 fine, 1 warning, 2 error), message and its codes."""
+
+    level: int
+    component: str
+    message: str
+    codes: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        return f'{self.component} {LEVELS[self.level]}: {self.message}'
+
+    @property
+    def first(self) -> str:
+        """The first thing that the message says."""
+        return self.message.split('; ')[0]
+
+    @property
+    def is_judged(self) -> bool:
+        """Whether the component was evaluated."""
+        return NO_DATA.isdisjoint(self.codes)
+
+    @property
+    def is_compared(self) -> bool:
+        """Whether wear was compared with an earlier state."""
+        return UNCOMPARED.isdisjoint(self.codes)
+
+    @property
+    def is_wear(self) -> bool:
+        """Whether something has changed for good."""
+        return not CHANGED.isdisjoint(self.codes)
+
+
+def state_of(component: str, level: int, message: str, values: Mapping[str, str]) -> State:
+    """Return the State in a status of /diagnostics with these `values` {key: text}."""
+    return State(min(level, 2), component, message, tuple(values.get('codes', '').split()))
+
+
 @dataclass
 class LevelSpans:
-    """The levels of one component: begins [s], level of each, newest message of each; end (s)."""
+    """The states of one component: begins [s], the newest of each level, and the end (s)."""
 
     begins: list[float] = field(default_factory=list)
-    levels: list[int] = field(default_factory=list)
-    messages: list[str] = field(default_factory=list)
+    states: list[State] = field(default_factory=list)
     end: float = 0.0
 
-    def add(self, t: float, level: int, message: str) -> None:
-        """
-        Note that a level is in force.
+    @property
+    def levels(self) -> list[int]:
+        """The level of each span."""
+        return [state.level for state in self.states]
 
-        Args:
-            t: time, s.
-            level: 0 fine, 1 warning, 2 error.
-            message: of the outcome.
+    @property
+    def newest(self) -> State:
+        """The state in force."""
+        return self.states[-1]
 
-        """
-        if not self.levels or level != self.levels[-1]:
+    def spans(self) -> Iterator[tuple[float, float, State]]:
+        """Yield (begin, end, state) of each span."""
+        return zip(self.begins, (*self.begins[1:], self.end), self.states)
+
+    def add(self, t: float, state: State) -> None:
+        """Note that a `state` is in force at `t` s."""
+        if not self.states or state.level != self.newest.level:
             self.begins.append(t)
-            self.levels.append(level)
-            self.messages.append(message)
+            self.states.append(state)
         else:  # the newest state, not the one at the change
-            self.messages[-1] = message
+            self.states[-1] = state
         self.end = max(self.end, t)
 
     def forget(self, before: float) -> None:
         """Drop the spans that ended before the time `before` (s); the newest stays."""
         ended = sum(end < before for end in self.begins[1:])
-        del self.begins[:ended], self.levels[:ended], self.messages[:ended]
+        del self.begins[:ended], self.states[:ended]
 
     def shares(self) -> list[float]:
         """Return [share of the time at OK, WARN, ERROR]."""
@@ -216,17 +263,9 @@ class PublishedWindows:
     def __init__(self) -> None:
         self._newest: tuple[str | None, ...] = ()
 
-    def window(self, t: float, message: str, values: Mapping[str, str]) -> WindowBacklash | None:
-        """
-        Return the window of a status, None if it holds no new one.
-
-        Args:
-            t: its time, s.
-            message: of the status.
-            values: {key: text} of the status.
-
-        """
-        if 'gap_rad' not in values or message.startswith('not excited now'):
+    def window(self, t: float, values: Mapping[str, str]) -> WindowBacklash | None:
+        """Return the window in the `values` {key: text} at `t` s, None if it is not a new one."""
+        if 'gap_rad' not in values:
             return None
         figures = tuple(values.get(f'{key}_rad') for key in ('gap', 'gap_std', 'lost_motion'))
         if figures == self._newest:
@@ -249,12 +288,10 @@ def is_number(text: str) -> bool:
 
 @dataclass(frozen=True)
 class RecordedAlert:
-    """A lasting change: `t` s, component, level and message."""
+    """A lasting change: `t` s, and the state of its component."""
 
     t: float
-    component: str
-    level: int
-    message: str
+    state: State
 
 
 class Timeline:
@@ -388,29 +425,19 @@ class Timeline:
         self.add_loop(estimates.smoothed_stamp_ns[valid], *(
             smoothed[valid, column] for column in (S_TWIST, S_TWIST_RATE, S_TAU_K)))
 
-    def add_outcomes(self, stamp_ns: int, outcomes: Mapping[str, tuple[int, str]]) -> None:
-        """Take `outcomes` {component: (level, message)} in force at `stamp_ns`."""
+    def add_states(self, stamp_ns: int, states: Iterable[State]) -> None:
+        """Take the `states` of components in force at `stamp_ns`."""
         t = max(self.second(stamp_ns), 0.0)
-        for component, (level, message) in outcomes.items():
-            self.spans.setdefault(component, LevelSpans()).add(t, min(int(level), 2), message)
+        for state in states:
+            self.spans.setdefault(state.component, LevelSpans()).add(t, state)
 
     def add_window(self, stamp_ns: int, window: WindowBacklash) -> None:
         """Take the `window` that ended at `stamp_ns`; its time is set here."""
         self.windows.append(replace(window, t=self.second(stamp_ns)))
 
-    def add_alert(self, stamp_ns: int, component: str, level: int, message: str) -> None:
-        """
-        Take a lasting change.
-
-        Args:
-            stamp_ns: its time.
-            component: of the outcome.
-            level: 0 fine, 1 warning, 2 and above error.
-            message: of the outcome.
-
-        """
-        self.alerts.append(RecordedAlert(max(self.second(stamp_ns), 0.0), component,
-                                         min(int(level), 2), message))
+    def add_alert(self, stamp_ns: int, state: State) -> None:
+        """Take a lasting change to a `state` at `stamp_ns`."""
+        self.alerts.append(RecordedAlert(max(self.second(stamp_ns), 0.0), state))
 
     def finish(self) -> None:
         """End the last slice and all spans."""
@@ -660,8 +687,9 @@ class MonitorFollower:
         if monitor.outcomes is self._outcomes:
             return
         self._outcomes = monitor.outcomes
-        timeline.add_outcomes(monitor.stamp_ns, {
-            name: (outcome.level, outcome.message) for name, outcome in self._outcomes.items()})
+        states = {name: State(outcome.level, name, outcome.message, outcome.codes)
+                  for name, outcome in self._outcomes.items()}
+        timeline.add_states(monitor.stamp_ns, states.values())
         if monitor.windows and monitor.windows[-1] is not self._window:
             self._window = window = monitor.windows[-1]
             timeline.add_window(window.stamp_ns,
@@ -669,8 +697,7 @@ class MonitorFollower:
         for component, stages in monitor.health.stages().items():
             if stages != self._stages.get(component, {}):
                 self._stages[component] = stages
-                outcome = self._outcomes[component]
-                timeline.add_alert(monitor.stamp_ns, component, outcome.level, outcome.message)
+                timeline.add_alert(monitor.stamp_ns, states[component])
 
 
 def timeline_of(estimates: Estimates, windows: Iterable[Backlash], values: Mapping[str, Any],
@@ -768,17 +795,17 @@ class RecordedDiagnostics:
                       + int(at[0]), self._reader.decode(DIAGNOSTIC_ARRAY, raw))
 
     def _add(self, topic: str, stamp: int, message: Any) -> None:
-        outcomes = {}
+        states = []
         for status in message.status:
             node, _, component = status.name.partition(': ')
-            level = min(int(status.level), 2)
             if not self._ours(node, component):
                 continue
-            if topic != DIAGNOSTICS:
-                self._timeline.add_alert(stamp, component, level, status.message)
-                continue
-            outcomes[component] = level, status.message
             values = {value.key: value.value for value in status.values}
+            state = state_of(component, int(status.level), status.message, values)
+            if topic != DIAGNOSTICS:
+                self._timeline.add_alert(stamp, state)
+                continue
+            states.append(state)
             if component == 'input':
                 counters = {key_of(reason): reason for reason in REASONS.values()}
                 self.counts = {counters[key]: int(value) for key, value in values.items()
@@ -787,11 +814,10 @@ class RecordedDiagnostics:
                 self._timeline.add_nis(np.array([stamp]),
                                        np.array([float(values['nis_over_dof'])]))
             elif component == 'backlash':
-                window = self._windows.window(math.nan, status.message, values)
+                window = self._windows.window(math.nan, values)
                 if window is not None:
                     self._timeline.add_window(stamp, window)
-        if outcomes:
-            self._timeline.add_outcomes(stamp, outcomes)
+        self._timeline.add_states(stamp, states)
 
     def _ours(self, node: str, component: str) -> bool:
         """Return whether this estimator has the topic of the inputs."""

@@ -212,7 +212,7 @@ def to_status(name: str, outcome: Outcome, hardware_id: str) -> DiagnosticStatus
     """
     return DiagnosticStatus(
         level=LEVELS[outcome.level], name=name, message=outcome.message, hardware_id=hardware_id,
-        values=key_values(name.rpartition(': ')[2], outcome.values))
+        values=key_values(name.rpartition(': ')[2], outcome.figures))
 
 
 def to_diagnostics(statuses: Iterable[DiagnosticStatus], stamp: Time) -> DiagnosticArray:

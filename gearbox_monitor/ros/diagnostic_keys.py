@@ -51,9 +51,10 @@ _POINT = (
     ('baseline_since', '', 'first window that the baseline rests on'),
     ('cause', '', 'what a comparison with the baseline recording named, while there is an alert'),
     ('trusted', '0/1', 'whether the newest window may enter the baseline'))
-_LASTS = ('lasts_s', 's', 'how long the level has lasted, unless it is OK')
+_CODES = ('codes', '', 'codes of the phrases of the message, in its order')
+_ALL = (('lasts_s', 's', 'how long the level has lasted, unless it is OK'), _CODES)
 DIAGNOSTIC_KEYS = (
-    *_of('input', _LASTS,
+    *_of('input', *_ALL,
          ('samples', '-', 'samples received since the start'),
          ('rate_hz', 'Hz', 'usable samples in the last second'),
          ('longest_gap_s', 's', 'longest step between stamps in the last second'),
@@ -86,7 +87,7 @@ DIAGNOSTIC_KEYS = (
          ('arm_without_motor', '-', 'two topics: arm messages without partner'),
          ('pair_tolerance_s', 's', 'two topics: `pair_tolerance`'),
          ('nearest_unpaired_s', 's', 'two topics: distance of the nearest stamps')),
-    *_of('observability', _LASTS,
+    *_of('observability', *_ALL,
          ('information_share_tau_k', '-', 'share of the prior deviation of tau_K that remains '
           'after 0.1 s: 0 known, 1 nothing learnt'),
          ('information_share_threshold', '-', 'ERROR above'),
@@ -101,7 +102,7 @@ DIAGNOSTIC_KEYS = (
           'informative'),
          ('condition_eq6_p', '-', 'the same with respect to the torques alone; informative'),
          ('signal_eq6_p', '1/sqrt(s)', 'typical tau_K over process noise; informative')),
-    *_of('prediction error', _LASTS,
+    *_of('prediction error', *_ALL,
          ('mean', '-', 'largest abs(mean) sqrt(N) of the whitened errors, 0.5 s'),
          ('mean_threshold', '-', 'WARN above'),
          ('ljung_box', '-', 'whiteness over 20 lags, 2 s'),
@@ -121,7 +122,7 @@ DIAGNOSTIC_KEYS = (
          *((f'{check.name}_{key}', '-', words) for check in ROW_CHECKS for key, words in (
                ('evaluations', f'evaluations of {check.name}...'),
                ('results', 'evaluations that the motion permitted; only these count')))),
-    *_of('covariance', _LASTS,
+    *_of('covariance', *_ALL,
          ('tau_k_std', 'N m', 'median stated deviation of tau_K'),
          ('tau_k_noise_std', 'N m', 'the same by noise alone, with an exact model'),
          ('reference', 'N m', 'reference value of tau_k_noise_std'),
@@ -134,7 +135,7 @@ DIAGNOSTIC_KEYS = (
          ('adaptation_limited_steps', '-', 'guard: steps shortened'),
          ('adaptation_steps_held_at_bound', '-', 'guard: values held at their bound'),
          ('adaptation_unsolvable_steps', '-', 'guard: steps skipped')),
-    *_of('model', _LASTS,
+    *_of('model', *_ALL,
          ('systematic_s', 's', 'seconds with biased or coloured innovations'),
          ('systematic_s_threshold', 's', 'WARN above'),
          ('window_s', 's', 'window: `model_gap_after`'),
@@ -153,7 +154,7 @@ DIAGNOSTIC_KEYS = (
             'tolerance, which the stated deviation contains') for name in ERROR_NAMES),
          *((f'probability_{name}', '-', 'of this law, with `tau_k_model` mixed')
            for name in (RANDOM_WALK, *CURVES))),
-    *_of('backlash', _LASTS,
+    *_of('backlash', *_ALL,
          ('gap_rad', 'rad', 'backlash of the newest window'),
          ('gap_std_rad', 'rad', 'its deviation'),
          ('gap_arcmin', 'arcmin', 'the backlash in arcmin'),
@@ -175,7 +176,7 @@ DIAGNOSTIC_KEYS = (
          ('forecast_earliest_s', 's', 'its 95 % interval'),
          ('forecast_latest_s', 's', 'its 95 % interval'),
          _KEPT, *_POINT),
-    *_of('friction', _LASTS,
+    *_of('friction', *_ALL,
          ('viscous_change', 'N m s/rad', 'viscous friction against the model file'),
          ('viscous_change_std', 'N m s/rad', 'its deviation'),
          ('coulomb_change', 'N m', 'Coulomb friction against the model file'),
@@ -187,7 +188,7 @@ DIAGNOSTIC_KEYS = (
          ('coulomb_growth', '-', 'Coulomb friction against the baseline'),
          ('coulomb_growth_std', '-', 'its deviation'),
          _KEPT, *_POINT),
-    *_of('diagnosis',
+    *_of('diagnosis', _CODES,
          ('alert', '', 'what raised the newest one'),
          ('since', '', 'when that began'),
          ('verdict', '', 'on the change: none, effect, incomplete or unknown'),

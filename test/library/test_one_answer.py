@@ -77,7 +77,7 @@ def test_every_door_gives_the_same_answer(tmp_path, capsys, rate, seed):
     for name, outcome in live.outcomes.items():
         if name in outcomes(live.health):
             heard.add_status(0.0, name, int(outcome.level), outcome.message,
-                             dict(published(name, outcome.values)))
+                             dict(published(name, outcome.figures)))
     live_page = live_summary([heard], 'estimator', 0.0).data
     assert words[1:] in live_page['headline']
     assert live_page['kind'] == ('', 'warn', 'error')[level]

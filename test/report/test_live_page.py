@@ -14,6 +14,7 @@ import pytest
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.report.live_history import GearboxHistory, StatusAlert
 from gearbox_monitor.report.live_page import live_frame, live_summary, LivePage
+from gearbox_monitor.report.timeline import State
 from gearbox_monitor.ros import live_node
 from gearbox_monitor.ros.live_node import EventServer
 
@@ -36,15 +37,15 @@ def test_an_error_is_not_hidden_by_a_notice_of_wear():
     """Wear stands for its symptoms only, in one gearbox and among several."""
     worn, silent = GearboxHistory('elbow'), GearboxHistory('wrist')
     for k in range(5):
-        worn.add_status(float(k), 'friction', 1, 'friction has grown by 30 %', {})
+        worn.add_status(float(k), 'friction', 1, '30 % more', {'codes': 'friction_2'})
         worn.add_status(float(k), 'model', 2, 'the drive is not the model', {})
         silent.add_status(float(k), 'input', 2, 'no data', {})
-    assert worn.worst()[1] == 'friction'
+    assert worn.worst().component == 'friction'
     summary = live_summary([worn, silent], 'estimator', 4.0)
     assert summary.data['kind'] == 'error'
     assert summary.data['headline'].startswith('wrist: input: no data')
     worn.add_status(5.0, 'input', 2, 'no data', {})
-    assert worn.worst()[:2] == (2, 'input')
+    assert worn.worst().component == 'input'
 
 
 def judged(history, level=0, component='model'):
@@ -76,7 +77,7 @@ def test_memory_is_bounded():
     for k in range(100):  # at 100 kHz, and levels that change with each message
         history.add_motion(T0 + 10 ** 12 + np.arange(5000) * 10_000 + k * 50 * MS,
                            np.ones((5000, 2)))
-        history.add_alert(StatusAlert('backlash', 1, 'grown', 'today'))
+        history.add_alert(StatusAlert(State(1, 'backlash', 'grown'), 'today'))
     for k in range(5000):
         history.add_status(1000.0 + k, 'model', k % 2, '', {})
     assert len(history._stamps) == 20_000 and len(history.alerts) == 20
@@ -128,12 +129,12 @@ def test_wear_comes_before_its_symptoms():
     history = judged(gearbox(), 2, 'prediction error')
     grown = 'backlash has grown by 41.0 ± 0.3 % since 10:00: service the gearbox'
     late = '; backlash not compared since 10:05: still'
-    history.add_status(700.0, 'backlash', 1, grown + late, {})
+    history.add_status(700.0, 'backlash', 1, grown + late, {'codes': 'gap_2 not_compared'})
     other = judged(gearbox('wrist'), 2, 'model')
     html = parts(other, history)
     assert f'elbow: backlash: {grown} (1 more)' in html['summary']
     still = 'backlash not compared since 10:05: standing still'
-    history.add_status(701.0, 'backlash', 1, still, {})
+    history.add_status(701.0, 'backlash', 1, still, {'codes': 'not_compared'})
     assert 'prediction error: so it is' in parts(history)['summary']
 
 
@@ -148,7 +149,7 @@ def test_what_only_diagnostics_change_is_drawn_when_they_do():
     history, page = judged(gearbox()), LivePage()
     first, second = (page.parts([history], '', 700.0)['condition0'] for _ in range(2))
     assert first is second
-    history.add_alert(StatusAlert('backlash', 2, 'grown', 'today'))
+    history.add_alert(StatusAlert(State(2, 'backlash', 'grown'), 'today'))
     assert 'today: backlash ERROR: grown' in page.parts([history], '', 700.0)['condition0']
 
 

@@ -19,7 +19,7 @@ from gearbox_monitor.report import recording_page
 from gearbox_monitor.report.chart import LoopSlice, Plane
 from gearbox_monitor.report.svg import plane_view
 from gearbox_monitor.report.timeline import (
-    Envelope, loop_of, RecordingFacts, Timeline, WindowBacklash)
+    Envelope, loop_of, RecordingFacts, State, Timeline, WindowBacklash)
 
 SECONDS = 24
 LOST = (14500, 15500)  # samples without the arm
@@ -98,9 +98,9 @@ def test_an_hour_makes_a_small_page():
         for k in range(6):
             line.add_window(stamps[1000 * k], WindowBacklash(0.0, 0.2, 0.01, 0.2, True))
         for k in range(60):  # levels that change every second
-            line.add_outcomes(stamps[100 * k], {
-                name: (k % 3, 'far too often' * 5)
-                for name in (*recording_page.TRUST, *recording_page.WEAR)})
+            line.add_states(stamps[100 * k], (
+                State(k % 3, name, 'far too often' * 5)
+                for name in (*recording_page.TRUST, *recording_page.WEAR)))
     line.finish()
     assert len(line.loops) == 60 and line.last == pytest.approx(3599.99, abs=1e-3)
     html = recording_page.recording_page(
@@ -158,18 +158,16 @@ def test_rates_by_stamps():
 FACTS = RecordingFacts(True, DriveModel(), EstimatorParameters())
 
 
-@pytest.mark.parametrize('words, kind', [
-    ('Backlash 0.248 rad, 24 % above the model file: no earlier recording to compare with.', ''),
-    ('Backlash 0.2 rad, no wear detected so far.', 'good')])
-def test_without_an_earlier_baseline_a_recording_is_grey(words, kind):
+@pytest.mark.parametrize('code, kind', [('alone', ''), ('learning', ''), ('unchanged', 'good')])
+def test_without_an_earlier_baseline_a_recording_is_grey(code, kind):
     line, facts = Timeline(60.0), FACTS
     line.add_inputs(T0 + np.arange(10) * 1_000_000_000, np.zeros(10))
     line.add_window(T0, WindowBacklash(0.0, 0.2, 1e-3, 0.2, True))
     for k in range(10):
-        line.add_outcomes(T0 + k * 1_000_000_000, {
-            'model': (0, 'fits'), 'backlash': (0, f'b{words[1:-1]}')})
+        line.add_states(T0 + k * 1_000_000_000, (
+            State(0, 'model', 'fits'), State(0, 'backlash', 'backlash 0.2 rad; more', (code,))))
     line.finish()
-    assert recording_page.headline(line, facts) == (words, kind)
+    assert recording_page.headline(line, facts) == ('Backlash 0.2 rad.', kind)
     steps = ' '.join(recording_page.next_steps(line, facts, 'a/bag'))
     assert ('accept a/bag' in steps) == (not kind)
 
@@ -178,16 +176,17 @@ def test_headline_names_what_is_most_wrong():
     line = Timeline(60.0)
     line.add_inputs(T0 + np.arange(10) * 1_000_000_000, np.zeros(10))
     for k in range(10):
-        line.add_outcomes(T0 + k * 1_000_000_000, {
-            'observability': (0, 'seen'),
-            'prediction error': (2 * (k > 4), 'far too large: check it'),
-            'model': (1, 'no data yet'), 'backlash': (1, 'backlash not measured yet')})
+        line.add_states(T0 + k * 1_000_000_000, (
+            State(0, 'observability', 'seen'),
+            State(2 * (k > 4), 'prediction error', 'far too large: check it'),
+            State(1, 'model', 'nothing came', ('no_data_yet',)),
+            State(1, 'backlash', 'nothing seen', ('backlash_unmeasured',))))
     line.finish()
     assert recording_page.trusted_share(line.spans) == pytest.approx(5.0 / 9.0)
     assert recording_page.headline(line, FACTS) == (
         'The estimates were trusted 56 % of the time: far too large.', 'error')
     grown = 'backlash has grown: service it; and more'
-    line.add_outcomes(T0 + 9_000_000_000, {'backlash': (2, grown)})
+    line.add_states(T0 + 9_000_000_000, (State(2, 'backlash', grown, ('gap_3',)),))
     assert recording_page.headline(line, FACTS) == ('Backlash has grown: service it.', 'error')
 
 
@@ -214,8 +213,8 @@ def test_the_newest_state_is_stated():
     line = Timeline(60.0)
     line.add_inputs(T0 + np.arange(3) * 1_000_000_000, np.zeros(3))
     for k, words in enumerate(('no baseline (1 of 3 windows)', 'gap +0.1 % over the baseline')):
-        line.add_outcomes(T0 + k * 1_000_000_000, {'backlash': (0, words)})
-    assert line.spans['backlash'].messages == ['gap +0.1 % over the baseline']
+        line.add_states(T0 + k * 1_000_000_000, (State(0, 'backlash', words),))
+    assert [s.message for s in line.spans['backlash'].states] == ['gap +0.1 % over the baseline']
 
 
 def test_warning_and_error_differ():
@@ -223,7 +222,7 @@ def test_warning_and_error_differ():
     for level in (1, 2):
         line = Timeline(60.0)
         line.add_inputs(T0 + np.arange(3) * 1_000_000_000, np.zeros(3))
-        line.add_outcomes(T0, {'backlash': (level, 'backlash has grown')})
+        line.add_states(T0, (State(level, 'backlash', 'backlash has grown', ('gap_2',)),))
         line.finish()
         html = recording_page.recording_page(
             line, RecordingFacts(True, DriveModel(), Monitor(DriveModel()).parameters), 'worn',

@@ -20,7 +20,7 @@ from gearbox_monitor.recordings.write import BagWriter
 from gearbox_monitor.report.live_page import LivePage
 from gearbox_monitor.report.recording_page import robot_page
 from gearbox_monitor.report.timeline import (
-    EstimatorChoice, RecordingFacts, Timeline, TimelineSource, WindowBacklash)
+    EstimatorChoice, RecordingFacts, State, Timeline, TimelineSource, WindowBacklash)
 from gearbox_monitor.robot import arm_plant
 from gearbox_monitor.robot.arm_plant import WorkingArm
 
@@ -40,8 +40,8 @@ def timeline(level=0, growth=0.0, windows=30, separable=True):
             0.0, gap, 1e-4, 1.5 * gap, separable))
     if windows:
         for t, now in ((0, 0), (250, level), (299, level)):
-            joint.add_outcomes(T0 + t * SECOND, {
-                'model': (0, 'fits'), 'backlash': (now, GROWN if now else 'no growth')})
+            joint.add_states(T0 + t * SECOND, (
+                State(0, 'model', 'fits'), State(now, 'backlash', GROWN if now else 'no growth')))
     joint.finish()
     return joint, RecordingFacts(
         True, DriveModel(), EstimatorParameters(), notes=['a note'])
@@ -82,9 +82,9 @@ def test_the_worst_joint_comes_first():
 
 
 def test_wear_comes_before_a_lack_of_trust_of_the_same_level():
-    doubtful = timeline()
-    doubtful[0].add_outcomes(T0 + 300 * SECOND, {'model': (2, 'misses something')})
-    doubtful[0].add_outcomes(T0 + 900 * SECOND, {'model': (2, 'misses something')})
+    doubtful, missing = timeline(), State(2, 'model', 'misses something')
+    doubtful[0].add_states(T0 + 300 * SECOND, (missing,))
+    doubtful[0].add_states(T0 + 900 * SECOND, (missing,))
     doubtful[0].finish()
     html, headline = page(base=doubtful, elbow=timeline(2, 0.12))
     found = rows(html)

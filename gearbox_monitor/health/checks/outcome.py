@@ -66,6 +66,11 @@ class Outcome:
         """The codes of all that it says."""
         return tuple(said.code for group in self.says for said in group)
 
+    @property
+    def figures(self) -> Values:
+        """Its values and, under `codes`, the codes of what it says, as nodes publish them."""
+        return {**self.values, 'codes': ' '.join(self.codes)}
+
     def followed_by(self, code: str, **numbers: object) -> 'Outcome':
         """Return it with one more thing that it says, at the end."""
         return replace(self, says=(*self.says, (Said(code, numbers),)))
