@@ -357,10 +357,7 @@ def learn(robot: RobotModel, logs: Sequence[RobotLog], model: str = '',
     recordings = _references(robot, logs, shapes)
     noisy = _noisy(recordings)
     for _ in range(2):     # the second time with the torque that the first one taught
-        evidence = RobotEvidence(recordings, variance=noisy)
-        prior = evidence.posterior(evidence.fit())
-        mean = dict(zip(prior.labels, prior.mean.tolist()))
-        recordings = _references(robot, logs, shapes, mean)
+        recordings = _references(robot, logs, shapes, _taught(recordings, noisy))
     evidence = RobotEvidence(recordings, variance=noisy)
     fit = evidence.fit()
     effects = {*EFFECTS, *(e.id for e in ROBOT_EFFECTS)} - {
@@ -391,6 +388,13 @@ def _references(robot: RobotModel, logs: Sequence[RobotLog],
             for k, log in enumerate(logs)]
 
 
+def _taught(recordings: Sequence[Rows], variance: Array) -> dict[str, float]:
+    """Return {label: coefficient} that references teach, with the `variance` of _noisy."""
+    evidence = RobotEvidence(recordings, variance=variance)
+    prior = evidence.posterior(evidence.fit())
+    return dict(zip(prior.labels, prior.mean.tolist()))
+
+
 def _unjudged(evidence: RobotEvidence, fit: RobotFit) -> tuple[str, ...]:
     """Return the joints of whose effort a `fit` leaves more than half unexplained."""
     out = []
@@ -410,10 +414,10 @@ def _noisy(recordings: Sequence[Rows]) -> Array:
     to 0: from the highest band down, those in which it leaves more than the effort are out. Where
     that is all of them, something else is wrong.
     """
-    evidence = RobotEvidence(recordings)
-    noisy = np.zeros((evidence.joints, len(SETTINGS.bands) - 1))
-    open_joints = set(range(evidence.joints))
+    noisy = np.zeros((len(recordings[0].joints), len(SETTINGS.bands) - 1))
+    open_joints = set(range(len(noisy)))
     while open_joints:
+        evidence = RobotEvidence(recordings, variance=noisy)
         fit = evidence.fit()
         for j in sorted(open_joints):
             a = evidence.at[j]
@@ -427,7 +431,7 @@ def _noisy(recordings: Sequence[Rows]) -> Array:
             else:
                 noisy[j] = 0.0
                 open_joints.discard(j)
-        evidence = RobotEvidence(recordings, variance=noisy)
+        del evidence, fit, a    # before the next: two would be the peak of the memory
     return noisy
 
 
@@ -482,6 +486,7 @@ def _shapes(robot: RobotModel, logs: Sequence[RobotLog],
             if len(shapes) > count:
                 recordings = [replace(rows, nuisance=tuple(nuisance_of(rows, shapes)))
                               for rows in recordings]
+                del evidence, fit   # as in _noisy
                 evidence = RobotEvidence(recordings)
                 fit = evidence.fit()
         before_pass, dispersion = dispersion, scattered(evidence, fit, free)[1]
