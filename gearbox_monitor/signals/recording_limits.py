@@ -122,10 +122,16 @@ class RecordingLimits:
     # Travel of the arm over that of the motor that needs no gear ratio.
     ratio_low: float = 0.67
     ratio_high: float = 1.5
-    # A slip over the scatter of the ends of the twist, and over its swing: motion and load move
-    # these ends, too.
+    # s and percentiles of a window in which the ends of the twist are taken.
+    slip_window: float = 4.0
+    slip_ends: tuple[float, float] = (2.0, 98.0)
+    # A slip over the scatter of these ends, over the swing of the twist, and over the swing that
+    # a change of the mean torque explains: motion and load move the ends, too.
     slip_scatter: float = 3.0
     slip_room: float = 0.1
+    slip_load: float = 2.0
+    # A slip over the change of the swing: a wider gap moves the middle by at most half of it.
+    slip_widened: float = 2.0
     # Reversals that tell friction from load: there and back.
     reversals: int = 2
     # Condition number of acceleration, speed, friction and offset that counts as excited.

@@ -1,7 +1,7 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""A slip of clutch or hub in a recording: from then on both ends of the twist stand elsewhere."""
+"""A slip of clutch or hub in a recording: both ends of the twist move by the same angle."""
 from dataclasses import replace
 
 import numpy as np
@@ -11,9 +11,6 @@ from gearbox_monitor.signals.finding import BAD, DataFinding, hurts, WARN
 from gearbox_monitor.signals.recording_limits import LIMITS
 from gearbox_monitor.signals.uniform import UniformRecording
 
-WINDOW = 4.0      # s in which the ends of the twist are taken
-ENDS = (2.0, 98.0)  # percentiles
-
 
 def without_slip(part: UniformRecording) -> tuple[UniformRecording, list[DataFinding]]:
     """
@@ -22,24 +19,24 @@ def without_slip(part: UniformRecording) -> tuple[UniformRecording, list[DataFin
     Motion and load must be alike before and after: the range of the twist keeps its width, and
     moves by more than a change of the mean torque can twist the drive.
     """
-    n = round(WINDOW / part.dt)
+    n = round(LIMITS.slip_window / part.dt)
     count = len(part.y) // max(n, 1)
     if len(part.channels) < 2 or count < 5 or np.isnan(part.torque).any():
         return part, []
     twist = part.y[:, 0] - part.y[:, 1]
-    ends = np.percentile(twist[:count * n].reshape(count, n), ENDS, axis=1)
+    ends = np.percentile(twist[:count * n].reshape(count, n), LIMITS.slip_ends, axis=1)
     middle, width = ends.mean(axis=0), np.diff(ends, axis=0)[0]
     torque = part.torque[:count * n].reshape(count, n).mean(axis=1)
-    # Before window k and behind it; the slip is in it, or at its begin.
+    # From the windows before k to those after it: the slip is in window k, or where it begins.
     steps = [float(np.median(middle[k + 1:]) - np.median(middle[:k])) for k in range(2, count - 2)]
     k = 2 + int(np.argmax(np.abs(steps)))
     size, sides = steps[k - 2], (slice(0, k), slice(k + 1, count))
     usual = float(np.median(width))
     scatter = max(float(np.abs(middle[s] - np.median(middle[s])).max()) for s in sides)
     loads, widths = (np.diff([float(np.median(v[s])) for s in sides])[0] for v in (torque, width))
-    doubt = LIMITS.slip_scatter * scatter + LIMITS.slip_room * usual + 2.0 * usual * abs(
-        loads) / max(float(np.ptp(part.torque)), 1e-300)
-    if not abs(size) > max(doubt, 2.0 * abs(widths)):
+    doubt = LIMITS.slip_scatter * scatter + LIMITS.slip_room * usual + LIMITS.slip_load * (
+        usual * abs(loads) / max(float(np.ptp(part.torque)), 1e-300))
+    if not abs(size) > max(doubt, LIMITS.slip_widened * abs(widths)):
         return part, []
     row = _row(twist, size, ends, k, n)
     y = part.y.copy()
@@ -54,13 +51,13 @@ def without_slip(part: UniformRecording) -> tuple[UniformRecording, list[DataFin
 
 def _row(twist: Array, size: float, ends: Array, k: int, n: int) -> int:
     """
-    Return the row from which on a twist without the slip stays between the ends of before.
+    Return the row of the slip: without it, the twist stays between its earlier ends.
 
     Args:
         twist: [N], rad.
         size: of the slip, rad.
         ends: lower and upper one of each window [2, W], rad.
-        k: window in which it slips, or at its begin.
+        k: window in which it slips, or where this window begins.
         n: rows of a window.
 
     """

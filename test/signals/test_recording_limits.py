@@ -16,8 +16,7 @@ from gearbox_monitor.signals.uniform import is_uninitialised
 
 # Grids of a search, settings of fits and units: they decide nothing.
 NUMERICAL = {
-    'uniform': {'SPEED_SPAN'}, 'slip': {'WINDOW', 'ENDS'}, 'recording': {'UNITS'},
-    'jumps': {'PERIODS'},
+    'uniform': {'SPEED_SPAN'}, 'recording': {'UNITS'}, 'jumps': {'PERIODS'},
     'smoothed_motion': {'HALF_WIDTHS', 'FITTED'}, 'torque': {'SECONDS', 'BLOCKS', 'BLOCK_SECONDS'},
     'wiring': {'GAPS', 'FEW_GAPS', 'SWINGS', 'SLACK', 'EFFORT_GAPS', 'FACTORS'}}
 CLOCK = stamps.clock(1_700_000_000_000_000_000 + 2_000_000 * np.arange(2000))
