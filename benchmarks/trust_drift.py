@@ -14,8 +14,8 @@ from gearbox_monitor.estimation.sample_loop import E_HALF_GAP, E_HYSTERESIS
 from gearbox_monitor.health import wear_outcome
 from gearbox_monitor.health.backlash.features import Backlash, NotExcited
 from gearbox_monitor.health.checks.outcome import Level, Outcome
-from gearbox_monitor.health.health_record import Health, HealthSettings, Window
-from gearbox_monitor.health.judgement import folded, judge
+from gearbox_monitor.health.health_record import HealthSettings, Window
+from gearbox_monitor.health.judgement import folded, Health, judge
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.parameters import EstimatorParameters, LEARNED
 from gearbox_monitor.plant.drive import DriveModel

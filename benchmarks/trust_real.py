@@ -21,8 +21,8 @@ from gearbox_monitor.estimation.interval_smoother import smooth_interval
 from gearbox_monitor.health import wear_outcome
 from gearbox_monitor.health.backlash.features import Backlash, fit, NotExcited
 from gearbox_monitor.health.checks.outcome import Level
-from gearbox_monitor.health.health_record import Health, HealthSettings, Window
-from gearbox_monitor.health.judgement import judge
+from gearbox_monitor.health.health_record import HealthSettings, Window
+from gearbox_monitor.health.judgement import Health, judge
 from gearbox_monitor.kernels.types import Array
 
 # What "benchmarks real" finds for this drive on the training runs of split orig.

@@ -23,8 +23,8 @@ from zlib import crc32
 from gearbox_monitor import __version__
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import open_file
-from gearbox_monitor.health.health_record import Health, HealthSettings
-from gearbox_monitor.health.judgement import from_data, to_data
+from gearbox_monitor.health.health_record import HealthSettings
+from gearbox_monitor.health.judgement import from_data, Health, to_data
 
 BASELINE, STATE = 'baseline', 'state'  # kinds of files
 FORMAT = 7  # of both; version 0.2 wrote up to 5

@@ -24,9 +24,9 @@ from gearbox_monitor.fleet.job import COMBINED, FleetBag, RobotBag, Row
 from gearbox_monitor.health.backlash.change_tests import FEATURES
 from gearbox_monitor.health.backlash.operating_point import Bins
 from gearbox_monitor.health.checks.outcome import Level
-from gearbox_monitor.health.health_record import Health, HealthSettings, Window
+from gearbox_monitor.health.health_record import HealthSettings, Window
+from gearbox_monitor.health.judgement import folded, Health, serviced, under
 from gearbox_monitor.health.wear_outcome import figures, sentence
-from gearbox_monitor.health.judgement import folded, serviced, under
 from gearbox_monitor.removed import refusal
 from gearbox_monitor.watch.record import WATCH
 

@@ -25,8 +25,8 @@ Public names, by module:
     checks.usability: key_of
     elastic_regression: add_row, certainty, D_FRICTION, D_RATE, D_TORQUE, D_TWIST, D_U, D_X2,
         D_X3, D_X4, HALF_GAP, N_CARRIED, N_DATA, N_SHAPE, S_GROUP, STIFFNESS, Sums
-    health_record: FeatureHealth, GROSS, Health, HealthSettings, SLIP, Window
-    judgement: accepted, folded, from_data, serviced, to_data, under
+    health_record: FeatureHealth, GROSS, HealthSettings, Window
+    judgement: accepted, folded, from_data, Health, serviced, SLIP, to_data, under
     monitor: CONDITIONS, DRIFT_SHOWS, Monitor, NO_DATA, ROW_CHECKS
     staleness: Silence
     wear_outcome: figures, sentence, worst

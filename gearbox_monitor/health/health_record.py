@@ -1,32 +1,25 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What is known about the wear of one gearbox: one frozen value, which every door shows."""
+"""What the wear of one gearbox is judged by: settings, windows, features and alerts."""
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 import math
-from typing import Any, Self, TYPE_CHECKING
+from typing import Any, Self
 
 from gearbox_monitor.health.backlash.change_tests import (
-    ChangeTest, COMPONENTS, FEATURES, GAP, limits_of, LOST_MOTION, ModelFriction, TESTS,
-    WEAR)
+    ChangeTest, limits_of, ModelFriction, tests_of, WEAR)
 from gearbox_monitor.health.backlash.features import Backlash, Friction, NotExcited
 from gearbox_monitor.health.backlash.operating_point import Bins
-from gearbox_monitor.health.slip import Slip, Zero
 from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.parameters import CURVES, EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
-
-if TYPE_CHECKING:
-    from gearbox_monitor.health.backlash.change import Tracker
 
 # Trust in a window: whether the filter agrees with the drive, and if not, whether prediction
 # errors are larger than predicted, as of an encoder with more noise: 1 below per half octave of
 # their variance, which of one motion stays within a tenth, and doubles with such an encoder.
 ERRORS_LARGER, AT_ODDS, TRUSTED = -1, 0, 1
 FOUND, WARNED, GROSS = 1, 2, 3  # stages of an alert
-OVER_LIMIT = 'gap_limit'  # stage of a backlash above that parameter, whatever the baseline
-SLIP = 'slip'  # and number of the newest one
 
 
 @dataclass(frozen=True)
@@ -87,8 +80,7 @@ class HealthSettings:
 
     def notice(self, column: int) -> float:
         """Return the smallest change (logarithm) of the feature in `column` that is reported."""
-        key = next(t.key for t in TESTS if t.column == column)
-        return math.log1p(self.limits.get(key, (0.0,))[0])
+        return math.log1p(self.limits.get(tests_of(column)[0].key, (0.0,))[0])
 
 
 @dataclass(frozen=True)
@@ -182,114 +174,3 @@ class FeatureHealth:
     steady: bool = False
     is_open: bool = False
     newest: float = 0.0
-
-
-@dataclass(frozen=True)
-class Health:
-    """
-    Health of one gearbox after the window that ended at `stamp_ns`, 0 before any.
-
-    features: of FEATURES, in their order. alerts {test: Alert}. ended {component: ((test, size),
-    ...)}: what was over with the newest window, ('', 0) of a baseline that was saved. window: the
-    newest one; backlash, friction: the newest that showed them. compared: whether the newest
-    window was. over_limit: whether the backlash surely exceeds gap_limit. point: its operating
-    point in words, point_windows: windows there. scores {test: log10 of its odds}. coefficients:
-    (growth, deviation) of viscous and Coulomb friction. baseline_ns: first window that the
-    baseline rests on, 0 while there is none. marks: (stamp, words) of services and of baselines
-    that were adopted. cause: as a comparison of recordings named it, or ''. recordings:
-    that it rests on. earlier: whether the baseline is from before this run or recording, or was
-    saved. slips: since the baseline was saved, in order of time; zeros: of the twist, see
-    slip.found_in. tracker: all else that the next judgement depends on, None before the first
-    window.
-    """
-
-    settings: HealthSettings
-    stamp_ns: int = 0
-    features: tuple[FeatureHealth, ...] = (FeatureHealth(),) * len(FEATURES)
-    alerts: Mapping[str, Alert] = field(default_factory=dict)
-    ended: Mapping[str, tuple[tuple[str, float], ...]] = field(default_factory=dict)
-    window: Window | None = None
-    backlash: Backlash | None = None
-    friction: Backlash | Friction | None = None
-    compared: bool = False
-    over_limit: bool = False
-    point: str = ''
-    point_windows: int = 0
-    scores: Mapping[str, float] = field(default_factory=dict)
-    coefficients: tuple[tuple[float, float], ...] = ()
-    baseline_ns: int = 0
-    marks: tuple[tuple[int, str], ...] = ()
-    cause: str = ''
-    recordings: tuple[str, ...] = ()
-    earlier: bool = False
-    slips: tuple[Slip, ...] = ()
-    zeros: tuple[Zero, ...] = ()
-    tracker: 'Tracker | None' = field(default=None, repr=False, compare=False)
-
-    def feature(self, name: str) -> FeatureHealth:
-        """Return the FeatureHealth of the feature `name`, one of FEATURES."""
-        return self.features[FEATURES.index(name)]
-
-    def growth(self, column: int) -> tuple[float, float]:
-        """Return (change, deviation) of the feature in `column`, NaN while it is not known."""
-        feature = self.features[column]
-        return feature.change, feature.change_std
-
-    @property
-    def separable(self) -> bool:
-        """Whether the newest backlash is distinguished from compliance."""
-        return self.backlash is None or self.backlash.separable
-
-    @property
-    def width(self) -> FeatureHealth:
-        """The backlash; the lost motion where backlash is not distinguished from compliance."""
-        return self.features[GAP if self.separable else LOST_MOTION]
-
-    @property
-    def pause(self) -> NotExcited | None:
-        """The newest window if it did not show the gap."""
-        features = self.window and self.window.features
-        return features if isinstance(features, NotExcited) else None
-
-    @property
-    def temperature(self) -> float | None:
-        """Temperature (deg C) of the gearbox in the newest window, None if unknown."""
-        return self.window.temperature if self.window else None
-
-    @property
-    def trusted(self) -> bool:
-        """Whether the estimates of the newest window that showed anything were trusted."""
-        return self.tracker is not None and self.tracker.trusted
-
-    @property
-    def statistics(self) -> dict[str, Any]:
-        """What the next judgement depends on as plain data, {} before the first window."""
-        return self.tracker.to_dict() if self.tracker else {}
-
-    def limits(self, test: ChangeTest) -> tuple[float, float, float]:
-        """Return the sizes from which on a change is noticed, a warning, an error by `test`."""
-        return self.settings.limits_of(test, self.features[GAP].baseline)
-
-    def stages(self) -> dict[str, dict[str, int]]:
-        """Return {component: {test: stage}}; an alert is given when that changes."""
-        stages: dict[str, dict[str, int]] = {component: {} for component in COMPONENTS}
-        for test in TESTS:
-            if test.key in self.alerts:
-                stages[test.component][test.key] = self.alerts[test.key].stage
-        if self.over_limit:
-            stages['backlash'][OVER_LIMIT] = GROSS
-        if self.slips:
-            stages['backlash'][f'{SLIP} {len(self.slips)}'] = WARNED
-        return stages
-
-
-def active_tests(health: Health, component: str) -> list[ChangeTest]:
-    """Return the tests of a `component` with an alert in `health`, the worst first."""
-    return sorted((test for test in TESTS
-                   if test.component == component and test.key in health.alerts),
-                  key=lambda test: -health.alerts[test.key].stage)
-
-
-def tests_of(column: int) -> list[ChangeTest]:
-    """Return the tests of the feature in `column`."""
-    return [test for test in TESTS if test.column == column]

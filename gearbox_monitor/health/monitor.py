@@ -32,9 +32,9 @@ from gearbox_monitor.health.checks.outcome import (
     Alarm, Condition, DEBOUNCE, joined, Level, Outcome, outcome_of, Said, with_more)
 from gearbox_monitor.health.checks.row_check import middle, thinned
 from gearbox_monitor.health.health_record import (
-    AT_ODDS, ERRORS_LARGER, Health, HealthSettings, TRUSTED, Window)
+    AT_ODDS, ERRORS_LARGER, HealthSettings, TRUSTED, Window)
 from gearbox_monitor.health.history import COLUMNS, Recent, RowHistory
-from gearbox_monitor.health.judgement import from_data, judge, to_data, under
+from gearbox_monitor.health.judgement import from_data, Health, judge, to_data, under
 from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
 from gearbox_monitor.parameters import CURVES, EstimatorParameters, PAYLOAD
 from gearbox_monitor.plant.drive import DriveModel

@@ -10,12 +10,12 @@ from typing import Any
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.backlash.change_tests import (
     ChangeTest, COMPONENTS, FEATURES, FRICTION, GAP, LOST_MOTION, size_name, STIFFNESS, TESTS,
-    VISCOUS_SHARE, WEAR, WEAR_FEATURES)
-from gearbox_monitor.health.backlash.features import Backlash, Friction
+    tests_of, VISCOUS_SHARE, WEAR, WEAR_FEATURES)
+from gearbox_monitor.health.backlash.features import Backlash, Friction, width_of
 from gearbox_monitor.health.backlash.wear import span, when
-from gearbox_monitor.health.backlash.features import width_of
 from gearbox_monitor.health.checks.outcome import Group, Level, Outcome, Said
-from gearbox_monitor.health.health_record import active_tests, GROSS, Health, tests_of
+from gearbox_monitor.health.health_record import GROSS
+from gearbox_monitor.health.judgement import Health
 from gearbox_monitor.presentation import percent, Quantity
 
 NOUNS = tuple(feature.noun for feature in WEAR_FEATURES)
@@ -34,7 +34,9 @@ def outcomes(health: Health) -> dict[str, Outcome]:
 def outcome(health: Health, component: str) -> Outcome:
     """Return the Outcome of a `component` of COMPONENTS in `health`."""
     window = health.backlash if component == 'backlash' else health.friction
-    active = active_tests(health, component)
+    active = sorted((test for test in TESTS
+                     if test.component == component and test.key in health.alerts),
+                    key=lambda test: -health.alerts[test.key].stage)    # the worst first
     pause = health.pause
     if pause is not None and pause.friction is not None and component == 'friction':
         pause = None

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.report.sentences import phrase
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Estimates, Samples
 from gearbox_monitor.files.baselines import earlier
@@ -19,13 +18,14 @@ from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.backlash.features import (
     Backlash, combine, Combined, NotExcited, reason_of, separable_of)
 from gearbox_monitor.health.checks.outcome import Outcome
-from gearbox_monitor.health.health_record import Health
+from gearbox_monitor.health.judgement import Health
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.library.recording import DriveRecording, SECOND
 from gearbox_monitor.parameters import EstimatorParameters, SETTINGS, values_of
 from gearbox_monitor.plant.drive import DriveModel, expect_model
 from gearbox_monitor.presentation import Drawn
+from gearbox_monitor.report.sentences import phrase
 
 Parameters = EstimatorParameters | Mapping[str, object] | str | Path | None
 

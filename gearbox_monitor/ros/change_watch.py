@@ -20,7 +20,6 @@ from threading import Lock, Thread
 from typing import Any
 
 import gearbox_monitor
-from gearbox_monitor.report.sentences import CHANGES
 from gearbox_monitor.diagnosis.joint.verdict import kind_of, NONE
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.baselines import (
@@ -28,9 +27,10 @@ from gearbox_monitor.files.baselines import (
 from gearbox_monitor.health.backlash.change_tests import FRICTION
 from gearbox_monitor.health.backlash.wear import when
 from gearbox_monitor.health.checks.outcome import Level, Outcome
-from gearbox_monitor.health.health_record import SLIP
+from gearbox_monitor.health.judgement import SLIP
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_VISCOUS
+from gearbox_monitor.report.sentences import CHANGES
 from gearbox_monitor.ros.naming_child import FAILED, SHORT_OF_MEMORY
 from gearbox_monitor.ros.recording_export import RecordingBuffer
 

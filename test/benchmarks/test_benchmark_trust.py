@@ -14,7 +14,8 @@ from benchmarks.harness import BarTable
 from gearbox_monitor.health import wear_outcome
 from gearbox_monitor.health.backlash.features import Backlash
 from gearbox_monitor.health.checks.outcome import Level, Outcome
-from gearbox_monitor.health.health_record import Health, HealthSettings
+from gearbox_monitor.health.health_record import HealthSettings
+from gearbox_monitor.health.judgement import Health
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import Noise
 

@@ -20,10 +20,10 @@ from gearbox_monitor.health.backlash.features import Backlash, Friction, lost_mo
 from gearbox_monitor.health.backlash.wear_data import History
 from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.health.health_record import (
-    AT_ODDS, ERRORS_LARGER, FOUND, Health, HealthSettings, TRUSTED, WARNED, Window)
+    AT_ODDS, ERRORS_LARGER, FOUND, HealthSettings, TRUSTED, WARNED, Window)
 from gearbox_monitor.health.wear_outcome import outcomes
 from gearbox_monitor.report.sentences import TABLE
-from gearbox_monitor.health.judgement import accepted, from_data, judge, to_data
+from gearbox_monitor.health.judgement import accepted, from_data, Health, judge, to_data
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel

@@ -13,8 +13,8 @@ from test_change import Gearbox
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.health.checks.outcome import Level
-from gearbox_monitor.health.health_record import Health, TRUSTED
-from gearbox_monitor.health.judgement import accepted
+from gearbox_monitor.health.health_record import TRUSTED
+from gearbox_monitor.health.judgement import accepted, Health
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel

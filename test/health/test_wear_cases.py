@@ -15,9 +15,9 @@ from test_change import alarmed, Gearbox, read_again, settings  # noqa: E402
 
 from gearbox_monitor.health.backlash.change_tests import FEATURES
 from gearbox_monitor.health.checks.outcome import Level
-from gearbox_monitor.health.health_record import GROSS, Health, WARNED
+from gearbox_monitor.health.health_record import GROSS, WARNED
 from gearbox_monitor.health.wear_outcome import outcomes
-from gearbox_monitor.health.judgement import accepted
+from gearbox_monitor.health.judgement import accepted, Health
 
 sys.path.insert(0, str(Path(__file__).parent))
 

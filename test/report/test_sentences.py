@@ -13,8 +13,8 @@ from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.health.backlash.change_tests import FEATURES, limits_of, TESTS
 from gearbox_monitor.health.backlash.features import Backlash, NotExcited
 from gearbox_monitor.health.checks.outcome import Level, Said
-from gearbox_monitor.health.health_record import (
-    Alert, FeatureHealth, Health, HealthSettings, Window)
+from gearbox_monitor.health.health_record import Alert, FeatureHealth, HealthSettings, Window
+from gearbox_monitor.health.judgement import Health
 from gearbox_monitor.health.wear_outcome import outcomes, worst
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.effects import EFFECTS

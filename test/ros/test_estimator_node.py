@@ -25,8 +25,8 @@ from std_srvs.srv import Trigger  # noqa: E402
 
 from gearbox_monitor.files.baselines import health_text, STATE, write_whole  # noqa: E402
 from gearbox_monitor.health.backlash.features import Backlash  # noqa: E402
-from gearbox_monitor.health.health_record import Health, HealthSettings, Window  # noqa: E402
-from gearbox_monitor.health.judgement import judge  # noqa: E402
+from gearbox_monitor.health.health_record import HealthSettings, Window  # noqa: E402
+from gearbox_monitor.health.judgement import Health, judge  # noqa: E402
 from gearbox_monitor.parameters import EstimatorParameters  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
 from gearbox_monitor.plant.faults import Excitation  # noqa: E402

@@ -25,8 +25,8 @@ from gearbox_monitor.files.baselines import (
 from gearbox_monitor.files.opening import config_path
 from gearbox_monitor.files.yaml_files import load_model, load_parameters
 from gearbox_monitor.health.backlash.features import Backlash
-from gearbox_monitor.health.health_record import Health, HealthSettings, Window
-from gearbox_monitor.health.judgement import judge
+from gearbox_monitor.health.health_record import HealthSettings, Window
+from gearbox_monitor.health.judgement import Health, judge
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.plant.drive import DriveModel

@@ -7,7 +7,7 @@ Follow the wear of a gearbox window by window: what has changed for good.
 A Tracker is a value: `update` returns the next one. It keeps the windows (wear_data.History) and,
 of each feature, the steps of the likeliest explanation; each window weighs all explanations with
 one step more (wear.evidence), moves the newest steps to where they fit best, and says how large
-the wear is, since when, and when a limit will be reached: its `health`.
+the wear is, since when, and when a limit will be reached.
 """
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
@@ -20,14 +20,14 @@ import scipy
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.backlash import wear
 from gearbox_monitor.health.backlash.change_tests import (
-    ChangeTest, FEATURES, FRICTION, GAP, LOST_MOTION, PRIORS, TESTS, VISCOUS_SHARE, WEAR,
-    WEAR_FEATURES)
+    ChangeTest, FEATURES, FRICTION, GAP, LOST_MOTION, PRIORS, TESTS, tests_of, VISCOUS_SHARE,
+    WEAR, WEAR_FEATURES)
 from gearbox_monitor.health.backlash.features import Backlash, Friction
 from gearbox_monitor.health.backlash.operating_point import find_point, OperatingPoint
 from gearbox_monitor.health.backlash.wear import Columns, Fit, FIRST, Scan, SECOND_ONE, Trend
 from gearbox_monitor.health.backlash.wear_data import excess, History
 from gearbox_monitor.health.health_record import (
-    Alert, FeatureHealth, FOUND, GROSS, Health, HealthSettings, tests_of, TRUSTED, WARNED, Window)
+    Alert, FeatureHealth, FOUND, GROSS, HealthSettings, TRUSTED, WARNED, Window)
 from gearbox_monitor.kernels.types import Array, Flags, Values
 
 RECENT = 12         # windows whose mean is shown while there is no change
@@ -139,7 +139,7 @@ class Tracker:
     # ------------------------------------------------------------------ windows
 
     def update(self, window: Window) -> Self:
-        """Return the Tracker after a `window`; `health` says what it changed."""
+        """Return the Tracker after a `window`."""
         if window.stamp_ns == self.stamp_ns:
             return self  # it has been taken before
         tracker = self
@@ -499,18 +499,7 @@ class Tracker:
 
     # ------------------------------------------------------------------ what is shown and kept
 
-    def health(self) -> Health:
-        """Return what is known now."""
-        data = self.data
-        return Health(
-            self.settings, self.stamp_ns, tuple(map(self._feature, range(len(FEATURES)))),
-            self.alerts, self.ended, self.window, self.backlash, self.friction, self.compared,
-            self.over_limit, data.points[self.point].text() if self.point >= 0 else '',
-            self.point_windows, self.scores, self.coefficients(),
-            int(data.stamps[0]) if len(data.stamps) else 0, self.marks,
-            tracker=self)
-
-    def _feature(self, column: int) -> FeatureHealth:
+    def feature(self, column: int) -> FeatureHealth:
         """Return what is known about the feature in `column`."""
         feature, trend, name = self.wear[column], self.trend(column), FEATURES[column]
         level = getattr(self.backlash, name, math.nan), getattr(

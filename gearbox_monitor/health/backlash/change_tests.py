@@ -223,6 +223,11 @@ TESTS = tuple(ChangeTest(key, feature.component, column, sign)
               for sign, key in ((1, feature.up), (-1, feature.down)))
 
 
+def tests_of(column: int) -> list[ChangeTest]:
+    """Return the tests of the feature in `column`."""
+    return [test for test in TESTS if test.column == column]
+
+
 def limits_of(parameters: EstimatorParameters) -> dict[str, tuple[float, float, float]]:
     """Return {test: (notice, warn, error)} by `parameters`, for tests of a feature."""
     def size(text: str) -> float:
@@ -249,7 +254,7 @@ def _conditions() -> Iterator[Condition]:
 
 
 def size_name(test: ChangeTest) -> str:
-    """Return the name of the size of a change in the values of a Outcome; test: a ChangeTest."""
+    """Return the name of the size of a change of `test` in the values of an Outcome."""
     return 'growth' if test.key == 'gap' else f'{test.key}_change'
 
 
