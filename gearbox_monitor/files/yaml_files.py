@@ -16,12 +16,12 @@ from typing import Any, TYPE_CHECKING, TypeAlias
 
 import yaml
 
-from gearbox_monitor.presentation import percent
 from gearbox_monitor import __version__
 from gearbox_monitor.errors import InputError, Problems
 from gearbox_monitor.files.opening import read_text, write_new
 from gearbox_monitor.parameters import check_values, EstimatorParameters, SETTINGS, Table
 from gearbox_monitor.plant.drive import DriveModel, KEYS, model_from_dict
+from gearbox_monitor.presentation import percent
 
 MAX_NODES = 500_000  # values and keys that a text stands for
 MAX_DEPTH = 64       # of a mapping or list in others

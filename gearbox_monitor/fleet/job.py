@@ -20,7 +20,6 @@ import re
 import threading
 from typing import Any, TypeAlias
 
-from gearbox_monitor.report.sentences import phrase
 from gearbox_monitor import __version__
 from gearbox_monitor.diagnosis.joint.diagnose import diagnose
 from gearbox_monitor.errors import InputError
@@ -41,6 +40,7 @@ from gearbox_monitor.recordings.recorded_samples import (
     joined_samples, NO_MODEL, NO_SERIAL, samples_of)
 from gearbox_monitor.recordings.storage import FILE_NAME
 from gearbox_monitor.removed import refusal
+from gearbox_monitor.report.sentences import phrase
 from gearbox_monitor.report.watch_words import watch_data
 from gearbox_monitor.signals.examine import admitted
 from gearbox_monitor.watch.fold import begin

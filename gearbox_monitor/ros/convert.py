@@ -21,11 +21,11 @@ from std_msgs.msg import Header
 
 from gearbox_monitor.estimation.estimates import Estimate, Sample
 from gearbox_monitor.health.checks.outcome import Outcome
-from gearbox_monitor.ros.diagnostic_keys import published
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.topics import joint_values, Signal, TRANSMISSION
+from gearbox_monitor.ros.diagnostic_keys import published
 
 NAN = math.nan
 # Position of motor and arm, effort of motor and arm, as received.

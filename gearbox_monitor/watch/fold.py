@@ -14,7 +14,6 @@ import math
 
 import numpy as np
 
-from gearbox_monitor.presentation import percent, Quantity
 from gearbox_monitor.diagnosis.robot.conventions import columns_as_read, named_readings
 from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence
 from gearbox_monitor.diagnosis.robot.knowledge import learn
@@ -25,6 +24,7 @@ from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.kernels.types import Array, Flags
+from gearbox_monitor.presentation import percent, Quantity
 from gearbox_monitor.robot.chain import chain_of, joint_losses, ranges_in
 from gearbox_monitor.robot.description import own_joints, parse
 from gearbox_monitor.robot.plausibility import implausible_limits, implausible_links
