@@ -170,7 +170,7 @@ IN_NS = SCHEMA.set(SCHEMA.get_field_index('start'), pa.field('start', COUNT))  #
 
 class FleetFolder:
     """
-    The output folder `folder` of a fleet, a new one or that of an earlier run.
+    The output folder `folder` of a fleet, new or from an earlier run.
 
     Raises InputError if it holds other files, those of version 0.2, too, or is not writable.
     """

@@ -319,7 +319,7 @@ def _watched(path: Path, bag: RobotBag, settings: JobSettings) -> Row:
 
 def name_of(path: Path, namespace: str, serial: str, pattern: str) -> tuple[str, bool]:
     """
-    Return the name of a gearbox or robot, and whether more than the folder of the bag tells it.
+    Return the name of a gearbox or robot, and whether it is more than the folder of the bag.
 
     Args:
         path: of the bag.

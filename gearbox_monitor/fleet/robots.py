@@ -4,8 +4,8 @@
 """
 Robots of a fleet: the bags of each are folded in order of time, as `watch` does.
 
-What a bag tells depends on those before it: the bags of a robot are analysed one after the other,
-robots side by side. If a bag has changed, those behind it are analysed again.
+The result of a bag depends on earlier bags: the bags of a robot are analysed one after the other,
+robots side by side. If a bag has changed, all later ones are analysed again.
 """
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace

@@ -38,7 +38,7 @@ class Zero(NamedTuple):
 
     @classmethod
     def of(cls, window: Backlash) -> 'Zero':
-        """Return that of a `window`."""
+        """Return the zero in a `window`."""
         return cls(window.stamp_ns, window.zero, window.gap_std, window.gap,
                    LIMITS.slip_room * (window.gap + window.load / window.stiffness))
 
@@ -57,11 +57,11 @@ def found_in(zeros: tuple[Zero, ...], window: Backlash, turn: float
     """
     Return the zeros to compare the next window with, and the slip that `window` confirms, if any.
 
-    Two windows in a row must be off on the same side: the one in which it slips tells little.
+    Two windows in a row must be off on the same side: the window of the slip itself is mixed.
 
     Args:
-        zeros: the one that stands, and the newest one if it has moved.
-        window: the newest one, of which the twist counts as in those of `zeros`.
+        zeros: the reference, and the newest one if it has moved.
+        window: the newest one; its encoders count from where they did for `zeros`.
         turn: of the motor on the arm side, rad; 0: none.
 
     """

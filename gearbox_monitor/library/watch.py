@@ -56,8 +56,8 @@ def watch_robot(recordings: str | Path | Sequence[str | Path], model: str | Path
     if known is None:
         known = begin(str(text))
     elif text not in (None, known.description):
-        raise InputError('state: of another description than the recordings, expected that of the '
-                         'same robot; without a state it is learnt again')
+        raise InputError('state: another robot_description than in the recordings, expected the '
+                         'same robot; without a state, watch learns the robot again')
     cutter, assumed = Cutter(known.stamp_ns), list[str]()     # a block may end in the next one
     for number, path in enumerate(paths):
         progress(number, len(paths))

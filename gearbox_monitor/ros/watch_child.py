@@ -53,7 +53,7 @@ class Watching:
             return str(error)
 
     def take(self, order: str, content: Any) -> None:
-        """Do what an `order` with its `content` says, and tell what is known then."""
+        """Carry out an `order` with its `content`, and report the state after it."""
         from gearbox_monitor.errors import InputError
         from gearbox_monitor.watch import fold
         if order == DESCRIPTION:
@@ -92,7 +92,7 @@ class Watching:
                     self.save()
 
     def save(self) -> None:
-        """Write the state; what cannot be written is told."""
+        """Write the state; a failure becomes the `problem`."""
         from gearbox_monitor.errors import InputError
         from gearbox_monitor.files.watch_file import save_watch
         try:

@@ -43,12 +43,12 @@ from gearbox_monitor.ros.watch_child import DESCRIPTION, ROWS, SERVICES
 
 DEPTH = 5000    # messages that may wait
 WAITING = 600   # orders of a second each that wait while the child learns
-SILENT = 5.0    # s without a message, after which that is told
+SILENT = 5.0    # s without a message that are reported
 END = 20.0      # s that the child may take for its last block
 
 
 class WatchChild:
-    """The child process: orders go in, what it tells comes out; threads of its own wait for it."""
+    """The child process: orders go in, its lines come out; threads of its own wait for it."""
 
     def __init__(self, state: Path) -> None:
         self.told: deque[dict[str, Any]] = deque(maxlen=100)

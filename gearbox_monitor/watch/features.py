@@ -4,8 +4,8 @@
 """
 The states of a robot in one block: shares by which joints, links and base are not as learnt.
 
-All of them are coefficients of one balance of all joints, whose other terms are those that the
-references posterior. A block tells a vector of them with its covariance.
+All of them are coefficients of one balance of all joints; the references taught its other terms.
+A block yields a vector of states with its covariance.
 """
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -23,7 +23,7 @@ from gearbox_monitor.diagnosis.robot.rows import NuisanceColumn, RobotModel, Row
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.robot.chain import PER_LINK
-from gearbox_monitor.watch.levels import Levels, levels_of, Deviation
+from gearbox_monitor.watch.levels import Deviation, Levels, levels_of
 from gearbox_monitor.watch.settings import (
     FRICTION, RIPPLE, ROTOR, SCALE, TILT, WATCH_SETTINGS, WEIGHT)
 
@@ -87,7 +87,7 @@ def _unit(robot: RobotModel, group: Group, effort: float) -> Array:
 @dataclass(frozen=True, eq=False)
 class Features:
     """
-    What a block tells of the states of a robot.
+    The states of a robot as one block shows them.
 
     deviations: of each group, by how much its states exceed their level [k], and the covariance
     [k, k], as if all others were healthy, None where the block does not show them. gains: deviance
@@ -111,7 +111,7 @@ def features_of(log: RobotLog, robot: RobotModel, knowledge: Knowledge, groups: 
     Args:
         log: of the block.
         robot: its model.
-        knowledge: what references posterior.
+        knowledge: taught by the references.
         groups: of `groups_of`.
         level: of the states of each group, mean [k] and covariance [k, k], while it is healthy.
     """
@@ -158,7 +158,7 @@ def features_of(log: RobotLog, robot: RobotModel, knowledge: Knowledge, groups: 
 
 
 def _deviations(evidence: RobotEvidence, fit: RobotFit, candidates: Sequence[Candidate],
-          dispersion: Array) -> tuple[tuple[Deviation | None, ...], Array]:
+                dispersion: Array) -> tuple[tuple[Deviation | None, ...], Array]:
     """
     Return values and covariance of each of `candidates`, added alone to a `fit`; and their gains.
 

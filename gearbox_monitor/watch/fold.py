@@ -304,7 +304,7 @@ def _size(change: Array, covariance: Array, features: Features, number: int
     Args:
         change: of its coefficients [k].
         covariance: of it [k, k].
-        features: of the newest block, which tells what torque the state makes.
+        features: of the newest block, with the torque that the state makes.
         number: of the state.
     """
     inner, own = features.sizes[number], features.own[number]

@@ -29,7 +29,7 @@ class Levels:
 
     level [F, W], covariance [F, W, W]: by the blocks before the recent ones; scatter [F], seen
     [F]: squared deviation of those blocks from the level, over what each states, and their number;
-    values [T, F, W], precision [T, F, W, W]: of recent blocks, 0 where one tells nothing; gains
+    values [T, F, W], precision [T, F, W, W]: of recent blocks, 0 where one shows nothing; gains
     [T, F]: deviance that each state alone explains; begin_ns [T]: of these blocks. jump, drift
     [F, W]: deviation of a step, of a change in an hour.
     """
