@@ -15,7 +15,8 @@ Public names, by module:
         pseudo_inertia, ranges_in
     compiled_model: actuator_law, actuator_losses, ActuatorLaw, actuators_on, at_rest,
         disabled, DRAG, enabled, ends_of, is_off, kind_of, moved_by, mujoco_module, name_of,
-        open_loop, Refusal, scalar_joints, tendon_forces, undecided, undecided_of_robot, Unread
+        open_loop, Refusal, runge_kutta, scalar_joints, tendon_forces, undecided,
+        undecided_of_robot, Unread
     description: expanded_root, finite_number, LOCKED_IN_VALUES, LONGEST, own_joints, parse,
         PRINCIPAL, RobotDescription, rotations, SUFFIXES, turn
     dynamics: ArmLoad, arrays_of, MotionState, Payload

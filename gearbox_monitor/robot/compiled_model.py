@@ -225,6 +225,11 @@ def enabled(m: Any, flag: str) -> bool:
     return bool(m.opt.enableflags & int(bit))
 
 
+def runge_kutta(m: Any) -> bool:
+    """Return whether steps of `m` are of the Runge-Kutta method."""
+    return bool(m.opt.integrator == int(mujoco_module().mjtIntegrator.mjINT_RK4))
+
+
 def scalar_joints(m: Any) -> list[int]:
     """Return the numbers of all hinges and slides of `m`."""
     kinds = mujoco_module().mjtJoint
@@ -422,28 +427,37 @@ def _lag(m: Any, i: int) -> float:
         raise Unread('actlimited' if m.actuator_actlimited[i] else 'actearly',
                      'a filter with it, expected one without')
     lag, step = float(m.actuator_dynprm[i, 0]), float(m.opt.timestep)
-    if lag <= 0.0:
-        return 0.0
-    rk4 = m.opt.integrator == int(mujoco_module().mjtIntegrator.mjINT_RK4)
-    if kind == int(dyn.mjDYN_FILTER) and not rk4:
-        # Steps of Euler: act += h / T (c - act).
-        if lag <= step:
-            raise Unread('dynprm', f'{lag:g} s in steps of {step:g} s, expected filterexact')
-        return -step / math.log1p(-step / lag)
-    return lag
+    exact, rk4 = kind == int(dyn.mjDYN_FILTEREXACT), runge_kutta(m)
+    if lag <= 0.0 or exact != rk4:
+        return max(0.0, lag)
+    if exact:
+        # RK4 has its mean slope over the step already, and takes the exact step of that.
+        return -step / math.log1p(-math.expm1(-step / lag) ** 2 * lag / step)
+    # Steps of Euler: act += h / T (c - act).
+    if lag <= step:
+        raise Unread('dynprm', f'{lag:g} s in steps of {step:g} s, expected filterexact')
+    return -step / math.log1p(-step / lag)
 
 
 def _delay(m: Any, i: int) -> float:
-    """Return the delay (s) of controls, which are held between steps unless interpolated."""
+    """
+    Return the mean delay (s) of controls, which are held between steps unless interpolated.
+
+    RK4 reads them at the begin, twice in the middle and at the end of a step.
+    """
     delay, step = float(m.actuator_delay[i]), float(m.opt.timestep)
-    if not delay or m.actuator_history[i, 1]:
-        return delay
-    steps = delay / step
-    if abs(steps - round(steps)) < 1e-6:
+    if not delay:
+        return 0.0
+    steps = delay / step - np.array([0.0, 0.5, 0.5, 0.5, 0.5, 1.0]
+                                   if runge_kutta(m) else [0.0])
+    if m.actuator_history[i, 1]:
+        return float(np.mean(steps)) * step
+    if np.any(np.abs(steps - np.round(steps)) < 1e-6):
         # Which of two samples is read depends on how the time rounds: MuJoCo 4.0 changes over.
-        raise Unread('delay', f'{delay:g} s is a whole number of timesteps, so that rounding '
-                     'decides between two controls, expected interp="linear", or half a step more')
-    return math.ceil(steps) * step
+        raise Unread('delay', f'{delay:g} s ends at a time at which controls are read, so that '
+                     'rounding decides between two of them, expected interp="linear", or a '
+                     'quarter of a timestep more')
+    return float(np.mean(np.ceil(steps))) * step
 
 
 def _dc_motor(m: Any, i: int) -> ActuatorLaw:

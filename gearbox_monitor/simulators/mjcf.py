@@ -284,7 +284,7 @@ EXPRESSIONS = {effect.id: expression for effect, expression in (
         NATIVE, 'actuator gainprm', lambda v, e: replace(v, gain=v.gain * (1.0 + e['g'])))),
     (actuator.TORQUE_OFFSET, Expression(NATIVE, 'actuator biasprm')),
     (actuator.ACTUATOR_LAG, Expression(
-        NATIVE, 'actuator dyntype filterexact, dynprm', _lag,
+        NATIVE, 'actuator dyntype, dynprm', _lag,
         lambda v: {} if v.servo else _off_or(T=v.lag))),
     (actuator.ACTUATOR_DELAY, Expression(
         NATIVE, 'actuator delay, nsample, interp linear', _delay,
@@ -301,7 +301,7 @@ EXPRESSIONS = {effect.id: expression for effect, expression in (
         NATIVE, 'actuator position: delay, nsample, interp linear', _delay,
         lambda v: _off_or(T=v.delay) if v.servo else {})),
     (controller.SETPOINT_LAG, Expression(
-        NATIVE, 'actuator position: dyntype filterexact, dynprm', _lag,
+        NATIVE, 'actuator position: dyntype, dynprm', _lag,
         lambda v: _off_or(T=v.lag) if v.servo else {})),
     *((effect, Expression(REFUSED, _SERVO)) for effect in (
         controller.SERVO_DEADBAND, controller.SERVO_INTEGRATOR, controller.SERVO_FEEDFORWARD,

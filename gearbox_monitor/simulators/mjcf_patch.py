@@ -22,7 +22,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.transmission import FrictionLaw, IMPEDANCES
 from gearbox_monitor.robot.chain import inertial
-from gearbox_monitor.robot.compiled_model import moved_by, mujoco_module
+from gearbox_monitor.robot.compiled_model import moved_by, mujoco_module, runge_kutta
 from gearbox_monitor.simulators.file_edits import (
     about_axis, across, balanced, compiled_body, differing, FileEdits, mjcf_element, NewElement,
     number, Patch, SAME, same, titled, TURN, write_mjcf)
@@ -401,7 +401,8 @@ def _of_actuator(drive: MjcfDrive, tag: str, where: str, forces: tuple[_Force, _
             math.isfinite(target.span) and present.bias[0] != target.bias[0]):
         out |= _limits('force', target.bias[0] - target.span, target.bias[0] + target.span)
     if present.delay != target.delay:
-        out |= (_delayed(drive, target.delay, where) if target.delay
+        early = 0.5 if runge_kutta(drive.compiled) else 0.0   # it reads ahead within a step
+        out |= (_delayed(drive, target.delay, where, early) if target.delay
                 else {'delay': None, 'nsample': None, 'interp': None})
     return out
 
@@ -444,17 +445,21 @@ def _general(drive: MjcfDrive, target: _Force) -> dict[str, str | None]:
         out |= {'gaintype': 'fixed', 'gainprm': number(target.gain),
                 'biastype': 'affine' if affine else 'none'}
     if target.lag:
-        out |= {'dyntype': 'filterexact', 'dynprm': number(target.lag)}
+        # The one that is exact in steps of the file.
+        out |= {'dyntype': 'filter' if runge_kutta(drive.compiled) else 'filterexact',
+                'dynprm': number(target.lag)}
     elif drive.actuator is not None and drive.actuator.dynamics != 'none':
         out |= {'dyntype': 'none', 'dynprm': None}
     return out
 
 
-def _delayed(drive: MjcfDrive, delay: float, where: str) -> dict[str, str | None]:
-    """Return the attributes of a delay (s): between steps it is interpolated."""
+def _delayed(drive: MjcfDrive, delay: float, where: str, early: float = 0.0
+             ) -> dict[str, str | None]:
+    """Return the attributes of a `delay` (s) of what is read `early` by so many timesteps."""
     if delay < drive.timestep:
         raise InputError(f'{where}: a delay of {delay:.4g} s, expected a timestep of at most that '
                          f'in the file, which has {drive.timestep:g} s')
+    delay += early * drive.timestep
     return {'delay': number(delay), 'interp': 'linear',
             'nsample': str(math.ceil(delay / drive.timestep - 1e-9) + 1)}
 

@@ -54,6 +54,12 @@ READ = {
     'held delay': {'actuator': '<motor name="m" joint="elbow" delay="0.007" nsample="9"/>'},
     'lag in Euler steps': {'actuator': '<general name="m" joint="elbow" dyntype="filter" '
                            'dynprm="0.03"/>', 'integrator': 'Euler'},
+    **{f'{kind} in Runge-Kutta steps': {'integrator': 'RK4', 'actuator': (
+        f'<general name="m" joint="elbow" {words}/>')} for kind, words in (
+            ('filter', 'dyntype="filter" dynprm="0.03"'),
+            ('exact filter', 'dyntype="filterexact" dynprm="0.03"'),
+            ('delay', 'delay="0.008" nsample="9" interp="linear"'),
+            ('held delay', 'delay="0.0075" nsample="9"'))},
     'actuator damping': {'actuator': '<motor name="m" joint="elbow" gear="2" damping="0.1" '
                          'armature="0.01"/>'},
     'dcmotor': {'actuator': '<dcmotor name="m" joint="elbow" motorconst="0.5" resistance="1"/>'},
@@ -116,7 +122,7 @@ REFUSED = {
                                           'gainprm="20" biastype="affine" biasprm="0 -40 0"/>'},
     'm: inductance': {'actuator': '<dcmotor name="m" joint="elbow" motorconst="0.5" '
                       'resistance="1" inductance="0.01 0"/>'},
-    'm: delay: 0.008 s is a whole number of timesteps': {
+    'm: delay: 0.008 s ends at a time at which controls are read': {
         'actuator': '<motor name="m" joint="elbow" delay="0.008" nsample="9"/>'},
     'm: pid': {'actuator': '<pid name="m" joint="elbow" kp="40" ki="3"/>'},
     'm: kv: 9 N m s/rad in Euler steps': {
