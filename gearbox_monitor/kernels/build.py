@@ -25,8 +25,8 @@ from typing import Any
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels import library
-from gearbox_monitor.kernels.kernel import form
 from gearbox_monitor.kernels.translate.program import Program
+from gearbox_monitor.kernels.translate.values import form
 
 EVERYTHING = 'gearbox_monitor.compiled'  # imports whatever has entries
 FLAGS = ('-std=c99', '-O2', '-fvect-cost-model=dynamic', '-fPIC', '-ffp-contract=off',

@@ -24,7 +24,7 @@ import numpy as np
 
 from gearbox_monitor.kernels import library
 from gearbox_monitor.kernels.translate.values import (
-    Array, BOOL, FLOAT, INT, Known, NATURAL, Number, Record, Type)
+    Array, BOOL, FLOAT, form, INT, Known, NATURAL, Record, Type)
 
 Function = TypeVar('Function', bound=Callable[..., Any])
 INTERPRETED = os.environ.get('GEARBOX_MONITOR_KERNELS', '') == 'python'
@@ -32,7 +32,6 @@ INTERPRETED = os.environ.get('GEARBOX_MONITOR_KERNELS', '') == 'python'
 KERNELS = f'{"interpreted" if INTERPRETED else "C"} on {platform.machine()}'
 RESULT = 64  # bytes ahead of the arguments
 SCALARS: dict[Any, Type] = {float: FLOAT, int: INT, bool: BOOL, type(None): Known(None)}
-FORMS = {'f': 'd', 'i': 'q', 'b': '?7x'}  # of slots, as struct writes them
 
 
 # ---------------------------------------------------------------------- marks
@@ -127,13 +126,6 @@ def declared(annotation: Any) -> Type:
     return Record(tuple(map(declared, get_args(annotation))))
 
 
-def form(kinds: Sequence[Type]) -> str:
-    """Return the slots of values of these `kinds`, as struct writes them."""
-    return ''.join(FORMS[kind.kind] if isinstance(kind, Number) else 'q' * (1 + kind.ndim)
-                   if isinstance(kind, Array) else form(kind.items)
-                   if isinstance(kind, Record) else '' for kind in kinds)
-
-
 def _flatten(kinds: Sequence[Type], values: Sequence[Any], slots: list[Any],
              copies: list[Any]) -> None:
     """Append `values` to `slots`; to `copies` (copy, original) of what is not contiguous."""
@@ -188,8 +180,14 @@ class Entry:
 
     @cached_property
     def function(self) -> Any:
-        """The C function; it is built where the library of the package has none."""
-        return library.function(self)
+        """The C function, of the package or built around a user's. Raises InputError, Refused."""
+        made = getattr(library.installed(), self.symbol, None)
+        if made is None:
+            from gearbox_monitor.kernels import build
+            made = getattr(ctypes.CDLL(str(build.compiled(
+                build.text_of([self]), library.cache_folder()))), self.symbol)
+        made.argtypes, made.restype = [ctypes.c_void_p], None
+        return made
 
     @cached_property
     def _slots(self) -> struct.Struct:

@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Find compiled kernels: in the library that was built at installation, or build what it lacks.
+Find the library of compiled kernels that installation built, or build it again.
 
-A library knows the sources that it was made of. Where they have changed (a checkout at work), and
-for kernels around a user's function, the C compiler is asked at run time, and what it makes is
-kept in the user's cache.
+A library knows the sources that it was made of. Where they have changed (a checkout at work), the
+C compiler runs at the first call, and its library is kept in the user's cache.
 """
 import ctypes
 from functools import cache
@@ -105,14 +104,3 @@ def installed() -> Any:
         if run.returncode:
             raise missing((run.stderr.strip().splitlines() or ['no library'])[-1])
     return ctypes.CDLL(str(path))
-
-
-def function(entry: Any) -> Any:
-    """Return the C function of an Entry. Raises InputError, Refused."""
-    found = getattr(installed(), entry.symbol, None)
-    if found is None:
-        from gearbox_monitor.kernels import build
-        found = getattr(ctypes.CDLL(str(build.compiled(build.text_of([entry]), cache_folder()))),
-                        entry.symbol)
-    found.argtypes, found.restype = [ctypes.c_void_p], None
-    return found

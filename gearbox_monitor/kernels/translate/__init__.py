@@ -9,6 +9,6 @@ calls (Program). Types are inferred forward, one C function is made for each com
 argument types, and branches on what is known at translation are left out. What C has not is
 refused by file and line.
 
-values: types and values. source: syntax trees. frame: variables and lines of a function. arrays,
+values: types, values and syntax trees. frame: variables and lines of a function. arrays,
 expressions, statements: the constructs. program: the C file.
 """

@@ -3,6 +3,7 @@
 
 """Types of a kernel's values in C, and values while a kernel is translated."""
 import ast
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 import linecache
@@ -77,6 +78,7 @@ def _key(value: Any) -> Any:
 Type: TypeAlias = Number | Array | Record | Known
 INT, NATURAL, WORD, FLOAT, BOOL = (
     Number('i'), Number('i', True), Number('u', True), Number('f'), Number('b'))
+SLOTS = {'f': 'd', 'i': 'q', 'b': '?7x'}  # of numbers among arguments, as struct writes them
 C_NUMBERS = {'f': 'real', 'i': 'int64_t', 'u': 'uint64_t', 'b': 'bool'}
 # Of arrays: C type of an element, and its value.
 ELEMENTS = {'f8': ('real', FLOAT), 'i8': ('int64_t', INT), 'b1': ('bool', BOOL),
@@ -188,6 +190,13 @@ def stored(kind: Type) -> bool:
     """Return whether a value of the type needs room in C."""
     return any(map(stored, kind.items)) if isinstance(kind, Record) else (
         not isinstance(kind, Known))
+
+
+def form(kinds: Sequence[Type]) -> str:
+    """Return the slots of arguments of these `kinds`, as struct writes them."""
+    return ''.join(SLOTS[kind.kind] if isinstance(kind, Number) else 'q' * (1 + kind.ndim)
+                   if isinstance(kind, Array) else form(kind.items)
+                   if isinstance(kind, Record) else '' for kind in kinds)
 
 
 def join(a: Type, b: Type) -> Type | None:
