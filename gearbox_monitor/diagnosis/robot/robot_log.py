@@ -57,7 +57,7 @@ class RawLog:
     """
     Columns as a file holds them: t [N] s; by joint of the model position and input [N].
 
-    kind, measured: as of RobotLog.
+    kind, measured: as of RobotLog. slips: times at which a position slips, s.
     """
 
     name: str
@@ -67,6 +67,7 @@ class RawLog:
     kind: str
     measured: bool = False
     notes: tuple[str, ...] = ()
+    slips: tuple[float, ...] = ()
 
 
 def raw_log(recording: Recording, joints: Mapping[str, str], kind: str,
@@ -111,9 +112,9 @@ def continuous(raw: RawLog) -> RawLog:
     """
     Return a log with turns counted on, without rows of a second publisher and without outliers.
 
-    Notes say what was found of each joint and when; a slip stays as it is.
+    Notes say what was found of each joint and when; a slip stays as it is, and ends a section.
     """
-    notes = list(raw.notes)
+    notes, slips = list(raw.notes), set[float]()
     joints = list(raw.position)
     foreign = strangers(np.column_stack([raw.position[joint] for joint in joints]), raw.t)
     if foreign.any():
@@ -129,6 +130,8 @@ def continuous(raw: RawLog) -> RawLog:
         for finding in found:
             seconds = float(t[finding.row] - t[0])
             notes.append(f'{joint}: {jump_words(finding, seconds)}')
+            if finding.kind == SLIP:
+                slips.update(t[finding.rows].tolist())
         if raw.kind == SETPOINT:
             period, at = turns(given[joint], t)
             if not len(at):
@@ -137,7 +140,8 @@ def continuous(raw: RawLog) -> RawLog:
             if period:
                 given[joint] = given[joint] + period * np.round(
                     (position[joint] - given[joint]) / period)
-    return replace(raw, t=t, position=position, input=given, notes=tuple(notes))
+    return replace(raw, t=t, position=position, input=given, notes=tuple(notes),
+                   slips=tuple(sorted(slips)))
 
 
 TURNED = 'the position jumps by a turn'
@@ -252,7 +256,8 @@ def checked_log(raw: RawLog, joints: Sequence[str]) -> RobotLog:
     if dropped:
         notes.append(f'{dropped} samples with a stamp at or before another one are left out')
     t, values = t[keep], values[keep]
-    ends = np.flatnonzero(np.diff(t) > max(SETTINGS.gap * period, SETTINGS.gap_seconds)) + 1
+    gaps = np.flatnonzero(np.diff(t) > max(SETTINGS.gap * period, SETTINGS.gap_seconds)) + 1
+    ends = np.union1d(gaps, np.searchsorted(t, raw.slips))
     count, sections = len(joints), []
     for rows in np.split(np.arange(len(t)), ends):
         if len(rows) > 3 and t[rows[-1]] - t[rows[0]] >= LEAST_SECONDS:
@@ -262,6 +267,8 @@ def checked_log(raw: RawLog, joints: Sequence[str]) -> RobotLog:
                          f'one part without gaps of {LEAST_SECONDS:g} s or more')
     used = sum(len(section.t) for section in sections)
     if len(ends):
-        notes.append(f'{len(ends)} gaps in the stamps: {used} of {len(t)} samples are used')
+        what = ' and '.join(f'{len(x)} {words}' for x, words in (
+            (gaps, 'gaps in the stamps'), (raw.slips, 'slips of positions')) if len(x))
+        notes.append(f'{what}: {used} of {len(t)} samples are used')
     return RobotLog(raw.name, tuple(joints), raw.kind, tuple(sections), rate, raw.measured,
                     tuple(notes))

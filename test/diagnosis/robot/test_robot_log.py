@@ -7,7 +7,7 @@ import gzip
 import numpy as np
 import pytest
 
-from gearbox_monitor.diagnosis.robot.robot_log import checked_log, RawLog
+from gearbox_monitor.diagnosis.robot.robot_log import checked_log, continuous, RawLog
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.from_bag import names_in_log, robot_log
@@ -37,6 +37,15 @@ def test_gaps_make_sections_and_short_ones_are_counted():
     short = checked_log(raw(np.delete(t, slice(100, 130))), JOINTS)
     assert [len(s.t) for s in short.sections] == [1870]
     assert any('1870 of 1970 samples' in note for note in short.notes)
+
+
+def test_a_slip_ends_a_section():
+    """As motion it was an acceleration of 10^3 rad/s^2, which took the friction's place."""
+    t = np.arange(0, 20, 0.01)
+    position = {'a': np.where(t < 7.995, np.sin(t), np.sin(t) + 0.2), 'b': 2 * np.sin(t)}
+    log = checked_log(continuous(raw(t, position=position)), JOINTS)
+    assert [len(s.t) for s in log.sections] == [800, 1200]
+    assert '1 slips of positions: 2000 of 2000 samples are used' in log.notes
 
 
 def test_lost_samples_make_no_gap():
