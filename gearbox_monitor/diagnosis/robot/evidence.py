@@ -8,7 +8,8 @@ Evidence: the likelihood of a mixed model of all joints, by Gram matrices per jo
     recording and band of frequency (Whittle), profiled:
     deviance = sum n ln(RSS / n) + (u - mean)' covariance^-1 (u - mean)
 
-A nuisance column acts on few joints only: each joint's Gram matrix holds its own columns.
+A nuisance column acts on few joints only, and may be that of one recording, as of a load: each
+Gram matrix holds the columns of its joint in its recording.
 """
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -39,6 +40,20 @@ class Prior:
     covariance: Array
 
 
+class Grams(NamedTuple):
+    """Of the `cells` [C] of a recording with its nuisance `columns` [n]: gram [C, n+1, n+1]."""
+
+    cells: slice
+    columns: Integers
+    gram: Array
+
+    def left(self, solution: Array) -> Array:
+        """Return the sum of squares [C] that the coefficients `solution` of all columns leave."""
+        c = np.append(-solution[self.columns], 1.0)
+        result: Array = (self.gram @ c) @ c
+        return result
+
+
 @dataclass(frozen=True, eq=False)
 class JointRows:
     """
@@ -47,7 +62,7 @@ class JointRows:
     z [R, K]: its nuisance columns in units of their deviation; index [K]: which ones of all;
     y [R]: target less the prior's mean; cells: slices of equal variance; count [C]: effective
     rows; recording, band [C]: of the cell; segment [R]: number of the segment; order [R]: where a
-    row stood; gram [C, K+1, K+1]. floor [C]: no cell's sum of squares is taken below it.
+    row stood; grams: of each recording. floor [C]: no cell's sum of squares is taken below it.
     """
 
     z: Array
@@ -59,7 +74,7 @@ class JointRows:
     band: Integers
     segment: Integers
     order: Integers
-    gram: Array
+    grams: tuple[Grams, ...]
     floor: Array
 
     def spread(self, per_cell: Array) -> Array:
@@ -141,9 +156,9 @@ class RobotEvidence:
 
     def _joint(self, j: int) -> JointRows:
         place = {label: i for i, label in enumerate(self.labels)}
-        blocks, index = [], {place[_label(c, i)] for i, rows in enumerate(self.recordings)
-                             for c in rows.nuisance if j in c.rows}
-        own = np.array(sorted(index), int)
+        indices = [sorted({place[_label(c, i)] for c in rows.nuisance if j in c.rows})
+                   for i, rows in enumerate(self.recordings)]
+        blocks, own = [], np.array(sorted({k for index in indices for k in index}), int)
         where = {k: i for i, k in enumerate(own)}
         cell, target, weight, model, segment = [], [], [], [], []
         begin, bands = 0, len(SETTINGS.bands) - 1
@@ -174,21 +189,26 @@ class RobotEvidence:
         slices = tuple(slice(a, b) for a, b in zip(edges[:-1], edges[1:]))
         covered, torque = np.concatenate(weight)[order], np.concatenate(model)[order]
         count = np.array([max(covered[s].sum(), 1e-3) for s in slices])
-        full = np.column_stack([z, y])
-        gram = np.stack([full[s].T @ full[s] for s in slices])
         # Else a joint without effort may explain all by nothing (0 = 0).
         floor = np.array([np.sum(torque[s] ** 2) for s in slices]) * SETTINGS.floor ** 2
         kind = cells[edges[:-1]]
+        grams = []
+        for number in np.unique(kind // bands):
+            index = np.array(indices[number], int)
+            part = slice(*np.searchsorted(kind // bands, [number, number + 1]))
+            shown = np.append(np.searchsorted(own, index), len(own))
+            full = [np.column_stack([z[s], y[s]]).take(shown, axis=1) for s in slices[part]]
+            grams.append(Grams(part, index, np.stack([x.T @ x for x in full])))
         if self.variance is not None:
             floor = np.maximum(floor, count * self.variance[j][kind % bands])
         return JointRows(z, own, y, slices, count, kind // bands, kind % bands,
-                         np.concatenate(segment)[order], order, gram, floor + 1e-30)
+                         np.concatenate(segment)[order], order, tuple(grams), floor + 1e-30)
 
     def rows_in(self, candidate: Candidate) -> float:
         """Return the effective number of rows that a candidate acts on."""
         return float(sum(self.at[j].count.sum() for j in candidate.columns))
 
-    def _columns(self, chosen: Sequence[Candidate]) -> tuple[list[Array], list[Array], Array]:
+    def _columns(self, chosen: Sequence[Candidate]) -> tuple[list[Array], list[Integers], Array]:
         """Return columns [R, E_j] and their places of each joint, and their scale [E]."""
         width = sum(c.width for c in chosen)
         squares, rows, begin = np.zeros(width), 0, 0
@@ -223,38 +243,29 @@ class RobotEvidence:
         """
         k = len(self.labels)
         extra, places, scale = self._columns(chosen)
-        grams, index = [], []
-        for a, x, place in zip(self.at, extra, places):
-            n, e, gram = len(a.index), x.shape[1], a.gram
-            if e:
-                gram = np.empty((len(a.cells), n + e + 1, n + e + 1))
-                keep, new = np.r_[0:n, n + e], np.arange(n, n + e)
-                gram[:, keep[:, None], keep] = a.gram
-            for g, cell in enumerate(a.cells if e else ()):
-                full = np.column_stack([a.z[cell], x[cell], a.y[cell]])
-                cross = full.T @ x[cell]
-                gram[g][:, new], gram[g][new] = cross, cross.T
-            grams.append(gram)
-            index.append(np.r_[a.index, k + place])
+        grams = [[_extended(part, a, x, k + place) for part in a.grams]
+                 for a, x, place in zip(self.at, extra, places)]
         if weights is None:
-            weights = [a.count / np.maximum(a.gram[:, -1, -1], 1e-30) for a in self.at]
+            weights = [a.count / np.maximum(np.concatenate(
+                [part.gram[:, -1, -1] for part in a.grams]), 1e-30) for a in self.at]
         size = k + len(scale)
         prior = np.zeros((size, size))
         prior[:k, :k] = self.precision
         prior[np.arange(k, size), np.arange(k, size)] = _precision(chosen, scale)
         for _ in range(rounds):
             matrix, right = prior.copy(), np.zeros(size)
-            for gram, w, own in zip(grams, weights, index):
-                total = np.tensordot(w, gram, 1)
-                matrix[own[:, None], own] += total[:-1, :-1]
-                right[own] += total[:-1, -1]
+            for parts, w in zip(grams, weights):
+                for cells, own, gram in parts:
+                    total = np.tensordot(w[cells], gram, 1)
+                    matrix[own[:, None], own] += total[:-1, :-1]
+                    right[own] += total[:-1, -1]
             matrix[np.arange(size), np.arange(size)] *= ROUNDED
             factor = scipy.linalg.cho_factor(matrix, lower=True, check_finite=False)
             solution = scipy.linalg.cho_solve(factor, right, check_finite=False)
             squares = []
-            for gram, own, a in zip(grams, index, self.at):
-                c = np.append(-solution[own], 1.0)
-                squares.append(self._shrunk(np.maximum((gram @ c) @ c, a.floor), a))
+            for parts, a in zip(grams, self.at):
+                left = np.concatenate([part.left(solution) for part in parts])
+                squares.append(self._shrunk(np.maximum(left, a.floor), a))
             # Weights, solution and covariance that are returned belong together: where a candidate
             # has the column of a nuisance, their difference is all of its information.
             used, weights = weights, [a.count / s for a, s in zip(self.at, squares)]
@@ -414,6 +425,22 @@ class RobotEvidence:
         d = self.deviation
         return Prior(self.labels, (self.mean + fit.nuisance) * d,
                      fit.covariance[:len(d), :len(d)] * np.outer(d, d))
+
+
+def _extended(part: Grams, a: JointRows, x: Array, index: Integers) -> Grams:
+    """Return `part` of the rows `a` with the columns `x` [R, e] of candidates, at `index` [e]."""
+    e = x.shape[1]
+    if not e:
+        return part
+    n, shown = len(part.columns), np.searchsorted(a.index, part.columns)
+    gram = np.empty((len(part.gram), n + e + 1, n + e + 1))
+    keep, new = np.r_[0:n, n + e], np.arange(n, n + e)
+    gram[:, keep[:, None], keep] = part.gram
+    for g, cell in zip(gram, a.cells[part.cells]):
+        full = np.column_stack([a.z[cell].take(shown, axis=1), x[cell], a.y[cell]])
+        cross = full.T @ x[cell]
+        g[:, new], g[new] = cross, cross.T
+    return Grams(part.cells, np.r_[part.columns, index], gram)
 
 
 def _label(column: NuisanceColumn, number: int) -> str:
