@@ -184,7 +184,7 @@ def grown(search: Search[E], h: Hypothesis, remains: Remains) -> list[Hypothesis
 
 
 def possible(entries: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Return the entries off the bounds of physics: what stands there imitates another thing."""
+    """Return the entries off all bounds of physics: a value at one imitates another cause."""
     return [h for h in entries if not any(m.bounded for m in h.members)]
 
 
@@ -204,8 +204,8 @@ def leading(estimates: Sequence[MemberEstimate], count: int,
 
     Args:
         estimates: the best first.
-        count: of members that a linear step tells of.
-        untested: whether those of which it does not tell are added.
+        count: number of members whose gain a linear step gives.
+        untested: whether members whose gain is unknown are added.
     """
     by_name: dict[str, list[MemberEstimate]] = {}
     for e in estimates:

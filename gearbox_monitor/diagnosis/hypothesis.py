@@ -43,10 +43,10 @@ class Member:
 @dataclass(frozen=True)
 class MemberEstimate:
     """
-    A member that may be added to a hypothesis: what one linear step says of it.
+    A member that may be added to a hypothesis, as one linear step estimates it.
 
     gain: in -2 log L, beyond what differs between parts of the recordings; infinite where a
-    linear step does not tell. price: that it has to exceed. source: how the evidence begins its
+    linear step gives none. price: that it has to exceed. source: how the evidence begins its
     fit.
     """
 

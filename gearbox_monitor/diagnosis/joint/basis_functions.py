@@ -103,8 +103,8 @@ def law(x: Array, signal: Array, precision: Array, basis: Array, edges: Array) -
     columns, gram, pull, populated = _normal_equations(x, signal, precision, basis, edges)
     value, error, explained = np.full(bins, np.nan), np.full(bins, np.nan), 0.0
     if populated.any():
-        value[populated], covariance, gain, price = smooth_values(
-            gram, pull, float(np.std(signal)))
+        value[populated], covariance, gain, price = likeliest_values(
+            gram, pull, SIZES * float(np.std(signal)), correlation(len(pull)))
         residual = signal - columns @ value[populated]
         signal_power, residual_power = (np.einsum('wh,whk,wk->', v, precision,
                                                   v) for v in (signal, residual))
@@ -137,21 +137,23 @@ def _normal_equations(x: Array, signal: Array, precision: Array, basis: Array,
     return (columns[:, :, populated], gram[populated][:, populated], pull[populated], populated)
 
 
-def smooth_values(gram: Array, pull: Array, scale: float) -> tuple[Array, Array, float, float]:
+def likeliest_values(gram: Array, pull: Array, sizes: Array,
+                     shape: Array) -> tuple[Array, Array, float, float]:
     """
-    Return (values [K], their covariance [K, K], gain in chi2, its price) of a smooth function.
+    Return (values [K], their covariance [K, K], gain in chi2, its price).
 
-    Its values have a Gaussian prior of the size under which the data are likeliest; the price is
+    The values have a Gaussian prior of the size under which the data are likeliest; the price is
     the Occam factor of that likelihood.
 
     Args:
         gram: information [K, K] about the values.
         pull: [K] of the data on them.
-        scale: the largest size of the prior.
+        sizes: deviations of the prior, tried.
+        shape: correlation [K, K] of the prior.
     """
     out = []
-    for size in SIZES * scale:
-        C = size ** 2 * correlation(len(pull))
+    for size in sizes:
+        C = size ** 2 * shape
         M = np.eye(len(pull)) + C @ gram
         values = np.linalg.solve(M, C @ pull)
         out.append((values, np.linalg.solve(M, C), float(pull @ values),

@@ -83,8 +83,10 @@ class Decision:
         """The function that what remains follows, None where it follows none."""
         remains, best = self.outcome.remains, self.outcome.best
         if best.function is not None:
-            (table,) = self.closed.candidate.tables.values()
-            return FreeFunction(table, np.zeros(0), 0.0, 0.0)
+            table = self.closed.candidate.values(self.closed.z)[1][
+                best.members.index(best.function)]
+            return FreeFunction(table, np.array(table['values']),
+                                self.fit.deviance - self.closed.deviance, best.fit.occam)
         if remains.follows > 0.0 and remains.functions:
             found: FreeFunction = remains.functions[0].source
             return found

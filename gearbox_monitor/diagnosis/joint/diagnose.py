@@ -83,10 +83,10 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     notes = [*decision.notes, *doubts(decision, otherwise)]
     stated, lasts = (m.process_torque_time for m in (model, decision.recordings.model))
     if lasts != stated:
-        notes.append(f'beside the verdict, torque that no model explains lasts {lasts:g} s, not '
-                     f'{stated:g} s (process_torque_time)')
+        notes.append(f'unexplained torque lasts {lasts:g} s; the model file states {stated:g} s '
+                     '(process_torque_time)')
     if ACTUATOR_DELAY.id in decision.ids and any(is_open(r, model) for r in recordings):
-        notes.append('a log below 200 Hz tells a delay of the torque only to half a sample, '
+        notes.append('below 200 Hz, a delay of the torque is known only to half a sample, '
                      f'{0.5e3 * recordings[0].dt:.3g} ms: how it acted between the stamps is open')
     if decision.remains and len(recordings) > 1:
         same = _shown_by_each(decision)
@@ -99,7 +99,7 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     excluded = [name for name in lattices if name in exclude]
     if excluded and not decision.ids and not decision.remains:
         decision = replace(decision, remains=True)
-        notes.append(f'readings stand on steps: {excluded[0]}, which is excluded')
+        notes.append(f'readings are quantised: {excluded[0]}, which is excluded')
     decision = with_level_of_innovations(decision)
     basis = explained(decision, tuple(n for n in lattices if n in ids))
     verdict = replace(report(basis, validate, seed, notes), not_tried=reasons)
@@ -150,10 +150,10 @@ def explains_all(evidence: DriveRecordings, fit: InnovationFit) -> bool:
 
 def doubts(decision: Decision, otherwise: Mapping[int, InnovationFit]) -> list[str]:
     """
-    Return what a check of channels, signs and units said, and effects explain better.
+    Return the doubts of a check of channels, signs and units that effects explain better.
 
     Args:
-        decision: of the judge, on recordings as they are.
+        decision: on recordings as they are.
         otherwise: of read_as_doubted.
 
     Raises:
@@ -186,7 +186,7 @@ def explained(decision: Decision, lattices: tuple[str, ...]) -> Explained:
     Return all that a verdict states about a decision.
 
     Args:
-        decision: of the judge.
+        decision: of the contest.
         lattices: ids of quantisations that may be named.
     """
     evidence, fit, none = decision.outcome.evidence.data, decision.fit, decision.none
@@ -212,13 +212,12 @@ def explained(decision: Decision, lattices: tuple[str, ...]) -> Explained:
     d = {name: evidence_for(evidence, fit, decision.fits, i)
          for i, name in enumerate(fit.candidate.ids)}
     if decision.bursts:
-        best, contested = decision.outcome.best, decision.outcome.evidence
-        without = replace(best, members=best.laws, fit=replace(best.fit, bursts=(), beside=None))
-        price = contested.price(best) - contested.price(without)
+        price = len(decision.bursts) * decision.outcome.evidence.price_of_burst
         d[DISTURBANCE.id] = evaluated(evidence.whole, fit).deviance - evaluated(
             decision.recordings.whole, fit).deviance
         gains['+'.join((*fit.candidate.ids, DISTURBANCE.id))] = (
-            evidence.score(none) - evidence.score(replace(fit, deviance=best.deviance)) - price)
+            evidence.score(none) - price
+            - evidence.score(replace(fit, deviance=decision.outcome.best.deviance)))
     return Explained(
         decision, published, none_runs,
         closed_runs if decision.closed is fit else decision.runs, closed_runs, errors, condition,

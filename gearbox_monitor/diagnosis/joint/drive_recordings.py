@@ -15,7 +15,7 @@ from gearbox_monitor.diagnosis.joint.candidates import Starts
 from gearbox_monitor.diagnosis.joint.innovation_fit import (
     evaluated, fitted, InnovationFit, unfitted)
 from gearbox_monitor.diagnosis.joint.innovations import (
-    InnovationLikelihood, JointLikelihood, SPARSE)
+    InnovationLikelihood, JointLikelihood, SPARSE, WHITE)
 from gearbox_monitor.diagnosis.joint.noise_model import noise_floor
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.diagnosis.joint.torque_domain import likelihood_of
@@ -28,7 +28,6 @@ from gearbox_monitor.signals.uniform import UniformRecording
 
 # s, how long torque that no model explains may last on a real drive; iterations of a fit with each
 LASTING_TIMES, TIME_ITERATIONS = (0.1, 0.3, 1.0), 8
-WHITE = ((0.0, 1.0), (0.0, 1.0))
 
 
 def silent(text: str) -> None:

@@ -4,10 +4,10 @@
 """
 The evidence of a drive with its encoders: the likelihood of innovations of an EKF.
 
-Answers what the contest asks (see hypothesis.Evidence). Nuisances with a derivative (values with
-tolerances, shape of friction, torque noise) are coordinates of every fit; those without one are
-set about a hypothesis: length of the steps, states in which hidden sides begin, colour of the
-encoders' noise, duration of unexplained torque, how torque acted between the stamps.
+It implements hypothesis.Evidence. Nuisances with a derivative (values with tolerances, shape of
+friction, torque noise) are coordinates of every fit; those without one are set about a hypothesis:
+length of the steps, states in which hidden sides begin, colour of the encoders' noise, duration of
+unexplained torque, torque between the stamps.
 """
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -26,10 +26,10 @@ from gearbox_monitor.diagnosis.joint.bursts import Burst, pulses_in, sharpened, 
 from gearbox_monitor.diagnosis.joint.candidates import NOT_FITTED, origin, PERIODIC, with_law
 from gearbox_monitor.diagnosis.joint.effect_scan import Proposal, scan
 from gearbox_monitor.diagnosis.joint.drive_recordings import (
-    by_time, DriveRecordings, LASTING_TIMES, reread, WHITE)
+    by_time, DriveRecordings, LASTING_TIMES, reread)
 from gearbox_monitor.diagnosis.joint.innovation_fit import (
     annealed, evaluated, fitted, InnovationFit, unfitted)
-from gearbox_monitor.diagnosis.joint.innovations import JointLikelihood
+from gearbox_monitor.diagnosis.joint.innovations import JointLikelihood, WHITE
 from gearbox_monitor.diagnosis.joint.localisation import SPACING, torque_places
 from gearbox_monitor.diagnosis.joint.noise_model import variance_over_white
 from gearbox_monitor.diagnosis.joint.race import raced
@@ -41,7 +41,7 @@ from gearbox_monitor.plant.effects.torque_map import QUANTITIES, TORQUE_MAP
 POLISH, TRIMMED = 8, 6   # iterations of a fit on short steps; without a member
 CLOSE = 60.0             # -2 log L by which short steps may turn a ranking on long ones round
 FINER = 4                # times as many steps, where long ones show
-STEPS = 0.1              # of what remains, from which on their error counts
+STEPS = 0.1              # share of the remaining torque below which their error waits
 LONG = 9                 # recordings, from which on functions are tested beside free torque
 SIDES = 2                # places of a free torque
 TIE = 1.0                # -2 log L up to which fits tie: twice the gain for which one stops
@@ -54,7 +54,7 @@ ENOUGH = 0.1             # gain in -2 log L of a move
 @dataclass(frozen=True, eq=False)
 class DriveFit:
     """
-    What the evidence of a drive knows of a hypothesis.
+    The fit of a hypothesis to recordings of a drive.
 
     fit: of the laws, and of a function as a torque map. occam: price of the function. bursts, the
     largest first, and the recordings in which they act.
@@ -241,7 +241,7 @@ class InnovationEvidence:
         return seen if data.unseen is None else max(seen, self._unseen_torque(data, fit))
 
     def _unseen_torque(self, data: DriveRecordings, fit: InnovationFit) -> float:
-        """Return the same where the noise is what the parts that fits do not see want, too."""
+        """Return the same with the noise annealed to all parts, those held out of fits too."""
         at = evaluated(data.whole, fit)
         return self._noise_worth(data, data.whole, replace(
             at.alone(), torque=annealed(data.whole, at)))
@@ -264,7 +264,7 @@ class InnovationEvidence:
     # --- nuisances without a derivative
 
     def settled(self, h: Hypothesis, remains: Remains) -> 'InnovationEvidence | None':
-        """Return the evidence with its nuisances set about `h`, where much `remains`, or None."""
+        """Return the evidence with its nuisances set about `h`, None where nothing changes."""
         data, fit = self.data, h.fit.fit
         if data.balances or h.name in self.about:
             return None
@@ -306,7 +306,7 @@ class InnovationEvidence:
         return data if deviances[stated] - deviances[time] < price else data.lasting_for(time)
 
     def variants(self, h: Hypothesis, remains: Remains) -> 'list[InnovationEvidence]':
-        """Return the evidence with another friction law, or noise, about `h`; much `remains`."""
+        """Return the evidence with another friction law, or colour of the noise, about `h`."""
         data, fit = self.data, h.fit.fit
         if data.balances:
             return []

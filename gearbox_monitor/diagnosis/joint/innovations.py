@@ -39,6 +39,7 @@ SPARSE = 0.02       # s from reading to reading where unexplained torque lasts: 
 # of friction within milliseconds alone, which no model of a real drive has
 ONCE = 1e-6         # of a sample: events that are as close happen at once
 STRAY = 0.1         # of the encoders' noise, by which the least torque noise moves a run of 1 s
+WHITE = ((0.0, 1.0), (0.0, 1.0))  # colour of white noise, see FilterInput
 MOST = 50.0         # times the standard deviation of the torque: noise with which all is followed
 
 
@@ -107,7 +108,7 @@ class InnovationLikelihood:
         lasts = model.process_torque_time
         self.fade = math.exp(-recording.dt / lasts) if lasts > 0.0 else 0.0
         self.every = max(1, round(SPARSE / recording.dt)) if lasts > 0.0 else 1
-        self.colour = np.array([[0.0, 1.0], [0.0, 1.0]])
+        self.colour = np.array(WHITE)
         self._torque = max(float(np.std(recording.torque)), 1e-9)
         begin_variance = self.variance
         self._lanes = np.zeros(N_LANE_STATE)

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-What no effect of the library describes: functions of the motion, and memory of innovations.
+Tests without an effect of the library: functions of the motion, and memory of innovations.
 
 Both are score tests beside a fit, in columns from which the fit's own coordinates are taken out.
 A function has a Gaussian prior: smooth over its knots, as large as is likeliest. Its price is the
@@ -16,7 +16,8 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from gearbox_monitor.diagnosis.joint.basis_functions import correlation, SIZES, smooth_values
+from gearbox_monitor.diagnosis.joint.basis_functions import (
+    correlation, likeliest_values, SIZES)
 from gearbox_monitor.diagnosis.joint.candidates import (
     CandidateModel, Coordinate, FREE_VALUE, with_effects)
 from gearbox_monitor.diagnosis.joint.innovation_fit import (
@@ -98,7 +99,7 @@ class Tested:
 
 def functions_beside(tested: Tested, places: Sequence[str], torque: float) -> FunctionTest:
     """
-    Return the FunctionTest beside a fit; one that has a function tells of the dispersion itself.
+    Return the FunctionTest beside a fit; if it has a function, of the dispersion alone.
 
     Args:
         tested: the fit.
@@ -111,7 +112,8 @@ def functions_beside(tested: Tested, places: Sequence[str], torque: float) -> Fu
     functions, blocks = [], []
     for table, columns in _columns(likelihood, tested.at, places):
         X = tested.without(columns)
-        values, _, gain, price = smooth_values(X.T @ X, X.T @ residual, torque)
+        values, _, gain, price = likeliest_values(
+            X.T @ X, X.T @ residual, SIZES * torque, correlation(X.shape[1]))
         functions.append(FreeFunction(table, -values, gain, price))
         blocks.append(X)
     dispersion = _dispersion(likelihood, blocks, residual)
@@ -146,10 +148,10 @@ def _without(columns: Array, own: Array, weight: Array) -> Array:
 
 def _dispersion(likelihood: JointLikelihood, blocks: Sequence[Array], residual: Array) -> float:
     """
-    Return by how much parts of the recordings differ more than noise lets them.
+    Return the ratio by which parts of the recordings differ more than noise explains.
 
-    Of a right model each part gains by its own value of a parameter what chance gives it: one,
-    beyond the common value. What parts gain more is no evidence for an effect of all.
+    In a right model, a value of its own for each part gains one by chance, beyond the common
+    value. Gains beyond that are no evidence for an effect of all parts.
     """
     segment = _segments(likelihood)
     excess = freedom = 0.0
@@ -200,8 +202,8 @@ def memory(tested: Tested) -> float:
     """
     Return what a linear memory of past innovations is worth beside a fit, in -2 log L.
 
-    Of a right model innovations are white: what they foretell of each other is dynamics that the
-    model does not have, or coloured noise (Ljung 16.6; Breusch 1978 and Godfrey 1978).
+    Innovations of a right model are white: where they foretell each other, the model misses
+    dynamics, or the noise is coloured (Ljung 16.6; Breusch 1978 and Godfrey 1978).
 
     Args:
         tested: the fit.
@@ -219,12 +221,9 @@ def memory(tested: Tested) -> float:
         blocks.append(block.reshape(2 * len(past), -1))
     X = np.concatenate(blocks)
     X = tested.without(X[:, (X * X).sum(axis=0) > 0.0])
-    S, h = X.T @ X, X.T @ tested.residual
-    worth = []
-    for size in MEMORIES:
-        M = np.eye(len(h)) + size ** 2 * S
-        worth.append(size ** 2 * float(h @ np.linalg.solve(M, h)) - float(np.linalg.slogdet(M)[1]))
-    return max(worth) - 2.0 * math.log(len(MEMORIES))
+    _, _, gain, price = likeliest_values(
+        X.T @ X, X.T @ tested.residual, MEMORIES, np.eye(X.shape[1]))
+    return gain - price - 2.0 * math.log(len(MEMORIES))
 
 
 def knots_over(x: Array, variable: str) -> list[float]:
@@ -251,7 +250,7 @@ def with_map(candidate: CandidateModel, table: Values, scale: float) -> Candidat
     Args:
         candidate: effects so far.
         table: of the map.
-        scale: usual torque, N m; a weak prior that holds values of which no reading tells.
+        scale: usual torque, N m: a weak prior that holds values which no reading determines.
     """
     owner = len(candidate.ids)
     return replace(

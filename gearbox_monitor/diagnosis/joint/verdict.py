@@ -545,15 +545,15 @@ def warnings(basis: Explained, kind: str, nuisances: Mapping[str, float],
     out = [f'the noise of the {name} encoder lasts {1e3 * time:.2g} ms, as if it were filtered: '
            'it is judged with that' for name, time in zip(('motor', 'arm'), times) if time]
     sharpness = co_estimated(model, nuisances)
-    out += [f'friction of the {side} has another shape than in the model file: its sharpness is '
-            f'{sharpness[name]:.3g}, not {value:.3g} s/rad; its size stands'
+    out += [f'friction of the {side} has another shape than in the model file, not another size: '
+            f'sharpness {sharpness[name]:.3g} instead of {value:.3g} s/rad'
             for name, side, value in (('alpha', 'motor', model.friction_sharpness),
                                       ('alpha_arm', 'arm', model.arm_sharpness))
             if name in nuisances and abs(np.log1p(nuisances[name])) > STATEMENTS.shape]
     law = candidate.nominal.friction_law.kind
     if law != model.friction_law.kind:
         out.append(f'friction of the drive follows the law {law}, not {model.friction_law.kind} '
-                   'of the model file (friction_law): with it, nothing but noise is left')
+                   'of the model file (friction_law)')
     published, closed = (misfit_of(runs) for runs in (basis.published, basis.closed_runs))
     if kind == NONE and published > THRESHOLDS.misfit * closed:
         out.append(f'the model file itself misses by {published:.3g} standard deviations: values '

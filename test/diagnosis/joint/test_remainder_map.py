@@ -33,8 +33,9 @@ def test_map_is_the_law_that_the_library_lacks(effect, place, variable, law):
     verdict = diagnose([recorded(effect)], model, validate=recorded(effect, seconds=4.0, seed=1),
                        only=['torque_map'])
     data, table = verdict.data, verdict.data['remainder']['torque_map']
-    assert (data['verdict'], data['effect'], data['identified']) == ('unknown', None, [])
+    assert (data['verdict'], data['effect'], data['findings']) == ('unknown', None, [])
     assert (table['place'], table['variable']) == (place, variable)
+    assert data['misfit']['follows']['gain'] > 100.0
     knots, values, deviations = (np.array(table[k]) for k in ('knots', 'values', 'deviations'))
     inner = slice(1, -1)  # the outermost knots have readings on one side only
     assert np.abs(values - law(knots))[inner].max() < 0.05 * np.abs(law(knots)).max()
