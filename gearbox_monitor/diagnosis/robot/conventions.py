@@ -27,7 +27,7 @@ from gearbox_monitor.diagnosis.robot.motion import (
 from gearbox_monitor.diagnosis.robot.robot_log import (
     LogSection, RawLog, read_by, RobotLog, SETPOINT)
 from gearbox_monitor.diagnosis.robot.rows import RobotModel
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.robot.chain import PER_LINK
 from gearbox_monitor.signals.recording import AS_RECORDED, Convention
 
@@ -170,21 +170,33 @@ def as_read(motion: RobotMotion, reading: RobotReading, setpoint: bool = False) 
         reading: how it is read.
         setpoint: whether its input is a setpoint.
     """
-    columns = np.arange(motion.q.shape[1])
-    if reading.swapped:
-        columns[list(reading.swapped)] = reading.swapped[::-1]
-    q, v, given, speed = (x[:, columns].copy() for x in (
-        motion.q, motion.v, motion.input, motion.input_speed))
-    sigma_v, sigma_q = motion.sigma_v[columns], motion.sigma_q[columns]
+    order, scale = _order(motion.q, reading), np.ones(motion.q.shape[1])
     for j, convention in reading.joints.items():
-        scale = convention.sign * convention.unit
-        q[:, j], v[:, j], speed[:, j] = convention.position(q[:, j]), scale * v[:, j], \
-            scale * speed[:, j]
-        sigma_v[j], sigma_q[j] = abs(scale) * sigma_v[j], abs(scale) * sigma_q[j]
-        given[:, j] = convention.position(given[:, j]) if setpoint else convention.torque(
-            given[:, j])
-    return replace(motion, q=q, v=v, input=given, input_speed=speed, sigma_v=sigma_v,
-                   sigma_q=sigma_q)
+        scale[j] = convention.sign * convention.unit
+    q, given = _columns(motion.q, motion.input, reading, setpoint)
+    return replace(motion, q=q, v=scale * motion.v[:, order], input=given,
+                   input_speed=scale * motion.input_speed[:, order],
+                   sigma_v=np.abs(scale) * motion.sigma_v[order],
+                   sigma_q=np.abs(scale) * motion.sigma_q[order])
+
+
+def _order(q: Array, reading: RobotReading) -> Integers:
+    """Return which column of `q` [N, J] each joint reads."""
+    order = np.arange(q.shape[1])
+    if reading.swapped:
+        order[list(reading.swapped)] = reading.swapped[::-1]
+    return order
+
+
+def _columns(q: Array, given: Array, reading: RobotReading, setpoint: bool
+             ) -> tuple[Array, Array]:
+    """Return positions and input [N, J] as `reading` has them."""
+    order = _order(q, reading)
+    q, given = q[:, order], given[:, order]
+    for j, convention in reading.joints.items():
+        q[:, j] = convention.position(q[:, j])
+        given[:, j] = (convention.position if setpoint else convention.torque)(given[:, j])
+    return q, given
 
 
 def columns_as_read(raw: RawLog, readings: Sequence[RobotReading]) -> RawLog:
@@ -203,18 +215,9 @@ def columns_as_read(raw: RawLog, readings: Sequence[RobotReading]) -> RawLog:
 def log_as_read(log: RobotLog, readings: Sequence[RobotReading]) -> RobotLog:
     """Return a log as `readings` have it, one after the other."""
     for reading in readings:
-        sections = []
-        for section in log.sections:
-            order = np.arange(section.position.shape[1])
-            if reading.swapped:
-                order[list(reading.swapped)] = reading.swapped[::-1]
-            q, given = section.position[:, order], section.input[:, order]
-            for j, convention in reading.joints.items():
-                q[:, j] = convention.position(q[:, j])
-                given[:, j] = convention.position(given[:, j]) if log.kind == SETPOINT else \
-                    convention.torque(given[:, j])
-            sections.append(LogSection(section.t, q, given))
-        log = replace(log, sections=tuple(sections))
+        log = replace(log, sections=tuple(
+            LogSection(x.t, *_columns(x.position, x.input, reading, log.kind == SETPOINT))
+            for x in log.sections))
     return log
 
 
@@ -428,10 +431,7 @@ class ConventionBalance:
         """
         motion, tests = self.motion, self.tests
         chain = self.robot.chain
-        orders = np.tile(np.arange(motion.q.shape[1]), (len(readings), 1))
-        for order, reading in zip(orders, readings):
-            if reading.swapped:
-                order[list(reading.swapped)] = reading.swapped[::-1]
+        orders = np.stack([_order(motion.q, reading) for reading in readings])
         read = [as_read(motion, RobotReading({
             j: replace(convention, effort=1.0) for j, convention in reading.joints.items()},
             reading.swapped), self.setpoint) for reading in readings]

@@ -193,20 +193,8 @@ def _at_stamps(t: Array, values: Array, rows: Integers, kind: str
     return at, out
 
 
-def checked_log(raw: RawLog, joints: Sequence[str]) -> RobotLog:
-    """
-    Return the RobotLog of a file's columns.
-
-    Args:
-        raw: the columns.
-        joints: of the model, in its order.
-
-    Returns:
-        The log, in sections without gaps.
-
-    Raises:
-        InputError: a joint is missing, values are not finite, or the log is too slow or short.
-    """
+def _expect_joints(raw: RawLog, joints: Sequence[str]) -> None:
+    """Raise InputError unless a log has numbers of all `joints`."""
     for joint in joints:
         if joint not in raw.position or joint not in raw.input:
             kind = 'position' if joint not in raw.position else raw.kind
@@ -217,8 +205,12 @@ def checked_log(raw: RawLog, joints: Sequence[str]) -> RobotLog:
             if not np.isfinite(column).any():
                 raise InputError(f'{raw.name}: joint {joint}: {signal}: none of {len(column)} '
                                  'samples is a number, expected numbers')
+
+
+def _whole_samples(raw: RawLog, joints: Sequence[str]) -> tuple[Array, Array, list[str]]:
+    """Return stamps [N] and values [N, 2J] of the samples that hold all joints, and notes."""
     values = np.column_stack([raw.position[j] for j in joints] + [raw.input[j] for j in joints])
-    notes = list(raw.notes)
+    notes: list[str] = []
     stamped = np.isfinite(raw.t)
     t, values = raw.t[stamped], values[stamped]
     own = np.isfinite(values)
@@ -237,17 +229,40 @@ def checked_log(raw: RawLog, joints: Sequence[str]) -> RobotLog:
     if len(t) < 3:
         raise InputError(f'{raw.name}: {len(t)} whole samples, expected {LEAST_SECONDS:g} s or '
                          'more')
-    latest = np.maximum.accumulate(t)
+    return t, values, notes
+
+
+def _usual_period(name: str, t: Array) -> float:
+    """Return the usual time between the stamps `t` [N], s. Raises InputError for a slow log."""
     # The step in which half of the time passes: many stamps on top of each other do not move it.
-    steps = np.sort(np.diff(latest))
+    steps = np.sort(np.diff(np.maximum.accumulate(t)))
     period = float(steps[np.searchsorted(np.cumsum(steps), 0.5 * steps.sum())])
     if not period > 0.0:
-        raise InputError(f'{raw.name}: t: all stamps are the same, expected seconds that rise')
-    rate = 1.0 / period
-    if rate < SETTINGS.least_rate:
+        raise InputError(f'{name}: t: all stamps are the same, expected seconds that rise')
+    if 1.0 / period < SETTINGS.least_rate:
         raise InputError(
-            f'{raw.name}: {rate:.3g} samples/s, expected {SETTINGS.least_rate:g} or more: between '
-            'slower samples a joint moves too far for its speed to be known')
+            f'{name}: {1.0 / period:.3g} samples/s, expected {SETTINGS.least_rate:g} or more: '
+            'between slower samples a joint moves too far for its speed to be known')
+    return period
+
+
+def checked_log(raw: RawLog, joints: Sequence[str]) -> RobotLog:
+    """
+    Return the RobotLog of a file's columns.
+
+    Args:
+        raw: the columns.
+        joints: of the model, in its order.
+
+    Returns:
+        The log, in sections without gaps.
+
+    Raises:
+        InputError: a joint is missing, values are not finite, or the log is too slow or short.
+    """
+    _expect_joints(raw, joints)
+    t, values, notes = _whole_samples(raw, joints)
+    period, latest = _usual_period(raw.name, t), np.maximum.accumulate(t)
     # Stamps on top of each other would tear a spline; those that go back are not in order.
     keep = np.ones(len(t), bool)
     for i in np.flatnonzero(np.diff(t) < SETTINGS.coincident * period) + 1:
@@ -270,5 +285,5 @@ def checked_log(raw: RawLog, joints: Sequence[str]) -> RobotLog:
         what = ' and '.join(f'{len(x)} {words}' for x, words in (
             (gaps, 'gaps in the stamps'), (raw.slips, 'slips of positions')) if len(x))
         notes.append(f'{what}: {used} of {len(t)} samples are used')
-    return RobotLog(raw.name, tuple(joints), raw.kind, tuple(sections), rate, raw.measured,
-                    tuple(notes))
+    return RobotLog(raw.name, tuple(joints), raw.kind, tuple(sections), 1.0 / period,
+                    raw.measured, (*raw.notes, *notes))
