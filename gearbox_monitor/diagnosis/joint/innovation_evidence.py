@@ -226,6 +226,8 @@ class InnovationEvidence:
                                        or len(data.recordings) > LONG):
             return Remains(torque, memory)
         functions, dispersion = lawless.functions_beside(tested, self.places, data.torque)
+        if data.balances and torque <= CONTEST.margin:
+            functions = ()  # as much as no model of such a drive explains
         estimates = tuple(MemberEstimate(
             Member(FUNCTION, TORQUE_MAP.id, str(f.table['place']), str(f.table['variable'])),
             f.gain / dispersion, f.occam + self.choice, f) for f in functions)
