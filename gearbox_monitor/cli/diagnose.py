@@ -119,7 +119,7 @@ def run(args: Namespace) -> int:
                            seed=args.seed, jobs=args.jobs, progress=progress)
     data = plain(verdict.to_dict())
     data['warnings'] = [*notes, *(data.get('warnings') or [])]
-    closed = verdict.model
+    closed, basis = verdict.model, verdict.basis
     changes = _changes(args, verdict, validate, data) if verdict.findings else []
     data = {'summary': summary(data, model.axis), **data}
     if simulator is not None:
@@ -127,7 +127,7 @@ def run(args: Namespace) -> int:
         try:
             with progress_bar(simulator.name) as progress:
                 data['simulator'] = plain(confirmation(
-                    simulator, verdict.basis.recordings[verdict.basis.widest], (model, closed),
+                    simulator, basis.data.recordings[basis.widest], (model, closed),
                     sigma, progress))
         except InputError as error:  # the diagnosis stands without it
             data['warnings'].append(str(error))
@@ -185,10 +185,11 @@ def _changes(args: Namespace, verdict: Verdict, validation: UniformRecording | N
         data['warnings'].append(f'not in the file of the simulator: {error}')
         return []
     data |= plain(closed_model.file_closure(
-        basis.recordings, written, basis.sigma, basis.published, basis.closed_runs, args.seed))
+        basis.data.recordings, written, basis.data.level, basis.compared.published,
+        basis.compared.closed, args.seed))
     if validation is not None:
         data['validation'] = plain(closed_model.validate(
-            validation, basis.model, written, basis.sigma))
+            validation, basis.model, written, basis.data.level))
     data['file_changes'] = [change._asdict() for change in file.patch.changes]
     data['lacking'] = [f'{row.id}: {row.words}' for row in file.lacking]
     return [*(f'{Path(args.model).name}: {change.words}' for change in file.patch.changes),

@@ -10,8 +10,7 @@ one drive by the innovations of a filter, `robot` all joints by the balance of t
 Public names, by module:
 
     contest: CONTEST
-    joint: basis_functions, closed_model, diagnose, localisation, unit_adaptation
-    joint.basis_functions: FEWEST
+    joint: closed_model, diagnose, localisation, unit_adaptation
     joint.candidates: CandidateModel, Coordinate, NUISANCES, sine_and_cosine
     joint.change_diagnosis: diagnose_change
     joint.closed_model: closed_of, gap_of, ModelRun, Overlay, overlay, rms
@@ -26,9 +25,7 @@ Public names, by module:
     joint.shooting: ShootingWindows, Simulator
     joint.thresholds: THRESHOLDS
     joint.unit_adaptation: Adapted, samples_of
-    joint.verdict: Explained, Finding, INCOMPLETE, kind_of, NONE, Remainder, UNDECIDED,
-        UNKNOWN, Verdict
-    joint.windows: WindowRuns
+    joint.verdict: Finding, INCOMPLETE, kind_of, NONE, Remainder, UNDECIDED, UNKNOWN, Verdict
     robot: knowledge, verdict
     robot.candidates: Candidate
     robot.conventions: columns_as_read, log_as_read, misfit, named_readings, NamedReading,

@@ -338,7 +338,7 @@ def page(result: Any) -> str:
 def _verdict_page(verdict: Verdict) -> str:
     data, model = plain(verdict.to_dict()), verdict.basis.model
     return diagnosis_page({'summary': summary(data, model.axis), **data}, gather(verdict, model),
-                          verdict.basis.recordings)
+                          verdict.basis.data.recordings)
 
 
 PAGES: dict[type, Callable[[Any], str]] = {

@@ -11,20 +11,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.joint import basis_functions, localisation
-from gearbox_monitor.diagnosis.joint.basis_functions import FEWEST
+from gearbox_monitor.diagnosis.joint import localisation
 from gearbox_monitor.diagnosis.joint.closed_model import Overlay, overlay
 from gearbox_monitor.diagnosis.joint.shooting import ShootingWindows
-from gearbox_monitor.diagnosis.joint.verdict import Explained, Verdict
-from gearbox_monitor.diagnosis.joint.windows import WindowRuns
-from gearbox_monitor.kernels.types import Array, Integers, Values
+from gearbox_monitor.diagnosis.joint.verdict import Verdict
+from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.presentation import on_axis
 from gearbox_monitor.report.chart import Chart, Panel, Trace
-from gearbox_monitor.report.words import NOTHING, unit_of
+from gearbox_monitor.report.words import unit_of
 from gearbox_monitor.signals.uniform import UniformRecording
+
+
+BINS = 24
+TAIL = 0.5        # percent of the samples on either end that share the outermost bins
+FEWEST = 0.002    # share of the samples below which a bin says nothing
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,14 @@ def binned(x: Array, value: Array, edges: Array) -> BinnedMap:
         edges: edges of the bins [B + 1], in the unit of the motion variable.
     """
     return BinnedMap(edges, _rms(value, _bins(x, edges), len(edges) - 1, FEWEST))
+
+
+def edges_of(x: Array) -> Array:
+    """Return the edges [BINS + 1] of bins, evenly spaced over all of `x` but its tails."""
+    low, high = np.percentile(x, [TAIL, 100.0 - TAIL])
+    if not high > low:
+        low, high = low - 0.5, low + 0.5
+    return np.linspace(low, high, BINS + 1)
 
 
 def _bins(x: Array, edges: Array) -> Integers:
@@ -84,19 +94,9 @@ def clipped_to_range(y: Array, measured: Array) -> Array:
         return np.where(np.abs(y - 0.5 * (low + high)) < 2.0 * (high - low), y, np.nan)
 
 
-COMPARED = 10  # effects in the matrix of distinguishable effects
 QUANTITIES = {'speed': 'speed of the motor (rad/s)', 'angle': 'angle of the arm (rad)',
               'twist': 'twist, motor - arm (rad)', 'time': 'time (s)'}  # and units, rotary
 RUN_ROLES = ('nominal', 'closed')  # of curves, in the order of the runs
-
-
-@dataclass(frozen=True)
-class MissingSignal:
-    """The signal that is missing at one place, its unit, and {quantity: Law} of it."""
-
-    place: str
-    unit: str
-    laws: Mapping[str, basis_functions.Law]
 
 
 @dataclass(frozen=True)
@@ -106,8 +106,8 @@ class DiagnosisEvidence:
 
     axis: of the model; labels {quantity: words with unit}; overlay: nominal model first; windows:
     (words, window) of those to show; maps {quantity: maps of the residual in sigma, one per run};
-    missing: None without a gap; matrix: (ids, s2 [A, A]) or None; placed: whether the recording
-    shows where an effect acts: both encoders, or one of a rigid drive.
+    placed: whether the recording shows where an effect acts: both encoders, or one of a rigid
+    drive.
     """
 
     axis: str
@@ -115,8 +115,6 @@ class DiagnosisEvidence:
     overlay: Overlay
     windows: Sequence[tuple[str, int]]
     maps: Mapping[str, Sequence[BinnedMap]]
-    missing: MissingSignal | None
-    matrix: tuple[list[str], Array] | None
     placed: bool
 
 
@@ -132,25 +130,20 @@ def gather(verdict: Verdict, model: DriveModel) -> DiagnosisEvidence:
         Arrays that the page and the pictures show.
 
     """
-    data, basis = verdict.to_dict(), verdict.basis
-    number = basis.widest
-    none, recording = basis.none[number], basis.recordings[number]
+    data = verdict.basis.data
+    recording = data.recordings[verdict.basis.widest]
     models = {'nominal model': model}
     if verdict.model != model:
         models[closed_name(verdict, model)] = verdict.model
-    laid = overlay(recording, models, basis.sigma)
+    laid = overlay(recording, models, data.level)
     motion = _motion(recording, model, laid.windows)
     residuals = [laid.residual(run) for run in laid.runs]
-    edges = {name: basis_functions.edges_of(value) for name, value in motion.items()}
+    edges = {name: edges_of(value) for name, value in motion.items()}
     maps = {name: [binned(value, r, edges[name]) for r in residuals]
             for name, value in motion.items()}
-    missing = None
-    if data['verdict'] not in NOTHING:
-        missing = missing_signal(none, data['where']['place'])
     return DiagnosisEvidence(
         model.axis, {name: on_axis(_label(name, recording), model.axis) for name in motion}, laid,
-        notable_windows(laid), maps, missing,
-        distinguishable(basis, data), shows_place(recording, model))
+        notable_windows(laid), maps, shows_place(recording, model))
 
 
 def shows_place(recording: UniformRecording, model: DriveModel) -> bool:
@@ -176,7 +169,7 @@ def _motion(recording: UniformRecording, model: DriveModel, windows: ShootingWin
             ) -> dict[str, Array]:
     """Return {quantity: [W, L]} of a recording; the twist only where it exists and is measured."""
     twist = model.transmission.kind != 'rigid' and _both_sides(recording)
-    return {name: value[windows.samples] for name, value in basis_functions.motion(
+    return {name: value[windows.samples] for name, value in localisation.motion(
         recording.positions, recording.dt).items() if name != 'twist' or twist}
 
 
@@ -198,42 +191,6 @@ def notable_windows(laid: Overlay, held_out: bool = True) -> tuple[tuple[str, in
     if typical == highest:
         return (('window', typical),)
     return ('typical window', typical), ('worst window', highest)
-
-
-def missing_signal(none: WindowRuns, place: str) -> MissingSignal:
-    """
-    Return the signal that the model without effect misses at one place.
-
-    Args:
-        none: free runs without effects over the windows of a recording.
-        place: where a free signal is put.
-
-    Returns:
-        The signal as a function of each quantity.
-
-    """
-    free = localisation.free_forms(none, (place,))[place]
-    moved = _motion(none.recording, none.model, none.data.windows)
-    unit = 'N m' if place in localisation.TORQUES else 'rad'
-    return MissingSignal(place, on_axis(unit, none.model.axis),
-                         localisation.laws(none, free, moved))
-
-
-def distinguishable(basis: Explained, data: Values) -> tuple[list[str], Array] | None:
-    """Return (ids, s2 by `basis`) of the effects that lead in `data`, None for fewer than two."""
-    ids = [i for i in data['ranked'] if i in EFFECTS and EFFECTS[i].fitted]
-    ids = list(dict.fromkeys([*ids[:COMPARED - 3],
-                              *(i for i in data['confusable'] if i in ids), *ids]))
-    if len(ids) < 2:
-        return None
-    return basis.matrix(ids[:COMPARED])
-
-
-def explained_by(name: str, law: basis_functions.Law) -> str:
-    """Return a title for the `law` over the quantity `name`."""
-    if name == 'time':  # the past says nothing of other windows
-        return 'over time'
-    return f'over {name}: explains {100.0 * law.explained:.0f} %'
 
 
 # ---------------------------------------------------------------------- models over a recording

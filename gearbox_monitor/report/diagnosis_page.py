@@ -9,14 +9,13 @@ from typing import Any, TypeAlias
 
 from gearbox_monitor.diagnosis.contest import CONTEST
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
-from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.presentation import number, on_axis, percent
 from gearbox_monitor.report.builder import (
     Page, PageTable, render_page, Section, verdict_numbers)
 from gearbox_monitor.report.chart import BarRow, Bars, Chart, Panel, Span, Trace
 from gearbox_monitor.report.diagnosis_evidence import (
-    DiagnosisEvidence, explained_by, MissingSignal, RUN_ROLES, whole_chart, window_chart)
+    DiagnosisEvidence, RUN_ROLES, whole_chart, window_chart)
 from gearbox_monitor.report.words import (
     gain_text, ids_of, meaning, MEANINGS, NAMING, next_steps, NO_FILES, NOTHING, place_text,
     sentence, torque_map_of, undefined, unit_of, UserFiles, value_rows)
@@ -165,7 +164,7 @@ def _overlays(evidence: DiagnosisEvidence) -> Section:
 
 
 def _location(data: VerdictData, evidence: DiagnosisEvidence) -> Section:
-    """Return where the gap is: places, the missing signal, maps."""
+    """Return where the gap is: places and maps."""
     rows = []
     if data['verdict'] not in NOTHING and evidence.placed:
         for place, part in data['where']['places'].items():
@@ -181,27 +180,11 @@ def _location(data: VerdictData, evidence: DiagnosisEvidence) -> Section:
         charts.append(Chart(f'over {name}', [panel], label, zoom=False))
     return Section('diagnosis/where.html', {
         'placed': evidence.placed, 'places': Bars(rows, top=1.0),
-        'effects': len(ids_of(data)), 'missing': _missing(evidence.missing, evidence.labels),
-        'charts': charts}, 'Where', folded=True)
-
-
-def _missing(missing: MissingSignal | None, labels: Mapping[str, str]) -> dict[str, Any] | None:
-    """Return quantity, place and charts of the signal that is missing, None without a gap."""
-    if missing is None:
-        return None
-    quantity = {'N m': 'torque', 'N': 'force'}.get(missing.unit, 'offset')
-    charts = []
-    for name, law in missing.laws.items():
-        margin: Array = 2.0 * law.error
-        trace = Trace(law.centers, law.value, f'missing {quantity}', 'signal',
-                      band=(law.value - margin, law.value + margin))
-        charts.append(Chart(explained_by(name, law), [
-            Panel(f'{quantity} ({missing.unit})', (trace,), 0.0, 130)], labels[name], zoom=False))
-    return {'quantity': quantity, 'place': place_text(missing.place), 'charts': charts}
+        'effects': len(ids_of(data)), 'charts': charts}, 'Where', folded=True)
 
 
 def _ranking(data: VerdictData, evidence: DiagnosisEvidence) -> Section:
-    """Return gains of the effects, and which of them the recording distinguishes."""
+    """Return the gains of the effects, and the rivals of the verdict."""
     gains: Mapping[str, float] = data.get('gains') or {}
     effect, rivals = data.get('effect'), data.get('confusable') or ()
     ranking = sorted(gains, key=lambda name: gains[name], reverse=True)[:RANKED]
@@ -215,11 +198,9 @@ def _ranking(data: VerdictData, evidence: DiagnosisEvidence) -> Section:
     close = [name for name in ranking if name != effect and name not in rivals
              and gains.get(effect or '', 0.0) - gains[name] < THRESHOLDS.isolable
              ] if has_effect else []
-    matrix = evidence.matrix and {
-        'names': evidence.matrix[0], 'shares': (100.0 * evidence.matrix[1]).tolist()}
     return Section('diagnosis/ranking.html', {
-        'gains': Bars(rows), 'has_effect': has_effect, 'rivals': rivals, 'close': close,
-        'matrix': matrix}, 'Which effect', folded=True)
+        'gains': Bars(rows), 'has_effect': has_effect, 'rivals': rivals, 'close': close},
+        'Which effect', folded=True)
 
 
 def _values(data: VerdictData, axis: str) -> Section:

@@ -14,8 +14,7 @@ import pytest
 import yaml
 
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.diagnosis.joint import basis_functions
-from gearbox_monitor.diagnosis.joint.localisation import triangles
+from gearbox_monitor.diagnosis.joint import localisation
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
@@ -67,7 +66,7 @@ def test_all_of_it_is_written(folder):
     assert '<b>' not in html and 'worn &amp; &lt;b&gt;old.csv' in html
     assert 'The arm&#39;s Coulomb friction is 0.0' in html and 'second recording' in html
     assert '<strong>Cac = ' in html.split('What to do next')[0]  # the size, beside the name
-    assert 'Missing torque: arm side' in html and 'nan' not in html.lower().split('<pre>')[0]
+    assert 'Gap over the motion' in html and 'nan' not in html.lower().split('<pre>')[0]
     for word in ('http:', 'https:', 'url(', '@import', ' src='):
         assert word not in html.replace('http://www.w3.org', '')
 
@@ -226,34 +225,9 @@ def test_binned_over_a_motion():
 def test_motion_of_a_straight_line_is_its_slope():
     dt = 1e-3
     t = np.arange(2000) * dt
-    found = basis_functions.motion(np.stack([2.0 * t, 2.0 * t - 0.1], axis=1), dt)
+    found = localisation.motion(np.stack([2.0 * t, 2.0 * t - 0.1], axis=1), dt)
     assert found['speed'] == pytest.approx(2.0) and found['twist'] == pytest.approx(0.1)
     assert found['time'][-1] == pytest.approx(1.999)
-
-
-def test_a_law_is_found_in_a_free_signal():
-    """Coulomb friction shows as a step over speed, and as nothing over another quantity."""
-    random = np.random.default_rng(1)
-    windows, length = 12, 1000
-    basis = triangles(length, 0, 1e-3)
-    t = np.arange(length) * 1e-3
-    speed = np.stack([np.sin(2 * np.pi * (2.0 * t + k / 7)) for k in range(windows)])
-    truth = -0.3 * np.sign(speed)
-    at = np.minimum(np.rint(np.arange(basis.shape[1]) * 40).astype(int), length - 1)
-    signal = truth[:, at] + 0.02 * random.standard_normal((windows, len(at)))
-    precision = np.tile(np.eye(len(at)) / 0.02 ** 2, (windows, 1, 1))
-    law = basis_functions.law(speed, signal, precision, basis, np.linspace(-1.0, 1.0, 11))
-    fast = np.abs(law.centers) > 0.6
-    assert law.value[fast] == pytest.approx(-0.3 * np.sign(law.centers[fast]), abs=0.06)
-    assert law.explained > 0.8 and np.nanmax(law.error) < 0.1
-    other = basis_functions.law(random.random(speed.shape), signal, precision, basis,
-                                np.linspace(0.0, 1.0, 11))
-    assert other.explained < 0.05
-
-
-def test_edges_about_zero_are_closest_there():
-    edges = basis_functions.edges_about_zero(np.linspace(-3.0, 3.0, 1000), 16)
-    assert np.diff(edges).argmin() in (7, 8) and edges[-1] == pytest.approx(3.0, rel=0.02)
 
 
 def test_curves_to_draw():

@@ -15,9 +15,9 @@ import math
 from typing import Any, NamedTuple
 
 from gearbox_monitor.diagnosis.joint.candidates import amplitude, PHASED, with_effects
-from gearbox_monitor.diagnosis.joint.decision import decide
+from gearbox_monitor.diagnosis.joint.decision import decide, standard_errors
 from gearbox_monitor.diagnosis.joint.diagnose import (
-    chosen_ids, doubts, explains_all, hidden_by, read_as_doubted, standard_errors)
+    chosen_ids, doubts, explains_all, hidden_by, read_as_doubted)
 from gearbox_monitor.diagnosis.joint.drive_recordings import DriveRecordings, evidence_of
 from gearbox_monitor.diagnosis.joint.innovation_fit import fitted, InnovationFit, unfitted
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS

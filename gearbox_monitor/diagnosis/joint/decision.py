@@ -5,21 +5,25 @@
 from dataclasses import dataclass, replace
 from functools import cached_property
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from gearbox_monitor.diagnosis.contest import CONTEST, contest, Search
 from gearbox_monitor.diagnosis.joint.bursts import Burst
 from gearbox_monitor.diagnosis.joint.candidates import SHAPES
-from gearbox_monitor.diagnosis.joint.closed_model import SIGMA_ERROR
+from gearbox_monitor.diagnosis.joint.closed_model import open_loop, SIGMA_ERROR, with_starts_of
 from gearbox_monitor.diagnosis.joint.drive_recordings import (
     DriveRecordings, is_open, likeliest_reading)
 from gearbox_monitor.diagnosis.joint.innovation_evidence import InnovationEvidence
-from gearbox_monitor.diagnosis.joint.innovation_fit import evaluated, InnovationFit
+from gearbox_monitor.diagnosis.joint.innovation_fit import (
+    coordinate_columns, evaluated, InnovationFit)
+from gearbox_monitor.diagnosis.joint.isolability import evidence_for
 from gearbox_monitor.diagnosis.joint.lawless import FreeFunction
 from gearbox_monitor.diagnosis.joint.localisation import places, tied
 from gearbox_monitor.diagnosis.joint.thresholds import STATEMENTS
-from gearbox_monitor.diagnosis.joint.windows import WindowRuns
+from gearbox_monitor.diagnosis.joint.windows import misfit_of, runs_from, WindowRuns
+from gearbox_monitor.kernels.linear_least_squares import covariance
 from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
@@ -27,6 +31,20 @@ from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 
 ALL_TRAINED = ('only the held-out windows show the model error: all windows were fitted, so '
                'gap_after is not from unseen ones; validate with a second recording')
+
+
+class ComparedRuns(NamedTuple):
+    """
+    Free runs of models over the windows of each recording.
+
+    published: of the nominal model; none: of the fit without effects; laws: of the effects;
+    closed: of the model that closes the gap. Each begins where it fits best.
+    """
+
+    published: tuple[WindowRuns, ...]
+    none: tuple[WindowRuns, ...]
+    laws: tuple[WindowRuns, ...]
+    closed: tuple[WindowRuns, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +71,11 @@ class Decision:
     notes: tuple[str, ...] = ()
 
     @property
+    def data(self) -> DriveRecordings:
+        """The recordings with the nuisances as they were settled, without bursts."""
+        return self.outcome.evidence.data
+
+    @property
     def ids(self) -> tuple[str, ...]:
         """Effects that count."""
         return (*self.fit.candidate.ids, *((DISTURBANCE.id,) if self.bursts else ()))
@@ -74,13 +97,40 @@ class Decision:
         return self.recordings.runs(self.fit)
 
     @cached_property
-    def none_runs(self) -> tuple[WindowRuns, ...]:
-        """Free runs without effects."""
-        return self.outcome.evidence.data.runs(self.none)
+    def compared(self) -> ComparedRuns:
+        """Free runs of all models over the windows of each recording."""
+        closed = self.runs if self.closed is self.fit else self.recordings.runs(self.closed)
+        none = with_starts_of(self.data.runs(self.none), closed)
+        closed = with_starts_of(closed, none)
+        published = none
+        if self.none.model != self.model:
+            published = with_starts_of([
+                open_loop(r, self.model, self.data.level) for r in self.data.recordings], none)
+            if not self.data.balances:
+                published = tuple(runs_from(other.data, self.model, run.states, run.memory)
+                                  for run, other in zip(published, none))
+        return ComparedRuns(published, none, closed if self.closed is self.fit else self.runs,
+                            closed)
+
+    @property
+    def widest(self) -> int:
+        """Number of the recording with the largest gap."""
+        return int(np.argmax([misfit_of([run]) for run in self.compared.published]))
+
+    @property
+    def orders(self) -> dict[str, int]:
+        """{periodic effect: its likeliest N}."""
+        return {f.candidate.ids[i]: order for f in reversed(self.fits)
+                for i, order in f.candidate.orders.items()}
+
+    @property
+    def follows(self) -> FreeFunction | None:
+        """The function of the motion that the remainder follows, None without either."""
+        return self.function if self.remains else None
 
     @property
     def function(self) -> FreeFunction | None:
-        """The function that what remains follows, None where it follows none."""
+        """The function that explains most beside the laws, None where none explains anything."""
         remains, best = self.outcome.remains, self.outcome.best
         if best.function is not None:
             table = self.closed.candidate.values(self.closed.z)[1][
@@ -102,10 +152,24 @@ class Decision:
         # Beside what is missing, friction of another shape may imitate a part of it.
         return tied(places(self.recordings.runs(unshaped(self.fit))))[0]
 
-    def gain(self, fit: InnovationFit) -> float:
-        """Return by how much a fit beats none, in BIC."""
-        data = self.outcome.evidence.data
-        return float(data.score(self.none) - data.score(fit))
+    @property
+    def gains(self) -> dict[str, float]:
+        """{effects: gain over none in BIC} of all that were scored."""
+        score, fit, best = self.data.score, self.fit, self.outcome.best
+        none = score(self.none)
+        out = {f.candidate.name: none - score(f) for f in self.fits if f.candidate.ids}
+        if self.bursts:
+            price = len(self.bursts) * self.outcome.evidence.price_of_burst
+            out['+'.join(self.ids)] = none - price - score(replace(fit, deviance=best.deviance))
+        return out
+
+    def evidence_for(self, name: str) -> float | None:
+        """Return 2 log likelihood that an effect `name` gains, None of a quantisation."""
+        ids, fit = self.fit.candidate.ids, self.fit
+        if name == DISTURBANCE.id and self.bursts:
+            return evaluated(self.data.whole, fit).deviance - evaluated(
+                self.recordings.whole, fit).deviance
+        return evidence_for(self.data, fit, self.fits, ids.index(name)) if name in ids else None
 
 
 def decide(recordings: DriveRecordings) -> Decision:
@@ -186,3 +250,28 @@ def with_level_of_innovations(decision: Decision) -> Decision:
     data = replace(data, sigma=sigma)
     evidence = replace(decision.outcome.evidence, data=data)
     return replace(decision, recordings=data, outcome=replace(decision.outcome, evidence=evidence))
+
+
+def standard_errors(evidence: DriveRecordings,
+                    fit: InnovationFit) -> tuple[dict[str, dict[str, float]], float | None]:
+    """
+    Return ({id: {parameter: standard error}}, condition of the scaled normal matrix).
+
+    From the Fisher information of the innovations, nominal values free within their prior; larger
+    by the excess of the innovations where that is above 1.
+
+    Args:
+        evidence: the recordings.
+        fit: by innovations.
+    """
+    candidate, z = fit.candidate, fit.z
+    if not len(z):
+        return {}, None
+    at = evaluated(evidence.fine, fit)
+    J = coordinate_columns(evidence.fine, at)
+    S = J.T @ J + np.diag(candidate.prior(z)[1])
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(S), 1e-300))
+    misfit = max(1.0, float((at.run.residual[at.run.read] ** 2).mean()))
+    jacobian = candidate.wave_jacobian(z)
+    errors = np.sqrt(np.maximum(misfit * np.diag(jacobian @ covariance(S) @ jacobian.T), 0.0))
+    return candidate.named_errors(z, errors), float(np.linalg.cond(S * np.outer(scale, scale)))

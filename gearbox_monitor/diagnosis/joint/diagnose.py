@@ -4,35 +4,25 @@
 """The diagnosis: which effects explain the sim-to-real gap, where they act, what remains."""
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
-from functools import partial
 from itertools import count
 
 import numpy as np
 
 from gearbox_monitor.diagnosis.contest import CONTEST
-from gearbox_monitor.diagnosis.joint.closed_model import open_loop, with_starts_of
 from gearbox_monitor.diagnosis.joint.decision import (
     decide, Decision, with_level_of_innovations)
 from gearbox_monitor.diagnosis.joint.drive_recordings import (
     DriveRecordings, evidence_of, is_open)
 from gearbox_monitor.diagnosis.joint.innovation_evidence import InnovationEvidence
-from gearbox_monitor.diagnosis.joint.innovation_fit import (
-    coordinate_columns, evaluated, fitted, InnovationFit, unfitted)
-from gearbox_monitor.diagnosis.joint.isolability import (
-    evidence_for, InnovationSpace, matrix, rivals, separations)
+from gearbox_monitor.diagnosis.joint.innovation_fit import fitted, InnovationFit, unfitted
 from gearbox_monitor.diagnosis.joint.parameter_ranges import between_recordings
-from gearbox_monitor.diagnosis.joint.power import shown
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.diagnosis.joint.torque_domain import driven
-from gearbox_monitor.diagnosis.joint.verdict import (
-    Explained, LATTICES, location_of, report, Verdict)
-from gearbox_monitor.diagnosis.joint.windows import runs_from
+from gearbox_monitor.diagnosis.joint.verdict import LATTICES, location_of, report, Verdict
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.kernels.linear_least_squares import covariance
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.effects.actuator import ACTUATOR_DELAY, ACTUATOR_LAG
-from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 from gearbox_monitor.plant.effects.motor_side import LUGRE
 from gearbox_monitor.signals.uniform import expect_one_rate, UniformRecording
 
@@ -101,8 +91,8 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
         decision = replace(decision, remains=True)
         notes.append(f'readings are quantised: {excluded[0]}, which is excluded')
     decision = with_level_of_innovations(decision)
-    basis = explained(decision, tuple(n for n in lattices if n in ids))
-    verdict = replace(report(basis, validate, seed, notes), not_tried=reasons)
+    verdict = replace(report(decision, [n for n in lattices if n in ids], validate, seed, notes),
+                      not_tried=reasons)
     if excluded and verdict.verdict == 'unknown':
         place = location_of(excluded[0])
         verdict = replace(verdict, location=place, where={**verdict.where, 'location': place},
@@ -160,7 +150,7 @@ def doubts(decision: Decision, otherwise: Mapping[int, InnovationFit]) -> list[s
         InputError: the nominal model is likelier on a recording as the doubt reads it than any
             fit is on it as it stands.
     """
-    out, evidence, closed = [], decision.outcome.evidence.data, decision.closed
+    out, evidence, closed = [], decision.data, decision.closed
     for number, fit in otherwise.items():
         recording = evidence.recordings[number]
         nominal_run = evidence.whole.parts[number].run(closed.model, closed.torque).deviance
@@ -173,83 +163,12 @@ def doubts(decision: Decision, otherwise: Mapping[int, InnovationFit]) -> list[s
 
 def _shown_by_each(decision: Decision) -> Decision | None:
     """Return the decision for the effect that explains each recording by a value of its own."""
-    data = decision.outcome.evidence.data
+    data = decision.data
     fit = next((f for f in decision.fits if len(f.candidate.ids) == 1), None)
     each = [replace(data, recordings=(r,)) for r in data.recordings]
     if fit is None or not all(explains_all(one, fitted(one.fine, fit)) for one in each):
         return None
     return replace(decision, fit=fit, closed=fit, remains=False)
-
-
-def explained(decision: Decision, lattices: tuple[str, ...]) -> Explained:
-    """
-    Return all that a verdict states about a decision.
-
-    Args:
-        decision: of the contest.
-        lattices: ids of quantisations that may be named.
-    """
-    evidence, fit, none = decision.outcome.evidence.data, decision.fit, decision.none
-    closed_runs = decision.runs if decision.closed is fit else decision.recordings.runs(
-        decision.closed)
-    none_runs = with_starts_of(decision.none_runs, closed_runs)
-    closed_runs = with_starts_of(closed_runs, none_runs)
-    published = none_runs
-    if none.model != decision.model:
-        published = with_starts_of([
-            open_loop(r, decision.model, evidence.level) for r in evidence.recordings], none_runs)
-        if not evidence.balances:
-            published = tuple(runs_from(other.data, decision.model, run.states, run.memory)
-                              for run, other in zip(published, none_runs))
-    orders = {f.candidate.ids[i]: order for f in reversed(decision.fits)
-              for i, order in f.candidate.orders.items()}
-    separated = separations(evidence, fit, decision.fits, orders)
-    errors, condition = standard_errors(evidence, decision.closed)
-    if not set(fit.candidate.ids) <= set(errors):
-        errors = {**standard_errors(evidence, fit)[0], **errors}
-    space = InnovationSpace(evidence.fine, evaluated(evidence.fine, none), evidence.starts, orders)
-    gains = {f.candidate.name: decision.gain(f) for f in decision.fits if f.candidate.ids}
-    d = {name: evidence_for(evidence, fit, decision.fits, i)
-         for i, name in enumerate(fit.candidate.ids)}
-    if decision.bursts:
-        price = len(decision.bursts) * decision.outcome.evidence.price_of_burst
-        d[DISTURBANCE.id] = evaluated(evidence.whole, fit).deviance - evaluated(
-            decision.recordings.whole, fit).deviance
-        gains['+'.join((*fit.candidate.ids, DISTURBANCE.id))] = (
-            evidence.score(none) - price
-            - evidence.score(replace(fit, deviance=decision.outcome.best.deviance)))
-    return Explained(
-        decision, published, none_runs,
-        closed_runs if decision.closed is fit else decision.runs, closed_runs, errors, condition,
-        gains, d, rivals(evidence, fit, decision.fits, separated),
-        partial(matrix, space), lattices,
-        {} if decision.ids or decision.remains else shown(
-            decision.outcome.evidence, decision.outcome.none))
-
-
-def standard_errors(evidence: DriveRecordings,
-                    fit: InnovationFit) -> tuple[dict[str, dict[str, float]], float | None]:
-    """
-    Return ({id: {parameter: standard error}}, condition of the scaled normal matrix).
-
-    From the Fisher information of the innovations, nominal values free within their prior; larger
-    by the excess of the innovations where that is above 1.
-
-    Args:
-        evidence: the recordings.
-        fit: by innovations.
-    """
-    candidate, z = fit.candidate, fit.z
-    if not len(z):
-        return {}, None
-    at = evaluated(evidence.fine, fit)
-    J = coordinate_columns(evidence.fine, at)
-    S = J.T @ J + np.diag(candidate.prior(z)[1])
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(S), 1e-300))
-    misfit = max(1.0, float((at.run.residual[at.run.read] ** 2).mean()))
-    jacobian = candidate.wave_jacobian(z)
-    errors = np.sqrt(np.maximum(misfit * np.diag(jacobian @ covariance(S) @ jacobian.T), 0.0))
-    return candidate.named_errors(z, errors), float(np.linalg.cond(S * np.outer(scale, scale)))
 
 
 def chosen_ids(only: Sequence[str] | None, exclude: Sequence[str]) -> list[str]:

@@ -21,7 +21,6 @@ from gearbox_monitor.diagnosis.contest import CONTEST
 from gearbox_monitor.diagnosis.hypothesis import (
     MemberEstimate, FUNCTION, Hypothesis, LAW, Member, Remains, TRAIN)
 from gearbox_monitor.diagnosis.joint import lawless
-from gearbox_monitor.diagnosis.joint.basis_functions import SIZES
 from gearbox_monitor.diagnosis.joint.bursts import Burst, pulses_in, sharpened, with_bursts
 from gearbox_monitor.diagnosis.joint.candidates import NOT_FITTED, origin, PERIODIC, with_law
 from gearbox_monitor.diagnosis.joint.effect_scan import Proposal, scan
@@ -102,7 +101,7 @@ class InnovationEvidence:
     def choice(self) -> float:
         """Price of a function among all others, of all sizes."""
         count = max(1, sum(place in self.places for place, _ in QUANTITIES))
-        return 2.0 * math.log(count * len(SIZES))
+        return 2.0 * math.log(count * len(lawless.SIZES))
 
     def _price_of_laws(self, fit: InnovationFit) -> float:
         c = fit.candidate

@@ -215,23 +215,6 @@ def rivals(evidence: DriveRecordings, fit: InnovationFit, fits: Sequence[Innovat
             for name, others in out.items()}
 
 
-def matrix(space: InnovationSpace, ids: Iterable[str]) -> tuple[list[str], Array]:
-    """
-    Return (ids, s2 [A, B]): share of the signature of a that b cannot imitate, about no effect.
-
-    Args:
-        space: about the fit without effects.
-        ids: ids of the effects; those that are not fitted as a motion are left out.
-    """
-    candidate = space.at.candidate
-    _, prior = candidate.prior(space.at.z)
-    ids = [n for n in ids if n not in (*NOT_FITTED, TORQUE_MAP.id)]
-    columns = [remove(space.signature(n), space.own, prior) for n in ids]
-    # A periodic one has the phase free, of the others the first column alone counts.
-    first = [a if name in PERIODIC else a[:, :1] for name, a in zip(ids, columns)]
-    return ids, np.array([[share_left(a, b) for b in columns] for a in first])
-
-
 DT = 1e-3
 SHARES = (1.0, 0.6, 0.35)  # of the torque limit
 SHRINK, TRIALS = 0.7, 5    # a motion that goes too far is tried with less torque

@@ -16,8 +16,6 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from gearbox_monitor.diagnosis.joint.basis_functions import (
-    correlation, likeliest_values, SIZES)
 from gearbox_monitor.diagnosis.joint.candidates import (
     CandidateModel, Coordinate, FREE_VALUE, with_effects)
 from gearbox_monitor.diagnosis.joint.innovation_fit import (
@@ -29,6 +27,8 @@ from gearbox_monitor.plant.effects.torque_map import QUANTITIES, TORQUE_MAP
 KNOTS = 10      # even: none stands at speed 0, where friction jumps
 TAIL = 0.5      # percent of the samples beyond the outermost knots, on either end
 BEND = 2.0      # speeds are closer about 0 by this power
+SMOOTH = 2.0    # knots over which a function is smooth
+SIZES = 10.0 ** np.arange(-4.0, 0.1, 0.5)  # of its prior over that of the torque: tried
 LITTLE = 1e-4   # of the torque's standard deviation: what a probe has
 MEMORIES = 10.0 ** np.arange(-3.0, 0.1, 0.25)  # deviations of the coefficients of a memory: tried
 TIMES = (1, 4, 16, 64, 256)  # samples over which innovations may be remembered
@@ -258,3 +258,32 @@ def with_map(candidate: CandidateModel, table: Values, scale: float) -> Candidat
         tables={**candidate.tables, owner: table}, coordinates=(*candidate.coordinates, *(
             Coordinate(owner, f'{FREE_VALUE}{k}', 0.0, 0.1 * scale, prior=scale)
             for k in range(len(table['knots'])))))
+
+
+def likeliest_values(gram: Array, pull: Array, sizes: Array,
+                     shape: Array) -> tuple[Array, Array, float, float]:
+    """
+    Return (values [K], their covariance [K, K], gain in chi2, its price).
+
+    The values have a Gaussian prior of the size under which the data are likeliest; the price is
+    the Occam factor of that likelihood.
+
+    Args:
+        gram: information [K, K] about the values.
+        pull: [K] of the data on them.
+        sizes: deviations of the prior, tried.
+        shape: correlation [K, K] of the prior.
+    """
+    out = []
+    for size in sizes:
+        C = size ** 2 * shape
+        M = np.eye(len(pull)) + C @ gram
+        values = np.linalg.solve(M, C @ pull)
+        out.append((values, np.linalg.solve(M, C), float(pull @ values),
+                    float(np.linalg.slogdet(M)[1])))
+    return max(out, key=lambda row: row[2] - row[3])
+
+
+def correlation(count: int) -> Array:
+    """Return the prior correlation [K, K] of the values of a function at `count` knots."""
+    return np.exp(-np.abs(np.subtract.outer(np.arange(count), np.arange(count))) / SMOOTH)

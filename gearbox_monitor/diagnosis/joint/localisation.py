@@ -12,9 +12,8 @@ import math
 from typing import Any
 
 import numpy as np
+import scipy
 
-from gearbox_monitor.diagnosis.joint.basis_functions import (
-    edges_about_zero, edges_of, Law, law, slope)
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.diagnosis.joint.windows import StateProblems, WindowRuns
 from gearbox_monitor.kernels.linear_least_squares import Damping, minimise, solution
@@ -26,6 +25,7 @@ ITERATIONS = 10
 LEAST_GAIN = 1e-4   # of the cost of a window, for another iteration
 # Many attempts: a contact of the gap that is lost makes long steps useless.
 RULE = Damping(1e-6, 30.0, 1e-4, attempts=8, absolute=1e-9)
+SMOOTHING, SLOPES = 2.5e-3, 4.5e-3  # s, standard deviations of Gaussian windows
 TORQUES = ('motor_side', 'arm_side', 'transmission')   # in the order of Simulator.run's extra
 SENSORS = ('motor_sensor', 'arm_sensor')
 PLACES = (*TORQUES, *SENSORS)
@@ -171,22 +171,6 @@ def free_forms(runs: WindowRuns, places: Sequence[str]) -> dict[str, InputEstima
     return {place: InputEstimator(runs, place).solve() for place in places}
 
 
-def laws(runs: WindowRuns, free: InputEstimate,
-         moved: Mapping[str, Array]) -> dict[str, Law]:
-    """
-    Return {name: Law} of a InputEstimate over `moved` {name: values [W, L]}.
-
-    Args:
-        runs: of the model that lacks something.
-        free: free-form input estimate.
-        moved: motion variables by name [W, L].
-    """
-    basis = triangles(runs.data.windows.length, 0, runs.recording.dt)
-    return {name: law(value, free.signal, free.precision, basis,
-                      (edges_about_zero if 'speed' in name else edges_of)(value))
-            for name, value in moved.items()}
-
-
 def _products(free: InputEstimate, columns: Array) -> tuple[Array, Array]:
     """Return the normal equations (gram [C, C], pull [C]) of a signal by columns [W, H, C]."""
     weighted = np.einsum('wij,wjc->wic', free.precision, columns)
@@ -313,3 +297,31 @@ def tied(free_signal: Mapping[str, Any]) -> tuple[str, ...]:
     limit = THRESHOLDS.place_tie * min(chi2.values())
     return tuple(_location(place, free_signal['actuator'])
                  for place in sorted(chi2, key=chi2.__getitem__) if chi2[place] <= limit)
+
+
+def motion(y: Array, dt: float) -> dict[str, Array]:
+    """
+    Return {'speed', 'angle', 'twist', 'time': [N]} of readings `y`, smoothed.
+
+    Speed of the motor (rad/s), angle of the arm (rad), twist as motor - arm (rad) and time (s).
+
+    Args:
+        y: readings of motor and arm [N, 2], rad.
+        dt: sample time, s.
+    """
+    smooth = _smooth(y, max(SMOOTHING / dt, 0.5))
+    return {'speed': slope(y[:, 0], dt), 'angle': smooth[:, 1],
+            'twist': smooth[:, 0] - smooth[:, 1], 'time': np.arange(len(y)) * dt}
+
+
+def slope(y: Array, dt: float) -> Array:
+    """Return the derivative of `y` [N], smoothed; dt: s."""
+    return np.asarray(np.gradient(_smooth(y, max(SLOPES / dt, 1.0)), dt))
+
+
+def _smooth(y: Array, std: float) -> Array:
+    """Return `y` [N] or [N, C], smoothed over `std` samples."""
+    n = round(5.0 * std)
+    # Reflected about both end points, so that a straight line goes on.
+    y = np.pad(y, [(n, n), (0, 0)][:y.ndim], 'reflect', reflect_type='odd')
+    return np.asarray(scipy.ndimage.gaussian_filter1d(y, std, axis=0)[n:-n])

@@ -8,9 +8,7 @@ Nothing found says something only of what would have been found. The smallest si
 price and the margin follows from the information about it, values with tolerances given way, over
 the dispersion by which the contest divides.
 """
-from collections.abc import Mapping
 import math
-from typing import NamedTuple
 
 from gearbox_monitor.diagnosis.contest import CONTEST
 from gearbox_monitor.diagnosis.hypothesis import Hypothesis
@@ -24,16 +22,11 @@ from gearbox_monitor.plant.effects.controller import SERVO_GAIN
 from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_INERTIA
 
 
-class ShownChange(NamedTuple):
-    """Smallest change of an effect's value that would have been seen, and a plausible change."""
-
-    smallest: float
-    plausible: float
-
-
-def shown(evidence: InnovationEvidence, none: Hypothesis) -> Mapping[str, ShownChange]:
+def hidden(evidence: InnovationEvidence, none: Hypothesis) -> dict[str, float]:
     """
-    Return what a motion would have shown of friction, gain and inertia, {effect: ShownChange}.
+    Return {effect: smallest size that shows} where a change of plausible size would not show.
+
+    Of friction, gain and inertia.
 
     Args:
         evidence: of the recordings.
@@ -54,10 +47,7 @@ def shown(evidence: InnovationEvidence, none: Hypothesis) -> Mapping[str, ShownC
             columns, change = signature(data.fine, tested.at, data.starts.candidates(name)[0])
             column = columns[:, :1] / change[0]
             information = float((column * tested.without(column)).sum())
-            out[name] = ShownChange(math.sqrt(limit / max(information, 1e-300)), sizes[name])
+            smallest = math.sqrt(limit / max(information, 1e-300))
+            if not smallest < sizes[name]:
+                out[name] = smallest
     return out
-
-
-def hidden(seen: Mapping[str, ShownChange]) -> dict[str, float]:
-    """Return {effect: smallest size seen}, of those whose plausible change would be hidden."""
-    return {name: s.smallest for name, s in seen.items() if not s.smallest < s.plausible}

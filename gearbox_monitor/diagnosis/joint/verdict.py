@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """The verdict of a diagnosis: findings with their values, the remainder, and the evidence."""
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
 from itertools import chain
 import math
@@ -13,12 +13,11 @@ import numpy as np
 import scipy
 
 from gearbox_monitor.diagnosis.joint import closed_model, localisation
-from gearbox_monitor.diagnosis.joint.bursts import Burst
 from gearbox_monitor.diagnosis.joint.candidates import (
     CandidateModel, GAINS, NUISANCES, replaced_value, SHAPES, with_effects, ZERO)
-from gearbox_monitor.diagnosis.joint.decision import Decision
-from gearbox_monitor.diagnosis.joint.lawless import FreeFunction
-from gearbox_monitor.diagnosis.joint.power import hidden, ShownChange
+from gearbox_monitor.diagnosis.joint.decision import Decision, standard_errors
+from gearbox_monitor.diagnosis.joint.isolability import rivals, separations
+from gearbox_monitor.diagnosis.joint.power import hidden
 from gearbox_monitor.diagnosis.joint.thresholds import STATEMENTS, THRESHOLDS
 from gearbox_monitor.diagnosis.joint.windows import misfit_of, solve_states, WindowRuns
 from gearbox_monitor.errors import Undecided
@@ -126,64 +125,6 @@ def kind_of(findings: bool, remainder: bool) -> str:
 # In the order of the encoders.
 LATTICES = tuple(name for name, effect in EFFECTS.items() if effect.lattice)
 ARMS = (0.1, 0.3)  # m: distances at which a payload is stated whose weight is not known
-Matrix = tuple[list[str], Array]
-
-
-@dataclass(frozen=True, eq=False)
-class Explained:
-    """
-    A decision with all that a verdict states about it.
-
-    published, none, runs, closed_runs: free runs of the nominal
-    model, of the fit without effects, of the effects, of the closed model. errors {id: {parameter:
-    standard error}}, condition: of their normal matrix. gains {effects: gain over none in BIC};
-    likelihoods {id: 2 log likelihood that it gains}; rivals, matrix: see isolability.
-    lattices: quantisations that may be named. shown: {effect: what the motion would have shown}.
-    """
-
-    decision: Decision
-    published: tuple[WindowRuns, ...]
-    none: tuple[WindowRuns, ...]
-    runs: tuple[WindowRuns, ...]
-    closed_runs: tuple[WindowRuns, ...]
-    errors: Mapping[str, Mapping[str, float]]
-    condition: float | None
-    gains: Mapping[str, float]
-    likelihoods: Mapping[str, float]
-    rivals: Mapping[str, Sequence[str]]
-    matrix: Callable[[Iterable[str]], Matrix]
-    lattices: tuple[str, ...]
-    shown: Mapping[str, ShownChange] = field(default_factory=dict)
-
-    @property
-    def recordings(self) -> tuple[UniformRecording, ...]:
-        """Recordings of one drive."""
-        return self.decision.outcome.evidence.data.recordings
-
-    @property
-    def model(self) -> DriveModel:
-        """The nominal model."""
-        return self.decision.model
-
-    @property
-    def sigma(self) -> Array:
-        """Noise of the encoders [2], rad."""
-        return self.decision.outcome.evidence.data.level
-
-    @property
-    def bursts(self) -> tuple[Burst, ...]:
-        """Bursts, the largest first."""
-        return self.decision.bursts
-
-    @property
-    def function(self) -> FreeFunction | None:
-        """The free function that the remainder follows, None without."""
-        return self.decision.function if self.decision.remains else None
-
-    @property
-    def widest(self) -> int:
-        """Number of the recording with the largest gap."""
-        return int(np.argmax([misfit_of([run]) for run in self.published]))
 
 
 @dataclass(frozen=True, repr=False)
@@ -226,7 +167,7 @@ class Verdict(Paged):
     equivalent: list[str]
     model_values: Mapping[str, Mapping[str, float]]
     model: DriveModel = field(repr=False)
-    basis: Explained = field(repr=False)
+    basis: Decision = field(repr=False)
     nominal_shift: Mapping[str, float] | None = None
     validation: Mapping[str, Any] | None = None
     not_tried: Mapping[str, str] = field(default_factory=dict)
@@ -259,115 +200,130 @@ def location_of(name: str) -> str:
     return library()[name].location
 
 
-def report(basis: Explained, validate: UniformRecording | None, seed: int,
-           notes: Sequence[str] = ()) -> Verdict:
+def report(decision: Decision, lattices: Sequence[str], validate: UniformRecording | None,
+           seed: int, notes: Sequence[str] = ()) -> Verdict:
     """
     Return the Verdict with all evidence.
 
     Args:
-        basis: what the search found.
+        decision: what the search found.
+        lattices: ids of quantisations that may be named.
         validate: recording for validation, or None.
         seed: seed of the random numbers.
         notes: sentences about the search.
     """
-    decision, closed, left = basis.decision, basis.decision.closed, basis.decision.outcome.remains
-    candidate, z = decision.fit.candidate, decision.fit.z
+    closed, remains, data = decision.closed, decision.outcome.remains, decision.data
+    candidate, z, runs = decision.fit.candidate, decision.fit.z, decision.compared
     effects = [*decision.ids]
-    if basis.lattices and not decision.remains and len(effects) < 2:
-        effects = [*effects, *basis.lattices[:2 if not effects else 1]]
-    kind, unshown = kind_of(bool(effects), decision.remains), hidden(basis.shown)
-    if kind == NONE and unshown:
-        kind = UNDECIDED
-    places, remaining = localisation.NOWHERE, None
+    if not decision.remains and len(effects) < 2:
+        effects += lattices[:2 if not effects else 1]
+    kind = kind_of(bool(effects), decision.remains)
+    unshown = hidden(decision.outcome.evidence, decision.outcome.none) if kind == NONE else {}
+    kind = UNDECIDED if unshown else kind
+    where, remaining = localisation.NOWHERE, None
     locations = [location_of(i) for i in effects]
     if effects:  # they name the place; what free signals explain illustrates it
-        places = localisation.places(basis.none, illustrates=True)
+        where = localisation.places(runs.none, illustrates=True)
     if decision.remains:
-        places_left = localisation.places(basis.runs)
+        places_left = localisation.places(runs.laws)
         remaining = decision.place
         if kind == UNKNOWN:
-            locations, places = [remaining], {**places_left, 'location': remaining}
+            locations, where = [remaining], {**places_left, 'location': remaining}
     nuisances = {name: value for name, value in closed.candidate.values(closed.z)[0].items()
                  if value or name not in SHAPES}
-    model = closed.model
-    params: dict[str, dict[str, float]] = {
+    model, params = closed.model, {
         name: {k: float(v) for k, v in values.items()}
         for name, values in decision.values.items() if name != DISTURBANCE.id}
     for i, name in enumerate(LATTICES):
         if name in effects:
             params[name] = {'q': float(decision.recordings.quantum[i])}
             model = with_effects(model, [*model.effects, {'id': name, **params[name]}])
-    errors = {name: dict(values) for name, values in basis.errors.items()
-              if name in candidate.ids}
-    torque_map = _torque_map(model, basis)
+    errors, condition = standard_errors(data, closed)
+    torque_map = _torque_map(model, decision, errors)
     if torque_map is not None:
         model = with_effects(model, [torque_map])
-    closure = closed_model.closure(basis.published, basis.closed_runs, bool(closed.candidate.ids),
-                                   seed)
-    if closure['closed_fraction'] is not None and closure['closed_fraction'] < 0.0:
-        closure.update(closed_fraction=None, closed_fraction_ci=None)  # of what is not claimed
-    if not np.isfinite([closure['gap_before'], closure['gap_after']]).all():
-        raise Undecided('free runs of the model are not finite: no solution; check '
-                        'the model file (inertias, stiffness, damping)')
-    shares = {name: (channel, share) for name, channel, share in explained_shares(basis)}
-    findings = tuple(_finding(basis, name, params.get(name, {}), errors.get(name, {}),
-                              shares.get(name, (None, None))) for name in effects)
-    ranked = sorted(basis.gains, key=lambda name: -basis.gains[name])
-    times = noise_times(basis.recordings[0].dt, decision.recordings.correlation)
-    channels = sorted({i for r in basis.recordings for i in r.channels})
+    if not set(candidate.ids) <= set(errors):
+        errors = standard_errors(data, decision.fit)[0] | errors
+    errors = {name: values for name, values in errors.items() if name in candidate.ids}
+    others = rivals(data, decision.fit, decision.fits,
+                    separations(data, decision.fit, decision.fits, decision.orders))
+    shares = explained_shares(decision)
+    findings = tuple(_finding(decision, name, params.get(name, {}), errors.get(name, {}),
+                              shares.get(name, (None, None)), others) for name in effects)
+    gains = decision.gains
+    ranked = sorted(gains, key=lambda name: -gains[name])
+    times = noise_times(data.recordings[0].dt, decision.recordings.correlation)
+    channels = sorted({i for r in data.recordings for i in r.channels})
     return Verdict(
         verdict=kind, effect='+'.join(effects) or None,
         location=NONE if not locations else locations[0] if len(locations) == 1 else locations,
         findings=findings,
         ranked=list(dict.fromkeys([*effects, *(i for name in ranked for i in name.split('+'))])),
-        confusable=list(dict.fromkeys(chain(*basis.rivals.values()))) if effects else [],
-        params=params, **closure, standard_errors=errors, condition=basis.condition,
+        confusable=list(dict.fromkeys(chain(*others.values()))) if effects else [],
+        params=params, **_closure(decision, seed), standard_errors=errors, condition=condition,
         at_bound=candidate.at_bound(z),
-        sigma=[float(s) if i in channels else None for i, s in enumerate(basis.sigma)],
-        noise_time=times, nominal=co_estimated(basis.model, nuisances),
+        sigma=[float(s) if i in channels else None for i, s in enumerate(data.level)],
+        noise_time=times, nominal=co_estimated(decision.model, nuisances),
         process_torque=None if decision.recordings.balances else float(decision.fit.torque[0]),
-        gains={name: round(gain, 1) for name, gain in basis.gains.items()
-               if math.isfinite(gain)},
+        gains={name: round(gain, 1) for name, gain in gains.items() if math.isfinite(gain)},
         misfit={**{name: float(worth) if math.isfinite(worth) else None for name, worth in (
-                    ('torque', left.torque), ('memory', left.memory))},
-                'follows': None if basis.function is None else {
-                    name: getattr(basis.function, name) for name in ('place', 'over', 'gain')}},
-        where=places,
-        remainder=None if remaining is None else remainder(basis, remaining, torque_map),
-        warnings=[*notes, *warnings(basis, kind, nuisances, times)],
-        bursts=[asdict(burst) for burst in basis.bursts],
-        equivalent=equivalents(findings, basis.model),
-        model_values=model_values(params, basis.model),
-        model=model, basis=basis, unshown=unshown if kind == UNDECIDED else {},
-        nominal_shift=shifts(closed.candidate, nuisances) if nuisances else None,
+                    ('torque', remains.torque), ('memory', remains.memory))},
+                'follows': None if decision.follows is None else {
+                    name: getattr(decision.follows, name) for name in ('place', 'over', 'gain')}},
+        where=where,
+        remainder=None if remaining is None else remainder(decision, remaining, torque_map),
+        warnings=[*notes, *warnings(decision, kind, nuisances, times)],
+        bursts=[asdict(burst) for burst in decision.bursts],
+        equivalent=equivalents(findings, decision.model),
+        model_values=model_values(params, decision.model), model=model, basis=decision,
+        unshown=unshown, nominal_shift=shifts(closed.candidate, nuisances) if nuisances else None,
         validation=None if validate is None else closed_model.validate(
-            validate, basis.model, model, basis.sigma))
+            validate, decision.model, model, data.level))
 
 
-def _torque_map(model: DriveModel, basis: Explained) -> dict[str, Any] | None:
+def _closure(decision: Decision, seed: int) -> dict[str, Any]:
+    """Return closed_model.closure of a decision, without a fraction that is not claimed."""
+    runs = decision.compared
+    out = closed_model.closure(runs.published, runs.closed, bool(decision.closed.candidate.ids),
+                               seed)
+    if out['closed_fraction'] is not None and out['closed_fraction'] < 0.0:
+        out.update(closed_fraction=None, closed_fraction_ci=None)
+    if not np.isfinite([out['gap_before'], out['gap_after']]).all():
+        raise Undecided('free runs of the model are not finite: no solution; check '
+                        'the model file (inertias, stiffness, damping)')
+    return out
+
+
+def _torque_map(model: DriveModel, decision: Decision, errors: Mapping[str, Mapping[str, float]]
+                ) -> dict[str, Any] | None:
     """Return the torque map of the closed model with its deviations, None without."""
     effect = next((dict(e) for e in model.effects if e['id'] == TORQUE_MAP.id), None)
-    if effect is None or TORQUE_MAP.id not in basis.decision.closed.candidate.ids:
+    if effect is None or TORQUE_MAP.id not in decision.closed.candidate.ids:
         return None
-    return {**effect, 'deviations': list(basis.errors.get(TORQUE_MAP.id, {}).values())
+    return {**effect, 'deviations': list(errors.get(TORQUE_MAP.id, {}).values())
             or effect['deviations']}
 
 
-def _finding(basis: Explained, name: str, values: Mapping[str, float],
-             errors: Mapping[str, float], attribution: tuple[str | None, float | None]) -> Finding:
-    """Return the effect `name` as a finding; attribution: the reading that shows it, its share."""
+def _finding(decision: Decision, name: str, values: Mapping[str, float],
+             errors: Mapping[str, float], attribution: tuple[str | None, float | None],
+             others: Mapping[str, Sequence[str]]) -> Finding:
+    """
+    Return the effect `name` as a finding.
+
+    attribution: the reading that shows it, its share; others: its rivals, by effect.
+    """
     channel, share = attribution
     deviations: dict[str, float | None] = {
         key: errors[key] if _determined(key, value, errors.get(key)) else None
         for key, value in values.items()}
     if name in LATTICES:
         deviations = dict.fromkeys(values, 0.0)
-        channel = basis.recordings[0].readings[LATTICES.index(name)]
+        channel = decision.data.recordings[0].readings[LATTICES.index(name)]
     if name == DISTURBANCE.id:
-        values = basis.decision.values[name]
+        values = decision.values[name]
         deviations = dict.fromkeys(values)
-    return Finding(name, location_of(name), values, deviations, basis.likelihoods.get(name), share,
-                   channel, confusable=tuple(basis.rivals.get(name, ())))
+    return Finding(name, location_of(name), values, deviations, decision.evidence_for(name), share,
+                   channel, confusable=tuple(others.get(name, ())))
 
 
 def _determined(name: str, value: float, error: float | None) -> bool:
@@ -376,25 +332,25 @@ def _determined(name: str, value: float, error: float | None) -> bool:
     return error is not None and (error == 0.0 or error < STATEMENTS.undetermined * size)
 
 
-def explained_shares(basis: Explained) -> list[tuple[str, str, float | None]]:
+def explained_shares(decision: Decision) -> dict[str, tuple[str, float | None]]:
     """
-    Return (effect, reading in which it shows, share of the misfit that it explains) of each.
+    Return {effect: (reading in which it shows, share of the misfit that it explains)}.
 
     share: of the squared misfit beyond noise that returns without the effect, the states of the
     windows fitted again; None where nothing is beyond noise.
     """
-    total = sum(float(run.chi2.sum()) - run.residual.size for run in basis.none)
-    out, ids = [], basis.decision.fit.candidate.ids
+    runs, ids = decision.compared, decision.fit.candidate.ids
+    total, out = sum(float(run.chi2.sum()) - run.residual.size for run in runs.none), {}
     for name in ids:
         if name == TORQUE_MAP.id:
             continue
         losses = np.zeros(2)
-        for none, run in zip(basis.none, basis.runs):
-            without = none.residual if len(ids) == 1 else _without(run, basis.model, name)
+        for none, run in zip(runs.none, runs.laws):
+            without = none.residual if len(ids) == 1 else _without(run, decision.model, name)
             change = (without ** 2).sum(axis=(0, 1)) - (run.residual ** 2).sum(axis=(0, 1))
             losses[run.data.channels] += change
-        out.append((name, basis.recordings[0].readings[int(np.argmax(losses))],
-                    float(np.clip(losses.sum() / total, 0.0, 1.0)) if total > 0.0 else None))
+        out[name] = (decision.data.recordings[0].readings[int(np.argmax(losses))],
+                     float(np.clip(losses.sum() / total, 0.0, 1.0)) if total > 0.0 else None)
     return out
 
 
@@ -407,27 +363,27 @@ def _without(run: WindowRuns, nominal: DriveModel, name: str) -> Array:
     return run.data.residual(bare, states, run.memory)
 
 
-def remainder(basis: Explained, place: str, torque_map: Mapping[str, Any] | None
+def remainder(decision: Decision, place: str, torque_map: Mapping[str, Any] | None
               ) -> dict[str, Any]:
     """
     Return the remainder: its place, the reading that shows it, its size there, over what.
 
     Args:
-        basis: what the search found.
+        decision: what the search found.
         place: location class of what remains.
         torque_map: effect that closes a part of it, None if none does.
     """
     squares, counts = np.zeros(2), np.zeros(2)
-    for run in basis.runs:
+    for run in decision.compared.laws:
         squares[run.data.channels] += (run.residual ** 2).sum(axis=(0, 1))
         counts[run.data.channels] += run.residual[:, :, 0].size
     reduced = squares / np.maximum(counts, 1)
     at = int(np.argmax(reduced))
     unexplained = Remainder(
-        place, basis.recordings[0].readings[at],
-        float(basis.sigma[at]) * math.sqrt(max(0.0, float(reduced[at]) - 1.0)),
-        None if basis.function is None else basis.function.over,
-        times=tuple((b.t0, b.t0 + b.duration) for b in basis.bursts))
+        place, decision.data.recordings[0].readings[at],
+        float(decision.data.level[at]) * math.sqrt(max(0.0, float(reduced[at]) - 1.0)),
+        None if decision.follows is None else decision.follows.over,
+        times=tuple((b.t0, b.t0 + b.duration) for b in decision.bursts))
     return unexplained.to_dict() | {'torque_map': None if torque_map is None else {
         k: v for k, v in torque_map.items() if k != 'id'}}
 
@@ -530,18 +486,18 @@ def shifts(candidate: CandidateModel, nuisances: Mapping[str, float]) -> dict[st
             for name, value in nuisances.items()}
 
 
-def warnings(basis: Explained, kind: str, nuisances: Mapping[str, float],
+def warnings(decision: Decision, kind: str, nuisances: Mapping[str, float],
              times: Sequence[float | None]) -> list[str]:
     """
     Return sentences about what weakens the verdict.
 
     Args:
-        basis: what the search found.
+        decision: what the search found.
         kind: of the verdict.
         nuisances: relative changes of nominal values by name.
         times: correlation times of the encoder noise [2], s; None: white.
     """
-    model, candidate, z = basis.model, basis.decision.fit.candidate, basis.decision.fit.z
+    model, candidate, z = decision.model, decision.fit.candidate, decision.fit.z
     out = [f'the noise of the {name} encoder lasts {1e3 * time:.2g} ms, as if it were filtered: '
            'it is judged with that' for name, time in zip(('motor', 'arm'), times) if time]
     sharpness = co_estimated(model, nuisances)
@@ -554,12 +510,13 @@ def warnings(basis: Explained, kind: str, nuisances: Mapping[str, float],
     if law != model.friction_law.kind:
         out.append(f'friction of the drive follows the law {law}, not {model.friction_law.kind} '
                    'of the model file (friction_law)')
-    published, closed = (misfit_of(runs) for runs in (basis.published, basis.closed_runs))
+    published, closed = (misfit_of(runs) for runs in (
+        decision.compared.published, decision.compared.closed))
     if kind == NONE and published > THRESHOLDS.misfit * closed:
         out.append(f'the model file itself misses by {published:.3g} standard deviations: values '
                    'moved within their tolerances (nominal_shift) explain the recording')
     bound = candidate.at_bound(z)
-    one_encoder = all(len(r.channels) == 1 for r in basis.recordings)
+    one_encoder = all(len(r.channels) == 1 for r in decision.data.recordings)
     if kind in (UNKNOWN, INCOMPLETE) and one_encoder and model.transmission.kind != 'rigid':
         out.append('one encoder: where an unknown effect acts is a guess, record both to know')
     if bound and kind != NONE:

@@ -15,8 +15,7 @@ from gearbox_monitor.diagnosis.hypothesis import Remains
 from gearbox_monitor.diagnosis.joint import closed_model, diagnose, isolability, localisation
 from gearbox_monitor.diagnosis.joint.bursts import rectangles
 from gearbox_monitor.diagnosis.joint.candidates import sine_and_cosine
-from gearbox_monitor.diagnosis.joint.decision import decide, unshaped
-from gearbox_monitor.diagnosis.joint.diagnose import standard_errors
+from gearbox_monitor.diagnosis.joint.decision import decide, standard_errors, unshaped
 from gearbox_monitor.diagnosis.joint.drive_recordings import DriveRecordings
 from gearbox_monitor.diagnosis.joint.effect_scan import scan
 from gearbox_monitor.diagnosis.joint.innovation_evidence import InnovationEvidence
@@ -215,26 +214,6 @@ def test_validation_on_a_second_recording():
     assert result['gap_after'] == pytest.approx(1.0, abs=0.03) and result['gap_before'] > 1.3
     before, after = result['free_run']['before'], result['free_run']['after']
     assert after['motor'] < 0.2 * before['motor'] and after['arm'] < 0.2 * before['arm']
-
-
-def test_what_a_motion_distinguishes_is_the_angle_between_signatures():
-    """A weight is no friction; an offset is asymmetric friction, whatever the motion."""
-    t = np.arange(4000) * DT
-    ids = ['motor_coulomb', 'motor_viscous', 'gravity', 'torque_offset', 'coulomb_asymmetry']
-    slow = 0.5 * np.sign(np.sin(2 * np.pi * 0.5 * t))
-    levels = np.repeat([0.35, -0.6, 1.5, 0.4] * 4, 250)
-    tables = []
-    for u in (slow, levels):
-        evidence = evidence_of(record([], 4, u=u), ids=ids)
-        space = isolability.InnovationSpace(evidence.fine, evaluated(
-            evidence.fine, without(evidence)), evidence.starts, {})
-        names, s2 = isolability.matrix(space, ids)
-        assert np.diag(s2) == pytest.approx(0.0, abs=1e-6)
-        tables.append({(a, b): s2[i, j] for i, a in enumerate(names)
-                       for j, b in enumerate(names)})
-    for table in tables:
-        assert table['motor_coulomb', 'gravity'] > 0.1
-        assert table['torque_offset', 'coulomb_asymmetry'] < 0.02
 
 
 def test_confusable_lists_what_little_evidence_leaves_open():
