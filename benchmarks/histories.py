@@ -39,6 +39,7 @@ from gearbox_monitor.plant.drive import DriveModel
 
 WINDOW = 10 * 10 ** 9
 DAY = 8640
+INTERVAL = 2000.0  # s
 LEARNT = 150
 GAP_RAD, STIFF, VISCOUS, COULOMB = 1.2, 5.0, 0.1, 0.27
 # Motions: angle (rad), speed (rad/s), load (N m).
@@ -293,9 +294,18 @@ def one_percent(seed: int) -> float | None:
     return None if found is None or 'gap' not in life.health.alerts else found + 1
 
 
-def healthy(seed: int, windows: int) -> tuple[int, float]:
-    """Return (alerts, CPU s per window) of so many `windows` in motions and temperatures."""
-    life, alerts, before = Life(seed), 0, frozenset[str]()
+def healthy(seed: int, windows: int, interval: float | None = None) -> tuple[int, float]:
+    """
+    Return (alerts, CPU s per window) of a healthy gearbox in motions and temperatures.
+
+    Args:
+        seed: of the noise.
+        windows: how many.
+        interval: false_alarm_interval, s; None: the default. A baseline is saved after each alert.
+
+    """
+    life = Life(seed, {} if interval is None else {'false_alarm_interval': interval})
+    alerts, before = 0, frozenset[str]()
     clock = time.process_time()
     for k in range(windows):
         if k % 360 == 180:
@@ -306,6 +316,9 @@ def healthy(seed: int, windows: int) -> tuple[int, float]:
         now = frozenset(life.health.alerts)
         alerts += len(now - before)
         before = now
+        if now and interval is not None:
+            life.save()
+            before = frozenset()
     return alerts, (time.process_time() - clock) / windows
 
 
@@ -347,6 +360,13 @@ def evaluate(args: argparse.Namespace, bars: BarTable) -> dict[str, Any]:
         bars.judge('alerts in healthy days', sum(result['alerts']), high=0,
                    count=f'{args.days} days')
         bars.judge('CPU per window, ms', 1e3 * float(np.mean([cost for _, cost in days])))
+    if args.rate_windows:
+        # Odds sum up to a martingale: the rate is proportional to the interval, where it is seen.
+        alerts, _ = healthy(args.seed * 79, args.rate_windows, INTERVAL)
+        result['rate'] = alerts * INTERVAL / (args.rate_windows * WINDOW * 1e-9)
+        bars.judge('false alarms over those of false_alarm_interval', result['rate'], high=1.0,
+                   count=f'{alerts} in {args.rate_windows} windows, one promised in '
+                         f'{INTERVAL / (WINDOW * 1e-9):g}')
     return result
 
 
@@ -355,6 +375,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_drawn_options(parser, 'pairs', 100, 'pairs of events')
     parser.add_argument('--singles', type=int, default=40, help='histories of one change')
     parser.add_argument('--days', type=int, default=1, help='healthy days')
+    parser.add_argument('--rate-windows', type=int, default=DAY, help='windows of a healthy '
+                        f'gearbox with one false alarm promised in {INTERVAL:g} s')
 
 
 def run(args: argparse.Namespace) -> int:
