@@ -316,122 +316,6 @@ def add_row(sums: Sums, certain: float) -> None:
     s[S_ROWS] = s[S_ERROR] = s[S_WEIGHT] = 0.0
 
 
-class _Problem(NamedTuple):
-    """What Regression holds of the same names, for `_minimise`."""
-
-    law: ElasticLaw
-    data: Matrix
-    weights: Vector
-    units: Vector
-    prior: Vector
-    base: Vector
-    low: Vector
-    high: Vector
-    strict: bool
-
-
-class _Room(NamedTuple):
-    """What `_evaluated` and `_minimise` write."""
-
-    blocks: tuple[Cube, Matrix, Matrix]  # as of normal_equations
-    residuals: Vector
-    normals: Cube    # [3, N_SHAPE, N_SHAPE]
-    vectors: Matrix  # [4, N_SHAPE]
-
-
-@kernel
-def _evaluated(theta: Array, free: Flags, problem: _Problem, room: _Room, normal: Array,
-               right: Array) -> float:
-    """Move `theta` within its bounds, write the normal equations, return the cost."""
-    normals, rights, sums = room.blocks
-    at, beyond, cost = room.vectors[0], False, 0.0
-    for p in range(N_SHAPE):
-        x = theta[p]
-        if x < problem.low[p]:
-            x = problem.low[p]
-        elif x > problem.high[p]:
-            x = problem.high[p]
-        if free[p]:
-            beyond |= x != theta[p]
-            cost += problem.prior[p] * x * x
-        theta[p], at[p] = x, problem.base[p] + x
-        for k in range(sums.shape[0]):
-            sums[k, p] = 0.0
-        for k in range(rights.shape[0]):
-            rights[k, p] = 0.0
-            for q in range(N_SHAPE):
-                normals[k, p, q] = 0.0
-    cost += normal_equations(at, free, problem.law, problem.data, problem.weights, problem.units,
-                             room.blocks, room.residuals)[0]
-    for p in range(N_SHAPE):
-        right[p] = -problem.prior[p] * theta[p] if free[p] else 0.0
-        for q in range(N_SHAPE):
-            normal[p, q] = problem.prior[p] if p == q and free[p] else 0.0
-        for k in range(rights.shape[0]):
-            right[p] += rights[k, p]
-            for q in range(N_SHAPE):
-                normal[p, q] += normals[k, p, q]
-    return math.inf if problem.strict and beyond else cost
-
-
-@kernel
-def _step(normal: Array, right: Array, damping: float, rule: Damping, factor: Array, step: Array
-          ) -> bool:
-    """Write the damped `step`, by Cholesky; return whether the damped matrix is positive."""
-    for i in range(N_SHAPE):
-        added = normal[i, i] * (damping + rule.relative) + rule.absolute
-        step[i] = right[i]
-        for j in range(i + 1):
-            value = normal[i, j]
-            if i == j:
-                value += added if added > 0.0 else 1.0
-            for k in range(j):
-                value -= factor[i, k] * factor[j, k]
-            if i > j:
-                factor[i, j] = value / factor[j, j]
-                step[i] -= factor[i, j] * step[j]
-            elif value > 0.0:
-                factor[i, i] = math.sqrt(value)
-            else:
-                return False
-        step[i] /= factor[i, i]
-    for i in range(N_SHAPE - 1, -1, -1):
-        for j in range(i + 1, N_SHAPE):
-            step[i] -= factor[j, i] * step[j]
-        step[i] /= factor[i, i]
-    return True
-
-
-@entry
-def _minimise(theta: Vector, free: Flags, problem: _Problem, rule: Damping, tolerance: float,
-              iterations: int, room: _Room) -> None:
-    """Move `theta` to the minimum by the steps of levenberg_marquardt.minimise."""
-    normal, next_normal, factor = room.normals[0], room.normals[1], room.normals[2]
-    right, next_right, trial = room.vectors[1], room.vectors[2], room.vectors[3]
-    cost = _evaluated(theta, free, problem, room, normal, right)
-    damping, failures = rule.start, 0
-    for _ in range(iterations):
-        gain = -math.inf
-        if _step(normal, right, damping, rule, factor, trial):
-            for p in range(N_SHAPE):
-                trial[p] += theta[p]
-            gain = cost - _evaluated(trial, free, problem, room, next_normal, next_right)
-        if gain > 0.0 or (rule.level and gain == 0.0):
-            for p in range(N_SHAPE):
-                theta[p], right[p] = trial[p], next_right[p]
-                for q in range(N_SHAPE):
-                    normal[p, q] = next_normal[p, q]
-            solved = gain <= tolerance * cost
-            cost -= gain
-            damping, failures = max(damping * rule.lowered, rule.smallest), 0
-        else:
-            damping = min(max(damping * rule.raised, rule.raised_from), rule.largest)
-            failures += 1
-            solved = failures >= rule.attempts or damping > rule.hopeless
-        if solved:
-            break
-
-
 @dataclass(frozen=True, eq=False)
 class Optimum:
     """
@@ -489,28 +373,38 @@ class Optimum:
             self.theta - theta))
 
 
-class Regression:
+class Regression(NamedTuple):
     """
     Least squares of the torque over one window, by Levenberg and Marquardt.
 
-    data [N, N_DATA], law: see normal_equations. weights, units [N // law.group]: of the groups,
-    see there. prior: see Optimum. low, high [N_SHAPE]: bounds of the parameters; beyond them is no
-    step where `strict`, else the bound. base [N_SHAPE]: what the parameters are changes of.
+    law, data [N, N_DATA]: see normal_equations. weights, units [N // law.group]: of the groups,
+    see there. prior: see Optimum. base [N_SHAPE]: what the parameters are changes of. low, high
+    [N_SHAPE]: bounds of the parameters; beyond them is no step where `strict`, else the bound.
+    residuals [N // law.group]: those of the last evaluation.
     """
 
-    def __init__(self, data: Array, law: ElasticLaw, weights: Array) -> None:
-        self.data, self.law, self.weights = data, law, weights
-        self.units: Array = np.ones(len(weights))
-        self.prior: Array = np.zeros(N_SHAPE)
-        self.base = np.zeros(N_SHAPE)
-        self.low, self.high = np.full(N_SHAPE, -np.inf), np.full(N_SHAPE, np.inf)
-        self.low[[STIFFNESS, HALF_GAP]] = 0.0
-        self.strict = False
-        self.residuals = np.zeros(len(weights))
+    law: ElasticLaw
+    data: Matrix
+    weights: Vector
+    units: Vector
+    prior: Vector
+    base: Vector
+    low: Vector
+    high: Vector
+    residuals: Vector
+    strict: bool
+
+    @classmethod
+    def of(cls, data: Array, law: ElasticLaw, weights: Array, strict: bool = False) -> Self:
+        """Return one without priors, all units 1; `data`, `law`, `weights`, `strict`: as above."""
+        low = np.full(N_SHAPE, -np.inf)
+        low[[STIFFNESS, HALF_GAP]] = 0.0
+        return cls(law, data, weights, np.ones(len(weights)), np.zeros(N_SHAPE), np.zeros(N_SHAPE),
+                   low, np.full(N_SHAPE, np.inf), np.zeros(len(weights)), strict)
 
     def evaluate(self, theta: Array, free: Flags) -> tuple[float, Optimum]:
         """Return the cost and the linear problem at `theta` [N_SHAPE]; free: see Optimum."""
-        blocks = normals, rights, _ = _blocks(len(self.weights) // self.law.block + 1)
+        blocks = normals, rights, _ = self._blocks()
         cost, contact = normal_equations(self.base + theta, free, self.law, self.data,
                                          self.weights, self.units, blocks, self.residuals)
         prior = np.where(free, self.prior, 0.0)
@@ -518,9 +412,9 @@ class Regression:
             theta, free, normals, rights, prior, contact)
 
     def solve(self, theta: Array, free: Flags, rule: Damping, tolerance: float,
-              iterations: int) -> float:
+              iterations: int) -> tuple[float, Optimum]:
         """
-        Minimise the cost; `optimum` and `residuals` are those of the minimum.
+        Minimise the cost; `residuals` are those of the minimum.
 
         Args:
             theta: start [N_SHAPE].
@@ -530,20 +424,118 @@ class Regression:
             iterations: at most.
 
         Returns:
-            The cost at the minimum.
+            The cost at the minimum, and the linear problem there.
 
         """
-        theta, count = theta.copy(), len(self.weights) // self.law.block + 1
-        problem = _Problem(self.law, self.data, self.weights, self.units, self.prior, self.base,
-                           self.low, self.high, self.strict)
-        _minimise(theta, free, problem, rule, tolerance, iterations, _Room(
-            _blocks(count), self.residuals, np.empty((3, N_SHAPE, N_SHAPE)),
-            np.empty((4, N_SHAPE))))
+        theta = theta.copy()
+        _minimise(theta, free, self, rule, tolerance, iterations, _Room(
+            self._blocks(), np.empty((3, N_SHAPE, N_SHAPE)), np.empty((4, N_SHAPE))))
         # The residuals at hand may be those of a step that was not taken.
-        cost, self.optimum = self.evaluate(theta, free)
-        return cost
+        return self.evaluate(theta, free)
+
+    def _blocks(self) -> tuple[Array, Array, Array]:
+        """Return zeros for normal_equations."""
+        count = len(self.weights) // self.law.block + 1
+        return (np.zeros((count, N_SHAPE, N_SHAPE)), np.zeros((count, N_SHAPE)),
+                np.zeros((3, N_SHAPE)))
 
 
-def _blocks(count: int) -> tuple[Array, Array, Array]:
-    """Return zeros for normal_equations of `count` blocks."""
-    return np.zeros((count, N_SHAPE, N_SHAPE)), np.zeros((count, N_SHAPE)), np.zeros((3, N_SHAPE))
+class _Room(NamedTuple):
+    """What `_evaluated` and `_minimise` write."""
+
+    blocks: tuple[Cube, Matrix, Matrix]  # as of normal_equations
+    normals: Cube    # [3, N_SHAPE, N_SHAPE]
+    vectors: Matrix  # [4, N_SHAPE]
+
+
+@kernel
+def _evaluated(theta: Array, free: Flags, problem: Regression, room: _Room, normal: Array,
+               right: Array) -> float:
+    """Move `theta` within its bounds, write the normal equations, return the cost."""
+    normals, rights, sums = room.blocks
+    at, beyond, cost = room.vectors[0], False, 0.0
+    for p in range(N_SHAPE):
+        x = theta[p]
+        if x < problem.low[p]:
+            x = problem.low[p]
+        elif x > problem.high[p]:
+            x = problem.high[p]
+        if free[p]:
+            beyond |= x != theta[p]
+            cost += problem.prior[p] * x * x
+        theta[p], at[p] = x, problem.base[p] + x
+        for k in range(sums.shape[0]):
+            sums[k, p] = 0.0
+        for k in range(rights.shape[0]):
+            rights[k, p] = 0.0
+            for q in range(N_SHAPE):
+                normals[k, p, q] = 0.0
+    cost += normal_equations(at, free, problem.law, problem.data, problem.weights, problem.units,
+                             room.blocks, problem.residuals)[0]
+    for p in range(N_SHAPE):
+        right[p] = -problem.prior[p] * theta[p] if free[p] else 0.0
+        for q in range(N_SHAPE):
+            normal[p, q] = problem.prior[p] if p == q and free[p] else 0.0
+        for k in range(rights.shape[0]):
+            right[p] += rights[k, p]
+            for q in range(N_SHAPE):
+                normal[p, q] += normals[k, p, q]
+    return math.inf if problem.strict and beyond else cost
+
+
+@kernel
+def _step(normal: Array, right: Array, damping: float, rule: Damping, factor: Array, step: Array
+          ) -> bool:
+    """Write the damped `step`, by Cholesky; return whether the damped matrix is positive."""
+    for i in range(N_SHAPE):
+        added = normal[i, i] * (damping + rule.relative) + rule.absolute
+        step[i] = right[i]
+        for j in range(i + 1):
+            value = normal[i, j]
+            if i == j:
+                value += added if added > 0.0 else 1.0
+            for k in range(j):
+                value -= factor[i, k] * factor[j, k]
+            if i > j:
+                factor[i, j] = value / factor[j, j]
+                step[i] -= factor[i, j] * step[j]
+            elif value > 0.0:
+                factor[i, i] = math.sqrt(value)
+            else:
+                return False
+        step[i] /= factor[i, i]
+    for i in range(N_SHAPE - 1, -1, -1):
+        for j in range(i + 1, N_SHAPE):
+            step[i] -= factor[j, i] * step[j]
+        step[i] /= factor[i, i]
+    return True
+
+
+@entry
+def _minimise(theta: Vector, free: Flags, problem: Regression, rule: Damping, tolerance: float,
+              iterations: int, room: _Room) -> None:
+    """Move `theta` to the minimum by the steps of levenberg_marquardt.minimise."""
+    normal, next_normal, factor = room.normals[0], room.normals[1], room.normals[2]
+    right, next_right, trial = room.vectors[1], room.vectors[2], room.vectors[3]
+    cost = _evaluated(theta, free, problem, room, normal, right)
+    damping, failures = rule.start, 0
+    for _ in range(iterations):
+        gain = -math.inf
+        if _step(normal, right, damping, rule, factor, trial):
+            for p in range(N_SHAPE):
+                trial[p] += theta[p]
+            gain = cost - _evaluated(trial, free, problem, room, next_normal, next_right)
+        if gain > 0.0 or (rule.level and gain == 0.0):
+            for p in range(N_SHAPE):
+                theta[p], right[p] = trial[p], next_right[p]
+                for q in range(N_SHAPE):
+                    normal[p, q] = next_normal[p, q]
+            solved = gain <= tolerance * cost
+            cost -= gain
+            damping, failures = max(damping * rule.lowered, rule.smallest), 0
+        else:
+            damping = min(max(damping * rule.raised, rule.raised_from), rule.largest)
+            failures += 1
+            solved = failures >= rule.attempts or damping > rule.hopeless
+        if solved:
+            break

@@ -44,8 +44,8 @@ GRADIENTS = [
 
 def expect_gradient(law, free, width):
     rows = data()
-    fit = Regression(rows, law, np.linspace(0.5, 1.5, len(rows) // law.group))
-    fit.units *= 1.0 / 0.3
+    fit = Regression.of(rows, law, np.linspace(0.5, 1.5, len(rows) // law.group))
+    fit.units[:] = 1.0 / 0.3
     mask = np.isin(np.arange(N_SHAPE), free)
     theta = np.array([6.0, 0.35, width, 0.02, 0.01, 0.1, 0.02, 0.4, 0.003, 0.002, 0.01])
     theta[(theta != 0.0) & ~mask & (np.arange(N_SHAPE) >= SCALE)] = 0.0
@@ -72,10 +72,9 @@ def test_another_prior_is_the_fit_that_it_gives():
     held = np.where(np.arange(N_SHAPE) == GAIN, 1e9, 1e-3)
     found = []
     for prior in (np.full(N_SHAPE, 1e-3), held):
-        fit = Regression(rows, law, np.ones(len(rows)))
-        fit.prior = prior
-        fit.solve(theta, free, Damping(0.0), 0.0, 3)
-        found.append(fit.optimum)
+        fit = Regression.of(rows, law, np.ones(len(rows)))
+        fit.prior[:] = prior
+        found.append(fit.solve(theta, free, Damping(0.0), 0.0, 3)[1])
     again = found[0].with_prior(held)
     np.testing.assert_allclose(again.theta, found[1].theta, rtol=1e-4, atol=1e-6)
     np.testing.assert_allclose(again.covariance(held=True), found[1].covariance(held=True),
@@ -92,7 +91,7 @@ MINIMA = [
 
 def expect_minimum(law, free):
     rows = data()
-    fit = Regression(rows, law, np.ones(len(rows) // law.group))
+    fit = Regression.of(rows, law, np.ones(len(rows) // law.group))
     mask, theta = np.isin(np.arange(N_SHAPE), free), np.zeros(N_SHAPE)
     theta[[STIFFNESS, HALF_GAP]] = 6.0, 0.35
 
@@ -102,9 +101,9 @@ def expect_minimum(law, free):
         fit.evaluate(whole, mask)
         return fit.residuals.copy()
     expected = least_squares(residuals, theta[mask], x_scale='jac', xtol=1e-12, ftol=1e-12)
-    cost = fit.solve(theta, mask, Damping(1e-3), 1e-12, 50)
+    cost, optimum = fit.solve(theta, mask, Damping(1e-3), 1e-12, 50)
     assert cost == pytest.approx(2.0 * expected.cost, rel=1e-6)
-    np.testing.assert_allclose(fit.optimum.theta[mask], expected.x, rtol=1e-3, atol=1e-5)
+    np.testing.assert_allclose(optimum.theta[mask], expected.x, rtol=1e-3, atol=1e-5)
     np.testing.assert_allclose(fit.residuals, residuals(expected.x), atol=1e-3)
 
 
@@ -117,11 +116,12 @@ def test_no_step_leaves_the_bounds():
     """The drive has a gap of 0.4: the best one allowed is at the bound, or just within."""
     for strict in (False, True):
         rows = data()
-        fit = Regression(rows, ROWS._replace(huber=math.inf, side=1.0), np.ones(len(rows)))
+        law = ROWS._replace(huber=math.inf, side=1.0)
+        fit = Regression.of(rows, law, np.ones(len(rows)), strict)
         mask, theta = np.isin(np.arange(N_SHAPE), [STIFFNESS, HALF_GAP]), np.zeros(N_SHAPE)
         theta[[STIFFNESS, HALF_GAP]] = 6.0, 0.2
-        fit.high[HALF_GAP], fit.strict = 0.3, strict
+        fit.high[HALF_GAP] = 0.3
         before = fit.evaluate(theta, mask)[0]
-        assert fit.solve(theta, mask, Damping(1e-3), 1e-9, 50) < before
-        assert fit.optimum.theta[HALF_GAP] <= 0.3
-        assert strict or fit.optimum.theta[HALF_GAP] == 0.3
+        cost, optimum = fit.solve(theta, mask, Damping(1e-3), 1e-9, 50)
+        assert cost < before and optimum.theta[HALF_GAP] <= 0.3
+        assert strict or optimum.theta[HALF_GAP] == 0.3

@@ -147,7 +147,7 @@ def fit(rows: Array, model: DriveModel, stamp_ns: int) -> Backlash | NotExcited:
     certain = _weights(points, model)
     weights = certain[:count * group].reshape(count, group).mean(axis=1)
     expected = _expected(data, model)
-    regression = _regression(data, group, weights.copy())
+    regression = regression_of(data, group, weights.copy())
 
     def without_gap(reason: str) -> NotExcited:
         regression.weights[:] = weights
@@ -156,23 +156,21 @@ def fit(rows: Array, model: DriveModel, stamp_ns: int) -> Backlash | NotExcited:
 
     if min(_loaded_shares(rows)) < LIMITS.flank:
         return without_gap('one_flank_loaded')
-    start, variance = _start(data)
+    start, variance = start_of(data)
     for loop in (True, False):  # a loop that leaves no flank is none
         try:
-            fitted = _fit_all(regression, start, variance, expected, loop)
+            fitted = fit_all(regression, start, variance, expected, loop)
         except np.linalg.LinAlgError:
             return NotExcited(stamp_ns, 'no_fit')
         theta = fitted.theta
         if not (np.isfinite(theta).all() and np.isfinite(fitted.covariance).all()):
             return NotExcited(stamp_ns, 'no_fit')
         half_width = theta[HALF_GAP] + (0.0 if fitted.passive else abs(theta[WIDTH]))
-        side = _sides(points[:, S_TWIST] - theta[ZERO], half_width)
-        flank = float(min((side > 0).mean(), (side < 0).mean()))
+        side = sides_of(points[:, S_TWIST] - theta[ZERO], half_width)
+        flank, traversals = visits_of(side)
         if flank >= LIMITS.flank or theta[WIDTH] == 0.0:
             break
         regression.weights[:] = weights
-    crossed = side[side != 0]
-    traversals = int((np.diff(crossed) != 0).sum())
     if flank < LIMITS.flank:
         return without_gap('one_flank')
     if traversals < LIMITS.traversals:
@@ -227,7 +225,7 @@ def _weights(rows: Array, model: DriveModel) -> Array:
     return weights
 
 
-def _regression(data: Array, group: int, weights: Array) -> Regression:
+def regression_of(data: Array, group: int, weights: Array) -> Regression:
     """
     Return the Regression of a window.
 
@@ -237,14 +235,14 @@ def _regression(data: Array, group: int, weights: Array) -> Regression:
         weights: of the groups [N // group].
 
     """
-    result = Regression(data, ElasticLaw(
+    result = Regression.of(data, ElasticLaw(
         by_height=True, group=group, paired=True, block=-(-len(weights) // BLOCKS)), weights)
     span = float(np.ptp(data[:, D_TWIST]))
     result.high[HALF_GAP], result.high[WIDTH], result.low[WIDTH] = span, 0.5 * span, -0.5 * span
     return result
 
 
-def _start(data: Array) -> tuple[Array, float]:
+def start_of(data: Array) -> tuple[Array, float]:
     """Return (theta, variance of residuals) of a dead zone through every so many points."""
     points = np.ascontiguousarray(data[::max(1, len(data) // START_POINTS)])
     twist, tau_k = points[:, D_TWIST], points[:, D_TORQUE]
@@ -252,7 +250,7 @@ def _start(data: Array) -> tuple[Array, float]:
     middle = 0.5 * float(twist.max() + twist.min())
     free = np.zeros(N_SHAPE, bool)
     free[[STIFFNESS, HALF_GAP, ZERO]] = True
-    regression = _regression(points, 1, np.ones(len(points)))
+    regression = regression_of(points, 1, np.ones(len(points)))
     chosen: Array = np.zeros(N_SHAPE)
     lowest_cost = math.inf
     for share in (0.1, 0.25, 0.4):  # the cost has a local minimum where a flank is missed
@@ -260,9 +258,9 @@ def _start(data: Array) -> tuple[Array, float]:
         theta[HALF_GAP], theta[ZERO] = share * span, middle
         basis = np.sign(twist - middle) * np.maximum(np.abs(twist - middle) - share * span, 0.0)
         theta[STIFFNESS] = max(float(basis @ tau_k / max(basis @ basis, 1e-300)), 1e-12)
-        cost = regression.solve(theta, free, RULE, TOLERANCE, 20)
+        cost, optimum = regression.solve(theta, free, RULE, TOLERANCE, 20)
         if cost < lowest_cost:
-            chosen, lowest_cost = regression.optimum.theta, cost
+            chosen, lowest_cost = optimum.theta, cost
     return chosen, lowest_cost / len(points)
 
 
@@ -292,7 +290,7 @@ class _Fit:
     loop: bool
 
 
-def _fit_all(regression: Regression, theta: Array, variance: float, expected: Array,
+def fit_all(regression: Regression, theta: Array, variance: float, expected: Array,
              loop: bool, gap: bool = True) -> _Fit:
     """
     Return the _Fit: robust, the torque gain and the hysteresis only where they are seen.
@@ -315,19 +313,20 @@ def _fit_all(regression: Regression, theta: Array, variance: float, expected: Ar
     for error in ERRORS:
         free[error] = regression.data[:, COLUMN_OF[error]].any()
 
-    def refit(theta: Array, free: Flags, rounds: int = 0) -> tuple[Array, Array]:
+    def refit(theta: Array, free: Flags, rounds: int = 0, law: ElasticLaw = regression.law
+              ) -> tuple[Array, Array]:
         nonlocal variance
         for i in range(rounds + 1):
-            regression.prior = variance / expected ** 2
-            regression.solve(theta, free, RULE, TOLERANCE, 30)
-            theta = regression.optimum.theta
+            regression.prior[:] = variance / expected ** 2
+            _, optimum = regression._replace(law=law).solve(theta, free, RULE, TOLERANCE, 30)
+            theta = optimum.theta
             if i < rounds:
                 size = np.abs(regression.residuals)
                 scale = 1.4826 * float(np.median(size))
                 variance = scale ** 2
                 regression.weights[:] = base / np.maximum(1.0,
                                                           size / max(LIMITS.huber * scale, 1e-300))
-        return theta, regression.optimum.covariance(variance)
+        return theta, optimum.covariance(variance)
 
     theta, covariance = refit(theta, free, rounds=REWEIGHTS)
     gain = bool(free[GAIN]) and \
@@ -345,11 +344,11 @@ def _fit_all(regression: Regression, theta: Array, variance: float, expected: Ar
         passive_free[HEIGHT] = True
         weights, off = regression.weights.copy(), np.median(np.abs(regression.residuals))
         regression.weights[:] = base  # those at hand belong to residuals of the other structure
-        law, low = regression.law, regression.low[WIDTH]
-        regression.law = law._replace(passive=True)
+        low = regression.low[WIDTH]
         regression.low[WIDTH] = 2e-3 * regression.high[WIDTH]  # its slope is undefined at 0
-        passive_theta, passive_covariance = refit(passive_theta, passive_free, rounds=REWEIGHTS)
-        regression.law, regression.low[WIDTH] = law, low
+        passive_theta, passive_covariance = refit(
+            passive_theta, passive_free, REWEIGHTS, regression.law._replace(passive=True))
+        regression.low[WIDTH] = low
         if np.median(np.abs(regression.residuals)) < off:
             return _Fit(passive_theta, passive_covariance, passive_theta, passive_covariance,
                         True, gain, loop)
@@ -388,7 +387,7 @@ def _friction_on_one_flank(rows: Array, regression: Regression, expected: Array,
     theta[STIFFNESS] = max(float(centred @ torque / max(centred @ centred, 1e-300)), 1e-12)
     variance = float(np.var(torque - theta[STIFFNESS] * twist))
     try:
-        fitted = _fit_all(regression, theta, variance, expected, loop=False, gap=False)
+        fitted = fit_all(regression, theta, variance, expected, loop=False, gap=False)
     except np.linalg.LinAlgError:
         return None
     theta, std = fitted.theta, np.sqrt(np.maximum(np.diag(fitted.covariance), 0.0))
@@ -404,7 +403,10 @@ def _friction_on_one_flank(rows: Array, regression: Regression, expected: Array,
 def _features(rows: Array, stamp_ns: int, fitted: _Fit, flank: float, traversals: int,
               separable: bool, load: float) -> Backlash:
     theta, covariance = fitted.theta, fitted.covariance
-    std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    hidden = [] if rows[:, S_X3].any() else [VISCOUS, COULOMB]
+    hidden += [] if fitted.gain else [GAIN]
+    value, std = theta.copy(), np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    value[hidden] = std[hidden] = math.nan
     to_gap, to_height = np.zeros((2, N_SHAPE))
     to_gap[HALF_GAP], to_gap[WIDTH] = 2.0, 0.0 if fitted.passive else 2.0 * np.sign(theta[WIDTH])
     k, c = fitted.theta_free[STIFFNESS], fitted.theta_free[WIDTH]
@@ -416,26 +418,16 @@ def _features(rows: Array, stamp_ns: int, fitted: _Fit, flank: float, traversals
     if not fitted.loop:
         hysteresis = hysteresis_std = math.nan
     lost_motion, lost_motion_std = lost_motion_of(rows)
-
-    def changed(index: int, identified: bool) -> tuple[float, float]:
-        return (float(theta[index]), float(std[index])) if identified else (math.nan, math.nan)
-
-    moves = bool(rows[:, S_X3].any())
-    viscous, coulomb, gain = (changed(VISCOUS, moves),
-                              changed(COULOMB, moves), changed(GAIN, fitted.gain))
-    stiffness = float(theta[STIFFNESS])
     gap_std = math.sqrt(max(to_gap @ covariance @ to_gap, 0.0))
-    stiffness_std = float(std[STIFFNESS])
     if not separable:  # what the load twists on both flanks may be gap as well
-        gap_std, stiffness_std = math.hypot(gap_std, 2.0 * load / stiffness), stiffness
+        gap_std = math.hypot(gap_std, 2.0 * load / theta[STIFFNESS])
+        std[STIFFNESS] = theta[STIFFNESS]
+    of, std_of = value.tolist(), std.tolist()
     return Backlash(
-        stamp_ns=stamp_ns, gap=float(to_gap @ theta), gap_std=gap_std,
-        stiffness=stiffness, stiffness_std=stiffness_std,
-        hysteresis=float(hysteresis), hysteresis_std=float(hysteresis_std),
-        zero=float(theta[ZERO]), flank=flank, coverage=float(traversals),
-        viscous=viscous[0], viscous_std=viscous[1], coulomb=coulomb[0], coulomb_std=coulomb[1],
-        gain=gain[0], gain_std=gain[1], lost_motion=lost_motion, lost_motion_std=lost_motion_std,
-        separable=separable,
+        stamp_ns, float(to_gap @ theta), gap_std, of[STIFFNESS], std_of[STIFFNESS],
+        float(hysteresis), float(hysteresis_std), of[ZERO], flank, float(traversals),
+        of[VISCOUS], std_of[VISCOUS], of[COULOMB], std_of[COULOMB], of[GAIN], std_of[GAIN],
+        lost_motion, lost_motion_std, separable,
         angle=float(rows[:, S_X2].mean()), speed=_rms(rows[:, S_X3]), load=load,
         width=float(abs(theta[WIDTH])), passive=fitted.passive)
 
@@ -485,7 +477,13 @@ def _correlation(twist: Array, tau_k: Array, weights: Array) -> float:
     return float(weights @ (twist * tau_k)) / math.sqrt(both) if both > 0.0 else 0.0
 
 
-def _sides(twist: Array, half_width: float) -> Integers:
+def visits_of(sides: Integers) -> tuple[float, int]:
+    """Return the share on the less visited flank of `sides` [N], and how often they cross."""
+    return (float(min((sides > 0).mean(), (sides < 0).mean())),
+            int(np.count_nonzero(np.diff(sides[sides != 0]))))
+
+
+def sides_of(twist: Array, half_width: float) -> Integers:
     """Return 1, 0 or -1 [N]: on the upper flank, in the gap, on the lower flank."""
     return np.where(twist > half_width, 1, np.where(twist < -half_width, -1, 0))
 

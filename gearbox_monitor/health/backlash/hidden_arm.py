@@ -23,7 +23,8 @@ from gearbox_monitor.diagnosis.joint.noise_model import noise_floor
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.health.alert_limits import LIMITS
-from gearbox_monitor.health.backlash.features import Backlash, NotExcited
+from gearbox_monitor.health.backlash.features import (
+    Backlash, NotExcited, sides_of, visits_of)
 from gearbox_monitor.kernels.linear_least_squares import covariance
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
@@ -107,9 +108,7 @@ class HiddenArm:
         twist = states[:, 0] - states[:, 1]
         i = [c.name for c in candidate.coordinates].index('b')
         half_gap = math.exp(fit.z[i])
-        sides = np.where(twist > half_gap, 1, np.where(twist < -half_gap, -1, 0))
-        touched = sides[sides != 0]
-        traversals = int((np.diff(touched) != 0).sum())
+        flank, traversals = visits_of(sides_of(twist, half_gap))
         if traversals < LIMITS.traversals:
             return NotExcited(stamp_ns, 'few_teeth', numbers={'count': traversals})
         covariance = _covariance(likelihood, fit)
@@ -126,7 +125,7 @@ class HiddenArm:
         return Backlash(
             stamp_ns=stamp_ns, gap=2.0 * half_gap, gap_std=2.0 * half_gap * float(std[i]),
             stiffness=stiffness, stiffness_std=model.transmission.stiffness * deviation['K'],
-            flank=float(min((sides > 0).mean(), (sides < 0).mean())), coverage=float(traversals),
+            flank=flank, coverage=float(traversals),
             viscous=viscous * change['Cv'] if 'Cv' in change else nan,
             viscous_std=viscous * deviation.get('Cv', nan),
             coulomb=coulomb * change['Cc'] if 'Cc' in change else nan,

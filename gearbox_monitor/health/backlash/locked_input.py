@@ -9,9 +9,8 @@ input, stands over the twist as
 
     torque = K dz(twist - zero, gap / 2) + F direction
 
-by least squares, F what the bearings of the output brake. Each to and fro is a window of its own.
+by robust least squares, F what the bearings of the output brake. Each to and fro is one window.
 """
-from collections.abc import Sequence
 import math
 
 import numpy as np
@@ -19,13 +18,15 @@ import scipy
 
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.health.alert_limits import LIMITS
-from gearbox_monitor.health.backlash.features import Backlash, NotExcited
+from gearbox_monitor.health.backlash.features import (
+    Backlash, fit_all, NotExcited, regression_of, sides_of, start_of, visits_of)
+from gearbox_monitor.health.elastic_regression import (
+    COULOMB, D_FRICTION, D_TORQUE, D_TWIST, D_U, HALF_GAP, N_DATA, N_SHAPE, STIFFNESS, ZERO)
 from gearbox_monitor.kernels.elementary import noise_levels
 from gearbox_monitor.kernels.types import Array
 
 LEAST = 200        # samples of a test
 MAX_POINTS = 4000
-STARTS = (0.05, 0.15, 0.3, 0.45)  # half gaps over the twist's swing
 
 
 def is_locked(samples: Samples) -> bool:
@@ -95,44 +96,24 @@ def _strokes(twist: Array) -> list[slice]:
 def _fit(twist: Array, torque: Array, direction: Array, stamp_ns: int) -> Backlash | NotExcited:
     """Return the features of one to and fro [N]."""
     rows = slice(None, None, max(1, len(twist) // MAX_POINTS))
-    x, y, d = twist[rows], torque[rows], direction[rows]
-    span, middle = float(np.ptp(x)), 0.5 * float(x.max() + x.min())
-    scale = float(np.std(y)) + 1e-300
-
-    def columns(shape: Sequence[float]) -> Array:
-        """Return the columns of stiffness, friction and offset for (half gap, zero)."""
-        dead = x - shape[1] - np.clip(x - shape[1], -shape[0], shape[0])
-        return np.column_stack([dead, d, np.ones(len(x))])
-
-    def remainder(shape: Sequence[float]) -> Array:
-        table = columns(shape)
-        return np.asarray(y - table @ np.linalg.lstsq(table, y, rcond=None)[0]) / scale
-    shapes: list[tuple[float, Array]] = []
-    for share in STARTS:
-        fitted = scipy.optimize.least_squares(
-            remainder, (share * span, middle), x_scale=span, loss='soft_l1', f_scale=0.1,
-            bounds=((0.0, x.min()), (0.5 * span, x.max())))
-        shapes.append((float(fitted.cost), fitted.x))
-    half_gap, zero = min(shapes, key=lambda shape: shape[0])[1]
-    table = columns((half_gap, zero))
-    stiffness, friction, offset = np.linalg.lstsq(table, y, rcond=None)[0]
-    side = np.sign(x - zero) * (np.abs(x - zero) > half_gap)
-    flank = float(min((side > 0).mean(), (side < 0).mean()))
-    if flank < 0.02 or not stiffness > 0.0:
+    x, d = twist[rows], direction[rows]
+    data = np.zeros((len(x), N_DATA))
+    data[:, D_TWIST], data[:, D_FRICTION], data[:, D_TORQUE] = x, d, torque[rows]
+    data[:, D_U] = 1.0  # its gain is an offset of the torque
+    fitted = fit_all(regression_of(data, 1, np.ones(len(x))), *start_of(data),
+                     np.full(N_SHAPE, np.inf), loop=False)
+    theta, std = fitted.theta, np.sqrt(np.maximum(np.diag(fitted.covariance), 0.0))
+    side = sides_of(x - theta[ZERO], theta[HALF_GAP])
+    flank, traversals = visits_of(side)
+    if flank < LIMITS.flank or not theta[STIFFNESS] > 0.0:
         return NotExcited(stamp_ns, 'locked_flank')
-    # Residuals of neighbouring samples are alike: only so many count.
-    residual = y - table @ [stiffness, friction, offset]
-    correlation = np.corrcoef(residual[1:], residual[:-1])[0, 1]
-    inflation = (1.0 + max(correlation, 0.0)) / max(1.0 - max(correlation, 0.0), 0.01)
-    on = side != 0
-    slopes = np.column_stack([table, -stiffness * side, -stiffness * on])
-    covariance = np.linalg.pinv(slopes.T @ slopes) * float(np.mean(residual ** 2)) * inflation
-    stds = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     up, down = x[d > 0.5], x[d < -0.5]
     lost_motion = abs(float(np.median(up)) - float(np.median(down))) if (
         len(up) and len(down)) else math.nan
+    gap_std = 2.0 * float(std[HALF_GAP])
     return Backlash(
-        stamp_ns, 2.0 * float(half_gap), 2.0 * float(stds[3]), float(stiffness), float(stds[0]),
-        zero=float(zero), flank=flank, coverage=float(np.count_nonzero(np.diff(side[on]))),
-        coulomb=float(abs(friction)), coulomb_std=float(stds[1]),
-        lost_motion=lost_motion, lost_motion_std=2.0 * float(stds[3]))
+        stamp_ns, 2.0 * float(theta[HALF_GAP]), gap_std, float(theta[STIFFNESS]),
+        float(std[STIFFNESS]), zero=float(theta[ZERO]), flank=flank,
+        coverage=float(traversals),
+        coulomb=float(abs(theta[COULOMB])), coulomb_std=float(std[COULOMB]),
+        lost_motion=lost_motion, lost_motion_std=gap_std)

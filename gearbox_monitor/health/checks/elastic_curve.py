@@ -134,19 +134,18 @@ def _fitted(data: Array, rows: Array, drive: DriveModel, side: float, with_inert
     """
     shape, width = drive.transmission, _play_width(drive)
     friction = drive.viscous_friction, drive.coulomb_friction, drive.damping
-    fit = Regression(data, ElasticLaw(
+    fit = Regression.of(data, ElasticLaw(
         passive=shape.kind != 'play', side=side, friction=friction, block=len(data) // BLOCKS,
-        huber=LIMITS.huber), _weights(rows, drive))
-    fit.units, fit.prior = 1.0 / rows[:, S_MOTOR_SIDE_NOISE_STD], _prior(drive)
+        huber=LIMITS.huber), _weights(rows, drive), strict=True)
+    fit.units[:], fit.prior[:] = 1.0 / rows[:, S_MOTOR_SIDE_NOISE_STD], _prior(drive)
     at = [STIFFNESS, HALF_GAP, WIDTH]
     fit.base[at] = shape.stiffness, shape.half_gap, width
     fit.base[HEIGHT] = shape.hysteresis_stiffness if shape.kind == 'passive_play' else 0.0
-    fit.low[at], fit.strict = -fit.base[at], True
+    fit.low[at] = -fit.base[at]
     free = np.ones(N_SHAPE, bool)
     free[HEIGHT], free[WIDTH], free[INERTIA] = False, width > 0.0, with_inertia
-    fit.solve(_start(fit, middle(data[:, D_TWIST] - data[:, D_TORQUE] / shape.stiffness)), free,
-              RULE, ENOUGH, ITERATIONS)
-    return fit.optimum, fit.residuals
+    start = _start(fit, middle(data[:, D_TWIST] - data[:, D_TORQUE] / shape.stiffness))
+    return fit.solve(start, free, RULE, ENOUGH, ITERATIONS)[1], fit.residuals
 
 
 def _start(fit: Regression, centre: float) -> Array:
