@@ -144,7 +144,7 @@ def false_alarms(health: Health, windows: Sequence[Features]) -> int:
     """Return how often later `windows` raise an alarm of a gearbox with this `health`."""
     alarms = [False]
     for window in windows:
-        health, _ = judge(health, Window(window))
+        health = judge(health, Window(window))
         alarms.append(any(x.level > Level.OK for x in wear_outcome.outcomes(health).values()))
     return sum(current and not previous for previous, current in zip(alarms, alarms[1:]))
 
@@ -191,7 +191,7 @@ def delays(drive: SimulatedDrive, learnt: Mapping[str, Health], growth: float,
                 since = (window.stamp_ns - T0) * 1e-9 - start
                 for name in known.keys() - hits.keys():
                     shift_ns = round(learnt[name].stamp_ns - T0)
-                    known[name], _ = judge(known[name], Window(
+                    known[name] = judge(known[name], Window(
                         replace(window, stamp_ns=window.stamp_ns + shift_ns)))
                     if raised(wear_outcome.outcomes(known[name])):
                         hits[name] = since

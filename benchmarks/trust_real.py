@@ -99,7 +99,7 @@ def follow(runs: Iterable[str], windows: Sequence[Backlash | NotExcited],
     alerted: list[str] = []
     was_alerted = False
     for name, window_of_run in zip(runs, windows):
-        health, _ = judge(health, Window(window_of_run))
+        health = judge(health, Window(window_of_run))
         level = wear_outcome.outcomes(health)['backlash'].level
         is_alerted = level > Level.OK and bool(health.alerts)
         if is_alerted and not was_alerted:

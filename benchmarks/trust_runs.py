@@ -232,12 +232,31 @@ def watch(drive: SimulatedDrive, seconds: float, seed: int, faults: Faults | Non
     return MonitoredRun(flags_of, began, times[settled], levels_of, windows, std)
 
 
+def significant(white: Array, nis: Array, dof: Array) -> dict[str, bool]:
+    """
+    Return whether significance alone speaks against a window of W samples, by test.
+
+    If the filter's model were exact, each test would flag `error_significance` of windows
+    (whiteness: of long ones).
+
+    Args:
+        white: whitened innovations [W, 2].
+        nis: normalised innovation squared [W].
+        dof: its degrees of freedom [W].
+    """
+    count, (low, high) = len(nis), innovation.nis_limits(float(dof.sum()))
+    values = innovation.check(white, nis, dof, white, np.ones(white.shape), count, count).values
+    return {'mean': values['mean'] > innovation.MEAN_LIMIT,
+            'whiteness': values['ljung_box'] > innovation.LJUNG_BOX_LIMIT,
+            'nis': not low <= values['nis_over_dof'] <= high}
+
+
 def _judged(rows: Array, monitor: Monitor, end: float) -> dict[str, Any]:
     """Return the tests of windows of WINDOW estimates each, as {name: [W]}, up to `end` s."""
     count = len(rows) // WINDOW
     rows = rows[len(rows) - count * WINDOW:].reshape(count, WINDOW, -1)
     white = [sample_loop.E_WHITE_1, sample_loop.E_WHITE_2]
-    results = [innovation.flags(w[:, white], w[:, sample_loop.E_NIS], w[:, sample_loop.E_DOF])
+    results = [significant(w[:, white], w[:, sample_loop.E_NIS], w[:, sample_loop.E_DOF])
                for w in rows]
     packed, names = pack(monitor.estimator.drive, monitor.parameters), monitor.estimator.names
     columns = [{'tau_arm': sample_loop.E_TAU_ARM, 'tau_e': sample_loop.E_TAU_E}.get(name, i)

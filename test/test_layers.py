@@ -28,7 +28,7 @@ LAYERS = {
     'ros': 7, 'fleet': 7, 'library': 7,
     'cli': 8, '__main__': 9, 'compiled': 9,
 }
-EVERYWHERE = ('errors', 'presentation', 'removed', '__init__')
+EVERYWHERE = ('errors', 'plain_data', 'presentation', 'removed', '__init__')
 CORE = 4.5  # up to here nothing reads, writes or asks the clock
 OUTSIDE_WORLD = {
     'asyncio', 'glob', 'io', 'logging', 'multiprocessing', 'os', 'pathlib', 'shutil', 'signal',

@@ -27,7 +27,7 @@ from gearbox_monitor.health.health_record import HealthSettings
 from gearbox_monitor.health.judgement import from_data, Health, to_data
 
 BASELINE, STATE = 'baseline', 'state'  # kinds of files
-FORMAT = 7  # of both; version 0.2 wrote up to 5
+FORMAT = 8  # of both; version 0.2 wrote up to 5
 
 
 AGAIN = 'drift detection starts again'

@@ -12,7 +12,8 @@ import numpy as np
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.baselines import write_whole
 from gearbox_monitor.files.opening import read_bytes
-from gearbox_monitor.watch.record import from_data, to_data, Watch
+from gearbox_monitor.plain_data import from_data, to_data
+from gearbox_monitor.watch.record import CLASSES, Watch
 
 FORMAT = 2
 MAX_BYTES = 256 << 20
@@ -49,7 +50,7 @@ def watch_from(content: bytes, path: str | Path) -> Watch:
             if data['format'] != FORMAT:
                 raise InputError(f'{path}: format: {data["format"]}, expected {FORMAT}: remove it '
                                  'and learn the robot again')
-            watch = from_data(data['watch'], {n: file[n] for n in file.files[1:]})
+            watch = from_data(data['watch'], CLASSES, {n: file[n] for n in file.files[1:]})
     except InputError:
         raise
     except Exception as error:  # zip, zlib, numpy and JSON raise many kinds for damaged files

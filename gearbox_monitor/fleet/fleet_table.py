@@ -8,6 +8,7 @@ The windows of a bag are those that its replay judged; the judgement is that of 
 jump between two bags is a jump, all features are watched, and a date is that of the node.
 """
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 import hashlib
 import json
 import math
@@ -22,11 +23,11 @@ from pyarrow import dataset, parquet
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.fleet.job import COMBINED, FleetBag, RobotBag, Row
 from gearbox_monitor.health.backlash.change_tests import FEATURES
-from gearbox_monitor.health.backlash.operating_point import Bins
 from gearbox_monitor.health.checks.outcome import Level
-from gearbox_monitor.health.health_record import HealthSettings, Window
-from gearbox_monitor.health.judgement import folded, Health, serviced, under
+from gearbox_monitor.health.health_record import HealthSettings
+from gearbox_monitor.health.judgement import CLASSES, folded, Health, serviced
 from gearbox_monitor.health.wear_outcome import figures, sentence
+from gearbox_monitor.plain_data import from_data
 from gearbox_monitor.removed import refusal
 from gearbox_monitor.watch.record import WATCH
 
@@ -118,12 +119,9 @@ def _history(name: str, rows: Sequence[Row], services: list[tuple[int, str]]) ->
     for row in rows:
         while services and services[0][0] <= row['start']:
             health = serviced(health, *services.pop(0))
-        judged = json.loads(row['judged'])
-        settings = _settings(judged['settings'])
-        if settings != health.settings:
-            health = under(health, settings)
+        settings, windows = from_data(json.loads(row['judged']), CLASSES)
         known = health.baseline_ns
-        health = folded(health, map(Window.from_dict, judged['windows']), row['path'])
+        health = folded(replace(health, settings=settings), windows, row['path'])
         compared = compared or bool(known and health.compared)
         means = {feature: (row[feature], row[f'{feature}_std']) for feature in COMBINED
                  if row.get(feature) is not None and math.isfinite(row[f'{feature}_std'])}
@@ -142,20 +140,13 @@ def _history(name: str, rows: Sequence[Row], services: list[tuple[int, str]]) ->
         **{key: diagnosed.get(key) for key in ('diagnosis', 'diagnosis_effect')}}
 
 
-def _settings(data: Mapping[str, Any]) -> HealthSettings:
-    """Return the HealthSettings that were written as plain `data`."""
-    return HealthSettings(**{**data, 'bins': Bins(**data['bins']), 'limits': {
-        test: tuple(sizes) for test, sizes in data['limits'].items()}})
-
-
 PARTS, BAGS, PAGE = 'parts', 'bags.parquet', 'fleet.html'
 OF_0_2 = ('features/', 'bags.journal')
-STAMP = pa.timestamp('us', 'UTC')  # of ns, Python makes dates with pandas only
 NUMBER, COUNT, TEXT, FLAG = pa.float64(), pa.int64(), pa.string(), pa.bool_()
 SCHEMA = pa.schema({
     'path': TEXT, 'status': TEXT, 'reason': TEXT, 'retry': FLAG, 'duplicate_of': TEXT,
     'gearbox': TEXT, 'named': FLAG, 'date': TEXT,
-    'start': STAMP, 'duration_s': NUMBER, 'samples': COUNT,
+    'start': pa.timestamp('us', 'UTC'), 'duration_s': NUMBER, 'samples': COUNT,
     'filter': TEXT, 'unit': TEXT, 'windows': COUNT, 'windows_used': COUNT, 'not_excited': TEXT,
     'separable': FLAG, 'gap': NUMBER, 'gap_std': NUMBER, 'lost_motion': NUMBER,
     'lost_motion_std': NUMBER, 'stiffness': NUMBER, 'stiffness_std': NUMBER,
@@ -165,7 +156,9 @@ SCHEMA = pa.schema({
     'diagnosis_reason': TEXT, 'notes': TEXT, 'content': TEXT, 'bytes': COUNT, 'settings': TEXT,
     'version': TEXT, 'kernels': TEXT, 'judged': TEXT,
 })
-IN_NS = SCHEMA.set(SCHEMA.get_field_index('start'), pa.field('start', COUNT))  # of a Row
+# Of a Row, and between the two: of ns, Python makes dates with pandas only.
+IN_NS, DATED = (SCHEMA.set(SCHEMA.get_field_index('start'), pa.field('start', kind))
+                for kind in (COUNT, pa.timestamp('ns', 'UTC')))
 
 
 class FleetFolder:
@@ -230,12 +223,11 @@ class FleetFolder:
         """
         try:
             parts = dataset.dataset(
-                [str(self._parts / name) for name in self._names.values()], SCHEMA).to_table()
+                [str(self._parts / name) for name in self._names.values()], SCHEMA
+            ).to_table().cast(DATED).cast(IN_NS)
         except (OSError, pa.ArrowException) as error:
             raise InputError(f'{self._parts}: {" ".join(str(error).split())}, expected files '
                              'written by fleet; delete a damaged one') from None
-        start = parts['start'].cast(pa.timestamp('ns', 'UTC')).cast(COUNT)
-        parts = parts.set_column(SCHEMA.get_field_index('start'), 'start', start)
         again = {row['path']: {name: row.get(name) for name in SCHEMA.names} for row in retried}
         rows = [row for row in parts.to_pylist() if row['path'] not in again]
         rows = sorted([*rows, *again.values()], key=lambda row: row['path'])
@@ -290,6 +282,4 @@ def _hex(text: str) -> str:
 def _write_table(rows: Iterable[Row], path: Path) -> None:
     table = pa.Table.from_pylist([{name: row.get(name) for name in SCHEMA.names} for row in rows],
                                  IN_NS)
-    start = table['start'].cast(pa.timestamp('ns', 'UTC')).cast(STAMP, safe=False)
-    table = table.set_column(SCHEMA.get_field_index('start'), SCHEMA.field('start'), start)
-    parquet.write_table(table, path, compression='zstd')
+    parquet.write_table(table.cast(DATED).cast(SCHEMA, safe=False), path, compression='zstd')

@@ -8,7 +8,7 @@ A folder is a bag if it holds ``metadata.yaml``, or only files named after it, a
 leaves them. Any other folder is searched for bags.
 """
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from datetime import datetime, timezone
 from glob import glob
 import hashlib
@@ -32,6 +32,7 @@ from gearbox_monitor.health.health_record import Window
 from gearbox_monitor.kernels.kernel import KERNELS
 from gearbox_monitor.library.watch import description_in, watch_robot
 from gearbox_monitor.parameters import EstimatorParameters
+from gearbox_monitor.plain_data import to_data
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.player import Player
 from gearbox_monitor.recordings.read import natural
@@ -167,7 +168,7 @@ def content_hash(path: Path) -> str:
     return digest.hexdigest()
 
 
-FORMAT = 5  # of the rows
+FORMAT = 6  # of the rows
 DIAGNOSED = 14_000_000_000  # ns of a bag that are diagnosed
 COMBINED = ('gap', 'lost_motion', 'stiffness', 'hysteresis')
 TRUST = ('observability', 'prediction error', 'covariance', 'input')
@@ -200,10 +201,8 @@ class JobSettings:
     @property
     def key(self) -> str:
         """Sixteen hex digits: a bag is not analysed twice under the same ones."""
-        content = {'format': FORMAT, 'model': self.model and self.model.to_dict(),
-                   'robot': self.robot, 'parameters': self.parameters, 'topic': self.topic,
-                   'gearbox': self.gearbox, 'diagnose': self.diagnose, 'only': self.only,
-                   'version': self.version}
+        content = {**vars(self), 'format': FORMAT, 'model': self.model and self.model.to_dict(),
+                   'model_name': '', 'max_seconds': 0.0}
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
 
 
@@ -278,12 +277,9 @@ def _analysed(path: Path, settings: JobSettings) -> Row:
         windows = [window.features for window in judged]
         windows += [window for window in rest if window not in windows]
         row = {
-            'gearbox': gearbox, 'named': named, 'judged': json.dumps({
-                'settings': asdict(monitor.health.settings),
-                'windows': [window.to_dict() for window in judged]}),
-            'start': start, 'duration_s': (end - start) * 1e-9,
-            'date': datetime.fromtimestamp(start // 10 ** 9, timezone.utc).strftime('%Y-%m-%d'),
-            'samples': count, 'filter': monitor.parameters.filter,
+            'gearbox': gearbox, 'named': named,
+            'judged': json.dumps(to_data((monitor.health.settings, tuple(judged)))),
+            **_times(start, end), 'samples': count, 'filter': monitor.parameters.filter,
             'unit': 'm' if monitor.model.axis == 'prismatic' else 'rad',
             'trust': max(monitor.outcomes[name].level for name in TRUST).name,
             'model_level': monitor.outcomes['model'].level.name,
@@ -311,10 +307,14 @@ def _watched(path: Path, bag: RobotBag, settings: JobSettings) -> Row:
     with open_recording(path) as reader:
         start, end = reader.start_ns or 0, reader.end_ns or 0
         notes += [reader.notice] if reader.notice else []
-    return {'named': named, 'start': start, 'duration_s': (end - start) * 1e-9,
-            'state': watch_bytes(watch),
-            'date': datetime.fromtimestamp(start // 10 ** 9, timezone.utc).strftime('%Y-%m-%d'),
+    return {'named': named, **_times(start, end), 'state': watch_bytes(watch),
             'judged': json.dumps(watch_data(watch)), 'notes': '; '.join([*notes, *watch.notes])}
+
+
+def _times(start: int, end: int) -> Row:
+    """Return begin, length and date of a recording from `start` to `end` (ns)."""
+    return {'start': start, 'duration_s': (end - start) * 1e-9,
+            'date': datetime.fromtimestamp(start // 10 ** 9, timezone.utc).strftime('%Y-%m-%d')}
 
 
 def name_of(path: Path, namespace: str, serial: str, pattern: str) -> tuple[str, bool]:

@@ -17,7 +17,6 @@ Public names, by module:
     backlash.features: Backlash, combine, Combined, NotExcited, reason_of, separable_of,
         width_of
     backlash.locked_input: is_locked, locked_windows
-    backlash.operating_point: Bins
     backlash.wear: when
     checks: usability
     checks.innovation: LJUNG_BOX_LIMIT, MEAN_LIMIT, N_SUMS, Watch, watch
@@ -26,7 +25,7 @@ Public names, by module:
     elastic_regression: add_row, certainty, D_FRICTION, D_RATE, D_TORQUE, D_TWIST, D_U, D_X2,
         D_X3, D_X4, HALF_GAP, N_CARRIED, N_DATA, N_SHAPE, S_GROUP, STIFFNESS, Sums
     health_record: FeatureHealth, GROSS, HealthSettings, Window
-    judgement: accepted, folded, from_data, Health, serviced, SLIP, to_data, under
+    judgement: accepted, CLASSES, folded, from_data, Health, serviced, SLIP, to_data
     monitor: CONDITIONS, DRIFT_SHOWS, Monitor, NO_DATA, ROW_CHECKS
     staleness: Silence
     wear_outcome: figures, sentence, worst

@@ -3,15 +3,14 @@
 
 """What the wear of one gearbox is judged by: settings, windows, features and alerts."""
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 import math
-from typing import Any, Self
+from typing import Self
 
 from gearbox_monitor.health.backlash.change_tests import (
     ChangeTest, limits_of, ModelFriction, tests_of, WEAR)
 from gearbox_monitor.health.backlash.features import Backlash, Friction, NotExcited
 from gearbox_monitor.health.backlash.operating_point import Bins
-from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.parameters import CURVES, EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 
@@ -111,23 +110,6 @@ class Window:
         """What the window says of the friction, None for nothing."""
         features = self.features
         return features.friction if isinstance(features, NotExcited) else features
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the window as plain data; floats read back exactly."""
-        return {**asdict(self), 'shows_gap': isinstance(self.features, Backlash)}
-
-    @classmethod
-    def from_dict(cls, data: Values) -> Self:
-        """Return the window that to_dict gave. Raises KeyError, TypeError or ValueError."""
-        row: dict[str, Any] = dict(data['features'])
-        features: Backlash | NotExcited
-        if data['shows_gap']:
-            features = Backlash(**row)
-        else:
-            friction = row['friction']
-            features = NotExcited(**{**row, 'friction': friction and Friction(**friction)})
-        return cls(features, int(data['trust']), data['temperature'], bool(data['comparable']),
-                   bool(data['counts_on']))
 
 
 @dataclass(frozen=True)

@@ -2,56 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """The newest estimates and smoothed rows, which trust reads once per second."""
-from collections.abc import Sequence
-
 import numpy as np
 
-from gearbox_monitor.estimation import sample_loop
-from gearbox_monitor.estimation.process_model import TAU_K
 from gearbox_monitor.kernels.types import Array, Integers
 
-# The columns of estimates that are stored, in runs.
-RUNS = (range(sample_loop.E_X1, sample_loop.E_TAU_E + 1),
-        range(sample_loop.E_STD + TAU_K, sample_loop.E_STD + TAU_K + 1),
-        range(sample_loop.E_INNOVATION_MOTOR, sample_loop.E_DT + 1),
-        *(range(column, column + 1) for column in (
-            sample_loop.E_TAU_K_NOISE_STD, sample_loop.E_MOTOR_SIDE_NOISE_STD)))
-PLACE = {column: place for place, column in enumerate(column for run in RUNS for column in run)}
-COLUMNS = np.array(list(PLACE))
 BLOCK = 512  # rows of room, at least
 ROOM = 1.25  # of what is kept: rows move when it is full
-
-
-class Recent:
-    """
-    W estimates: stamps int64 [W]; recent[column] [W], column one of PLACE.
-
-    rows: the COLUMNS of each, [W, len(COLUMNS)].
-    """
-
-    def __init__(self, stamps: Integers, rows: Array) -> None:
-        self.stamps = stamps
-        self._columns = np.ascontiguousarray(rows.T)  # checks read a column many times
-
-    def __len__(self) -> int:
-        return len(self.stamps)
-
-    def __getitem__(self, column: int) -> Array:
-        row: Array = self._columns[PLACE[column]]
-        return row
-
-    def pair(self, column: int) -> Array:
-        """Return [W, 2]: `column` and the one behind it, for example those of motor and arm."""
-        return self._columns[PLACE[column]:PLACE[column] + 2].T
-
-    def stack(self, columns: Sequence[int]) -> Array:
-        """Return [W, len(columns)] of these `columns`."""
-        return self._columns[[PLACE[column] for column in columns]].T
-
-    def after(self, stamp_ns: int) -> 'Recent':
-        """Return the part stamped after `stamp_ns`."""
-        first = int(np.searchsorted(self.stamps, stamp_ns, 'right'))
-        return Recent(self.stamps[first:], self._columns[:, first:].T)
 
 
 class RowHistory:

@@ -8,7 +8,7 @@ The live node, replay and the tests call the same Monitor, sample by sample (`st
 (`run`): same samples in, same outcomes out.
 """
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 import json
 from typing import TYPE_CHECKING
@@ -26,15 +26,14 @@ from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.backlash import features
 from gearbox_monitor.health.backlash.wear import when
 from gearbox_monitor.health.checks import (
-    covariance, elastic_curve, innovation, learned_curve, model_mismatch, observability, passivity,
-    twist_range, usability)
+    covariance, elastic_curve, innovation, model_mismatch, observability, usability)
 from gearbox_monitor.health.checks.outcome import (
     Alarm, Condition, DEBOUNCE, joined, Level, Outcome, outcome_of, Said, with_more)
-from gearbox_monitor.health.checks.row_check import middle, thinned
+from gearbox_monitor.health.checks.row_check import middle, PASSIVITY, thinned, TWIST_RANGE
 from gearbox_monitor.health.health_record import (
     AT_ODDS, ERRORS_LARGER, HealthSettings, TRUSTED, Window)
-from gearbox_monitor.health.history import COLUMNS, Recent, RowHistory
-from gearbox_monitor.health.judgement import from_data, Health, judge, to_data, under
+from gearbox_monitor.health.history import RowHistory
+from gearbox_monitor.health.judgement import from_data, Health, judge, to_data
 from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
 from gearbox_monitor.parameters import CURVES, EstimatorParameters, PAYLOAD
 from gearbox_monitor.plant.drive import DriveModel
@@ -55,6 +54,8 @@ REFUSALS = [sample_loop.REASONS[code] for code in (
     sample_loop.POSITION_JUMP)]
 RESET = {'reset_motor_rad': sample_loop.E_X1, 'reset_arm_rad': sample_loop.E_X2,
          'reset_tau_k': sample_loop.E_TAU_K}  # what a restart moves
+WHITE, INNOVATIONS, INNOVATION_STDS = (slice(column, column + 2) for column in (
+    sample_loop.E_WHITE_1, sample_loop.E_INNOVATION_MOTOR, sample_loop.E_INNOVATION_STD_MOTOR))
 STATE_COLUMNS = {'tau_arm': sample_loop.E_TAU_ARM, 'tau_e': sample_loop.E_TAU_E}
 MEDIAN_STRIDE = 8
 NO_DATA, NOT_EVALUATED, NO_ESTIMATES = (Outcome.of(Level.WARN, code) for code in (
@@ -67,11 +68,11 @@ IN_TIME = (sample_loop.ESTIMATE, sample_loop.START, sample_loop.NO_EFFORT,
            sample_loop.NO_MEASUREMENT)
 AT_BOUND = Condition('at_bound', 'covariance', Level.WARN, ('adapted_...',))
 # What smoothed torque and twist show, beside the prediction errors and in their component.
-ROW_CHECKS = (passivity.CHECK, twist_range.CHECK, elastic_curve.CHECK)
+ROW_CHECKS = (PASSIVITY, TWIST_RANGE, elastic_curve.CHECK)
 CONDITIONS = (
     *usability.CONDITIONS, *observability.CONDITIONS, *innovation.CONDITIONS,
     *(condition for check in ROW_CHECKS for condition in check.conditions),
-    *covariance.CONDITIONS, AT_BOUND, *model_mismatch.CONDITIONS, *learned_curve.CONDITIONS)
+    *covariance.CONDITIONS, AT_BOUND, *model_mismatch.CONDITIONS)
 ROWS_KEPT = round(max(check.window for check in ROW_CHECKS) * SECOND)  # ns
 ESTIMATES_KEPT = round(LIMITS.error_window * SECOND)
 
@@ -97,7 +98,7 @@ class Monitor:
                  known: Values | None = None, robot: RobotDescription | None = None,
                  phase_ns: int = 0) -> None:
         if known is not None:
-            known = {**known, 'earlier': bool(known['statistics'])}
+            known = {**known, 'earlier': bool(known['stamp_ns'])}
         self._begin(Estimator(model, parameters, robot), known, phase_ns)
 
     def _begin(self, estimator: Estimator, known: Values | None, phase_ns: int) -> None:
@@ -113,7 +114,6 @@ class Monitor:
         self._newest: list[float] = []  # of RESET, in the newest estimate
         self._restarts = False  # whether the next estimate is the first after a restart
         self._said: dict[str, float | str] = {}  # of the newest restart and refusal
-        self._set_reference: float | None = None
         self._forget()
 
     # ------------------------------------------------------------------ state
@@ -150,21 +150,6 @@ class Monitor:
             self.outcomes = {**self.outcomes, **wear_outcome.outcomes(health)}
 
     @property
-    def tau_k_std_reference(self) -> float | None:
-        """
-        Healthy median of the stated standard deviation of tau_K (N m), None before it is known.
-
-        Taken from the first evaluations; or set it (to one kept in a file), then it outlasts
-        restarts, until a parameter changes that the filter computes with.
-        """
-        return self._reference
-
-    @tau_k_std_reference.setter
-    def tau_k_std_reference(self, value: float | None) -> None:
-        """Set it to `value`, N m."""
-        self._set_reference = self._reference = value
-
-    @property
     def model_lasts(self) -> tuple[Level, int]:
         """Level of the model, and the stamp (ns) since which it stands; OK, 0 while unknown."""
         alarm = self._alarms['model']
@@ -172,14 +157,15 @@ class Monitor:
 
     def _forget(self) -> None:
         """Drop all windows: what they hold belongs to another belief."""
-        self._estimates = RowHistory()  # COLUMNS of the newest
+        self._estimates = RowHistory()  # the newest
         # Smoothed, for a hidden arm what it fits: of the window, and what ROW_CHECKS read.
         self._rows = RowHistory()
         self._begin_window()
         self._counts_on = False  # see Window
-        self._hidden_arm = self._hidden_arm_of({})
+        self._hidden_arm = self._hidden_arm_of(None)
         self._evaluate_at(0)
-        self._reference = self._set_reference
+        # Healthy median of the stated deviation of tau_K (N m), once that many are known.
+        self._reference: float | None = None
         self._references: list[float] = []
         self._systematic = model_mismatch.Systematic()
         self.outcomes = {**self.outcomes, **dict.fromkeys((*JUDGED, 'input'), NO_DATA)}
@@ -190,12 +176,12 @@ class Monitor:
         self._row_counts = np.zeros((len(ROW_CHECKS), 2), np.int64)
         self._last_counts = self.counts.copy()
 
-    def _hidden_arm_of(self, snapshot: Values) -> 'HiddenArm | None':
-        """Return what fits windows without arm encoder, as a `snapshot` left it; else None."""
+    def _hidden_arm_of(self, state: Sequence[float] | None) -> 'HiddenArm | None':
+        """Return what fits windows without arm encoder, as `state` left it; else None."""
         if self.parameters.arm_joint:
             return None
         from gearbox_monitor.health.backlash.hidden_arm import HiddenArm
-        return HiddenArm(self.model, json.loads(snapshot.get('hidden_arm', 'null')))
+        return HiddenArm(self.model, state)
 
     def _begin_window(self) -> None:
         self._rows.clear()
@@ -227,43 +213,34 @@ class Monitor:
     def set_parameters(self, changes: Values) -> bool:
         """Apply `changes` as Estimator.set_parameters does; return whether it restarts."""
         self.estimator.flush(self._judge)
-        packed = self.estimator.packed
         restarts = self.estimator.set_parameters(changes)
-        if PAYLOAD.issuperset(changes):
-            return restarts
-        self.know(under(self.health, HealthSettings.of(self.parameters, self.model)))
-        if restarts or not np.array_equal(packed, self.estimator.packed):
-            self._set_reference = None
-        self._forget()
+        if not PAYLOAD.issuperset(changes):
+            self.know(replace(
+                self.health, settings=HealthSettings.of(self.parameters, self.model)))
+            self._forget()
         return restarts
 
     def snapshot(self) -> dict[str, str]:
         """Return everything that estimates and outcomes on drift depend on, as {name: text}."""
         self.estimator.flush(self._judge)  # single steps collect samples up to the next second
         return {
-            **self.estimator.snapshot(),
-            'health': json.dumps(to_data(self.health)),
-            'temperature': json.dumps(self.temperature),
-            'window_start': json.dumps(self._window_start),
-            'counts_on': json.dumps(self._counts_on),
-            'said': json.dumps([self._newest, self._restarts, self._said]),
-            'phase': json.dumps(self._phase_ns),
-            **({} if self._hidden_arm is None else {
-                'hidden_arm': json.dumps(self._hidden_arm.to_list())})}
+            **self.estimator.snapshot(), 'health': json.dumps(to_data(self.health)),
+            'monitor': json.dumps([
+                self._phase_ns, self.temperature, self._hidden_arm and self._hidden_arm.to_list(),
+                self._window_start, self._counts_on, self._newest, self._restarts, self._said])}
 
     @classmethod
     def restore(cls, snapshot: Values, source: str = 'snapshot') -> 'Monitor':
         """Return the Monitor that goes on from `snapshot` of `source`. Raises InputError."""
         monitor = cls.__new__(cls)
         with snapshot_errors(source):
+            phase, temperature, arm, *kept = json.loads(snapshot['monitor'])
             monitor._begin(Estimator.restore(snapshot, source), json.loads(snapshot['health']),
-                           json.loads(snapshot['phase']))
-            monitor.temperature = json.loads(snapshot['temperature'])
-            monitor._window_start = json.loads(snapshot['window_start'])
-            monitor._counts_on = json.loads(snapshot['counts_on'])
-            monitor._newest, monitor._restarts, monitor._said = json.loads(snapshot['said'])
+                           phase)
+            monitor.temperature, monitor._hidden_arm = temperature, monitor._hidden_arm_of(arm)
+            (monitor._window_start, monitor._counts_on, monitor._newest, monitor._restarts,
+             monitor._said) = kept
             monitor._window_whole = monitor._window_start is None
-            monitor._hidden_arm = monitor._hidden_arm_of(snapshot)
         return monitor
 
     def adopt_baseline(self, snapshot: Values) -> None:
@@ -272,8 +249,8 @@ class Monitor:
 
         A baseline may have been saved meanwhile, and the temperature is no sample.
         """
-        self._hidden_arm = self._hidden_arm_of(snapshot)
-        self.temperature = json.loads(snapshot['temperature'])
+        _, self.temperature, arm, *_ = json.loads(snapshot['monitor'])
+        self._hidden_arm = self._hidden_arm_of(arm)
         self.know(from_data(self.health.settings, json.loads(snapshot['health'])))
 
     # ------------------------------------------------------------------ samples
@@ -322,7 +299,7 @@ class Monitor:
             if self._restarts and self._newest:
                 self._said.update(zip(RESET, np.subtract(first, self._newest).tolist()))
             self._newest, self._restarts = last, False
-            self._estimates.add(batch.stamps, batch.rows[:, COLUMNS],
+            self._estimates.add(batch.stamps, batch.rows,
                                 int(batch.stamps[-1]) - ESTIMATES_KEPT)
         stamps, rows = batch.smoothed_stamps, batch.smoothed
         if self._hidden_arm is not None:
@@ -337,10 +314,9 @@ class Monitor:
             self._begin_window()
             self._restarts = True
             # After positions that jump the encoders count on, after a silence maybe not.
-            before = Recent(*self._estimates.between(
-                stamp_ns - round(self.parameters.max_gap * SECOND), stamp_ns))
-            self._counts_on &= len(before) > 0 and bool(np.isfinite(
-                before.pair(sample_loop.E_INNOVATION_MOTOR)[-1]).all())
+            _, before = self._estimates.between(
+                stamp_ns - round(self.parameters.max_gap * SECOND), stamp_ns)
+            self._counts_on &= len(before) > 0 and bool(np.isfinite(before[-1, INNOVATIONS]).all())
         if code not in IN_TIME:
             return
         if self.estimator.accurate_since_ns == stamp_ns:
@@ -352,18 +328,19 @@ class Monitor:
 
     def _evaluate(self, stamp_ns: int) -> None:
         settled = self.estimator.accurate_since_ns + round(LIMITS.settle * SECOND)
-        recent = Recent(*self._estimates.between(stamp_ns - ESTIMATES_KEPT + 1, stamp_ns + 1))
-        outcomes = {'input': self._check_input(recent.stamps, stamp_ns)}
+        stamps, rows = self._estimates.between(stamp_ns - ESTIMATES_KEPT + 1, stamp_ns + 1)
+        outcomes = {'input': self._check_input(stamps, stamp_ns)}
         broken: list[Said] = []
         if stamp_ns - settled >= SECOND:
-            recent = recent.after(settled - 1)
-            if len(recent):
-                outcomes['observability'] = self._check_observability(recent)
-                outcome = self._check_prediction_error(recent, stamp_ns)
+            first = np.searchsorted(stamps, settled)
+            stamps, rows = stamps[first:], rows[first:]
+            if len(rows):
+                outcomes['observability'] = self._check_observability(stamps, rows)
+                outcome = self._check_prediction_error(stamps, rows, stamp_ns)
                 broken, values = self._check_rows(settled, stamp_ns)
                 outcomes['prediction error'] = replace(
                     outcome, values={**outcome.values, **values})
-                outcomes['covariance'] = self._check_covariance(recent)
+                outcomes['covariance'] = self._check_covariance(rows)
                 outcomes['model'] = self._check_model(outcomes, stamp_ns)
             else:
                 self._withdraw(NO_ESTIMATES)
@@ -397,31 +374,28 @@ class Monitor:
             'longest_gap_s': float(np.diff(second).max() * 1e-9) if len(second) > 1 else 0.0}
         return usability.check(_by_reason(new), int(new[sample_loop.ESTIMATE]), values)
 
-    def _check_observability(self, recent: Recent) -> Outcome:
-        recent = recent.after(recent.stamps[-1] - round(LIMITS.information_window * SECOND))
+    def _check_observability(self, stamps: Integers, rows: Array) -> Outcome:
+        rows = rows[-_count_after(stamps, int(stamps[-1]), LIMITS.information_window):]
         # Whether the torque can be seen, not its curve: by the equations of the random walk.
         names = [name for i, name in enumerate(self.estimator.names)
                  if i <= TAU_K or name in STATE_COLUMNS]
-        measured = np.ascontiguousarray(
-            np.isfinite(recent.pair(sample_loop.E_INNOVATION_MOTOR)))
+        measured = np.ascontiguousarray(np.isfinite(rows[:, INNOVATIONS]))
         packed = self.estimator.packed_in_use.copy()
         packed[P0 + TAU_K] = self.parameters.p0_std_torque ** 2
         states = np.ascontiguousarray(
-            recent.stack([STATE_COLUMNS.get(name, i) for i, name in enumerate(names)]))
+            rows[:, [STATE_COLUMNS.get(name, i) for i, name in enumerate(names)]])
         shares = observability.information_share(
-            states, recent[sample_loop.E_DT], measured, packed)
-        stated = middle(recent[sample_loop.E_TAU_K_NOISE_STD]) / self.parameters.p0_std_torque
+            states, np.ascontiguousarray(rows[:, sample_loop.E_DT]), measured, packed)
+        stated = middle(rows[:, sample_loop.E_TAU_K_NOISE_STD]) / self.parameters.p0_std_torque
         return observability.check(dict(zip(names, shares.tolist())), stated,
                                    observability.paper(states[-1], measured[-1], packed))
 
-    def _check_prediction_error(self, recent: Recent, stamp_ns: int) -> Outcome:
-        for_mean, newest = (len(recent.after(stamp_ns - round(window * SECOND)))
+    def _check_prediction_error(self, stamps: Integers, rows: Array, stamp_ns: int) -> Outcome:
+        for_mean, newest = (_count_after(stamps, stamp_ns, window)
                             for window in (LIMITS.mean_window, LIMITS.gate_window))
-        white, errors, stds = (recent.pair(column) for column in (
-            sample_loop.E_WHITE_1, sample_loop.E_INNOVATION_MOTOR,
-            sample_loop.E_INNOVATION_STD_MOTOR))
-        return innovation.check(white, recent[sample_loop.E_NIS], recent[sample_loop.E_DOF],
-                                errors, stds, for_mean, newest)
+        nis, dof, *pairs = (np.ascontiguousarray(rows[:, columns]) for columns in (
+            sample_loop.E_NIS, sample_loop.E_DOF, WHITE, INNOVATIONS, INNOVATION_STDS))
+        return innovation.check(pairs[0], nis, dof, pairs[1], pairs[2], for_mean, newest)
 
     def _check_rows(self, settled: int, stamp_ns: int) -> tuple[list[Said], dict[str, float]]:
         """
@@ -449,8 +423,8 @@ class Monitor:
             values[f'{check.name}_results'] = int(counts[1])
         return broken, values
 
-    def _check_covariance(self, recent: Recent) -> Outcome:
-        stated, std = (_median(recent[column]) for column in (
+    def _check_covariance(self, rows: Array) -> Outcome:
+        stated, std = (_median(rows[:, column]) for column in (
             sample_loop.E_STD + TAU_K, sample_loop.E_MOTOR_SIDE_NOISE_STD))
         if self._reference is None:
             self._references.append(std)
@@ -481,7 +455,7 @@ class Monitor:
             self._systematic, stamp_ns, self.parameters.model_gap_after,
             self.estimator.drive.arm_load == 'unknown')
         values = self.estimator.learned_curve()
-        broken = learned_curve.check(values, self.estimator.drive, self.parameters)
+        broken = model_mismatch.learned_curve(values, self.estimator.drive, self.parameters)
         values.update({f'undetected_{name}': error for name, error in
                        self.estimator.undetected_errors().items()})
         if broken:
@@ -544,7 +518,7 @@ class Monitor:
         if isinstance(window, features.Backlash):
             self._counts_on = True
             self.windows.append(window)
-        self.health, _ = judge(self.health, judged)
+        self.health = judge(self.health, judged)
         return wear_outcome.outcomes(self.health)
 
     def _lost_and_all(self) -> tuple[int, int]:
@@ -592,6 +566,11 @@ class Monitor:
     def _alarmed(self, names: Iterable[str]) -> bool:
         return any(self._alarms[name].since_ns is not None
                    and self.outcomes[name].level > Level.OK for name in names)
+
+
+def _count_after(stamps: Integers, now_ns: int, window: float) -> int:
+    """Return how many of `stamps` [W] lie in the last `window` s before `now_ns`."""
+    return int(len(stamps) - np.searchsorted(stamps, now_ns - round(window * SECOND), 'right'))
 
 
 def _median(values: Array) -> float:

@@ -19,6 +19,8 @@ from gearbox_monitor.health.judgement import Health
 from gearbox_monitor.presentation import percent, Quantity
 
 NOUNS = tuple(feature.noun for feature in WEAR_FEATURES)
+PUBLISHED = ('stiffness', 'stiffness_std', 'hysteresis', 'hysteresis_std', 'separable', 'flank',
+             'coverage')  # of a window, by their names
 NEVER_NS = 2 ** 62  # as late as a stamp can be
 LEADING = (GAP, LOST_MOTION, FRICTION)  # the others of a component stand beside
 SHOWN = {component: tuple(
@@ -189,14 +191,11 @@ def _measured(health: Health, component: str, window: Backlash | Friction) -> di
     if isinstance(window, Backlash) and component == 'backlash':
         values = {
             'gap_rad': window.gap, 'gap_std_rad': window.gap_std,
-            'gap_arcmin': math.degrees(window.gap) * 60.0,
-            'stiffness': window.stiffness, 'stiffness_std': window.stiffness_std,
-            'hysteresis': window.hysteresis, 'hysteresis_std': window.hysteresis_std,
-            'lost_motion_rad': window.lost_motion, 'separable': window.separable,
-            'flank': window.flank, 'coverage': window.coverage,
+            'gap_arcmin': math.degrees(window.gap) * 60.0, 'lost_motion_rad': window.lost_motion,
+            **{name: getattr(window, name) for name in PUBLISHED},
             'baseline_gap_rad': health.features[GAP].baseline,
-            'baseline_stiffness': health.features[STIFFNESS].baseline}
-        values['growth'], values['growth_std'] = health.width.change, health.width.change_std
+            'baseline_stiffness': health.features[STIFFNESS].baseline,
+            'growth': health.width.change, 'growth_std': health.width.change_std}
     else:
         values = {'viscous_change': window.viscous, 'viscous_change_std': window.viscous_std,
                   'coulomb_change': window.coulomb, 'coulomb_change_std': window.coulomb_std,
@@ -204,8 +203,8 @@ def _measured(health: Health, component: str, window: Backlash | Friction) -> di
         values['friction_change'], values['friction_change_std'] = health.growth(FRICTION)
         for name, change in zip(('viscous', 'coulomb'), health.coefficients):
             values[f'{name}_growth'], values[f'{name}_growth_std'] = change
-    if health.point:
-        values['operating_point'] = health.point
+    if health.point >= 0:
+        values['operating_point'] = health.data.points[health.point].text()
     values['baseline_windows'] = health.point_windows
     if health.baseline_ns:
         values['baseline_since'] = when(health.baseline_ns)

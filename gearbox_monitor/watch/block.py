@@ -69,11 +69,12 @@ class Cutter:
             velocity: of each, rad/s or m/s; empty or NaN: none.
             effort: of each, N m, N or A; empty or NaN: none.
         """
-        length, late = WATCH_SETTINGS.block_ns, WATCH_SETTINGS.late_ns
+        length, late, back = (round(seconds * SECOND) for seconds in (
+            WATCH_SETTINGS.block, WATCH_SETTINGS.late, WATCH_SETTINGS.back))
         out: list[Block] = []
         stamp = stamp_ns + self._later
         if self._begin is not None and stamp < self._begin:
-            if self._begin - stamp < (WATCH_SETTINGS.back_ns if stamp_ns >= DATED else late):
+            if self._begin - stamp < (back if stamp_ns >= DATED else late):
                 self.dropped += 1
                 return out
             out = self.end()

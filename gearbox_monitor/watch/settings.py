@@ -105,15 +105,5 @@ class WatchSettings:
         """Length of a block, ns."""
         return round(self.block * SECOND)
 
-    @property
-    def late_ns(self) -> int:
-        """How much later than its end the last message of a block may come, ns."""
-        return round(self.late * SECOND)
-
-    @property
-    def back_ns(self) -> int:
-        """By how much a clock is set back that starts a new block, ns."""
-        return round(self.back * SECOND)
-
 
 WATCH_SETTINGS = WatchSettings()

@@ -59,7 +59,7 @@ def test_windows_are_drawn_in_time_and_followed(monkeypatch):
 
     def judged(health, window):
         assert window.stamp_ns > health.stamp_ns
-        return replace(health, stamp_ns=window.stamp_ns), ()
+        return replace(health, stamp_ns=window.stamp_ns)
     monkeypatch.setattr(trust_drift, 'judge', judged)
     monkeypatch.setattr(wear_outcome, 'outcomes',
                         lambda health: {'backlash': Outcome(Level(raised.pop(0)), ())})

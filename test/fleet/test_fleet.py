@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Many bags: each has its row, whatever it is and whatever dies; the same command resumes."""
-from dataclasses import asdict
 import json
 import os
 from pathlib import Path
@@ -28,6 +27,7 @@ from gearbox_monitor.fleet.job import analyse
 from gearbox_monitor.health.backlash.features import Backlash, combine
 from gearbox_monitor.health.health_record import HealthSettings, Window
 from gearbox_monitor.parameters import EstimatorParameters
+from gearbox_monitor.plain_data import to_data
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import Noise
 from gearbox_monitor.recordings.examples import ExampleMotion, write_example_bag
@@ -416,8 +416,7 @@ def bag_row(gearbox, day, gaps, separable=True, **features):
     return {
         'status': 'done', 'gearbox': gearbox, 'path': f'{gearbox}/{day}', 'unit': 'rad',
         'named': True, 'start': (T0 + day * DAY) * 10 ** 9,
-        'judged': json.dumps({'settings': asdict(SETTINGS),
-                              'windows': [window.to_dict() for window in windows]}),
+        'judged': json.dumps(to_data((SETTINGS, tuple(windows)))),
         **job._features([window.features for window in windows]), 'trust': 'OK',
         'model_level': 'OK', 'notes': '', 'diagnosis': None,
         'not_excited': None if windows else 'stands still'}

@@ -11,9 +11,9 @@ import pytest
 from gearbox_monitor import health
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST
 from gearbox_monitor.health.alert_limits import AlertLimits, LIMITS
-from gearbox_monitor.health.backlash.wear import Trend
+from gearbox_monitor.health.backlash.wear import reach
 from gearbox_monitor.health.checks import (
-    covariance, innovation, learned_curve, model_mismatch, observability, passivity, twist_range)
+    covariance, innovation, model_mismatch, observability, row_check)
 from gearbox_monitor.health.checks.outcome import Alarm, DEBOUNCE, Level, outcome_of
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
@@ -23,7 +23,7 @@ DRIVE, PARAMETERS = DriveModel(), EstimatorParameters()
 # stand beside their class.
 NUMERICAL = {
     'history': {'ROOM'}, 'innovation': {'LJUNG_BOX_LIMIT'},
-    'locked_input': {'STARTS'}, 'observability': {'POSITION_SCALE', 'ROUNDING', 'TINY'},
+    'observability': {'POSITION_SCALE', 'ROUNDING', 'TINY'},
     'elastic_curve': {'ENOUGH', 'TINY', 'ITERATIONS'},
     'features': {'TOLERANCE'}, 'change': {'HOUR', 'DAY'}, 'change_tests': {'WEAR_FEATURES'},
     'operating_point': {'DIFFERENCE', 'TINY'}, 'wear_data': {'SMALLEST'},
@@ -73,7 +73,7 @@ def learned_of(deviations=10.0, std=0.01, probability=1.0):
     """Return how many conditions a stiffness breaks that is so many deviations too high."""
     limit = DRIVE.transmission.stiffness * (1.0 + PARAMETERS.stiffness_error)
     value = limit / (1.0 - deviations * std)
-    return len(learned_curve.check(
+    return len(model_mismatch.learned_curve(
         {'learned_stiffness': value, 'learned_stiffness_std': std * value,
          'learned_gap_rad': 2.0 * DRIVE.transmission.half_gap, 'learned_gap_std_rad': 1.0,
          'probability_learned': probability}, DRIVE, PARAMETERS))
@@ -88,7 +88,7 @@ def twist_of(share):
     alone = 2.0 * (shape.half_gap + shape.hysteresis_width) + (
         1.5 + 2.0 * LIMITS.twist_sure * 0.05) / shape.stiffness
     rows[:, S_TWIST] = np.linspace(0.0, share * alone, 100)
-    return bool(twist_range.check(rows, DRIVE)[0])
+    return bool(row_check.twist_range(rows, DRIVE)[0])
 
 
 DECISIONS = [
@@ -104,7 +104,7 @@ DECISIONS = [
     ('learned_std', lambda x: learned_of(deviations=5.0, std=x)),
     ('learned_probability', lambda x: learned_of(probability=x)),
     ('twist_room', twist_of),
-    ('trend_deviations', lambda x: Trend(0, 0.1, 0.01, 0.02 * x, 0.02).found)]
+    ('trend_deviations', lambda x: reach(0.1, 0.01, 0.02 * x, 0.02, 1.0) is not None)]
 
 
 def test_a_value_just_below_and_just_above_decides_otherwise():
@@ -116,9 +116,9 @@ def test_counts_decide_at_their_value():
     assert mismatch_of(LIMITS.systematic_share) == Level.OK
     assert mismatch_of(LIMITS.systematic_share + 1 / 200) == Level.WARN
     rows = np.zeros((LIMITS.twist_rows, N_SMOOTHED))
-    assert twist_range.check(rows, DRIVE) is not None
-    assert twist_range.check(rows[1:], DRIVE) is None
-    assert passivity.check(rows[:LIMITS.passivity_rows - 1], DRIVE) is None
+    assert row_check.twist_range(rows, DRIVE) is not None
+    assert row_check.twist_range(rows[1:], DRIVE) is None
+    assert row_check.passivity(rows[:LIMITS.passivity_rows - 1], DRIVE) is None
 
 
 def judged(white, dof=2.0):

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """A learned curve is compared with the model file where it is the probable one."""
-from gearbox_monitor.health.checks import learned_curve
+from gearbox_monitor.health.checks.model_mismatch import learned_curve
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.report.sentences import phrase
@@ -13,7 +13,7 @@ def test_an_improbable_curve_says_nothing():
               'learned_gap_std_rad': 0.001}
 
     def broken(**probabilities):
-        return [phrase(said) for said in learned_curve.check(
+        return [phrase(said) for said in learned_curve(
             {**values, **{f'probability_{k}': v for k, v in probabilities.items()}},
             DriveModel(), EstimatorParameters())]
 

@@ -12,9 +12,9 @@ from gearbox_monitor.estimation.rts_smoother import (
     N_SMOOTHED, S_MOTOR_SIDE, S_MOTOR_SIDE_NOISE_STD, S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST,
     S_TWIST_NOISE_STD, S_TWIST_RATE_NOISE_STD, S_U, S_X2, S_X3, S_X4)
 from gearbox_monitor.health import monitor as monitor_module
-from gearbox_monitor.health.checks import elastic_curve, innovation, passivity, twist_range
+from gearbox_monitor.health.checks import elastic_curve, innovation
 from gearbox_monitor.health.checks.outcome import Level
-from gearbox_monitor.health.checks.row_check import RowCheck
+from gearbox_monitor.health.checks.row_check import AGAINST, passivity, RowCheck, twist_range
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
@@ -125,7 +125,7 @@ WORN = [{}, {'half_gap': 0.14}, {'stiffness': 20.0}, {'zero': -2.0}]
 
 def test_wear_and_another_zero_are_no_error():
     for worn in WORN:
-        for check in (elastic_curve.check, twist_range.check):
+        for check in (elastic_curve.check, twist_range):
             assert check(rows_of(**worn), MODEL)[0] == []
 
 
@@ -145,13 +145,13 @@ def test_without_contact_or_rows_the_curve_abstains():
 
 
 def test_a_spring_that_unwinds_makes_no_power_but_one_that_pulls_along_does():
-    for sign, broken in ((1.0, []), (-1.0, [passivity.AGAINST.said()])):
+    for sign, broken in ((1.0, []), (-1.0, [AGAINST.said()])):
         rows = rows_of()
         rows[:, S_TWIST] = MODEL.transmission.half_gap + 0.5 - 0.04 * T
         rows[:, S_X3], rows[:, S_X4] = -0.04, 0.0
         rows[:, S_TAU_K] = sign * MODEL.transmission.stiffness * (0.5 - 0.04 * T)
         rows[:, S_TWIST_RATE_NOISE_STD] = 1e-3
-        assert list(passivity.check(rows, MODEL)[0]) == broken
+        assert list(passivity(rows, MODEL)[0]) == broken
 
 
 def test_correlation_and_power_are_those_of_the_phase_between_torque_and_twist():
@@ -162,20 +162,20 @@ def test_correlation_and_power_are_those_of_the_phase_between_torque_and_twist()
     rows[:, S_TWIST], rows[:, S_TAU_K] = 0.3 * np.sin(t), 2.0 * np.sin(t + phase)
     rows[:, S_X3] = 0.3 * np.cos(t)
     rows[:, [S_TAU_K_NOISE_STD, S_TWIST_NOISE_STD, S_TWIST_RATE_NOISE_STD]] = 1e-6
-    _, values = passivity.check(rows, MODEL)
+    _, values = passivity(rows, MODEL)
     assert values['torque_twist_correlation'] == pytest.approx(np.cos(phase), abs=1e-3)
     assert values['torque_twist_power'] == pytest.approx(np.sin(phase), abs=1e-3)
     spring = rows[:n // 12].copy()  # a quarter of a turn, from the stretched end on
     spring[:, S_TWIST] = 0.3 * np.cos(t[:n // 12])
     spring[:, S_TAU_K] = MODEL.transmission.stiffness * spring[:, S_TWIST]
-    _, values = passivity.check(spring, MODEL)
+    _, values = passivity(spring, MODEL)
     assert values['torque_twist_power'] == pytest.approx(0.0, abs=1e-3)
 
 
 def test_a_twist_of_turns_is_an_error():
     rows = rows_of()
     rows[:, S_TWIST] += 4.0 * np.sin(T)
-    broken, values = twist_range.check(rows, MODEL)
+    broken, values = twist_range(rows, MODEL)
     assert [condition.level for condition in broken] == [Level.ERROR]
     assert values['twist_range'] > 7.0 > values['twist_range_threshold']
 

@@ -120,7 +120,7 @@ class Windows:
         for k in range(count):
             self.stamp += 10 ** 10
             noise = 0.002 * self.random.standard_normal(2)
-            self.health, _ = judge(self.health, Window(Backlash(
+            self.health = judge(self.health, Window(Backlash(
                 self.stamp, self.gap + noise[0], 0.002, 25.0, 0.2, zero=self.zero + noise[1],
                 flank=0.4, coverage=9.0, angle=0.3, speed=2.0, load=load),
                 counts_on=counts_on or k > 0))

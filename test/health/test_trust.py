@@ -10,6 +10,7 @@ import pytest
 from scipy import stats
 
 from benchmarks import paper
+from benchmarks.trust_runs import significant
 from gearbox_monitor.estimation import process_model, sample_loop
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.score import LAGS, ljung_box, WHITE_LIMIT
@@ -250,7 +251,7 @@ def test_thresholds_have_the_stated_odds():
         # 30 expected of 3000; +- 4 standard deviations. The chi-square of Ljung and Box is
         # asymptotic.
         assert 8 <= (values > limit).sum() <= 55
-    flagged = sum(any(innovation.flags(w, (w ** 2).sum(axis=1), np.full(500, 2.0)).values())
+    flagged = sum(any(significant(w, (w ** 2).sum(axis=1), np.full(500, 2.0)).values())
                   for w in draws)
     assert flagged <= 2
 
@@ -281,7 +282,7 @@ NOISES = [
 def expect_share(case, fault, low, high):
     rows = case_rows(case, fault)
     windows = rows[:len(rows) // 500 * 500].reshape(-1, 500, sample_loop.N_ESTIMATE)
-    flagged = np.mean([any(innovation.flags(
+    flagged = np.mean([any(significant(
         w[:, [sample_loop.E_WHITE_1, sample_loop.E_WHITE_2]], w[:, sample_loop.E_NIS],
         w[:, sample_loop.E_DOF]).values()) for w in windows])
     assert low <= flagged <= high
@@ -366,26 +367,15 @@ def test_covariance_bounds():
     assert 'above' in raw[-1].message
 
 
-def test_reference_of_the_uncertainty_can_be_given():
-    data = default_samples(8.0)
+def test_reference_of_the_uncertainty_is_that_of_noise_alone():
     monitor = Monitor(DriveModel())
-    monitor.run(data)
-    usual = monitor.tau_k_std_reference
+    monitor.run(default_samples(8.0))
     values = monitor.outcomes['covariance'].values
-    assert usual == pytest.approx(values['tau_k_noise_std'], rel=0.05)
-    assert usual < values['tau_k_std']
-    for factor, word in ((2.0, 'below'), (0.5, 'above')):
-        monitor = Monitor(DriveModel())
-        monitor.tau_k_std_reference = factor * usual
-        monitor.reset()  # outlasts a restart
-        assert all(monitor.outcomes[name].level == Level.WARN
-                   for name in ('observability', 'prediction error', 'covariance', 'input'))
-        monitor.run(data)
-        assert word in monitor.outcomes['covariance'].message
-        monitor.set_parameters({'gap_warn': 0.2})
-        assert monitor.tau_k_std_reference == factor * usual
-        monitor.set_parameters({'q_std_tau_k': 9.0})  # now another uncertainty is usual
-        assert monitor.tau_k_std_reference is None
+    assert values['reference'] == pytest.approx(values['tau_k_noise_std'], rel=0.05)
+    assert values['reference'] < values['tau_k_std']
+    monitor.reset()
+    assert all(monitor.outcomes[name].level == Level.WARN
+               for name in ('observability', 'prediction error', 'covariance', 'input'))
 
 
 def test_one_evaluation_per_second_of_stamps():

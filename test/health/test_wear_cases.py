@@ -261,7 +261,7 @@ def test_points_without_end():
     gearbox = Gearbox(11, speed_bin=1.2)
     for k in range(120):
         gearbox.go(1, speed=20.0 * 1.25 ** (k % 40))
-    assert len(gearbox.health.statistics['points']) == 40 and not gearbox.health.alerts
+    assert len(gearbox.health.data.points) == 40 and not gearbox.health.alerts
     found = [gearbox.go(1, 0.2, speed=20.0 * 1.25 ** (k % 40))[0] for k in range(10)]
     size(gearbox, 'gap', 0.2)
     assert found[-1]['backlash'].level == Level.WARN
@@ -273,7 +273,7 @@ def test_a_lifting_axis_does_not_come_round(turns, points):
     gearbox.health = Health(replace(by, bins=replace(by.bins, turns=turns)))
     gearbox.go(1, angle=0.1)
     gearbox.go(1, angle=6.4)
-    assert len(gearbox.health.statistics['points']) == points
+    assert len(gearbox.health.data.points) == points
 
 
 @pytest.mark.parametrize('restarted', [False, True])
@@ -284,7 +284,7 @@ def test_a_new_motion_that_is_not_compared_does_not_end_the_measurement(restarte
     window = gearbox.window(0.0, load=36.0, gap_std=6.0, stiffness_std=50.0, hysteresis_std=9.0,
                             viscous_std=9.0, coulomb_std=9.0, lost_motion_std=9.0)
     gearbox.take(window, False, comparable=True)
-    assert len(gearbox.health.statistics['points']) == 2 and not gearbox.health.compared
+    assert len(gearbox.health.data.points) == 2 and not gearbox.health.compared
     if restarted:
         gearbox.health = read_again(gearbox.health)
     gearbox.health, windows = accepted(gearbox.health)

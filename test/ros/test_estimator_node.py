@@ -285,7 +285,7 @@ def test_drift_state_survives_a_restart(graph, drive, tmp_path):
     random = np.random.default_rng(0)
     for k in range(60):
         gap = 0.2 * (1.0 if k < 40 else 1.3) + 1e-3 * random.standard_normal()
-        health, _ = judge(health, Window(Backlash(
+        health = judge(health, Window(Backlash(
             T0 - (60 - k) * 10 ** 10, gap, 1e-3, 25.0, 0.1, angle=0.0, speed=18.0, load=3.6,
             flank=0.4)))
     write_whole(file, health_text(STATE, health, serial, adaptation={}, recording_ns=0))
@@ -312,11 +312,11 @@ def test_drift_state_survives_a_restart(graph, drive, tmp_path):
     feeder = Feeder(graph, drive)
     feeder.send([feeder.message(k) for k in range(4000)], rate=2000.0)
     graph.stop(estimator)
-    state = json.loads(file.read_text().splitlines()[0])['health']['statistics']
+    state = json.loads(file.read_text().splitlines()[0])['health']
     told = [(s.name, s.message) for a in alerts for s in a.status]
     # What is fed has the gap of the baseline: the alarm may be over, and nothing else is told.
     assert state['stamp_ns'] > T0 and all('over: ' in text for _, text in told[1:]), told
-    assert state['points'][-1]['temperature'] == 41.5
+    assert state['data']['points'][-1]['temperature'] == 41.5
     file.write_text(file.read_text()[:1000])
     baseline = tmp_path / 'baseline.yaml'
     baseline.write_text(file.read_text()[100:])

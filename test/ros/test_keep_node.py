@@ -35,7 +35,7 @@ def healthy(path):
         EstimatorParameters(angle_bin=0.0, speed_bin=1.0, load_bin=1.0), DriveModel()))
     random = np.random.default_rng(0)
     for k in range(40):
-        health, _ = judge(health, Window(Backlash(
+        health = judge(health, Window(Backlash(
             10**9 * (1 + k), 0.1 + 1e-3 * random.standard_normal(), 1e-3, 25.0, 0.1, angle=0.0,
             speed=18.0, load=3.6, flank=0.4)))
     write_whole(path, health_text(STATE, health, 'gearbox', adaptation={}, recording_ns=0))

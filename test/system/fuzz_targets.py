@@ -168,7 +168,7 @@ def _known():
     health, random = Health(HealthSettings()), np.random.default_rng(0)
     for k in range(6):
         gap, stiffness = random.normal((0.2, 25.0), (0.002, 0.3))
-        health, _ = judge(health, Window(Backlash(
+        health = judge(health, Window(Backlash(
             T0 + k * 10 ** 10, gap, 0.002, stiffness, 0.3, viscous=0.0, viscous_std=0.01,
             coulomb=0.0, coulomb_std=0.01, gain=0.0, gain_std=0.01, lost_motion=gap,
             lost_motion_std=0.002, angle=0.1, speed=2.0, load=1.0), temperature=20.0))

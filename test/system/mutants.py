@@ -68,7 +68,7 @@ ROOMS = MappingProxyType({
         'health/checks/innovation.py': ('health/test_alert_limits.py', 'health/test_trust.py'),
         'health/checks/covariance.py': ('health/test_alert_limits.py', 'health/test_trust.py'),
         'health/checks/outcome.py': ('health/test_outcome.py', 'health/test_alert_limits.py'),
-        'health/checks/passivity.py': ('health/test_row_checks.py', 'health/test_alert_limits.py'),
+        'health/checks/row_check.py': ('health/test_row_checks.py', 'health/test_alert_limits.py'),
         'health/backlash/wear.py': ('health/test_wear.py',
                                     'health/test_change.py',
                                     'health/test_drift.py'),

@@ -143,7 +143,7 @@ class Restarts:
 
     def _windows(self):
         state = self._state()
-        return state['health']['statistics']['stamp_ns'] if state else 0
+        return state['health']['stamp_ns'] if state else 0
 
     def left(self):
         """Return what stays behind when all have ended: shared memory, files that nobody knows."""
@@ -228,7 +228,7 @@ def evaluate(times, seed):
         left, state = restarts.left(), restarts._state()
     data = {'times': times, 'seed': seed, 'rows': rows, 'left': left,
             'adapted': bool(state and state['adaptation']),
-            'points': len(state['health']['statistics']['points']) if state else 0}
+            'points': len(state['health']['data']['points']) if state else 0}
     return {**data, 'bars': bars(data)}
 
 

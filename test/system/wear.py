@@ -170,8 +170,8 @@ class History:
         """Return the wear of the feature `name` at a `window` since the baseline."""
         if name not in ('friction', 'viscous_share'):
             return (1.0 + self.size(name, window)) / (1.0 + self.size(name, self.zero)) - 1.0
-        statistics = self.monitor.health.statistics
-        speed = statistics['points'][statistics['point']]['speed']
+        health = self.monitor.health
+        speed = health.data.points[health.point].speed
         (viscous, coulomb), (viscous_0, coulomb_0) = self.law(window), self.law(self.zero)
         whole, whole_0 = viscous * speed + coulomb, viscous_0 * speed + coulomb_0
         if name == 'friction':
@@ -386,7 +386,7 @@ def run_healthy(args):
         life.live()
         lives.append((life.alerts, life.names, life.windows, life.moved, life.compared))
         print(f'seed {seed}: {life.alerts} alerts, {life.names} names, '
-              f'{len(life.monitor.health.statistics["points"])} operating points, '
+              f'{len(life.monitor.health.data.points)} operating points, '
               f'{len(life.events)} events', flush=True)
     alerts, names, windows, moved, compared = np.sum(lives, axis=0).tolist()
     print(f'{alerts} alerts and {names} names in {windows} windows, {moved} of them in motion, '

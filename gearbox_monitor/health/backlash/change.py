@@ -10,9 +10,9 @@ one step more (wear.evidence), moves the newest steps to where they fit best, an
 the wear is, since when, and when a limit will be reached.
 """
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 import math
-from typing import Any, NamedTuple, Self
+from typing import NamedTuple, Self
 
 import numpy as np
 import scipy
@@ -24,11 +24,11 @@ from gearbox_monitor.health.backlash.change_tests import (
     WEAR, WEAR_FEATURES)
 from gearbox_monitor.health.backlash.features import Backlash, Friction
 from gearbox_monitor.health.backlash.operating_point import find_point, OperatingPoint
-from gearbox_monitor.health.backlash.wear import Columns, Fit, FIRST, Scan, SECOND_ONE, Trend
+from gearbox_monitor.health.backlash.wear import Columns, Fit, FIRST, Scan, SECOND_ONE
 from gearbox_monitor.health.backlash.wear_data import excess, History
 from gearbox_monitor.health.health_record import (
     Alert, FeatureHealth, FOUND, GROSS, HealthSettings, TRUSTED, WARNED, Window)
-from gearbox_monitor.kernels.types import Array, Flags, Values
+from gearbox_monitor.kernels.types import Array, Flags
 
 RECENT = 12         # windows whose mean is shown while there is no change
 MAX_STEPS, MAX_OPEN = 6, 8
@@ -102,7 +102,7 @@ class Tracker:
     """
 
     settings: HealthSettings
-    data: History
+    data: History = field(default_factory=History)
     wear: tuple[FeatureWear, ...] = (FeatureWear(),) * len(FEATURES)
     scores: Mapping[str, float] = field(default_factory=lambda: {t.key: 0.0 for t in TESTS})
     alerts: Mapping[str, Alert] = field(default_factory=dict)
@@ -118,23 +118,6 @@ class Tracker:
     marks: tuple[tuple[int, str], ...] = ()
     levels: tuple[float, ...] = (math.nan,) * len(FEATURES)
     level_stds: tuple[float, ...] = (math.nan,) * len(FEATURES)
-
-    @classmethod
-    def of(cls, settings: HealthSettings, state: Values | None = None) -> Self:
-        """
-        Return the Tracker that goes on from `state`, of to_dict, none or empty at the begin.
-
-        Raises ValueError, KeyError or TypeError for data that are no state.
-        """
-        friction = settings.viscous, settings.coulomb
-        if not state:
-            return cls(settings, History(*friction))
-        return cls(settings, History.from_dict(state, *friction), **_fields(state))
-
-    def under(self, settings: HealthSettings) -> Self:
-        """Return it as it is judged by other `settings` from now on."""
-        return replace(self, settings=settings, data=replace(
-            self.data, viscous=settings.viscous, coulomb=settings.coulomb))
 
     # ------------------------------------------------------------------ windows
 
@@ -230,10 +213,8 @@ class Tracker:
             The flags.
 
         """
-        warn = np.zeros(len(FEATURES))
-        for test in TESTS:
-            if test.key in self.settings.limits:
-                warn[test.column] = self.settings.limits[test.key][1]
+        warn = np.array([self.settings.limits.get(feature.up, (0.0, 0.0))[1]
+                         for feature in WEAR_FEATURES])
         with np.errstate(invalid='ignore'):
             result: Flags = (usual <= WEAR.stated_ratio ** 2 * place.stated) \
                 | (variances <= (WEAR.precise * warn) ** 2)
@@ -295,11 +276,11 @@ class Tracker:
         temperature = self.window.temperature if self.window else None
         kelvin, offsets = data.warmth(temperature), slice(
             wear.N_COMMON, wear.N_COMMON + len(o.points))
-        accepted = search.accepted()
+        accepted = search.accepted(fit)
         for f, prior in enumerate(PRIORS):
             if not o.counts[:, f].any():
                 continue
-            share = data.shares([point], f)[0]
+            share = data.shares([point], f, self.settings.friction)[0]
             slopes[f] = mean[f, wear.TEMPERATURES] @ share
             if len(o.points) > 1 and all(s.kind == ACCEPTED for s in self.wear[f].steps):
                 squares = mean[f, offsets] ** 2 + variance[f, offsets]
@@ -347,7 +328,7 @@ class Tracker:
             since = feature.found[-1]
             change = replace(change, found_ns=self.stamp_ns, found=growth, stage=FOUND)
         stage = FOUND
-        for at, limit in zip((WARNED, GROSS), self._limits(test)[1:]):
+        for at, limit in zip((WARNED, GROSS), self.limits(test)[1:]):
             needed = 0.5 if change.stage < at else 1.0 - WEAR.sure
             if scipy.special.ndtr((growth - limit) / max(std, 1e-12)) >= needed:
                 stage = at
@@ -374,27 +355,25 @@ class Tracker:
         """Return it without the steps of a feature, and the windows in which it had changed."""
         feature = self.wear[column]
         end = feature.found[-1] if len(feature.found) > 1 else self.data.recent_ns(RECENT)
-        steps = tuple(s for s in feature.steps if s.kind == ACCEPTED)
-        return replace(self, data=self.data.without(column, feature.found[0], end),
-                       wear=_replaced(self.wear, column, replace(feature, steps=steps)))
+        cleared = replace(feature, steps=tuple(s for s in feature.steps if s.kind == ACCEPTED))
+        return replace(self, data=self.data.without(column, feature.found[0], end), wear=(
+            *self.wear[:column], cleared, *self.wear[column + 1:]))
 
     # ------------------------------------------------------------------ what is known
 
     def relative(self, column: int, value: float, std: float) -> tuple[float, float]:
         """Return (growth, deviation) of `value` +- `std` in `column`: of logarithms, relative."""
         prior = PRIORS[column]
-        missed = self.missed(column)
-        if not prior.logarithmic:
-            return value, math.hypot(std, prior.scale * value, missed)
-        growth = math.expm1(value)
-        return growth, math.hypot((1.0 + growth) * std, prior.scale * growth, missed)
+        growth = math.expm1(value) if prior.logarithmic else value
+        slope = 1.0 + growth if prior.logarithmic else 1.0
+        return growth, math.hypot(slope * std, prior.scale * growth, self.missed(column))
 
     def missed(self, column: int) -> float:
         """Return what changes of other features may seem to be one of `column`."""
         return PRIORS[column].crosstalk * max((
             abs(w.value) for c, w in enumerate(self.wear) if c != column and w.found), default=0.0)
 
-    def _limits(self, test: ChangeTest) -> tuple[float, float, float]:
+    def limits(self, test: ChangeTest) -> tuple[float, float, float]:
         """Return the sizes from which on a change is noticed, a warning, an error by `test`."""
         return self.settings.limits_of(test, self._baseline(GAP)[0])
 
@@ -408,9 +387,10 @@ class Tracker:
         idle = max(self.stamp_ns - feature.compared_ns, 0) / HOUR
         return growth, math.hypot(std, self.settings.notice(column) * math.sqrt(idle))
 
+    @property
     def coefficients(self) -> tuple[tuple[float, float], ...]:
         """
-        Return (growth, deviation) of viscous and of Coulomb friction, () while not known.
+        (growth, deviation) of viscous and of Coulomb friction, () while not known.
 
         By the wear of the friction and of its viscous share at the newest operating point.
         """
@@ -426,33 +406,6 @@ class Tracker:
                  math.hypot((share + change) * growth_std, (1.0 + growth) * shift_std) / share)
                 for share, change in ((viscous, shift), (1.0 - viscous, -shift))]
         return rows[0], rows[1]
-
-    def trend(self, column: int) -> Trend | None:
-        """Return the Trend of the feature in `column` since its last step, None without one."""
-        feature = self.wear[column]
-        if not feature.found or feature.moving < WEAR.sure or \
-                abs(feature.slope) < LIMITS.trend_deviations * feature.slope_std:
-            return None
-        growth, std = self.growth(column)
-        unit = (1.0 + growth if PRIORS[column].logarithmic else 1.0) / self.settings.window
-        return Trend(self.stamp_ns, growth, std, feature.slope * unit, feature.slope_std * unit)
-
-    def steady(self, column: int) -> bool:
-        """Return whether the feature has moved by less than is reported since its last step."""
-        feature = self.wear[column]
-        if not feature.found or feature.moving >= WEAR.sure:
-            return False
-        windows = (self.stamp_ns - feature.found[-1]) * 1e-9 / self.settings.window
-        fastest = abs(feature.slope) + 2.0 * feature.slope_std
-        return fastest * windows < self.settings.notice(column)
-
-    def _natural(self, column: int, level: float, std: float, unit: float = 1.0
-                 ) -> tuple[float, float]:
-        """Return (value, deviation) in units of the feature; unit: of a point."""
-        if not PRIORS[column].logarithmic:
-            return float((self.data.reference[column] + level) * unit), float(std * unit)
-        value = math.exp(self.data.reference[column] + level)
-        return value, float(std * value)
 
     @property
     def point_windows(self) -> int:
@@ -497,77 +450,37 @@ class Tracker:
         tracker = replace(self, data=data, wear=tuple(features), alerts={}, ended=ended)
         return tracker._judged() if len(data.stamps) and self.point >= 0 else tracker
 
-    # ------------------------------------------------------------------ what is shown and kept
+    # ------------------------------------------------------------------ what is shown
 
-    def feature(self, column: int) -> FeatureHealth:
+    def feature_health(self, column: int) -> FeatureHealth:
         """Return what is known about the feature in `column`."""
-        feature, trend, name = self.wear[column], self.trend(column), FEATURES[column]
+        feature, name, limit = self.wear[column], FEATURES[column], tests_of(column)[0]
         level = getattr(self.backlash, name, math.nan), getattr(
             self.backlash, f'{name}_std', math.nan)
-        reach = trend.reach(self._limits(tests_of(column)[0])[2]) if trend else None
+        growth, std = self.growth(column)
+        moves, rate, rate_std, reach = bool(feature.found), 0.0, 0.0, None
+        if moves and feature.moving >= WEAR.sure:
+            if abs(feature.slope) >= LIMITS.trend_deviations * feature.slope_std:
+                unit = (1.0 + growth if PRIORS[column].logarithmic else 1.0) / self.settings.window
+                rate, rate_std = feature.slope * unit, feature.slope_std * unit
+                reach = wear.reach(growth, std, rate, rate_std, self.limits(limit)[2])
+        elif moves:  # by less than is reported since its last step?
+            windows = (self.stamp_ns - feature.found[-1]) * 1e-9 / self.settings.window
+            fastest = abs(feature.slope) + 2.0 * feature.slope_std
+            moves = fastest * windows >= self.settings.notice(column)
         return FeatureHealth(
-            *level, *self._baseline(column), *self.growth(column), feature.compared_ns,
-            trend.slope if trend else 0.0, trend.slope_std if trend else 0.0, reach,
-            self.steady(column), bool(feature.pending), feature.newest)
+            *level, *self._baseline(column), growth, std, feature.compared_ns, rate, rate_std,
+            reach, bool(feature.found) and not moves, bool(feature.pending), feature.newest)
 
     def _baseline(self, column: int) -> tuple[float, float]:
         """Return (healthy value, deviation) at the newest operating point, NaN if unknown."""
         if self.point < 0 or not math.isfinite(self.levels[column]) \
                 or self.point_windows < WEAR.min_baseline:
             return math.nan, math.nan
-        return self._natural(column, self.levels[column], self.level_stds[column],
-                             self.data.points[self.point].unit(column))
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return all that the next outcomes depend on, as plain data; floats read back exactly."""
-        is_newest = self.window is not None and self.backlash is self.window.features
-        return {
-            **self.data.to_dict(),
-            **{name: kind(getattr(self, name)) for name, kind in _PLAIN.items()},
-            'wear': [asdict(feature) for feature in self.wear],
-            'scores': dict(self.scores),
-            'ended': {name: list(map(list, over)) for name, over in self.ended.items()},
-            'alerts': {key: asdict(alert) for key, alert in self.alerts.items()},
-            'levels': list(self.levels), 'level_stds': list(self.level_stds),
-            'marks': [list(mark) for mark in self.marks],
-            'window': self.window and self.window.to_dict(),
-            'backlash': asdict(self.backlash) if self.backlash and not is_newest else None,
-            'friction': asdict(self.friction) if isinstance(self.friction, Friction) else None}
-
-
-# Fields of a Tracker that are plain data, and their types.
-_PLAIN = {'point': int, 'trusted': bool, 'compared': bool, 'over_limit': bool, 'stamp_ns': int}
-
-
-def _fields(state: Values) -> dict[str, Any]:
-    """Return the fields of a Tracker beside its settings and windows, of what to_dict gave."""
-    if len(state['wear']) != len(FEATURES):
-        raise ValueError(f'{len(state["wear"])} features, expected {len(FEATURES)}')
-    if state['point'] >= len(state['points']):
-        raise ValueError('an unknown operating point')
-    window = state['window'] and Window.from_dict(state['window'])
-    backlash = window and window.features
-    if not isinstance(backlash, Backlash):
-        backlash = state['backlash'] and Backlash(**state['backlash'])
-    keys = [test.key for test in TESTS]
-    return {
-        **{name: kind(state[name]) for name, kind in _PLAIN.items()},
-        'wear': tuple(FeatureWear(**{**row, 'steps': tuple(
-            Step(int(stamp), str(kind), float(std)) for stamp, kind, std in row['steps'])})
-            for row in state['wear']),
-        'scores': {key: float(state['scores'].get(key, 0.0)) for key in keys},
-        'alerts': {key: Alert(**value) for key, value in state['alerts'].items() if key in keys},
-        'ended': {name: tuple((str(test), float(size)) for test, size in over)
-                  for name, over in state['ended'].items()},
-        'window': window, 'backlash': backlash,
-        'friction': Friction(**state['friction']) if state['friction'] else backlash,
-        'marks': tuple((int(stamp), str(words)) for stamp, words in state['marks']),
-        **{name: tuple(map(float, state[name])) for name in ('levels', 'level_stds')}}
-
-
-def _replaced(features: tuple[FeatureWear, ...], column: int, feature: FeatureWear
-              ) -> tuple[FeatureWear, ...]:
-    return (*features[:column], feature, *features[column + 1:])
+        value = float(self.data.reference[column] + self.levels[column])
+        unit = self.data.points[self.point].unit(column)
+        value = math.exp(value) if PRIORS[column].logarithmic else value * unit
+        return value, self.level_stds[column] * (value if PRIORS[column].logarithmic else unit)
 
 
 def _opened(feature: FeatureWear, step: Step) -> FeatureWear:
@@ -592,7 +505,7 @@ class _Search:
             # The noise of a feature does not shrink with it.
             if feature.found and PRIORS[f].logarithmic and feature.value < 0.0:
                 growth[data.stamps > feature.found[0], f] = math.exp(-feature.value)
-        self.base = wear.Posterior(data.observations(growth))
+        self.base = wear.Posterior(data.observations(growth, tracker.settings.friction))
         o = self.base.observations
         self.rows = o.stamps[len(o.stamps) - o.rows:]
         self.age = np.append(wear.ages(o.stamps, tracker.stamp_ns, self.length), 0.0)
@@ -631,18 +544,17 @@ class _Search:
                     self.age, steps, has_slope, walk * float(self.sharp[f]))))
         return self.base.fit(Columns.of(parts, self.age))
 
-    def _steps(self) -> Iterator[tuple[int, Step, int]]:
-        """Yield (feature, step, its column of the fit) of all steps."""
+    def _steps(self, fit: Fit) -> Iterator[tuple[int, Step, int]]:
+        """Yield (feature, step, its column of a `fit`) of all steps."""
         for f, feature in enumerate(self.wear):
-            begin = int(np.searchsorted(self.fit.columns.feature, f))
+            begin = int(np.searchsorted(fit.columns.feature, f))
             for k, step in enumerate(feature.steps):
                 yield f, step, begin + k
 
-    def accepted(self) -> Array:
-        """Return which columns [T] belong to steps before a saved baseline."""
-        flags = np.zeros(len(self.fit.mean))
-        for _, step, column in self._steps():
-            flags[column] = step.kind == ACCEPTED
+    def accepted(self, fit: Fit) -> Flags:
+        """Return which columns [T] of a `fit` belong to steps before a saved baseline."""
+        flags = np.zeros(len(fit.mean), bool)
+        flags[[column for _, step, column in self._steps(fit) if step.kind == ACCEPTED]] = True
         return flags
 
     def _odds(self) -> Array:
@@ -686,7 +598,7 @@ class _Search:
     def settle(self) -> None:
         """Settle what may have come with a new motion; forget what nothing speaks for any more."""
         settings = self.tracker.settings
-        steps = list(self._steps())
+        steps = list(self._steps(self.fit))
         for f, step, k in steps:
             mean, variance = float(self.fit.mean[k]), float(self.fit.covariance[k, k])
             deviation, prior, begin_ns = math.sqrt(variance), step.std ** 2, step.stamp_ns
@@ -805,12 +717,8 @@ class _Search:
 
     def _now(self, fit: Fit, f: int) -> tuple[float, float]:
         """Return (value, deviation) of the wear of a feature now, since the baseline was saved."""
-        weights = np.where(fit.columns.feature == f, fit.columns.now, 0.0)
-        begin = int(np.searchsorted(fit.columns.feature, f))
-        for k, step in enumerate(self.wear[f].steps):
-            if step.kind == ACCEPTED:
-                weights[begin + k] = 0.0
-        return fit.combined(np.zeros(len(self.base.mean)), weights)
+        own = (fit.columns.feature == f) & ~self.accepted(fit)
+        return fit.combined(np.zeros(len(self.base.mean)), np.where(own, fit.columns.now, 0.0))
 
     def _recent(self, f: int, feature: FeatureWear) -> FeatureWear:
         """Return a feature with what a change of its newest windows would be."""
@@ -834,7 +742,7 @@ class _Search:
         smallest = tracker.settings.notice(column) + tracker_now.missed(column)
         sizes = [abs(feature.value) - feature.std]
         sizes += [abs(float(self.fit.mean[k])) - math.sqrt(float(self.fit.covariance[k, k]))
-                  for f, step, k in self._steps() if f == column and step.kind == 'found']
+                  for f, step, k in self._steps(self.fit) if f == column and step.kind == 'found']
         if max(sizes) < smallest:
             return False
         if column != VISCOUS_SHARE:

@@ -8,16 +8,15 @@ A window belongs to the known point whose centre is nearest, if it lies within h
 every coordinate; otherwise it founds a new point with itself as the centre. So a drive that works
 around one point has one point, not two halves of neighbouring bins.
 """
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 import math
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 
 from gearbox_monitor.health.backlash.change_tests import FEATURES, HYSTERESIS, WEAR
 from gearbox_monitor.health.backlash.features import Backlash, Friction
-from gearbox_monitor.kernels.types import Array, Values
+from gearbox_monitor.kernels.types import Array
 
 TINY = 1e-9
 N = len(FEATURES)
@@ -52,11 +51,6 @@ class OperatingPoint:
     previous: Array = field(default_factory=lambda: np.full(N, np.nan))
     kelvin: float = 0.0
     last_ns: int = 0
-
-    def place(self) -> dict[str, float | None]:
-        """Return the centre as plain data."""
-        return {'angle': self.angle, 'speed': self.speed, 'load': self.load,
-                'temperature': self.temperature}
 
     def unit(self, column: int) -> float:
         """Return what the feature in `column` is divided by if it is not logarithmic."""
@@ -106,30 +100,6 @@ class OperatingPoint:
         prior = WEAR.prior_windows * WEAR.stated_excess ** 2 * self.stated
         result: Array = (prior + self.squares) / (WEAR.prior_windows + self.freedom)
         return result
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return all of it as plain data; floats read back exactly."""
-        return {**self.place(), 'scale': self.scale, 'kelvin': self.kelvin,
-                'last_ns': self.last_ns,
-                **{name: getattr(self, name).tolist() for name in _ARRAYS}}
-
-    @classmethod
-    def from_dict(cls, row: Values) -> Self:
-        """Return the OperatingPoint of `row`, which to_dict gave."""
-        stated, count, squares, freedom, previous = (numbers(row[name], N) for name in _ARRAYS)
-        return replace(cls.at(row), stated=stated, stated_count=count, squares=squares,
-                       freedom=freedom, previous=previous, kelvin=float(row['kelvin']),
-                       last_ns=int(row['last_ns']))
-
-    @classmethod
-    def at(cls, row: Values) -> Self:
-        """Return an OperatingPoint without windows whose centre `row` names, see place."""
-        temperature = row['temperature']
-        return cls(float(row['angle']), float(row['speed']), float(row['load']),
-                   None if temperature is None else float(temperature), float(row['scale']))
-
-
-_ARRAYS = ('stated', 'stated_count', 'squares', 'freedom', 'previous')
 
 
 @dataclass(frozen=True)
@@ -204,11 +174,3 @@ def distance(point: OperatingPoint, window: Backlash | Friction, temperature: fl
 
 def _number(value: float) -> float:
     return float(value) if math.isfinite(value) else 0.0
-
-
-def numbers(values: Sequence[Any] | Any, size: int) -> Array:
-    """Return `values` as an array [size]; raises ValueError."""
-    array = np.array(values, float)
-    if array.size != size:
-        raise ValueError(f'{array.size} numbers, expected {size}')
-    return array.ravel()

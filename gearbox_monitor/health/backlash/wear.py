@@ -11,7 +11,6 @@ Shiryaev and Roberts, so that false alarms are no more often than the prior prob
 change, however long one waits (e-detectors: Shin, Ramdas and Rinaldo, 2023).
 """
 from collections.abc import Sequence
-from dataclasses import dataclass
 from datetime import datetime, UTC
 import itertools
 import math
@@ -363,39 +362,31 @@ def ages(stamps: Sequence[int] | Integers, now_ns: int, window_ns: float) -> Arr
     return result
 
 
+def reach(growth: float, growth_std: float, slope: float, slope_std: float, limit: float
+          ) -> tuple[float, float, float] | None:
+    """
+    Return (seconds, earliest, latest) until a growth is `limit`, 95 %; None without a trend to it.
+
+    Args:
+        growth: now.
+        growth_std: its standard deviation.
+        slope: of the growth, per second.
+        slope_std: its standard deviation.
+        limit: of the growth.
+
+    Returns:
+        The times; latest is inf where the slope may be that small.
+    """
+    if not slope > LIMITS.trend_deviations * slope_std:
+        return None
+    remaining, slow = limit - growth, slope - 2.0 * slope_std
+    if remaining <= 0.0:
+        return 0.0, 0.0, 0.0
+    return (remaining / slope, max(remaining - 2.0 * growth_std, 0.0) / (slope + 2.0 * slope_std),
+            (remaining + 2.0 * growth_std) / slow if slow > 0.0 else math.inf)
+
+
 SECOND = 1_000_000_000
-
-
-@dataclass(frozen=True)
-class Trend:
-    """Growth now, its slope per second, their standard deviations, and the stamp it is about."""
-
-    stamp_ns: int
-    growth: float
-    growth_std: float
-    slope: float
-    slope_std: float
-
-    @property
-    def found(self) -> bool:
-        """Whether there is a trend upwards."""
-        return self.slope > LIMITS.trend_deviations * self.slope_std
-
-    def reach(self, limit: float) -> tuple[float, float, float] | None:
-        """
-        Return (seconds, earliest, latest) until the growth is `limit`, 95 %; None without a trend.
-
-        latest is inf where the slope may be that small.
-        """
-        if not self.found:
-            return None
-        remaining = limit - self.growth
-        if remaining <= 0.0:
-            return 0.0, 0.0, 0.0
-        slow = self.slope - 2.0 * self.slope_std
-        return (remaining / self.slope,
-                max(remaining - 2.0 * self.growth_std, 0.0) / (self.slope + 2.0 * self.slope_std),
-                (remaining + 2.0 * self.growth_std) / slow if slow > 0.0 else math.inf)
 
 
 def when(stamp_ns: int) -> str:

@@ -14,12 +14,12 @@ from typing import Any, Self
 import numpy as np
 
 from gearbox_monitor.health.backlash.change_tests import (
-    FEATURES, FRICTION, PRIORS, VISCOUS_SHARE, WEAR)
-from gearbox_monitor.health.backlash.operating_point import DIFFERENCE, numbers, OperatingPoint
+    FEATURES, FRICTION, ModelFriction, PRIORS, VISCOUS_SHARE, WEAR)
+from gearbox_monitor.health.backlash.operating_point import DIFFERENCE, OperatingPoint
 from gearbox_monitor.health.backlash.wear import (
     DISTRUST, LEVEL, N_COMMON, Observations, TEMPERATURES)
-from gearbox_monitor.health.health_record import AT_ODDS, ERRORS_LARGER, TRUSTED
-from gearbox_monitor.kernels.types import Array, Integers, Values
+from gearbox_monitor.health.health_record import AT_ODDS, ERRORS_LARGER
+from gearbox_monitor.kernels.types import Array, Integers
 
 N = len(FEATURES)
 PER_SIZE = 6       # cells of one size, before the two oldest of them become one
@@ -42,16 +42,13 @@ class History:
     """
     Operating points, and the windows as cells in order of time; arrays are not changed.
 
-    viscous (N m s/rad), coulomb (N m): friction of the model file. stamps [C] ns: middle of a
-    cell; where [C]: point; trust [C]; sums [C, 5, F]: see COUNT and after, of logarithms of the
-    features less `reference` [F] (of hysteresis: over load) and of temperatures less
-    `first_kelvin`. The newest `rows` cells are single windows. products, differences [F, F]: of
-    errors, and of how many. slopes [F]: temperature coefficients, spread [F]: variances of the
-    offsets of points, both as known so far.
+    stamps [C] ns: middle of a cell; where [C]: point; trust [C]; sums [C, 5, F]: see COUNT and
+    after, of logarithms of the features less `reference` [F] (of hysteresis: over load) and of
+    temperatures less `first_kelvin`. The newest `rows` cells are single windows. products,
+    differences [F, F]: of errors, and of how many. slopes [F]: temperature coefficients, spread
+    [F]: variances of the offsets of points, both as known so far.
     """
 
-    viscous: float = 0.0
-    coulomb: float = 0.0
     points: tuple[OperatingPoint, ...] = ()
     stamps: Integers = field(default_factory=lambda: np.zeros(0, np.int64))
     where: Integers = field(default_factory=lambda: np.zeros(0, np.int64))
@@ -166,11 +163,19 @@ class History:
         sums[(self.stamps > begin_ns) & (self.stamps <= end_ns), :, column] = 0.0
         return replace(self, sums=sums)
 
-    def shares(self, points: Sequence[int] | Integers, column: int) -> Array:
-        """Return the shares [C, 2] of both temperature coefficients of a `column` at `points`."""
+    def shares(self, points: Sequence[int] | Integers, column: int, friction: ModelFriction
+               ) -> Array:
+        """
+        Return the shares [C, 2] of both temperature coefficients of a feature.
+
+        Args:
+            points: of the cells [C].
+            column: of the feature.
+            friction: of the model file.
+        """
         parts = np.tile((1.0, 0.0), (len(points), 1))
-        if column in (FRICTION, VISCOUS_SHARE) and self.viscous + self.coulomb > 0.0:
-            parts = np.array([(self.viscous * self.points[k].speed, self.coulomb)
+        if column in (FRICTION, VISCOUS_SHARE) and sum(friction) > 0.0:
+            parts = np.array([(friction.viscous * self.points[k].speed, friction.coulomb)
                               for k in points]).reshape(-1, 2)
             parts = parts / np.maximum(parts.sum(axis=1, keepdims=True), 1e-300)
         if column == VISCOUS_SHARE:  # the derivative of the share v / (v + c)
@@ -195,8 +200,12 @@ class History:
             self.points[point].freedom, np.maximum(differences - coupled, 0.0))
         return result
 
-    def observations(self, growth: Array) -> Observations:
-        """Return the Observations; growth [C, F]: factor of the noise, for a smaller feature."""
+    def observations(self, growth: Array, friction: ModelFriction) -> Observations:
+        """
+        Return the Observations.
+
+        growth [C, F]: factor of the noise, for a smaller feature; friction: of the model file.
+        """
         recent = set(self.where[len(self.where) - self.rows:].tolist())
         older = sorted(set(self.where.tolist()) - recent, key=lambda k: -self.points[k].last_ns)
         points = sorted(recent | set(older[:MAX_ACTIVE]))
@@ -216,7 +225,7 @@ class History:
         warmth = sums[:, KELVIN].sum(axis=1) / np.maximum(count.sum(axis=1), 1.0)
         design = np.tile(shared, (N, 1, 1))
         prior = np.zeros((N, width))
-        parts = np.array([self.shares(where, f) for f in range(N)])
+        parts = np.array([self.shares(where, f, friction) for f in range(N)])
         for f, p in enumerate(PRIORS):
             design[f, :, TEMPERATURES] = parts[f] * warmth[:, None]
             offset = self.spread[f] if np.isfinite(self.spread[f]) else p.offset ** 2
@@ -242,56 +251,6 @@ class History:
             count, self.stamps[keep], self.rows, tuple(points), prior,
             np.einsum('ncs,cnm,mct->nsmt', parts, spread_weight, parts, optimize=True),
             np.einsum('ncs,cnm,cm->ns', parts, precision, product, optimize=True))
-
-    # ------------------------------------------------------------------ state
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return all of it as plain data; floats read back exactly."""
-        old = len(self.stamps) - self.rows
-        heads = np.stack([self.stamps, self.where, self.trust], axis=1).tolist()
-        values = np.where(self.sums[:, COUNT] > 0.0, self.sums[:, TOTAL], np.nan)
-        warmth = self.sums[:, KELVIN]
-        kelvin = np.where(warmth.max(axis=1, initial=0.0) > 0.0, warmth.max(axis=1, initial=0.0),
-                          warmth.min(axis=1, initial=0.0))
-        return {
-            'points': [p.to_dict() for p in self.points],
-            'cells': [head + row.ravel().tolist() for head, row in zip(heads, self.sums[:old])],
-            'windows': [head + [float(warm), *row.tolist()] for head, warm, row in zip(
-                heads[old:], kelvin[old:], values[old:])],
-            'first_kelvin': self.first_kelvin,
-            **{name: getattr(self, name).ravel().tolist() for name in _ARRAYS}}
-
-    @classmethod
-    def from_dict(cls, state: Values, viscous: float, coulomb: float) -> Self:
-        """
-        Return what to_dict gave. Raises KeyError, TypeError or ValueError.
-
-        state: the plain data; viscous, coulomb: friction of the model file.
-        """
-        points = tuple(OperatingPoint.from_dict(row) for row in state['points'])
-        cells = [numbers(row[3:], 5 * N).reshape(5, N) for row in state['cells']]
-        for row in state['windows']:
-            values = numbers(row[4:], N)
-            finite = np.isfinite(values)
-            cells.append(_sums(finite.astype(float), np.where(finite, values, 0.0),
-                               float(row[3])))
-        heads = [row[:3] for row in (*state['cells'], *state['windows'])]
-        if not all(0 <= head[1] < len(points) for head in heads):
-            raise ValueError('a window of an unknown operating point')
-        if not all(isinstance(v, int) for head in heads for v in head) or \
-                not all(head[2] <= TRUSTED for head in heads):
-            raise ValueError(f'a window without stamp, or with trust above {TRUSTED}')
-        stamps, where, trust = np.array(heads, np.int64).reshape(-1, 3).T
-        return cls(
-            viscous, coulomb, points, stamps, where, trust,
-            np.array(cells).reshape(-1, 5, N), len(state['windows']),
-            first_kelvin=state['first_kelvin'],
-            **{name: numbers(state[name], N ** len(shape)).reshape(shape)
-               for name, shape in _ARRAYS.items()})
-
-
-_ARRAYS = {'reference': (N,), 'products': (N, N), 'differences': (N, N), 'slopes': (N,),
-           'spread': (N,)}
 
 
 def _sums(count: Array, total: Array, kelvin: float) -> Array:

@@ -8,8 +8,8 @@ All tests run on innovations whitened by the Cholesky factor of S, each on the w
 it: the mean on a short one, because over whole periods of the excitation a model error averages
 out; whiteness and size on a long one.
 
-`flags` judges one window by significance alone. An outcome (`check`) wants an effect of some size
-as well: with enough samples every model is significantly wrong.
+An outcome wants an effect of some size beside its significance: with enough samples every model is
+significantly wrong.
 
 All but whiteness follows from sums over the window; the firmware of a drive keeps these sums
 sample by sample (`watch`) and judges them by the same kernels.
@@ -244,31 +244,6 @@ def _judge(sums: Array, settled: float) -> int:
 def _whiteness(white: Array) -> tuple[float, float]:
     """Return ljung_box of the channel of `white` [N, 2] that is farther from white."""
     return max(ljung_box(white[:, 0]), ljung_box(white[:, 1]))
-
-
-def flags(white: Array, nis: Array, dof: Array) -> dict[str, bool]:
-    """
-    Return whether significance alone speaks against a window of W samples.
-
-    If the filter's model were exact, each test would flag `error_significance` of windows
-    (whiteness: of long ones).
-
-    Args:
-        white: whitened innovations [W, 2], NaN where not measured.
-        nis: normalised innovation squared [W].
-        dof: its degrees of freedom [W].
-
-    Returns:
-        {test: bool} for the tests mean, whiteness (Ljung-Box) and nis (chi-square).
-
-    """
-    every, sums = len(nis), np.zeros(N_SUMS)
-    _sum(white, nis, dof, white, np.ones(white.shape), every, every, sums)
-    low, high = nis_limits(sums[DOF])
-    mean = max(_mean(sums[MEAN + c], sums[RECENT + c]) for c in range(2))
-    return {'mean': mean > MEAN_LIMIT,
-            'whiteness': _whiteness(white)[0] > LJUNG_BOX_LIMIT,
-            'nis': not low <= sums[NIS] / sums[DOF] <= high}
 
 
 def systematic(values: Values) -> bool:

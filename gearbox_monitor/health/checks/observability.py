@@ -86,10 +86,9 @@ def _braked(rate: float) -> tuple[float, float]:
     return speed, 2.0 * (1.0 - speed) / rate
 
 
-@inline
-def _scale(p: Array, i: int) -> float:
-    """Return the typical magnitude of state `i`: its prior standard deviation."""
-    return POSITION_SCALE if i <= X2 else math.sqrt(p[P0 + i])
+def _scales(n: int, p: Array) -> Array:
+    """Return the typical magnitudes [n] of the states: their prior standard deviations."""
+    return np.append([POSITION_SCALE] * X3, np.sqrt(p[P0 + X3:P0 + n]))
 
 
 def information_share(states: Array, dts: Array, measured: Flags, p: Array) -> Array:
@@ -109,24 +108,15 @@ def information_share(states: Array, dts: Array, measured: Flags, p: Array) -> A
 
     """
     n = states.shape[1]
-    information = np.empty((n, n))
+    information, scale = np.empty((n, n)), _scales(n, p)
     _gramian(states, dts, measured, p, information, np.empty((n, n)), np.empty((n, n)))
-    for i in range(n):
-        for j in range(n):
-            information[i, j] *= _scale(p, i) * _scale(p, j)
-        information[i, i] += 1.0
+    information *= np.outer(scale, scale)
     # With a unit diagonal, and a trace of rounding on it: of fine encoders the elements span more
     # than the digits of a number.
-    size, shares = np.empty(n), np.empty(n)
-    for i in range(n):
-        size[i] = math.sqrt(information[i, i])
-    for i in range(n):
-        for j in range(n):
-            information[i, j] /= size[i] * size[j]
-        information[i, i] += ROUNDING
-    posterior = np.linalg.inv(information)
-    for i in range(n):
-        shares[i] = math.sqrt(min(max(posterior[i, i], 0.0), size[i] ** 2)) / size[i]
+    size = np.sqrt(np.diag(information) + 1.0)
+    posterior = np.linalg.inv((information + np.eye(n)) / np.outer(size, size)
+                              + ROUNDING * np.eye(n))
+    shares: Array = np.sqrt(np.clip(np.diag(posterior), 0.0, size ** 2)) / size
     return shares
 
 
@@ -134,40 +124,6 @@ def _condition(jacobian: Array) -> float:
     s = np.linalg.svd(jacobian, False)[1]
     ratio: float = s[-1] / max(s[0], TINY)
     return ratio
-
-
-def _paper(state: Array, measured: Flags, p: Array) -> tuple[float, float, float, float]:
-    n = state.shape[0]
-    a, unit = np.empty((n, n)), np.empty((n, n))
-    jacobian, scaled = np.empty((n + 2, n)), np.empty((n + 2, n))
-    for i in range(n):
-        for j in range(n):
-            unit[i, j] = 1.0 if i == j else 0.0
-    tangent(state, unit, p, a)
-    for i in range(n):
-        if i < 2:
-            typical = _scale(p, X3 + i)
-        elif i < 4:
-            typical = _scale(p, TAU_K) * p[INVERSE_M1 if i == X3 else INVERSE_M2]
-        else:
-            typical = _scale(p, i)  # states beyond the drive's: no derivative to speak of
-        for j in range(n):
-            jacobian[i, j] = a[i, j]
-            scaled[i, j] = a[i, j] * _scale(p, j) / typical
-    for i in range(2):
-        for j in range(n):
-            jacobian[n + i, j] = 1.0 if i == j and measured[i] else 0.0
-            scaled[n + i, j] = jacobian[n + i, j]
-    torque_condition = 1.0
-    if p[LOAD_AT] > 0.0:
-        two = np.empty((n + 2, 2))
-        load = int(p[LOAD_AT])
-        for i in range(n + 2):
-            two[i, 0], two[i, 1] = jacobian[i, TAU_K], jacobian[i, load]
-        torque_condition = _condition(two)
-    signal = _scale(p, TAU_K) * math.sqrt(a[X3, TAU_K] ** 2 / max(p[Q0 + X3], TINY)
-                                      + a[X4, TAU_K] ** 2 / max(p[Q0 + X4], TINY))
-    return _condition(jacobian), _condition(scaled), torque_condition, signal
 
 
 def paper(state: Array, measured: Flags, p: Array) -> dict[str, float]:
@@ -181,8 +137,21 @@ def paper(state: Array, measured: Flags, p: Array) -> dict[str, float]:
     tells nothing. signal_eq6_p says what it was meant to: the norm of the column of tau_K, each
     row over its process noise, times the typical tau_K, per sqrt(s).
     """
-    return dict(zip(('condition_eq6', 'condition_eq6_scaled', 'condition_eq6_p', 'signal_eq6_p'),
-                    _paper(state, measured, p)))
+    n, scale = len(state), _scales(len(state), p)
+    jacobian = np.zeros((n + 2, n))
+    tangent(state, np.eye(n), p, jacobian[:n])
+    jacobian[[n, n + 1], [X1, X2]] = measured
+    typical = np.ones(n + 2)
+    typical[:n] = scale  # states beyond the drive's: no derivative to speak of
+    typical[[X1, X2]] = scale[[X3, X4]]
+    typical[[X3, X4]] = scale[TAU_K] * p[[INVERSE_M1, INVERSE_M2]]
+    of_torques = jacobian[:, [TAU_K, int(p[LOAD_AT])]]
+    return {
+        'condition_eq6': _condition(jacobian),
+        'condition_eq6_scaled': _condition(jacobian * scale / typical[:, None]),
+        'condition_eq6_p': _condition(of_torques) if p[LOAD_AT] > 0.0 else 1.0,
+        'signal_eq6_p': scale[TAU_K] * math.hypot(*(
+            jacobian[i, TAU_K] / math.sqrt(max(p[Q0 + i], TINY)) for i in (X3, X4)))}
 
 
 def check(shares: Mapping[str, float], stated: float, eq6: Values) -> Outcome:
