@@ -344,14 +344,18 @@ class ConventionBalance:
     def _scores(self, readings: Sequence[RobotReading], nodes: Array | None = None
                 ) -> list[ReadingScore]:
         """Return the scores of `readings`; nodes: as of _products."""
-        scale = np.ones((len(readings), self.motion.q.shape[1]))
-        for row, reading in zip(scale, readings):
-            for j, convention in reading.joints.items():
-                row[j] = convention.effort
-        only_efforts = all(not r.swapped and all(
-            replace(c, effort=1.0) == AS_RECORDED for c in r.joints.values()) for r in readings)
-        return _fitted(self, self._recorded if only_efforts else self._products(readings, nodes),
-                       scale)
+        scores: list[ReadingScore] = []
+        for begin in range(0, len(readings), AT_ONCE):
+            part = readings[begin:begin + AT_ONCE]
+            scale = np.ones((len(part), self.motion.q.shape[1]))
+            for row, reading in zip(scale, part):
+                for j, convention in reading.joints.items():
+                    row[j] = convention.effort
+            only_efforts = all(not r.swapped and all(
+                replace(c, effort=1.0) == AS_RECORDED for c in r.joints.values()) for r in part)
+            scores += _least_squares(self, self._recorded if only_efforts else self._products(
+                part, nodes), scale)
+        return scores
 
     def _scored(self) -> Iterator[tuple[RobotReading, ReadingScore]]:
         """Yield readings of one joint, of two that are swapped, of all joints, and their score."""
@@ -376,9 +380,7 @@ class ConventionBalance:
             if len(group) == 1 and not slide[0]:
                 zeros = [RobotReading({group[0]: Convention(zero=float(c))}) for c in ZEROS]
                 yield from zip(zeros, self._scores(zeros, self._nodes(group[0])))
-        for begin in range(0, len(readings), AT_ONCE):
-            part = readings[begin:begin + AT_ONCE]
-            yield from zip(part, self._scores(part))
+        yield from zip(readings, self._scores(readings))
 
     def refined(self, reading: RobotReading) -> tuple[RobotReading, ReadingScore]:
         """Return a reading with the zero or the factor that explains most, and its score."""
@@ -556,30 +558,18 @@ def _tested_rate(x: Array, tests: TestFunctions, mask: Array, slope: Array,
     return out.reshape(len(x), -1, x.shape[-1])
 
 
-def _fitted(balance: ConventionBalance, products: _Products, scale: Array | None = None
-            ) -> list[ReadingScore]:
+def _least_squares(balance: ConventionBalance, products: _Products, scale: Array
+                   ) -> list[ReadingScore]:
     """
     Return the scores of V readings in the balance, with all effects.
+
+    A joint's own columns are eliminated.
 
     Args:
         balance: with the deviations of the priors.
         products: of the columns of each reading, or of one for all.
-        scale: factors of the efforts [V, J], None for 1.
+        scale: factors of the efforts [V, J].
     """
-    scale = np.ones(products.floor.shape) if scale is None else scale
-    scores = []
-    for begin in range(0, len(scale), AT_ONCE):
-        rows = slice(begin, begin + AT_ONCE)
-        part = products if len(products.floor) == 1 else _Products(
-            tuple(gram[rows] for gram in products.gram), products.rows, products.own[rows],
-            products.floor[rows], products.outside[rows])
-        scores += _least_squares(balance, part, scale[rows])
-    return scores
-
-
-def _least_squares(balance: ConventionBalance, products: _Products, scale: Array
-                   ) -> list[ReadingScore]:
-    """Return the scores of some readings; see _fitted. A joint's own columns are eliminated."""
     chain, rows = balance.robot.chain, products.rows
     (versions, count), known = scale.shape, len(balance.shared)
     sure = np.ones((versions, count, OWN)) / scale[:, :, None] ** 2
