@@ -31,43 +31,6 @@ SIDE = 0.5            # of the motion's deviation: beyond, the next of a grid is
 
 
 @dataclass(frozen=True, eq=False)
-class ContestScales:
-    """
-    What the evidence of a candidate is measured by.
-
-    scatter: {key: deviations} between healthy parts; dispersion [J]; names: number of laws;
-    lawless: number of functions. Where references are short: extra, cost of each; day: share of
-    the effort by which days may differ. loads [J]: deviation of a scale of the torque that loads
-    found so far make, which the scale of each joint's effort allows.
-    """
-
-    scatter: dict[str, Array]
-    dispersion: Array
-    names: int
-    lawless: int
-    extra: float = 0.0
-    day: float = 0.0
-    loads: Array | None = None
-
-
-def scales_of(laws: Sequence[Candidate], free: Sequence[Candidate], knowledge: Knowledge | None,
-              joints: int) -> ContestScales:
-    """
-    Return the ContestScales of a contest.
-
-    Args:
-        laws: candidates.
-        free: functions.
-        knowledge: of references, None without one.
-        joints: of the robot.
-    """
-    names, lawless = (max(len({c.name for c in field}), 1) for field in (laws, free))
-    if knowledge is None:
-        return ContestScales({}, np.ones(joints), names, lawless)
-    return ContestScales(dict(knowledge.scatter), knowledge.dispersion, names, lawless)
-
-
-@dataclass(frozen=True, eq=False)
 class Contender:
     """
     A candidate in the contest: its worth beyond its cost, and the fit with it.
@@ -87,19 +50,188 @@ class Contender:
         return self.fit.chosen[-1]
 
 
-def over_dispersion(evidence: RobotEvidence, candidate: Candidate, scales: ContestScales,
-                    fit: RobotFit) -> float:
+@dataclass(frozen=True, eq=False)
+class RobotContest:
     """
-    Return the over-dispersion of a candidate, of several joints by their information.
+    What candidates compete for, and what their evidence is measured by.
 
-    Args:
-        evidence: of the recordings.
-        candidate: effect or function.
-        scales: with the over-dispersion of each joint.
-        fit: whose weights tell how much each joint says.
+    evidence: of the recordings. scatter: {key: deviations} between healthy parts; dispersion [J];
+    names: number of laws; lawless: number of functions. Where references are short: extra, cost of
+    each; day: share of the effort by which days may differ. loads [J]: deviation of a scale of the
+    torque that loads found so far make, which the scale of each joint's effort allows.
     """
-    return sum(share * float(scales.dispersion[j])
-               for j, share in informed(evidence, candidate, fit).items())
+
+    evidence: RobotEvidence
+    scatter: dict[str, Array]
+    dispersion: Array
+    names: int
+    lawless: int
+    extra: float = 0.0
+    day: float = 0.0
+    loads: Array | None = None
+
+    @classmethod
+    def between(cls, evidence: RobotEvidence, laws: Sequence[Candidate],
+                free: Sequence[Candidate], knowledge: Knowledge | None) -> 'RobotContest':
+        """
+        Return the contest between laws and functions.
+
+        Args:
+            evidence: of the recordings.
+            laws: candidates.
+            free: functions.
+            knowledge: of references, None without one.
+        """
+        names, lawless = (max(len({c.name for c in field}), 1) for field in (laws, free))
+        return cls(evidence, dict(knowledge.scatter) if knowledge else {},
+                   knowledge.dispersion if knowledge else np.ones(evidence.joints), names, lawless)
+
+    def over_dispersion(self, candidate: Candidate, fit: RobotFit) -> float:
+        """
+        Return the over-dispersion of a candidate, of several joints by their information.
+
+        Args:
+            candidate: effect or function.
+            fit: whose weights tell how much each joint says.
+        """
+        return sum(share * float(self.dispersion[j])
+                   for j, share in informed(self.evidence, candidate, fit).items())
+
+    def of_days(self, candidate: Candidate) -> Array:
+        """
+        Return the covariance [k, k] of a candidate's coefficients between healthy parts and days.
+
+        Of a torque of any of its shapes a short reference leaves a share of the effort open.
+        """
+        scatter = self.scatter.get(key_of(candidate))
+        out = np.zeros((candidate.width, candidate.width))
+        if scatter is not None and len(scatter) == candidate.width:
+            out = np.diag(scatter ** 2)
+        if candidate.effect == TORQUE_GAIN.id and self.loads is not None:
+            out = out + self.loads[list(candidate.columns)] ** 2
+        if not self.day:
+            return out
+        effort = sum(float(np.sum((rows.target[j] + rows.model[j]) ** 2))
+                     for rows in self.evidence.recordings for j in candidate.columns)
+        inner = np.sum([x.T @ x for x in candidate.columns.values()], axis=0)
+        size = np.sqrt(np.diag(inner)) + 1e-30
+        inverse = np.linalg.pinv(inner / np.outer(size, size), 1e-9) / np.outer(size, size)
+        return out + self.day ** 2 * effort * inverse
+
+    def beside(self, fit: RobotFit) -> 'RobotContest':
+        """
+        Return the contest with what the scale of each joint's effort makes of the loads of a fit.
+
+        One mass is one number; joints read it in scales of their own, and none of that is a
+        finding.
+        """
+        recordings = self.evidence.recordings
+        tolerance, loads = recordings[0].robot.torque_tolerance, np.zeros(self.evidence.joints)
+        for i, c in enumerate(fit.chosen if tolerance else ()):
+            for j, x in c.columns.items() if c.link else ():
+                whole = sum(float(np.sum(rows.model[j] ** 2)) for rows in recordings)
+                loads[j] += float(np.sum((x @ fit.values[fit.of(i)]) ** 2)) / max(whole, 1e-30)
+        return replace(self, loads=tolerance * np.sqrt(loads))
+
+    def cost(self, candidate: Candidate) -> float:
+        """Return the extended BIC of a candidate: ln n per parameter and the choice among all."""
+        count = self.lawless if candidate.free else self.names
+        return float(candidate.size * np.log(max(self.evidence.rows_in(candidate), 3.0))
+                     + 2.0 * np.log(count)) + self.extra
+
+    def worth(self, current: RobotFit, fit: RobotFit) -> float:
+        """Return the tempered gain of what `fit` adds to `current`, less its cost."""
+        c, own, k = fit.chosen[-1], fit.of(len(fit.chosen) - 1), len(self.evidence.labels)
+        columns = slice(k + own.start, k + own.stop)
+        covariance = fit.covariance[columns, columns] / np.outer(fit.scale[own], fit.scale[own])
+        gain = current.deviance - fit.deviance - self.evidence.hidden(fit)
+        if gain > 0.0:
+            gain = tempered(gain, (fit.values[own], covariance), self.of_days(c),
+                            self.over_dispersion(c, fit))
+        return gain - self.cost(c)
+
+    def entries(self, current: RobotFit, candidates: Sequence[Candidate],
+                finalists: int) -> list[Contender]:
+        """
+        Return the candidates that pay most: those that pay first, the likest first.
+
+        Args:
+            current: fit so far.
+            candidates: to add one of.
+            finalists: number of candidates of the score test that are fitted.
+        """
+        fits = []
+        for c in self._promising(current, candidates, finalists):
+            fit = self.evidence.fit((*current.chosen, c), current.weights, 4)
+            if c.at_setting is not None and current.deviance - fit.deviance > self.cost(c):
+                fit = _refined(self.evidence, fit)
+            if _allowed(fit):
+                fits.append((self.worth(current, fit), fit))
+        if not fits:
+            return []
+        likeliest = max(fits, key=lambda e: e[0])[1]
+        phi = self.over_dispersion(likeliest.chosen[-1], likeliest)
+        entries = [Contender(own, fit, (
+            current.deviance - fit.deviance - self.evidence.hidden(fit)) / phi
+            - self.cost(fit.chosen[-1])) for own, fit in fits]
+
+        def rank(e: Contender) -> tuple[bool, float]:
+            pays = e.worth >= SETTINGS.margin
+            return pays, e.likeness if pays else e.worth
+        entries.sort(key=rank, reverse=True)
+        # What explains the same by fewer coefficients is first: of a first link some have no
+        # torque.
+        pays, largest = rank(entries[0])
+        same = sum(rank(e) > (pays, largest - LEAST_GAIN) for e in entries)
+        entries = sorted(entries[:same], key=lambda e: e.candidate.width) + entries[same:]
+        if entries[0].candidate.effect != PAYLOAD.id:
+            return entries
+        # Of links that carry a load alike it hangs at the outermost, which most joints move.
+        carriers = [e for e in entries if e.candidate.effect == PAYLOAD.id
+                    and rank(e) > (pays, largest - SETTINGS.margin)
+                    and e.candidate.columns.keys() >= entries[0].candidate.columns.keys()]
+        outermost = max(carriers, key=lambda e: len(e.candidate.columns))
+        return [outermost, *(e for e in entries if e is not outermost)]
+
+    def _promising(self, current: RobotFit, candidates: Sequence[Candidate],
+                   finalists: int) -> list[Candidate]:
+        """Return the finalists of a score test, a few settings of each name; see entries."""
+        names = {c.name for c in current.chosen}
+        field = [c for c in candidates if c.name not in names]
+        worth = np.array([tempered(
+            e.gain, (e.values, e.covariance), self.of_days(c), self.over_dispersion(c, current))
+            - self.cost(c) for c, e in zip(field, self.evidence.estimates(current, field))])
+        chosen: list[Candidate] = []
+        count: dict[tuple[str, str, str], int] = {}
+        for i in np.argsort(-worth):
+            c = field[i]
+            if count.get(c.name, 0) < PER_NAME and (worth[i] > -40.0 or not chosen):
+                count[c.name] = count.get(c.name, 0) + 1
+                chosen.append(c)
+            if len(chosen) == finalists:
+                break
+        return chosen
+
+    def pruned(self, fit: RobotFit) -> tuple[RobotFit, list[int]]:
+        """Return `fit` without what no longer pays beside newer candidates, and who stayed."""
+        numbers = list(range(len(fit.chosen)))
+        while len(numbers) > 1:
+            worth = []
+            for i in range(len(fit.chosen)):
+                ordered = (*fit.chosen[:i], *fit.chosen[i + 1:], fit.chosen[i])
+                less = self.evidence.fit(ordered[:-1], fit.weights, 4)
+                worth.append(self.worth(less, self.evidence.fit(ordered, fit.weights, 2)))
+            i = int(np.argmin(worth))
+            if worth[i] >= SETTINGS.margin:
+                break
+            fit = self.evidence.fit((*fit.chosen[:i], *fit.chosen[i + 1:]), fit.weights, 4)
+            del numbers[i]
+        return fit, numbers
+
+    def score(self, blank: RobotFit, fit: RobotFit) -> float:
+        """Return what all candidates of `fit` gain over `blank` beyond their costs."""
+        phi = max((self.over_dispersion(c, fit) for c in fit.chosen), default=1.0)
+        return (blank.deviance - fit.deviance) / phi - sum(self.cost(c) for c in fit.chosen)
 
 
 def informed(evidence: RobotEvidence, candidate: Candidate, fit: RobotFit) -> dict[int, float]:
@@ -124,52 +256,6 @@ def informed(evidence: RobotEvidence, candidate: Candidate, fit: RobotFit) -> di
     return {j: t / whole for j, t in total.items()}
 
 
-def of_days(evidence: RobotEvidence, candidate: Candidate, scales: ContestScales) -> Array:
-    """
-    Return the covariance [k, k] of the coefficients of a candidate between healthy parts and days.
-
-    Of a torque of any of its shapes a short reference leaves a share of the effort open.
-
-    Args:
-        evidence: of the recordings.
-        candidate: effect or function.
-        scales: with the scatter of references.
-    """
-    scatter = scales.scatter.get(key_of(candidate))
-    out = np.diag(scatter ** 2) if scatter is not None and len(scatter) == candidate.width else (
-        np.zeros((candidate.width, candidate.width)))
-    if candidate.effect == TORQUE_GAIN.id and scales.loads is not None:
-        out = out + scales.loads[list(candidate.columns)] ** 2
-    if not scales.day:
-        return out
-    effort = sum(float(np.sum((rows.target[j] + rows.model[j]) ** 2))
-                 for rows in evidence.recordings for j in candidate.columns)
-    inner = np.sum([x.T @ x for x in candidate.columns.values()], axis=0)
-    size = np.sqrt(np.diag(inner)) + 1e-30
-    inverse = np.linalg.pinv(inner / np.outer(size, size), 1e-9) / np.outer(size, size)
-    return out + scales.day ** 2 * effort * inverse
-
-
-def with_loads(evidence: RobotEvidence, fit: RobotFit, scales: ContestScales) -> ContestScales:
-    """
-    Return `scales` with what the scale of each joint's effort makes of the loads of a fit.
-
-    One mass is one number; joints read it in scales of their own, and none of that is a finding.
-
-    Args:
-        evidence: of the recordings.
-        fit: with the loads.
-        scales: so far.
-    """
-    tolerance = evidence.recordings[0].robot.torque_tolerance
-    loads = np.zeros(evidence.joints)
-    for i, c in enumerate(fit.chosen if tolerance else ()):
-        for j, x in c.columns.items() if c.link else ():
-            whole = sum(float(np.sum(rows.model[j] ** 2)) for rows in evidence.recordings)
-            loads[j] += float(np.sum((x @ fit.values[fit.of(i)]) ** 2)) / max(whole, 1e-30)
-    return replace(scales, loads=tolerance * np.sqrt(loads))
-
-
 def tempered(gain: float | Array, estimate: tuple[Array, Array], days: Array, dispersion: float,
              times: float | Array = 1.0) -> Any:
     """
@@ -192,103 +278,6 @@ def tempered(gain: float | Array, estimate: tuple[Array, Array], days: Array, di
     own, tame = (float(b @ np.linalg.solve(x, b)) for x in (plain, wide))
     between = max(1.0 / max(tame, 1e-300) - dispersion / max(own, 1e-300), 0.0) / times ** 2
     return 1.0 / (dispersion / np.maximum(gain, 1e-300) + between)
-
-
-def cost(evidence: RobotEvidence, candidate: Candidate, scales: ContestScales) -> float:
-    """
-    Return the extended BIC of a candidate: ln n per parameter and the choice among all.
-
-    Args:
-        evidence: of the recordings, with the number n of rows.
-        candidate: effect or function.
-        scales: with the number of its rivals.
-    """
-    count = scales.lawless if candidate.free else scales.names
-    return float(candidate.size * np.log(max(evidence.rows_in(candidate), 3.0))
-                 + 2.0 * np.log(count)) + scales.extra
-
-
-def contest(evidence: RobotEvidence, current: RobotFit, candidates: Sequence[Candidate],
-            scales: ContestScales, finalists: int) -> list[Contender]:
-    """
-    Return the candidates that pay most, as Contenders: those that pay first, the likest first.
-
-    Args:
-        evidence: of the recordings.
-        current: fit so far.
-        candidates: to add one of.
-        scales: of their evidence.
-        finalists: number of candidates of the score test that are fitted.
-    """
-    names = {c.name for c in current.chosen}
-    field = [c for c in candidates if c.name not in names]
-    worth = []
-    for c, e in zip(field, evidence.estimates(current, field)):
-        worth.append(tempered(e.gain, (e.values, e.covariance), of_days(evidence, c, scales),
-                              over_dispersion(evidence, c, scales, current))
-                     - cost(evidence, c, scales))
-    chosen: list[Candidate] = []
-    count: dict[tuple[str, str, str], int] = {}
-    for i in np.argsort(-np.array(worth)):
-        c = field[i]
-        if count.get(c.name, 0) < PER_NAME and (worth[i] > -40.0 or not chosen):
-            count[c.name] = count.get(c.name, 0) + 1
-            chosen.append(c)
-        if len(chosen) == finalists:
-            break
-    fits = []
-    for c in chosen:
-        fit = evidence.fit((*current.chosen, c), current.weights, 4)
-        gain = current.deviance - fit.deviance
-        if c.at_setting is not None and gain > cost(evidence, c, scales):
-            fit = _refined(evidence, fit)
-        if _allowed(fit):
-            fits.append((worth_of(evidence, current, fit, scales), fit))
-    if not fits:
-        return []
-    likeliest = max(fits, key=lambda e: e[0])[1]
-    phi = over_dispersion(evidence, likeliest.chosen[-1], scales, likeliest)
-    entries = [Contender(own, fit, (current.deviance - fit.deviance - evidence.hidden(fit)) / phi
-                         - cost(evidence, fit.chosen[-1], scales)) for own, fit in fits]
-
-    def rank(e: Contender) -> tuple[bool, float]:
-        pays = e.worth >= SETTINGS.margin
-        return pays, e.likeness if pays else e.worth
-    entries.sort(key=rank, reverse=True)
-    # What explains the same by fewer coefficients is first: of a first link some have no torque.
-    pays, largest = rank(entries[0])
-    same = sum(rank(e) > (pays, largest - LEAST_GAIN) for e in entries)
-    entries = sorted(entries[:same], key=lambda e: e.candidate.width) + entries[same:]
-    if entries[0].candidate.effect != PAYLOAD.id:
-        return entries
-    # Of links that carry a load alike it hangs at the outermost, which most joints move.
-    carriers = [e for e in entries if e.candidate.effect == PAYLOAD.id
-                and rank(e) > (pays, largest - SETTINGS.margin)
-                and e.candidate.columns.keys() >= entries[0].candidate.columns.keys()]
-    outermost = max(carriers, key=lambda e: len(e.candidate.columns))
-    return [outermost, *(e for e in entries if e is not outermost)]
-
-
-def worth_of(evidence: RobotEvidence, current: RobotFit, fit: RobotFit,
-             scales: ContestScales) -> float:
-    """
-    Return the tempered gain of the candidate that `fit` adds to `current`, less its cost.
-
-    Args:
-        evidence: of the recordings.
-        current: fit without the candidate.
-        fit: with the candidate as its newest.
-        scales: of the evidence of candidates.
-    """
-    c, own = fit.chosen[-1], fit.of(len(fit.chosen) - 1)
-    k = len(evidence.labels)
-    columns = slice(k + own.start, k + own.stop)
-    covariance = fit.covariance[columns, columns] / np.outer(fit.scale[own], fit.scale[own])
-    gain = current.deviance - fit.deviance - evidence.hidden(fit)
-    if gain > 0.0:
-        gain = tempered(gain, (fit.values[own], covariance), of_days(evidence, c, scales),
-                        over_dispersion(evidence, c, scales, fit))
-    return gain - cost(evidence, c, scales)
 
 
 def _allowed(fit: RobotFit) -> bool:
@@ -334,29 +323,3 @@ def _refined(evidence: RobotEvidence, fit: RobotFit) -> RobotFit:
                     break
                 c, fit = candidate, trial
     return fit
-
-
-def pruned(evidence: RobotEvidence, fit: RobotFit,
-           scales: ContestScales) -> tuple[RobotFit, list[int]]:
-    """
-    Return a fit without what no longer pays beside the newer candidates, and who stayed.
-
-    Args:
-        evidence: of the recordings.
-        fit: with its candidates.
-        scales: of their evidence.
-    """
-    numbers = list(range(len(fit.chosen)))
-    while len(numbers) > 1:
-        worth = []
-        for i in range(len(fit.chosen)):
-            ordered = (*fit.chosen[:i], *fit.chosen[i + 1:], fit.chosen[i])
-            less = evidence.fit(ordered[:-1], fit.weights, 4)
-            whole = evidence.fit(ordered, fit.weights, 2)
-            worth.append(worth_of(evidence, less, whole, scales))
-        i = int(np.argmin(worth))
-        if worth[i] >= SETTINGS.margin:
-            break
-        fit = evidence.fit((*fit.chosen[:i], *fit.chosen[i + 1:]), fit.weights, 4)
-        del numbers[i]
-    return fit, numbers

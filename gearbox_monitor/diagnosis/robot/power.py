@@ -14,8 +14,7 @@ import math
 import numpy as np
 
 from gearbox_monitor.diagnosis.robot.candidates import Candidate
-from gearbox_monitor.diagnosis.robot.contest import (
-    ContestScales, cost, of_days, over_dispersion, tempered)
+from gearbox_monitor.diagnosis.robot.contest import RobotContest, tempered
 from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence, RobotFit
 from gearbox_monitor.diagnosis.robot.robot_effects import COUPLING, PAYLOAD
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
@@ -49,20 +48,19 @@ class Question:
     seconds: float
 
 
-def smallest_visible(evidence: RobotEvidence, fit: RobotFit, laws: Sequence[Candidate],
-                     scales: ContestScales) -> dict[str, dict[str, float]]:
+def smallest_visible(contest: RobotContest, fit: RobotFit, laws: Sequence[Candidate]
+                     ) -> dict[str, dict[str, float]]:
     """
     Return {effect: {place: smallest size that would have been a finding in this motion}}.
 
     Args:
-        evidence: of the recordings.
+        contest: of the recordings.
         fit: of them.
         laws: candidates.
-        scales: of their evidence.
     """
     out: dict[str, dict[str, float]] = {}
-    for c, e in zip(laws, evidence.estimates(fit, laws)):
-        size = visible_size(evidence, fit, c, e.covariance, scales)
+    for c, e in zip(laws, contest.evidence.estimates(fit, laws)):
+        size = visible_size(contest, fit, c, e.covariance)
         if size is not None:
             places = out.setdefault(c.effect, {})
             places[c.place] = min(places.get(c.place, math.inf), size)
@@ -70,8 +68,8 @@ def smallest_visible(evidence: RobotEvidence, fit: RobotFit, laws: Sequence[Cand
             for name, places in out.items()}
 
 
-def visible_size(evidence: RobotEvidence, fit: RobotFit, c: Candidate, covariance: Array,
-                 scales: ContestScales) -> float | None:
+def visible_size(contest: RobotContest, fit: RobotFit, c: Candidate, covariance: Array
+                 ) -> float | None:
     """
     Return the smallest size of a candidate that would be a finding, None where it has no one size.
 
@@ -79,25 +77,24 @@ def visible_size(evidence: RobotEvidence, fit: RobotFit, c: Candidate, covarianc
     few rows gains their number times the logarithm of its size, not its square.
 
     Args:
-        evidence: of the recordings.
+        contest: of the recordings.
         fit: of them.
         c: the candidate.
         covariance: of its coefficients.
-        scales: of its evidence.
     """
     if c.values is None or c.effect in (COUPLING.id, SATURATION.id, SERVO_LIMIT.id):
         return None
     along = np.zeros(c.width)
     along[0] = 1.0
     if c.effect == PAYLOAD.id and c.link is not None:
-        links = {link.name: link for link in evidence.recordings[0].robot.chain.links}
+        links = {link.name: link
+                 for link in contest.evidence.recordings[0].robot.chain.links}
         along[1:4] = links[c.link].theta[1:4] / links[c.link].mass
     gain = float(along @ np.linalg.solve(covariance, along))
-    rows = evidence.rows_in(c)
+    rows = contest.evidence.rows_in(c)
     sizes = np.geomspace(1.0, 1e6, 400) / math.sqrt(max(gain, 1e-300))
     worth = tempered(rows * np.log1p(sizes ** 2 * gain / rows), (along, covariance),
-                     of_days(evidence, c, scales), over_dispersion(evidence, c, scales, fit),
-                     sizes) - cost(evidence, c, scales)
+                     contest.of_days(c), contest.over_dispersion(c, fit), sizes) - contest.cost(c)
     if worth[-1] < SETTINGS.margin:
         return math.inf
     size = float(sizes[np.argmax(worth >= SETTINGS.margin)])

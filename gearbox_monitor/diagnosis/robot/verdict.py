@@ -12,9 +12,7 @@ import numpy as np
 from gearbox_monitor.diagnosis.joint.verdict import Finding, kind_of, Remainder, UNDECIDED
 from gearbox_monitor.diagnosis.robot.candidates import (
     Candidate, free_functions, library, visible_in)
-from gearbox_monitor.diagnosis.robot.contest import (
-    Contender, contest, ContestScales, cost, informed, of_days, over_dispersion, pruned, scales_of,
-    with_loads)
+from gearbox_monitor.diagnosis.robot.contest import Contender, informed, RobotContest
 from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence, RobotFit
 from gearbox_monitor.diagnosis.robot.knowledge import (
     burstiness, energy_over, farther, friction_drifts, FrictionDrift, Knowledge, scattered,
@@ -131,19 +129,20 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
         library(recordings, effects), free_functions(recordings)))
     shares = unvisited_shares(recordings, knowledge.visits) if knowledge else []
     blank = evidence.fit()
-    search = _judged(evidence, blank, laws, free, knowledge, shares)
+    search = _judged(RobotContest.between(evidence, laws, free, knowledge), blank, laws, free,
+                     knowledge, shares)
     remainders = [r for r in _remainders(evidence, search, knowledge, max(away, 1.0))
                   if r.joint not in unjudged]
     short = knowledge is not None and knowledge.short
     # What a short reference does not know of another day is no difference yet.
     known = tuple(r for r in remainders if not short or r.over is not None)
     cautions = _cautions(knowledge.joints, shares, away) if knowledge else ()
-    visible = smallest_visible(evidence, blank, laws, search.scales)
-    drifts = friction_drifts(evidence, search.fit, knowledge.prior, search.scales.dispersion) if (
+    visible = smallest_visible(search.contest, blank, laws)
+    drifts = friction_drifts(evidence, search.fit, knowledge.prior, search.contest.dispersion) if (
         knowledge) else ()
     found = {c.joint for c in search.fit.chosen} | unjudged
     return RobotVerdict(
-        _findings(evidence, search), known, _ranked(evidence, blank, search.fit), visible,
+        _findings(search), known, _ranked(evidence, blank, search.fit), visible,
         _not_tried(recordings[0], laws),
         (*cautions, *_of_reference(knowledge), *_of_gains(evidence, search.fit),
          *held_setpoints(evidence, search.fit), *_of_small(evidence, search)), bool(cautions),
@@ -165,18 +164,20 @@ class RobotSearch:
     """
     What a contest has taken.
 
-    fit: with all that pays; steps: one of each chosen candidate; scales: of their evidence.
+    fit: with all that pays; steps: one of each chosen candidate; contest: that they won.
     small: the function without a law that beats every law at the end, but adds little to what the
-    candidates explain at its joint: laws that are nearly true leave such.
+    candidates explain at its joint: laws that are nearly true leave such. first: laws in the first
+    contest, the best first.
     """
 
     fit: RobotFit
     steps: Sequence[Step]
-    scales: ContestScales
+    contest: RobotContest
     small: Contender | None
+    first: Sequence[Contender]
 
 
-def _judged(evidence: RobotEvidence, blank: RobotFit, laws: Sequence[Candidate],
+def _judged(contest: RobotContest, blank: RobotFit, laws: Sequence[Candidate],
             free: Sequence[Candidate], knowledge: Knowledge | None,
             shares: Sequence[Mapping[str, float]]) -> RobotSearch:
     """
@@ -186,25 +187,24 @@ def _judged(evidence: RobotEvidence, blank: RobotFit, laws: Sequence[Candidate],
     difference from them is evidence; and what parts of the recordings differ by beside all
     findings shows that the model is not true there: it is over-dispersion as well.
     """
-    scales = scales_of(laws, free, knowledge, evidence.joints)
     if knowledge is None:
-        return _best_search(evidence, blank, laws, free, scales)
+        return _best_search(contest, blank, laws, free)
     visible = np.array([max(1.0 - max(of.values()), LEAST_SEEN) for of in shares])
-    scales = replace(scales, dispersion=scales.dispersion / visible)
+    contest = replace(contest, dispersion=contest.dispersion / visible)
     if knowledge.short:
-        scales = replace(scales, extra=SETTINGS.margin, day=SETTINGS.day)
-    search = _best_search(evidence, blank, laws, free, scales)
+        contest = replace(contest, extra=SETTINGS.margin, day=SETTINGS.day)
+    search = _best_search(contest, blank, laws, free)
     if search.fit.chosen:
         of_joints = [c for c in (*laws, *free) if len(c.columns) == 1]
-        own = scattered(evidence, search.fit, of_joints)[1] / visible
-        if any(own[j] > scales.dispersion[j] for c in search.fit.chosen for j in c.columns):
-            scales = replace(scales, dispersion=np.maximum(own, scales.dispersion))
-            search = _best_search(evidence, blank, laws, free, scales)
+        own = scattered(contest.evidence, search.fit, of_joints)[1] / visible
+        if any(own[j] > contest.dispersion[j] for c in search.fit.chosen for j in c.columns):
+            contest = replace(contest, dispersion=np.maximum(own, contest.dispersion))
+            search = _best_search(contest, blank, laws, free)
     return search
 
 
-def _best_search(evidence: RobotEvidence, blank: RobotFit, laws: Sequence[Candidate],
-                 free: Sequence[Candidate], scales: ContestScales) -> RobotSearch:
+def _best_search(contest: RobotContest, blank: RobotFit, laws: Sequence[Candidate],
+                 free: Sequence[Candidate]) -> RobotSearch:
     """
     Return the best of the searches that begin with the best candidates of several effects.
 
@@ -212,64 +212,54 @@ def _best_search(evidence: RobotEvidence, blank: RobotFit, laws: Sequence[Candid
     helpers. So searches that end with several start once more with other effects.
 
     Args:
-        evidence: of the recordings.
+        contest: of the recordings.
         blank: fit without candidates.
         laws: candidates.
         free: functions.
-        scales: of their evidence.
     """
-    search = _search(evidence, blank, laws, free, scales)
+    search = _search(contest, blank, laws, free)
     if len(search.fit.chosen) < 2:
         return search
     begins: dict[str, Contender] = {}
-    for entry in contest(evidence, blank, laws, scales, SETTINGS.finalists):
+    for entry in search.first:
         if entry.worth >= SETTINGS.margin:
             begins.setdefault(entry.candidate.effect, entry)
     begins.pop(search.fit.chosen[0].effect, None)
-    others = [_search(evidence, blank, laws, free, scales, begin)
+    others = [_search(contest, blank, laws, free, begin)
               for begin in list(begins.values())[:SETTINGS.starts - 1]]
-    return max((search, *others), key=lambda s: _score(evidence, blank, s))
+    return max((search, *others), key=lambda s: s.contest.score(blank, s.fit))
 
 
-def _score(evidence: RobotEvidence, blank: RobotFit, search: RobotSearch) -> float:
-    """Return what all candidates of a search gain beyond their costs."""
-    chosen, scales = search.fit.chosen, search.scales
-    phi = max((over_dispersion(evidence, c, scales, search.fit) for c in chosen), default=1.0)
-    return (blank.deviance - search.fit.deviance) / phi - sum(
-        cost(evidence, c, scales) for c in chosen)
-
-
-def _search(evidence: RobotEvidence, blank: RobotFit, laws: Sequence[Candidate],
-            free: Sequence[Candidate], scales: ContestScales, begin: Contender | None = None
-            ) -> RobotSearch:
+def _search(contest: RobotContest, blank: RobotFit, laws: Sequence[Candidate],
+            free: Sequence[Candidate], begin: Contender | None = None) -> RobotSearch:
     """
     Return the RobotSearch that adds one more candidate while it pays.
 
     Args:
-        evidence: of the recordings.
+        contest: of the recordings.
         blank: fit without candidates.
         laws: candidates.
         free: functions.
-        scales: of their evidence.
         begin: first candidate, None for the best.
     """
-    s, current, small = SETTINGS, blank, None
+    s, current, small, first = SETTINGS, blank, None, list[Contender]()
     steps: list[Step] = []
     if begin is not None:
         current, steps = begin.fit, [Step(begin.worth, begin.candidate.twins)]
     for step in range(len(steps), s.most_findings + 1):
-        small, scales = None, with_loads(evidence, current, scales)
-        lawless = contest(evidence, current, free, scales, 6)[:1]
-        entries = contest(evidence, current, laws if step < s.most_findings else (), scales,
-                          s.finalists)
+        small, contest = None, contest.beside(current)
+        lawless = contest.entries(current, free, 6)[:1]
+        entries = contest.entries(current, laws if step < s.most_findings else (), s.finalists)
+        first = first or entries
         law = max((e.worth for e in entries), default=-math.inf)
         function = lawless[0].worth if lawless else -math.inf
         if function > max(s.margin, law + s.margin):
             where = next(iter(lawless[0].candidate.columns))
-            pairs = _pairs(evidence, entries, laws, scales, lawless[0])
+            pairs = _pairs(contest, entries, laws, lawless[0])
             if pairs:
                 entries = pairs
-            elif function > s.share_unknown * _gain_at(evidence, blank, current, where):
+            elif function > s.share_unknown * _gain_at(contest.evidence, blank, current,
+                                                         where):
                 current = lawless[0].fit
                 steps.append(Step(function, ()))
                 break
@@ -280,13 +270,13 @@ def _search(evidence: RobotEvidence, blank: RobotFit, laws: Sequence[Candidate],
         steps.append(Step(entries[0].worth, _rivals(entries, s.margin)))
         current = entries[0].fit
         if len(current.chosen) > 1:
-            current, stayed = pruned(evidence, current, scales)
+            current, stayed = contest.pruned(current)
             steps = [steps[i] for i in stayed]
-    return RobotSearch(current, steps, scales, small)
+    return RobotSearch(current, steps, contest, small, first)
 
 
-def _pairs(evidence: RobotEvidence, entries: Sequence[Contender], laws: Sequence[Candidate],
-           scales: ContestScales, function: Contender) -> list[Contender]:
+def _pairs(contest: RobotContest, entries: Sequence[Contender], laws: Sequence[Candidate],
+           function: Contender) -> list[Contender]:
     """
     Return the law that, with a second one of its joint, is worth more than a function alone.
 
@@ -298,7 +288,7 @@ def _pairs(evidence: RobotEvidence, entries: Sequence[Contender], laws: Sequence
     pairs: list[tuple[float, Contender, set[tuple[str, str, str]]]] = []
     paying = [e for e in entries if e.candidate.joint == joint and e.worth >= s.margin]
     for entry in paying[:AHEAD]:
-        for second in contest(evidence, entry.fit, own, scales, AHEAD)[:1]:
+        for second in contest.entries(entry.fit, own, AHEAD)[:1]:
             if second.worth >= s.margin:
                 pairs.append((entry.worth + second.worth, entry,
                               {entry.candidate.name, second.candidate.name}))
@@ -329,8 +319,9 @@ def examined(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge
     tips = {link.name for k, link in enumerate(links) if all(x.parent != k for x in links)}
     laws = [c for c in library(recordings, [
         BASE_TILT.id, JOINT_ZERO.id, TORQUE_GAIN.id, PAYLOAD.id]) if not c.link or c.link in tips]
-    scales = replace(scales_of(laws, [], None, evidence.joints), dispersion=knowledge.dispersion)
-    return _findings(evidence, _search(evidence, evidence.fit(), laws, [], scales))
+    contest = replace(RobotContest.between(evidence, laws, [], None),
+                      dispersion=knowledge.dispersion)
+    return _findings(_search(contest, evidence.fit(), laws, []))
 
 
 def _rivals(entries: Sequence[Contender], margin: float) -> tuple[str, ...]:
@@ -363,17 +354,17 @@ def _shares(evidence: RobotEvidence, fit: RobotFit) -> list[float]:
     return [min(max(returns([i]) / whole, 0.0), 1.0) for i in range(len(fit.chosen))]
 
 
-def _findings(evidence: RobotEvidence, search: RobotSearch) -> tuple[Finding, ...]:
+def _findings(search: RobotSearch) -> tuple[Finding, ...]:
     """Return the laws that a search has taken as findings, worthiest first."""
-    fit, scales = search.fit, search.scales
+    fit, contest, evidence = search.fit, search.contest, search.contest.evidence
     spreads = _spreads(evidence, fit)
     out = []
     for i, (c, step, share) in enumerate(zip(fit.chosen, search.steps, _shares(evidence, fit))):
         if c.free or c.values is None:
             continue
         b = fit.values[fit.of(i)]
-        spread = spreads[i] * max(over_dispersion(evidence, c, scales, fit), 1.0)
-        spread[:len(b), :len(b)] += of_days(evidence, c, scales)
+        spread = spreads[i] * max(contest.over_dispersion(c, fit), 1.0)
+        spread[:len(b), :len(b)] += contest.of_days(c)
         if c.link is not None:
             # Joints read a load in scales of their own, which average.
             parts = np.array(list(informed(evidence, c, fit).values()))

@@ -17,7 +17,7 @@ from scipy.signal import butter, sosfreqz
 from gearbox_monitor.diagnosis.joint.verdict import Finding
 from gearbox_monitor.diagnosis.robot.candidates import (
     Candidate, free_functions, library, stops, swing)
-from gearbox_monitor.diagnosis.robot.contest import _allowed, contest, scales_of, worth_of
+from gearbox_monitor.diagnosis.robot.contest import _allowed, RobotContest
 from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence
 from gearbox_monitor.diagnosis.robot.knowledge import (
     _noisy, burstiness, farther, learn, states_of, unvisited, visits_of, with_unvisited)
@@ -217,8 +217,8 @@ def test_a_base_that_is_mounted_otherwise_has_its_angle():
                                          for j in range(len(rows.joints))])
         evidence = RobotEvidence([replace(rows, target=target)])
         laws = library([rows], ['base_tilt', 'payload', 'joint_zero', 'torque_gain'])
-        scales = scales_of(laws, [], None, evidence.joints)
-        first = contest(evidence, evidence.fit(), laws, scales, 10)[0]
+        first = RobotContest.between(evidence, laws, [], None).entries(
+            evidence.fit(), laws, 10)[0]
         values = first.candidate.values(first.fit.values)
         assert first.candidate.effect == 'base_tilt'
         angle = np.degrees(np.hypot(values['ax'], values['ay']))
@@ -454,9 +454,9 @@ def test_of_two_that_explain_the_same_the_one_of_fewer_coefficients_is_first():
     wide = Candidate('wide', {0: np.hstack([rows, 0.0 * rows])}, link='link')
     narrow = Candidate('narrow', {0: rows}, joint='joint')
     assert wide.size == narrow.size == 1
-    scales = scales_of([wide, narrow], [], None, evidence.joints)
+    contest = RobotContest.between(evidence, [wide, narrow], [], None)
     for laws in ([wide, narrow], [narrow, wide]):
-        assert [e.candidate for e in contest(evidence, fit, laws, scales, 6)] == [narrow, wide]
+        assert [e.candidate for e in contest.entries(fit, laws, 6)] == [narrow, wide]
 
 
 def test_what_a_limit_hides_is_no_evidence():
@@ -464,8 +464,8 @@ def test_what_a_limit_hides_is_no_evidence():
     evidence, fit = healthy_evidence()
     j = 0
     everything = Candidate('limit', {j: evidence.recordings[0].target[j][:, None]}, hidden=1.0)
-    scales = scales_of([everything], [], None, evidence.joints)
-    hidden, seen = (worth_of(evidence, fit, evidence.fit((c,)), scales)
+    contest = RobotContest.between(evidence, [everything], [], None)
+    hidden, seen = (contest.worth(fit, evidence.fit((c,)))
                     for c in (everything, replace(everything, hidden=0.0)))
     assert seen > 1000.0 and hidden < 0.0
 
@@ -513,12 +513,11 @@ def test_a_size_that_would_have_been_seen_is_seen(taught):
     verdict = diagnose(model, [log], knowledge)
     evidence, blank = verdict.evidence, verdict.evidence.fit()
     rows = evidence.recordings[0]
-    scales = replace(scales_of(library([rows]), free_functions([rows]), knowledge,
-                               evidence.joints), extra=SETTINGS.margin, day=SETTINGS.day)
+    contest = replace(RobotContest.between(evidence, library([rows]), free_functions([rows]),
+                                           knowledge), extra=SETTINGS.margin, day=SETTINGS.day)
     for effect in ('motor_coulomb', 'motor_inertia', 'payload'):
         for c in [c for c in library([rows], [effect]) if not np.any(c.setting)]:
-            size = visible_size(evidence, blank, c, evidence.estimates(blank, [c])[0].covariance,
-                                scales)
+            size = visible_size(contest, blank, c, evidence.estimates(blank, [c])[0].covariance)
             b, worth = np.zeros(c.width), []
             if effect == 'payload':
                 link = {x.name: x for x in rows.robot.chain.links}[c.link]
@@ -529,7 +528,8 @@ def test_a_size_that_would_have_been_seen_is_seen(taught):
                 loaded = RobotEvidence([replace(rows, target=np.stack([
                     rows.target[j] + added.get(j, 0.0) for j in range(evidence.joints)]))],
                     knowledge.prior, evidence.variance)
-                worth.append(worth_of(loaded, loaded.fit(), loaded.fit((c,)), scales))
+                worth.append(replace(contest, evidence=loaded).worth(
+                    loaded.fit(), loaded.fit((c,))))
             assert np.mean(worth[:2]) < SETTINGS.margin < np.mean(worth[2:]), (c.name, worth)
 
 
@@ -634,8 +634,8 @@ def test_scales_of_joints_are_in_the_deviation_of_a_load_and_no_findings_beside_
                                                            torque_tolerance=tolerance))
         evidence = RobotEvidence([rows])
         laws = library([rows], ['payload', 'torque_gain'])
-        scales = scales_of(laws, [], None, evidence.joints)
-        findings = _findings(evidence, _search(evidence, evidence.fit(), laws, [], scales))
+        contest = RobotContest.between(evidence, laws, [], None)
+        findings = _findings(_search(contest, evidence.fit(), laws, []))
         load = next(f for f in findings if f.effect == 'payload')
         sizes.append(abs(load.values['m'] / (3.0 * links[-1].mass) - 1.0)
                      * load.values['m'] / load.deviations['m'])
