@@ -38,6 +38,7 @@ class ChangedValue:
     One value of an effect that changed: `before` in the reference, `now`, both in `unit`.
 
     std: standard deviation of their difference, None where the recordings do not determine it.
+    relative, relative_std: change over `before`, None where there was nothing before.
     """
 
     name: str
@@ -45,13 +46,8 @@ class ChangedValue:
     before: float
     now: float
     std: float | None
-
-    @property
-    def relative(self) -> tuple[float, float] | None:
-        """The relative change and its deviation, None where there was nothing before."""
-        if not self.before or self.std is None:
-            return None
-        return self.now / self.before - 1.0, self.std / abs(self.before)
+    relative: float | None = None
+    relative_std: float | None = None
 
 
 @dataclass(frozen=True)
@@ -61,14 +57,6 @@ class ChangeFinding:
     effect: str
     place: str
     values: tuple[ChangedValue, ...]
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain data."""
-        rows = []
-        for value in self.values:
-            relative, relative_std = value.relative or (None, None)
-            rows.append({**asdict(value), 'relative': relative, 'relative_std': relative_std})
-        return {'effect': self.effect, 'place': self.place, 'values': rows}
 
 
 @dataclass(frozen=True)
@@ -95,7 +83,7 @@ class ChangeVerdict:
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data, as JSON has it."""
-        return {'verdict': self.verdict, 'findings': [f.to_dict() for f in self.findings],
+        return {'verdict': self.verdict, 'findings': [asdict(f) for f in self.findings],
                 'remainder': self.remainder, 'model_held': self.held, 'model_holds': self.holds,
                 'effects_before': list(self.effects_before), 'torque_noise': self.torque_noise,
                 'notes': list(self.notes)}
@@ -245,10 +233,14 @@ def _finding(nominal: ReferenceFit, effect: str, values: Values,
         name = parameter.name
         if name not in values:
             continue
-        own = errors.get(name)
-        std = None if own is None else math.hypot(own, earlier_errors.get(name, 0.0))
-        rows.append(ChangedValue(name, on_axis(parameter.unit, nominal.model.axis),
-                                 earlier.get(name, 0.0), float(values[name]), std))
+        own, before = errors.get(name), earlier.get(name, 0.0)
+        value = ChangedValue(name, on_axis(parameter.unit, nominal.model.axis), before,
+                             float(values[name]), None if own is None else math.hypot(
+                                 own, earlier_errors.get(name, 0.0)))
+        if before and value.std is not None:
+            value = replace(value, relative=value.now / before - 1.0,
+                            relative_std=value.std / abs(before))
+        rows.append(value)
     return ChangeFinding(effect, library()[effect].location, tuple(rows))
 
 

@@ -52,7 +52,7 @@ def test_what_was_planted_is_named(healthy, values, changed):
     rows = {v.name: v for f in verdict.findings for v in f.values}
     assert set(rows) == set(changed)
     for name, size in changed.items():
-        relative, std = rows[name].relative
+        relative, std = rows[name].relative, rows[name].relative_std
         assert relative == pytest.approx(size, abs=0.01) and std < 0.02
         assert rows[name].before == {'b': 0.1, 'K': 25.0, 'Cv': 0.1, 'Cc': 0.27}[name]
     assert verdict.verdict == ('effect' if changed else 'none')
@@ -68,7 +68,7 @@ def test_an_error_of_the_model_file_is_no_change(healthy):
     (finding,) = verdict.findings
     (value,) = finding.values
     assert (finding.effect, finding.place) == ('backlash_gap', 'transmission')
-    assert value.relative[0] == pytest.approx(0.2, abs=0.01)
+    assert value.relative == pytest.approx(0.2, abs=0.01)
     assert verdict.effects_before == ('stiffness',)
     assert not verdict.held and not verdict.holds
     same = diagnose_change(healthy, drive(4), wrong)
@@ -81,7 +81,7 @@ def test_a_change_of_the_value_that_was_wrong_counts_from_the_drive(healthy):
     verdict = diagnose_change(healthy, drive(5, stiffness=21.0), wrong)
     (finding,) = verdict.findings
     assert finding.effect == 'stiffness'
-    assert finding.values[0].relative[0] == pytest.approx(-0.16, abs=0.01)
+    assert finding.values[0].relative == pytest.approx(-0.16, abs=0.01)
 
 
 def test_a_drive_without_recorded_torque_is_refused(healthy):
