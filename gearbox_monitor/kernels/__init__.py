@@ -21,7 +21,7 @@ Public names, by module:
     linalg: add_product, add_transposed_product, carry, multiply, multiply_symmetric,
         solve_positive, transposed_multiply_symmetric
     linear_least_squares: cosine_basis, covariance, damped_solve, damped_step, Damping,
-        minimise, motion_mask, solution
+        minimise, motion_mask
     translate.frame: plain
     translate.program: Program
     translate.statements: Function

@@ -53,13 +53,6 @@ def covariance(normal: Array) -> Array:
     return np.asarray(np.linalg.pinv(normal * unit, RANK) * unit)
 
 
-def solution(normal: Array, right: Array) -> Array:
-    """Return the solution [P] of `normal` x = `right`, the shortest at unit diagonal."""
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-300))
-    return np.asarray(scale * np.linalg.lstsq(
-        normal * scale[:, None] * scale, right * scale, rcond=RANK)[0])
-
-
 Trial = TypeVar('Trial')
 
 

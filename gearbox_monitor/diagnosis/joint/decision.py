@@ -20,7 +20,7 @@ from gearbox_monitor.diagnosis.joint.innovation_fit import (
     coordinate_columns, evaluated, InnovationFit)
 from gearbox_monitor.diagnosis.joint.isolability import evidence_for
 from gearbox_monitor.diagnosis.joint.lawless import FreeFunction
-from gearbox_monitor.diagnosis.joint.localisation import places, tied
+from gearbox_monitor.diagnosis.joint.localisation import places
 from gearbox_monitor.diagnosis.joint.thresholds import STATEMENTS
 from gearbox_monitor.diagnosis.joint.windows import misfit_of, runs_from, WindowRuns
 from gearbox_monitor.kernels.linear_least_squares import covariance
@@ -144,13 +144,14 @@ class Decision:
 
     @cached_property
     def place(self) -> str:
-        """Location class of what remains: of the member that takes it up, else by free signals."""
-        if self.outcome.best.train is not None:
-            return self.outcome.best.train.place
-        if self.function is not None:
-            return self.function.place
+        """Location class of what remains: of the member that explains it, else by free signals."""
+        best, function = self.outcome.best, self.function
+        if best.train is not None:
+            return best.train.place
+        if function and best.function and self.outcome.remains.worth <= CONTEST.margin:
+            return function.place
         # Beside what is missing, friction of another shape may imitate a part of it.
-        return tied(places(self.recordings.runs(unshaped(self.fit))))[0]
+        return str(places(self.recordings.runs(unshaped(self.fit)))['place'])
 
     @property
     def gains(self) -> dict[str, float]:

