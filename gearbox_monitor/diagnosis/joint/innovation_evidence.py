@@ -23,7 +23,7 @@ from gearbox_monitor.diagnosis.hypothesis import (
 from gearbox_monitor.diagnosis.joint import lawless
 from gearbox_monitor.diagnosis.joint.bursts import Burst, pulses_in, sharpened, with_bursts
 from gearbox_monitor.diagnosis.joint.candidates import NOT_FITTED, origin, PERIODIC, with_law
-from gearbox_monitor.diagnosis.joint.effect_scan import Proposal, scan
+from gearbox_monitor.diagnosis.joint.effect_scan import Proposal, raced, scan, signature
 from gearbox_monitor.diagnosis.joint.drive_recordings import (
     by_time, DriveRecordings, LASTING_TIMES, reread)
 from gearbox_monitor.diagnosis.joint.innovation_fit import (
@@ -31,10 +31,13 @@ from gearbox_monitor.diagnosis.joint.innovation_fit import (
 from gearbox_monitor.diagnosis.joint.innovations import JointLikelihood, WHITE
 from gearbox_monitor.diagnosis.joint.localisation import SPACING, torque_places
 from gearbox_monitor.diagnosis.joint.noise_model import variance_over_white
-from gearbox_monitor.diagnosis.joint.race import raced
+from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.effects import EFFECTS, library
-from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
+from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN
+from gearbox_monitor.plant.effects.arm_side import ARM_INERTIA, DISTURBANCE
+from gearbox_monitor.plant.effects.controller import SERVO_GAIN
+from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_INERTIA
 from gearbox_monitor.plant.effects.torque_map import QUANTITIES, TORQUE_MAP
 
 POLISH, TRIMMED = 8, 6   # iterations of a fit on short steps; without a member
@@ -356,6 +359,39 @@ class InnovationEvidence:
         added = int((colour[:, 0] > 0.0).sum() - (data.colour[:, 0] > 0.0).sum())
         pays = (begin - lowest) / self.dispersion - 2.0 * added * self.unit
         return colour if pays > CONTEST.margin else None
+
+    # --- power
+
+    def hidden(self, none: Hypothesis) -> dict[str, float]:
+        """
+        Return {effect: smallest size that shows} where a change of plausible size would not show.
+
+        Of friction, gain and inertia. The smallest size that pays its price and the margin follows
+        from the information about it, values with tolerances given way, over the dispersion by
+        which the contest divides.
+
+        Args:
+            none: the fit without effects.
+        """
+        data, share = self.data, THRESHOLDS.plausible
+        model, tested = data.model, lawless.Tested.beside(data.fine, none.fit.fit)
+        # What a drive of this torque may have: half of its torque, of its gain, twice its inertia.
+        sizes = {MOTOR_COULOMB.id: share * data.torque, TORQUE_GAIN.id: share,
+                 SERVO_GAIN.id: share * model.value('kp') if model.controller else 0.0,
+                 MOTOR_INERTIA.id: 2.0 * share * model.motor_inertia,
+                 ARM_INERTIA.id: 2.0 * share * model.arm_inertia}
+        limit = self.dispersion * (
+            CONTEST.margin + self.unit + 2.0 * math.log(self.rivals))
+        out = {}
+        for name in data.ids:
+            if sizes.get(name):
+                columns, change = signature(data.fine, tested.at, data.starts.candidates(name)[0])
+                column = columns[:, :1] / change[0]
+                information = float((column * tested.without(column)).sum())
+                smallest = math.sqrt(limit / max(information, 1e-300))
+                if not smallest < sizes[name]:
+                    out[name] = smallest
+        return out
 
     # --- bursts
 

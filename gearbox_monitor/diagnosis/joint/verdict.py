@@ -17,7 +17,6 @@ from gearbox_monitor.diagnosis.joint.candidates import (
     CandidateModel, GAINS, NUISANCES, replaced_value, SHAPES, with_effects, ZERO)
 from gearbox_monitor.diagnosis.joint.decision import Decision, standard_errors
 from gearbox_monitor.diagnosis.joint.isolability import rivals, separations
-from gearbox_monitor.diagnosis.joint.power import hidden
 from gearbox_monitor.diagnosis.joint.thresholds import STATEMENTS, THRESHOLDS
 from gearbox_monitor.diagnosis.joint.windows import misfit_of, solve_states, WindowRuns
 from gearbox_monitor.errors import Undecided
@@ -218,7 +217,7 @@ def report(decision: Decision, lattices: Sequence[str], validate: UniformRecordi
     if not decision.remains and len(effects) < 2:
         effects += lattices[:2 if not effects else 1]
     kind = kind_of(bool(effects), decision.remains)
-    unshown = hidden(decision.outcome.evidence, decision.outcome.none) if kind == NONE else {}
+    unshown = decision.outcome.evidence.hidden(decision.outcome.none) if kind == NONE else {}
     kind = UNDECIDED if unshown else kind
     where, remaining = localisation.NOWHERE, None
     locations = [location_of(i) for i in effects]

@@ -17,14 +17,13 @@ from gearbox_monitor.diagnosis.joint.bursts import rectangles
 from gearbox_monitor.diagnosis.joint.candidates import sine_and_cosine
 from gearbox_monitor.diagnosis.joint.decision import decide, standard_errors, unshaped
 from gearbox_monitor.diagnosis.joint.drive_recordings import DriveRecordings
-from gearbox_monitor.diagnosis.joint.effect_scan import scan
+from gearbox_monitor.diagnosis.joint.effect_scan import _begun, scan
 from gearbox_monitor.diagnosis.joint.innovation_evidence import InnovationEvidence
 from gearbox_monitor.diagnosis.joint.innovation_fit import (
     evaluated, fitted, InnovationFit, unfitted)
 from gearbox_monitor.diagnosis.joint.innovations import JointLikelihood
 from gearbox_monitor.diagnosis.joint.localisation import InputEstimator
 from gearbox_monitor.diagnosis.joint.noise_model import spectrum
-from gearbox_monitor.diagnosis.joint.race import _begun
 from gearbox_monitor.diagnosis.joint.shooting import shooting_windows
 from gearbox_monitor.diagnosis.joint.windows import typical_misfit
 from gearbox_monitor.errors import InputError
