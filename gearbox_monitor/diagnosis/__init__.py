@@ -10,7 +10,7 @@ one drive by the innovations of a filter, `robot` all joints by the balance of t
 Public names, by module:
 
     contest: CONTEST
-    joint: closed_model, diagnose, localisation, unit_adaptation
+    joint: closed_model, diagnose, unit_adaptation
     joint.candidates: CandidateModel, Coordinate, NUISANCES, sine_and_cosine
     joint.change_diagnosis: diagnose_change
     joint.closed_model: closed_of, gap_of, ModelRun, Overlay, overlay, rms

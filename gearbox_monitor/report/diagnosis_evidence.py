@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.joint import localisation
 from gearbox_monitor.diagnosis.joint.closed_model import Overlay, overlay
 from gearbox_monitor.diagnosis.joint.shooting import ShootingWindows
 from gearbox_monitor.diagnosis.joint.verdict import Verdict
@@ -25,6 +24,7 @@ from gearbox_monitor.signals.uniform import UniformRecording
 
 
 BINS = 24
+BRIEF = 0.01      # s, over which positions are smoothed
 TAIL = 0.5        # percent of the samples on either end that share the outermost bins
 FEWEST = 0.002    # share of the samples below which a bin says nothing
 
@@ -168,9 +168,12 @@ def _label(quantity: str, recording: UniformRecording) -> str:
 def _motion(recording: UniformRecording, model: DriveModel, windows: ShootingWindows
             ) -> dict[str, Array]:
     """Return {quantity: [W, L]} of a recording; the twist only where it exists and is measured."""
-    twist = model.transmission.kind != 'rigid' and _both_sides(recording)
-    return {name: value[windows.samples] for name, value in localisation.motion(
-        recording.positions, recording.dt).items() if name != 'twist' or twist}
+    (motor, arm), dt = recording.positions.T, recording.dt
+    values = {'speed': np.gradient(smoothed(motor, dt), dt), 'angle': smoothed(arm, dt, BRIEF),
+              'time': np.arange(len(arm)) * dt}
+    if model.transmission.kind != 'rigid' and _both_sides(recording):
+        values['twist'] = smoothed(motor - arm, dt, BRIEF)
+    return {name: values[name][windows.samples] for name in QUANTITIES if name in values}
 
 
 def closed_name(verdict: Verdict, model: DriveModel) -> str:

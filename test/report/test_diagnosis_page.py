@@ -14,7 +14,6 @@ import pytest
 import yaml
 
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.diagnosis.joint import localisation
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
@@ -220,14 +219,6 @@ def test_binned_over_a_motion():
     few = diagnosis_evidence.binned(np.append(x, 9.9), np.append(value[:, 0], 1.0),
                                  np.linspace(0.0, 10.0, 11))
     assert np.isnan(few.rms[1:]).all() and np.isfinite(few.rms[0])
-
-
-def test_motion_of_a_straight_line_is_its_slope():
-    dt = 1e-3
-    t = np.arange(2000) * dt
-    found = localisation.motion(np.stack([2.0 * t, 2.0 * t - 0.1], axis=1), dt)
-    assert found['speed'] == pytest.approx(2.0) and found['twist'] == pytest.approx(0.1)
-    assert found['time'][-1] == pytest.approx(1.999)
 
 
 def test_curves_to_draw():

@@ -12,7 +12,6 @@ import math
 from typing import Any
 
 import numpy as np
-import scipy
 
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.diagnosis.joint.windows import StateProblems, WindowRuns
@@ -25,7 +24,6 @@ ITERATIONS = 10
 LEAST_GAIN = 1e-4   # of the cost of a window, for another iteration
 # Many attempts: a contact of the gap that is lost makes long steps useless.
 RULE = Damping(1e-6, 30.0, 1e-4, attempts=8, absolute=1e-9)
-SMOOTHING, SLOPES = 2.5e-3, 4.5e-3  # s, standard deviations of Gaussian windows
 TORQUES = ('motor_side', 'arm_side', 'transmission')   # in the order of Simulator.run's extra
 SENSORS = ('motor_sensor', 'arm_sensor')
 PLACES = (*TORQUES, *SENSORS)
@@ -231,31 +229,3 @@ def places(runs: Sequence[WindowRuns], illustrates: bool = False) -> dict[str, A
         table[place] = {'left': reduced, 'explained': float(np.clip(share, 0.0, 1.0))}
     order = sorted(table, key=lambda p: table[p]['left'])
     return {'place': order[0], 'location': order[0], 'places': table}
-
-
-def motion(y: Array, dt: float) -> dict[str, Array]:
-    """
-    Return {'speed', 'angle', 'twist', 'time': [N]} of readings `y`, smoothed.
-
-    Speed of the motor (rad/s), angle of the arm (rad), twist as motor - arm (rad) and time (s).
-
-    Args:
-        y: readings of motor and arm [N, 2], rad.
-        dt: sample time, s.
-    """
-    smooth = _smooth(y, max(SMOOTHING / dt, 0.5))
-    return {'speed': slope(y[:, 0], dt), 'angle': smooth[:, 1],
-            'twist': smooth[:, 0] - smooth[:, 1], 'time': np.arange(len(y)) * dt}
-
-
-def slope(y: Array, dt: float) -> Array:
-    """Return the derivative of `y` [N], smoothed; dt: s."""
-    return np.asarray(np.gradient(_smooth(y, max(SLOPES / dt, 1.0)), dt))
-
-
-def _smooth(y: Array, std: float) -> Array:
-    """Return `y` [N] or [N, C], smoothed over `std` samples."""
-    n = round(5.0 * std)
-    # Reflected about both end points, so that a straight line goes on.
-    y = np.pad(y, [(n, n), (0, 0)][:y.ndim], 'reflect', reflect_type='odd')
-    return np.asarray(scipy.ndimage.gaussian_filter1d(y, std, axis=0)[n:-n])
