@@ -55,11 +55,6 @@ class TorqueRegression:
     before: float
     after: float
 
-    @property
-    def errors(self) -> Array:
-        """Standard deviations [P] of the coordinates."""
-        return np.sqrt(np.diag(self.covariance))
-
 
 @dataclass(frozen=True)
 class _Rows:

@@ -251,7 +251,8 @@ def report(decision: Decision, lattices: Sequence[str], validate: UniformRecordi
                               shares.get(name, (None, None)), others) for name in effects)
     gains = decision.gains
     ranked = sorted(gains, key=lambda name: -gains[name])
-    times = noise_times(data.recordings[0].dt, decision.recordings.correlation)
+    dt, colour = data.recordings[0].dt, decision.recordings.colour[:, 0]
+    times = [float(-dt / np.log(phi)) if phi > 0.0 else None for phi in colour]
     channels = sorted({i for r in data.recordings for i in r.channels})
     return Verdict(
         verdict=kind, effect='+'.join(effects) or None,
@@ -458,18 +459,6 @@ def co_estimated(model: DriveModel, nuisances: Mapping[str, float]) -> dict[str,
     if ZERO in nuisances:
         values[ZERO] = float(nuisances[ZERO])
     return values
-
-
-def noise_times(dt: float, phi: Array | None) -> list[float | None]:
-    """
-    Return over which time (s) the noise of each encoder is correlated, None: it is white.
-
-    Args:
-        dt: sample time, s.
-        phi: correlation of neighbouring readings of each encoder.
-    """
-    return [float(-dt / np.log(p)) if p > 0.0 else None
-            for p in (np.zeros(2) if phi is None else phi)]
 
 
 def shifts(candidate: CandidateModel, nuisances: Mapping[str, float]) -> dict[str, float]:
