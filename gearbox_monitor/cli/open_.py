@@ -31,7 +31,9 @@ from gearbox_monitor.report.words import counted
 
 INDEX = 'index.html'
 WRITER = '<meta name="generator" content="gearbox_monitor'
-HEAD = 400_000  # characters of a page that hold its title and first sentence
+HEAD = 20_000  # characters of a page that hold its title and answer
+PARTS = ('<title>(.*?)</title>', '<meta name="kind" content="(.*?)">',
+         '<meta name="description" content="(.*?)">')
 
 
 class WrittenPage(NamedTuple):
@@ -87,13 +89,10 @@ def _pages(folder: Path) -> Iterator[WrittenPage]:
     for path in sorted(folder.rglob('*.html')):
         with open(path, encoding='utf-8', errors='replace') as file:
             text = file.read(HEAD)
-        title, lead = (re.search(pattern, text, re.DOTALL) for pattern in (
-            '<title>(.*?)</title>', '<p class="lead">(.*?)</p>'))
-        if WRITER in text and title and lead and path.name != INDEX:
-            kind = re.search('class="verdict ?([a-z]*)"', text)
-            words = re.sub('<span class="badge">.*?</span>|<[^>]+>', '', lead[1])
-            yield WrittenPage(quote(path.relative_to(folder).as_posix()), unescape(title[1]),
-                              kind[1] if kind else '', unescape(words).strip())
+        parts = [unescape(found[1]) for pattern in PARTS
+                 if (found := re.search(pattern, text, re.DOTALL))]
+        if WRITER in text and len(parts) == len(PARTS) and path.name != INDEX:
+            yield WrittenPage(quote(path.relative_to(folder).as_posix()), *parts)
 
 
 def index_page(name: str, recordings: Sequence[Path], pages: Sequence[WrittenPage]) -> str:

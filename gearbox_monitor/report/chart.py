@@ -6,7 +6,7 @@ Charts as data: panels of curves, levels over time, loops, bars.
 
 A figure is described once. svg.py draws it on pages, plots.py draws it by matplotlib.
 """
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 import math
 from typing import TypeAlias
@@ -18,6 +18,8 @@ from gearbox_monitor.kernels.types import Array, Integers
 Span: TypeAlias = tuple[float, float]  # (low, high)
 MAX_POINTS = 4000  # of a curve
 CLOUD_PERCENTILES = (0.2, 99.8)  # range of a cloud that is in view
+LANE_HEIGHTS = (0.25, 0.6, 1.0)  # of a lane, by level
+SIGMAS = 2.0  # of bands
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,10 @@ class Trace:
     def style(self) -> str:
         """Class of its path."""
         return f'{self.role} dots' if self.dots else self.role
+
+    def around(self, std: Array) -> 'Trace':
+        """Return it with the band of SIGMAS deviations `std` [N]."""
+        return replace(self, band=(self.y - SIGMAS * std, self.y + SIGMAS * std))
 
     def within(self, span: Span) -> 'Trace':
         """Return the part over the `span` of x."""
@@ -96,6 +102,10 @@ class Lane:
     levels: Sequence[int]
     words: Sequence[str]
     height: int = 22
+
+    def spans(self) -> Iterator[tuple[float, float, int]]:
+        """Yield (begin, end, level) of each span."""
+        return zip(self.begins, (*self.begins[1:], self.end), self.levels)
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ from gearbox_monitor.health.backlash.wear import when
 from gearbox_monitor.presentation import on_axis, percent
 from gearbox_monitor.report.builder import (
     advice, Page, page_summary, PageTable, render_page, Section)
-from gearbox_monitor.report.chart import Chart, Mark, Panel, range_of, Span, Trace
-from gearbox_monitor.report.words import counted
+from gearbox_monitor.report.chart import Chart, Mark, Panel, range_of, SIGMAS, Span, Trace
+from gearbox_monitor.report.words import answer, GEARBOXES, JOINTS
 
 Gearbox: TypeAlias = Mapping[str, Any]  # of fleet.fleet_table.gearboxes
 Joint: TypeAlias = Mapping[str, Any]    # of fleet.fleet_table.joints
@@ -23,7 +23,6 @@ Bag: TypeAlias = Mapping[str, Any]      # a row of the table of bags
 DRAWN = 24    # with a chart
 LISTED = 500  # bags in the table of those that need a look
 DAY, YEAR = 86400e9, 365.25 * 86400.0
-SIGMAS = 2.0  # of bands and whiskers
 # Features with a curve: noun, unit of a rotary axis.
 CURVES = {'gap': ('backlash', 'rad'), 'lost_motion': ('lost motion', 'rad'),
           'stiffness': ('stiffness', 'N m/rad'), 'hysteresis': ('hysteresis', 'N m')}
@@ -33,6 +32,7 @@ STATES = {'friction': 'friction', 'torque_scale': 'torque scale', 'weight': 'wei
           'rotor': 'rotor'}
 SHOP = ('gearbox', 'level', 'what', 'since', 'limit about', 'limit earliest', 'serviced')
 CSV_NAME = 'fleet.csv'
+RAISED = ('WARN', 'ERROR')
 KINDS = {None: '', 'OK': 'good', 'WARN': 'warn', 'ERROR': 'error'}
 
 
@@ -99,16 +99,8 @@ def joint_name(joint: Joint) -> str:
 
 def robots_headline(joints: Sequence[Joint]) -> str:
     """Return the most important fact about `joints` in one sentence."""
-    found = [j for j in joints if j['level']]
-    if found:
-        return (f'{joint_name(found[0])}: {found[0]["summary"]}'
-                + (f' ({counted(len(found) - 1, "more joint")})' if found[1:] else '') + '.')
-    judged = sum(j['level'] is not None for j in joints)
-    if not judged:
-        return 'No joint could be judged.'
-    rest = len(joints) - judged
-    return (f'{counted(judged, "joint")} as learnt'
-            + (f'; {rest} not judged' if rest else '') + '.')
+    return answer([f'{joint_name(j)}: {j["summary"]}' for j in joints if j['level']],
+                  [j['level'] for j in joints], JOINTS)
 
 
 def _share(state: Mapping[str, Any] | None) -> str:
@@ -127,12 +119,9 @@ def _joint_curves(joints: Sequence[Joint]) -> list[Section]:
             known = [(p['start'], p['states'][kind]) for p in j['points']
                      if p['states'].get(kind, {}).get('judged')]
             if len(known) > 1:
-                x = (np.array([start for start, _ in known], float) - first) / DAY
-                y, std = (100.0 * np.array([state[key] for _, state in known])
-                          for key in ('size', 'std'))
-                panels.append(Panel(f'{noun} (%)', [Trace(
-                    x, y, 'each bag', 'closed', dots=True,
-                    band=(y - SIGMAS * std, y + SIGMAS * std))], height=90))
+                panels.append(Panel(f'{noun} (%)', [_each_bag(
+                    [(start - first, 100.0 * state['size'], 100.0 * state['std'])
+                     for start, state in known])], height=90))
         if panels:
             label = f'days since {day(first)}'
             drawn.append(Chart(f'{joint_name(j)}: {j["summary"]}', panels, label, zoom=False))
@@ -141,9 +130,15 @@ def _joint_curves(joints: Sequence[Joint]) -> list[Section]:
                     'Over time')] if drawn else []
 
 
+def _each_bag(points: Sequence[tuple[float, float, float]]) -> Trace:
+    """Return the dots of bags at `points` (ns, value, its deviation)."""
+    ns, y, std = np.array(points, float).T
+    return Trace(ns / DAY, y, 'each bag', 'closed', dots=True).around(std)
+
+
 def next_steps(gearboxes: Sequence[Gearbox], bags: Sequence[Bag]) -> list[str]:
     """Return advice about `gearboxes` and their `bags`."""
-    worn = [gearbox['gearbox'] for gearbox in gearboxes if gearbox['level'] in ('WARN', 'ERROR')]
+    worn = [gearbox['gearbox'] for gearbox in gearboxes if gearbox['level'] in RAISED]
     steps = [f'Inspect {", ".join(worn)}; open the newest bag: gearbox_monitor report BAG --out '
              'page.html'] if worn else []
     if any(bag['status'] == 'failed' and bag['retry'] for bag in bags):
@@ -156,17 +151,8 @@ def next_steps(gearboxes: Sequence[Gearbox], bags: Sequence[Bag]) -> list[str]:
 
 def headline(gearboxes: Sequence[Gearbox]) -> str:
     """Return the most important fact about `gearboxes` in one sentence."""
-    worn = [gearbox for gearbox in gearboxes if gearbox['level'] in ('WARN', 'ERROR')]
-    compared = sum(gearbox['level'] is not None for gearbox in gearboxes)
-    if worn:
-        return (f'{worn[0]["gearbox"]}: {worn[0]["summary"]}'
-                + (f' ({counted(len(worn) - 1, "more gearbox")})' if worn[1:] else '') + '.')
-    if not compared:
-        return ('No gearbox was measured twice: growth needs two bags, each with windows in which '
-                'it moves both ways.')
-    uncompared = len(gearboxes) - compared
-    return (f'No wear detected in {counted(compared, "gearbox")}'
-            + (f'; {uncompared} not compared' if uncompared else '') + '.')
+    return answer([f'{g["gearbox"]}: {g["summary"]}' for g in gearboxes
+                   if g['level'] in RAISED], [g['level'] for g in gearboxes], GEARBOXES)
 
 
 def growth_text(feature: Mapping[str, Any]) -> str:
@@ -294,10 +280,9 @@ def _panel(gearbox: Gearbox, feature: str, first: float, growth: Span) -> list[P
     points = [point for point in gearbox['points'] if feature in point['means']]
     if not points or feature != gearbox['feature'] and feature in ('gap', 'lost_motion'):
         return []
-    x = (np.array([point['start'] for point in points], float) - first) / DAY
-    y, std = np.array([point['means'][feature] for point in points]).T
-    traces = [Trace(x, y, 'each bag', 'closed', dots=True,
-                    band=(y - SIGMAS * std, y + SIGMAS * std))]
+    traces = [_each_bag([(point['start'] - first, *point['means'][feature])
+                         for point in points])]
+    x = traces[0].x
     healthy, limits = gearbox['features'][feature]['baseline'], None
     if healthy is not None and feature != 'hysteresis':  # held until the next bag: a jump is one
         judged = healthy * (1.0 + np.array([point['changes'][feature] for point in points]))

@@ -21,7 +21,7 @@ from gearbox_monitor.report.recording_charts import backlash_panel, drawn_window
 from gearbox_monitor.report.recording_page import joint_table, live_row, worst_rows
 from gearbox_monitor.report.timeline import LEVELS
 from gearbox_monitor.report.watch_page import watch_part
-from gearbox_monitor.report.words import sentence
+from gearbox_monitor.report.words import answer, GEARBOXES, sentence
 
 DRAWN = 12         # gearboxes with charts, the worst ones; the table has all
 LOOP_SLICES = 5    # each with its colour
@@ -134,12 +134,13 @@ def live_summary(gearboxes: Sequence[GearboxHistory], source: str, time_s: float
         return page_summary('' if uncompared else 'good', ' '.join(
             ('The estimates are trusted.',
              *(sentence(state.first) for state in (uncompared or states)[:1]))))
-    state, suffix = raised[0], f' ({len(raised) - 1} more)' if raised[1:] else ''
+    state = raised[0]
     first = next(gearbox for gearbox, own in zip(gearboxes, worst) if own is state)
     spans = first.levels.get('diagnosis')
     cause = [('cause', spans.newest.message)] if spans and spans.newest.level else []
     return page_summary(
-        ROLES[state.level], f'{title(first)}: {state.component}: {state.first}{suffix}',
+        ROLES[state.level], answer([f'{title(first)}: {state.component}: {state.first}',
+                                    *(other.first for other in raised[1:])], (), GEARBOXES),
         cause if state.component != 'diagnosis' else ())
 
 
@@ -161,11 +162,11 @@ def _motion(gearbox: GearboxHistory) -> Section:
     def label(text: str) -> str:
         return on_axis(text, gearbox.axis)
     limits = round_span(motion.tau_k)
-    std = 2.0 * gearbox.tau_k_std
+    known = not math.isnan(gearbox.tau_k_std)
     data['torque'] = Chart('Torque over time', [Panel(
         label('torque (N m)'), [Trace(
-            motion.t, motion.tau_k, 'torque' if math.isnan(std) else 'torque, ± 2 sigma',
-            'signal', band=(motion.tau_k - std, motion.tau_k + std))],
+            motion.t, motion.tau_k, 'torque' + ', ± 2 sigma' * known,
+            'signal').around(gearbox.tau_k_std)],
         height=420, limits=limits)],
         'time before the newest sample (s)', span=(-MOTION_SECONDS, 0.0), zoom=False)
     facts = [(name, label(f'{values[-1]:{width}} {unit}')) for name, values, width, unit in (

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure, SubFigure
 import numpy as np
 
 from gearbox_monitor.report.chart import (
-    Bars, Chart, Drawing, Lane, Mark, Plane, thinned_rows, Trace)
+    Bars, Chart, Drawing, Lane, LANE_HEIGHTS, Mark, Plane, thinned_rows, Trace)
 
 # As assets/page.css has them for a light page.
 COLOURS = {'recording': '#1b1d21', 'nominal': '#c94f00', 'closed': '#0072b2', 'signal': '#00795a',
@@ -21,7 +21,6 @@ DASHES = {'nominal': '--', 'warn': '--', 'error': ':', 'limit': '--'}
 PIXELS = 72.0        # of a panel per inch
 HEAD, FOOT = 52, 60  # pixels of a chart for its title and the labels of its axis
 BAR = 30
-LEVEL_HEIGHTS = (0.25, 0.6, 1.0)
 BAND_POINTS = 2000
 
 
@@ -129,11 +128,9 @@ def _draw_trace(axes: Axes, trace: Trace) -> None:
 
 
 def _draw_lane(axes: Axes, lane: Lane) -> None:
-    ends = (*lane.begins[1:], lane.end)
-    for level, (high, role) in enumerate(zip(LEVEL_HEIGHTS, ('good', 'warn', 'error'))):
-        axes.broken_barh([(begin, end - begin) for begin, end, at in zip(
-            lane.begins, ends, lane.levels) if at == level], (0.5 - 0.5 * high, high),
-            color=COLOURS[role])
+    for level, (high, role) in enumerate(zip(LANE_HEIGHTS, ('good', 'warn', 'error'))):
+        axes.broken_barh([(begin, end - begin) for begin, end, at in lane.spans() if at == level],
+                         (0.5 - 0.5 * high, high), color=COLOURS[role])
     axes.set_ylim(0.0, 1.0)
     axes.set_yticks([])
 

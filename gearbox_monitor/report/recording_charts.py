@@ -124,7 +124,7 @@ def backlash_panel(windows: Sequence[WindowBacklash], lost_motion: bool, scale: 
     """
     t = np.array([w.t for w in windows]) / scale
     value = np.array([w.lost_motion if lost_motion else w.gap for w in windows])
-    traces = []
+    traces, usual = list[Trace](), tuple[Array, ...]()
     if lost_motion:
         traces.append(Trace(t, value, 'lost motion', 'closed', dots=True))
     else:
@@ -132,15 +132,13 @@ def backlash_panel(windows: Sequence[WindowBacklash], lost_motion: bool, scale: 
                 ('baseline', 'limit', np.array([w.baseline for w in windows])),
                 ('plan a service', 'warn', np.array([w.warn for w in windows])),
                 ('service it', 'error', np.array([w.error for w in windows]))):
-            if np.isfinite(level).any():
+            if np.isfinite(level).sum() > 1:
                 traces.append(Trace(t, level, name, role))
         std = np.array([w.gap_std for w in windows])
-        traces.append(Trace(t, value, 'backlash, ± 2 sigma', 'closed', dots=True,
-                            band=(value - 2.0 * std, value + 2.0 * std)))
-    curves = np.concatenate([value, *(trace.y for trace in (*traces[:-1], *extra))])
-    if not lost_motion and np.isfinite(std).any():  # a first, uncertain window hides no other
-        curves = np.concatenate([curves, value - 2.0 * np.nanmedian(std),
-                                 value + 2.0 * np.nanmedian(std)])
+        traces.append(Trace(t, value, 'backlash, ± 2 sigma', 'closed', dots=True).around(std))
+        if np.isfinite(std).any():  # a first, uncertain window hides no other
+            usual = Trace(t, value, '', '').around(np.nanmedian(std)).band or ()
+    curves = np.concatenate([value, *usual, *(trace.y for trace in (*traces[:-1], *extra))])
     curves = curves[np.isfinite(curves)]
     low, high = (float(curves.min()), float(curves.max())) if len(curves) else (0.0, 1.0)
     room = 0.15 * (high - low) or 0.5 * abs(high) or 1.0
@@ -312,9 +310,8 @@ def detail_chart(timeline: Timeline, estimates: Estimates, axis: str,
     t, smoothed_t = ((stamps - first) / SECOND_NS for stamps in (
         estimates.stamp_ns, estimates.smoothed_stamp_ns))
     span = (max(0.0, timeline.last - 1.25 * DETAIL), max(DETAIL, timeline.last - 0.25 * DETAIL))
-    tau_k, std = estimates.smoothed_tau_k, estimates.smoothed_tau_k_std
-    curves = [Trace(smoothed_t, tau_k, 'smoothed, ± 2 sigma', 'signal',
-                    band=(tau_k - 2.0 * std, tau_k + 2.0 * std)),
+    curves = [Trace(smoothed_t, estimates.smoothed_tau_k, 'smoothed, ± 2 sigma', 'signal').around(
+                  estimates.smoothed_tau_k_std),
               Trace(t, estimates.tau_k, 'filtered', 'closed')]
     if truth is not None:
         curves.append(Trace(truth.t, truth.tau_k, 'true', 'recording'))

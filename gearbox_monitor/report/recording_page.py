@@ -24,7 +24,7 @@ from gearbox_monitor.report.recording_charts import (
     nis_chart, ROLES, time_axis, torque_chart)
 from gearbox_monitor.report.timeline import (
     LEVELS, LevelSpans, RecordingFacts, State, Timeline, WindowBacklash)
-from gearbox_monitor.report.words import sentence
+from gearbox_monitor.report.words import answer, JOINTS, sentence
 
 TRUST = ('observability', 'prediction error', 'covariance', 'model', 'input')
 WEAR = ('backlash', 'friction')
@@ -161,7 +161,7 @@ def _summary(timeline: Timeline, facts: RecordingFacts) -> Section:
             data['gap_rad'][-1], data['gap_std_rad'][-1], on_axis('rad', facts.model.axis)))))
     items.append(('alerts', str(len(timeline.alerts))))
     return Section('recording/summary.html', {
-        'kind': kind, 'headline': words, 'facts': items, 'notes': facts.notes,
+        'kind': kind, 'headline': words, 'facts': items, 'notes': [*map(sentence, facts.notes)],
         'live': facts.live})
 
 
@@ -351,17 +351,17 @@ def recorded_row(timeline: Timeline, facts: RecordingFacts, name: str, link: str
 def _robot_summary(joints: Mapping[str, tuple[Timeline, RecordingFacts]], rows: Sequence[JointRow]
              ) -> Section:
     """Return the summary of `joints`, whose `rows` begin with the worst."""
-    highest, raised = rows[0], sum(row.level > 0 for row in rows)
-    text = 'Nothing is raised.' if {row.kind for row in rows} == {'good'} else highest.message
-    if raised:
-        text = f'{highest.name}: {highest.message}' + f' ({raised - 1} more)' * (raised > 1)
+    highest, raised = rows[0], [f'{row.name}: {row.message}' for row in rows if row.level > 0]
+    text = (answer(raised, (), JOINTS) if raised else 'Nothing is raised.'
+            if {row.kind for row in rows} == {'good'} else highest.message)
     timelines = [timeline for timeline, _ in joints.values()]
     return page_summary(
         '' if highest.kind == 'good' and rows[-1].kind != 'good' else highest.kind, text,
         [('from', when(timelines[0].first_ns or 0)),
          ('duration', f'{max(t.last for t in timelines):.4g} s'), ('joints', str(len(joints))),
          ('alerts', str(sum(len(t.alerts) for t in timelines)))],
-        list(dict.fromkeys(note for _, facts in joints.values() for note in facts.notes)))
+        list(dict.fromkeys(sentence(note) for _, facts in joints.values()
+                           for note in facts.notes)))
 
 
 class RobotPage(NamedTuple):

@@ -16,12 +16,12 @@ from typing import Any, TypeAlias, TypeVar
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.report.chart import Bars, Chart, Lane, Panel, Plane, Span, tick_step, Trace
+from gearbox_monitor.report.chart import (
+    Bars, Chart, Lane, LANE_HEIGHTS, Panel, Plane, Span, tick_step, Trace)
 
 View: TypeAlias = Mapping[str, Any]  # {name in templates/figures.html: value}
 Place = TypeVar('Place', float, Array)
 UNITS = 10000      # width and height of a panel's view box
-LEVEL_HEIGHTS = (0.25, 0.6, 1.0)  # of a lane, by level
 
 
 @dataclass(frozen=True)
@@ -84,10 +84,9 @@ def chart_view(chart: Chart) -> View:
 
 def _lane(lane: Lane, axis: Axis) -> View:
     """Return the view of one Lane; colour and height say the same."""
-    ends = (*lane.begins[1:], lane.end)
     paths = ['', '', '']
-    for begin, end, level in zip(lane.begins, ends, lane.levels):
-        low, high = (UNITS * (0.5 + side * 0.5 * LEVEL_HEIGHTS[level]) for side in (-1, 1))
+    for begin, end, level in lane.spans():
+        low, high = (UNITS * (0.5 + side * 0.5 * LANE_HEIGHTS[level]) for side in (-1, 1))
         paths[level] += (f'M{axis.right(begin):.0f} {low:.0f}H{axis.right(end):.0f}'
                          f'V{high:.0f}H{axis.right(begin):.0f}Z')
     spans = json.dumps([[float(f'{b:.6g}'), w] for b, w in zip(lane.begins, lane.words)])

@@ -56,7 +56,10 @@ class Envelope:
         self._sum, self._count = np.zeros((2, count, MAX_BINS))
 
     def add(self, t: Array, *signals: Array) -> None:
-        """Take `signals` [N] at the times `t` [N] s, all >= 0; NaN counts nothing."""
+        """Take `signals` [N] at the times `t` [N] s; NaN, and what is before 0, count nothing."""
+        valid = t >= 0.0
+        if not valid.all():
+            t, signals = t[valid], tuple(signal[valid] for signal in signals)
         if not len(t):
             return
         while t.max() >= MAX_BINS * self.width:
@@ -338,10 +341,10 @@ class Timeline:
         self.samples += len(t)
         steps = np.diff(np.append(t[0] if self._previous is None else self._previous, t))
         self._previous = float(t[-1])
-        valid = t >= 0.0
         self.last = max(self.last, float(t.max()))
-        nothing = np.full(int(valid.sum()), np.nan)
-        self.torque.add(t[valid], nothing, nothing, torque[valid])
+        nothing = np.full(len(t), np.nan)
+        self.torque.add(t, nothing, nothing, torque)
+        valid = t >= 0.0
         second = t[valid].astype(int)
         for k in np.unique(second).tolist():
             same = second == k
@@ -358,9 +361,7 @@ class Timeline:
             stds: their stated deviations [N, 2] rad, arm side.
 
         """
-        t = self.seconds(stamps)
-        valid = t >= 0.0
-        self.errors.add(t[valid], *errors[valid].T, *stds[valid].T)
+        self.errors.add(self.seconds(stamps), *errors.T, *stds.T)
         finite = np.isfinite(errors) & np.isfinite(stds)
         with np.errstate(invalid='ignore'):
             covered = finite & (np.abs(errors) <= 2.0 * stds)
@@ -376,14 +377,11 @@ class Timeline:
             std: stated deviations [N] N m.
 
         """
-        t = self.seconds(stamps)
-        valid = t >= 0.0
-        self.torque.add(t[valid], tau_k[valid], std[valid], np.full(int(valid.sum()), np.nan))
+        self.torque.add(self.seconds(stamps), tau_k, std, np.full(len(stamps), np.nan))
 
     def add_nis(self, stamps: Integers, over_dof: Array) -> None:
         """Take the NIS `over_dof`, its degrees of freedom, [N] at `stamps` [N] ns."""
-        t = self.seconds(stamps)
-        self.nis.add(t[t >= 0.0], over_dof[t >= 0.0])
+        self.nis.add(self.seconds(stamps), over_dof)
 
     def add_loop(self, stamps: Integers, twist: Array, rate: Array, tau_k: Array) -> None:
         """

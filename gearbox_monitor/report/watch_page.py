@@ -172,5 +172,5 @@ def _changes(data: WatchData) -> Chart | None:
 
 def _held(edges: Array, mass: Array, std: Array) -> Trace:
     """Return a curve that keeps each mass until the next edge, with two deviations."""
-    x, y, e = np.repeat(edges, 2)[1:], np.repeat(mass, 2)[:-1], 2.0 * np.repeat(std, 2)[:-1]
-    return Trace(x, y, '', 'closed', band=(y - e, y + e))
+    return Trace(np.repeat(edges, 2)[1:], np.repeat(mass, 2)[:-1], '', 'closed').around(
+        np.repeat(std, 2)[:-1])

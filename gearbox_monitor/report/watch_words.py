@@ -12,7 +12,7 @@ from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN
 from gearbox_monitor.plant.effects.motor_side import COGGING, MOTOR_COULOMB, MOTOR_INERTIA
 from gearbox_monitor.presentation import number, percent, Quantity
 from gearbox_monitor.report.robot_words import reading_words
-from gearbox_monitor.report.words import counted, sentence
+from gearbox_monitor.report.words import answer, counted, JOINTS, sentence
 from gearbox_monitor.watch.record import (
     Change, DESCRIBE, LEARN, HeldLoad, StateHealth, Watch, WATCH)
 from gearbox_monitor.watch.settings import (
@@ -108,12 +108,7 @@ def watch_headline(watch: Watch) -> str:
     found = [c for c in watch.standing if c.found_ns]
     if found:
         return '; '.join(change_words(c) for c in found) + '.'
-    judged = [j for j in watch.joints if j.level is not None]
-    if not judged:
-        return 'No joint could be judged.'
-    rest = len(watch.joints) - len(judged)
-    return (f'{counted(len(judged), "joint")} as learnt'
-            + (f', {rest} not judged' if rest else '') + '.')
+    return answer((), [j.level for j in watch.joints], JOINTS)
 
 
 def watch_text(watch: Watch) -> str:

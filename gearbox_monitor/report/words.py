@@ -62,6 +62,41 @@ def counted(count: int, noun: str) -> str:
     return f'{count} {noun if count == 1 else plural}'
 
 
+class Answers(NamedTuple):
+    """The answer about many: their noun, the sentence for none, the words for those that hold."""
+
+    noun: str
+    none: str
+    well: str
+    rest: str
+
+
+GEARBOXES = Answers(
+    'gearbox', 'No gearbox was measured twice: growth needs two bags, each with windows in which '
+    'it moves both ways.', 'No wear detected in {}', 'not compared')
+JOINTS = Answers('joint', 'No joint could be judged.', '{} as learnt', 'not judged')
+
+
+def answer(found: Sequence[str], levels: Sequence[object], words: Answers) -> str:
+    """
+    Return the answer about many gearboxes or joints in one sentence.
+
+    Args:
+        found: what was found at each that is raised, in words, the worst first.
+        levels: of all; None: not judged.
+        words: by which to say it.
+    """
+    if found:
+        more = f' ({counted(len(found) - 1, f"more {words.noun}")})' if found[1:] else ''
+        return f'{found[0].removesuffix(".")}{more}.'
+    judged = sum(level is not None for level in levels)
+    if not judged:
+        return words.none
+    rest = len(levels) - judged
+    return words.well.format(counted(judged, words.noun)) + (
+        f'; {rest} {words.rest}' if rest else '') + '.'
+
+
 def sentence(words: str) -> str:
     """Return `words` with a capital letter, unless an id comes first, and a full stop."""
     first = words[0] if '_' in words.split(' ')[0] else words[0].upper()

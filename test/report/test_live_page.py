@@ -132,7 +132,7 @@ def test_wear_comes_before_its_symptoms():
     history.add_status(700.0, 'backlash', 1, grown + late, {'codes': 'gap_2 not_compared'})
     other = judged(gearbox('wrist'), 2, 'model')
     html = parts(other, history)
-    assert f'elbow: backlash: {grown} (1 more)' in html['summary']
+    assert f'elbow: backlash: {grown} (1 more gearbox).' in html['summary']
     still = 'backlash not compared since 10:05: standing still'
     history.add_status(701.0, 'backlash', 1, still, {'codes': 'not_compared'})
     assert 'prediction error: so it is' in parts(history)['summary']

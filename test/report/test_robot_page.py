@@ -63,7 +63,7 @@ def rows(html):
 def test_the_worst_joint_comes_first():
     html, headline = page(base=timeline(), elbow=timeline(2, 0.12), wrist=timeline(windows=0),
                           hand=timeline(1, 0.05, separable=False))
-    assert headline == 'elbow: Backlash has grown by 12 %. (1 more)'
+    assert headline == 'elbow: Backlash has grown by 12 % (1 more joint).'
     found = rows(html)
     assert list(found) == ['elbow', 'hand', 'base', 'wrist']
     assert found['elbow'][:3] == ['ERROR', '-5 to 5', '0.0223 ± 0.0002']
@@ -72,7 +72,7 @@ def test_the_worst_joint_comes_first():
         '-', 'not measured', '-', 'not evaluated']
     assert ('elbow: Test the gearbox against its specification: gearbox_monitor accept r '
             '<span class="whole">--topic</span> elbow') in html
-    assert html.count('a note') == 1 and 'href="r.elbow.html"' in html
+    assert html.count('A note.') == 1 and 'href="r.elbow.html"' in html
     # The line rises from the bottom to the top of its box; one that stays lies in the middle.
     lines = [[tuple(map(float, point.split(','))) for point in line[1:].split('L')]
              for line in re.findall(r'class="spark".*?d="([^"]+)"', html)]
