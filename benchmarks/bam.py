@@ -185,7 +185,7 @@ def measure(name: str, logs: list[ServoLog], jobs: int) -> dict[str, Any]:
         parts = [part['effect'] for part in verdict.data['findings']]
     except Undecided:
         kind, effect, confusable, parts = 'undecided', None, [], []
-    show(f'{name}: fit-nominal')
+    show(f'{name}: fit model')
     starts = {'stated model, fitted': (model, ())}
     if parts:  # what the diagnosis closes its model with, named or nearest
         # The firmware's gain and limit are exact: what they are multiplied by is the motor's, kt.

@@ -6,7 +6,7 @@ EMPS, a positioning system of motor, screw and carriage: one free run beside pub
 
 DATA is the folder with DATA_EMPS.mat and DATA_EMPS_PULSES.mat of nonlinearbenchmark.org (Janot,
 Gautier, Brunot, 2019). From a model file with guesses the command does what a user would do:
-fit-nominal, diagnose and fit-nominal again over the whole of the first recording, with the effect.
+fit, diagnose and fit again over the whole of the first recording, with the effect.
 The second recording judges: one free run from the recorded force alone over all 24.8 s, from
 position and speed in its first 20 samples, as the benchmark permits. Published figures: Champneys,
 Beintema, Toth, Schoukens, Rogers, arXiv 2405.10779, table 3, and dynoNet as quoted there.
@@ -87,12 +87,12 @@ def measure(train: UniformRecording, test: UniformRecording, jobs: int) -> dict[
         jobs: number of threads.
     """
     show = progress_line()
-    show('fit-nominal')
+    show('fit model')
     rigid = fit_nominal([train], GUESSED, DRIVE_VALUES).model
     show('diagnose')
     verdict = diagnose([train], rigid, jobs=jobs)
     effects = (verdict.data['effect'] or '').split('+') if verdict.data['effect'] else []
-    show('fit-nominal over the whole recording')
+    show('fit model over the whole recording')
     models = {'without effect': fit_nominal(
         [train], rigid, DRIVE_VALUES, seconds=WHOLE).model}
     models['with effect'] = fit_nominal(

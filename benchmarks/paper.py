@@ -35,7 +35,7 @@ from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate, Trajectory
-from gearbox_monitor.report.chart import LoopSlice, Plane, Trace
+from gearbox_monitor.report.chart import LoopSlice, Plane
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -294,8 +294,7 @@ def picture(data: Mapping[str, Any]) -> 'Figure':
         trajectory = simulate(model, u, DT, noise, 0)
         samples, first = run_samples(trajectory), round(BURN_IN / DT)
         parameters = data['cases'][case]['parameters']
-        truth = Trace(trajectory.x[first:, 0] - trajectory.x[first:, 1],
-                      trajectory.tau_k[first:], 'true', 'recording')
+        true = (trajectory.x[first:, 0] - trajectory.x[first:, 1], trajectory.tau_k[first:])
         loops = []
         for name in ('EKF', 'UKF'):
             e = Monitor(model, {**parameters, **FILTERS[name]}).run(samples)
@@ -303,8 +302,10 @@ def picture(data: Mapping[str, Any]) -> 'Figure':
         e = Monitor(model, {**parameters, 'smoother_lag': 0.1}).run(samples)
         loops.append(('EKF, smoothed with a lag of 0.1 s', e.smoothed[first:, 0],
                       e.smoothed[first:, S_TAU_K]))
-        rows.append([Plane(f'{case}: {name}', [LoopSlice(name, (twist, tau_k))],
-                           'twist, motor - arm (rad)', 'torque (N m)', traces=[truth])
+        rows.append([Plane(f'{case}: {name}', [
+            LoopSlice(name, (twist, tau_k)),
+            LoopSlice('true', (np.empty(0), np.empty(0)), [true])],
+                           'twist, motor - arm (rad)', 'torque (N m)')
                      for name, twist, tau_k in loops])
     return figure(rows, 'Torque over twist: Figures 3 (A) and 4 (B) of the paper')
 

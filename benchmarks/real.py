@@ -18,7 +18,7 @@ The stated standard deviation holds for conditions like those of the training ru
 go beyond them, there its coverage is shown and not judged.
 
 Further folders are other units, which nothing was fitted on: model and filter of the first unit
-are adapted to every other of their runs without the sensor ("gearbox_monitor adapt") and judged on
+are adapted to every other of their runs without the sensor ("fit unit") and judged on
 the rest, beside a static compensation that is refitted there with the sensor.
 
 usage examples:

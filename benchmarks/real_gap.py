@@ -7,7 +7,7 @@ Diagnose pairs of real recordings whose truth stays sealed until all verdicts ar
 FOLDER holds manifests NAME.pair.yaml in any folders, and truth.yaml. A manifest says which files
 are compared and how they are read (benchmarks/README.md). Files lie beside the manifest,
 or in the same folder of --data. Every pair runs the commands that a user would type: import, learn
-or fit-nominal of the references, diagnose. truth.yaml is opened last.
+or fit model of the references, diagnose. truth.yaml is opened last.
 
 Scores are those of the LiU-ICE fault diagnosis competition (Jung, Frisk, Krysander 2024): how
 often a change is seen, how often one is reported where nothing changed, the probability and the
@@ -59,7 +59,7 @@ class Pair:
     folder: of the manifest, in which commands run; log, reference: files; model: file of the robot
     or drive; joint of it, None for all or a drive; import_: options of the command import, None
     where logs are read as they are; recorded {joint: its name in the logs}; values: of the option
-    --values; free: values of the drive that fit-nominal fits to the references; diagnose: further
+    --values; free: values of the drive that fit model fits to the references; diagnose: further
     options.
     """
 
@@ -324,8 +324,8 @@ class Runner:
                                   'OUT')
             about += ['--reference', knowledge]
         elif references:
-            model = self.once(pair, key, '.drive.yaml', 'fit-nominal', *references, *about,
-                              '--free', *pair.free, '--jobs', '1', '--out', 'OUT')
+            model = self.once(pair, key, '.drive.yaml', 'fit', 'model', *references, *about,
+                              '--free', *pair.free, '--out', 'OUT')
             about = ['--model', model]
         out = self.new('.verdict.json')
         jobs = [] if pair.of_robot else ['--jobs', '1']

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Write commands.md from the commands and their exit codes: python docs/make_commands.py."""
-import argparse
-from importlib import import_module
 from pathlib import Path
 import sys
 
@@ -18,32 +16,24 @@ HEAD = """\
 # Commands
 
 `docs/make_commands.py` generates this page. `gearbox_monitor COMMAND --help` shows options and
-examples. `--json` is for programs: where it takes a FILE, `-` prints it.
+examples. All but `export`, `live` and `play` take `--json [FILE]`, for programs.
 
 Codes of every command: 0 success, 2 bad usage or bad input (one line on stderr), 130 Ctrl-C
 (`live` and `play`: 0). Code 1 is a finding that requires action, code 3 means undecided: the input
 is valid but does not answer the question.
 
-| command | what | exit codes 1 and 3 | `--json` |
-|---|---|---|---|
+| command | what | exit codes 1 and 3 |
+|---|---|---|
 """
-
-
-def json_of(module):
-    """Return what `--json` of a command takes: FILE, nothing (prints), or no."""
-    parser = argparse.ArgumentParser()
-    import_module(f'gearbox_monitor.cli.{module}').add_arguments(parser)
-    option = parser._option_string_actions.get('--json')
-    return 'no' if option is None else option.metavar or 'prints'
 
 
 def page():
     """Return the text of the page."""
     rows = []
-    for name, (module, summary) in COMMANDS.items():
+    for name, (_, summary) in COMMANDS.items():
         codes = '; '.join(f'{code}: {EXIT_CODES[name][code]}' for code in (1, 3)
                           if code in EXIT_CODES[name])
-        rows.append(f'| `gearbox_monitor {name}` | {summary} | {codes} | {json_of(module)} |\n')
+        rows.append(f'| `gearbox_monitor {name}` | {summary} | {codes} |\n')
     return HEAD + ''.join(rows)
 
 

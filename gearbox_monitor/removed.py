@@ -9,19 +9,22 @@ same words. The table goes with the release after 0.3.
 """
 _ROBOT_MOTION = 'diagnose a log of the robot: its verdict lists what the motion did not visit'
 _FORMATS = 'expected --to mjcf or --to urdf with --into FILE'
-_FILTERPY = 'leave it out: tests hold the filters equal to those of filterpy'
+_FILTER = 'gearbox_monitor replay BAG --filter NAME states error and NIS of a filter'
 _HELD = 'gearbox_monitor watch LOG --model robot.urdf states what a robot holds'
 # Name as the user types it, an option or its value after its command -> what to do instead.
 REMOVED = {
     # commands
-    'compile': 'leave it out: pip and colcon compile the kernels when they build the package',
-    'benchmark': 'run benchmarks from a checkout: python -m benchmarks NAME',
+    'gearbox_monitor compile': 'leave it out: pip and colcon compile the kernels when they '
+    'build the package',
+    'gearbox_monitor benchmark': 'run benchmarks from a checkout: python -m benchmarks NAME',
+    'gearbox_monitor compare': _FILTER,
+    'gearbox_monitor simulate': 'gearbox_monitor diagnose BAG --validate BAG2 states the gap of '
+    'both models on another recording',
+    'gearbox_monitor adapt': 'gearbox_monitor fit unit BAG --model FILE --out FOLDER',
+    'gearbox_monitor describe': 'gearbox_monitor check ROBOT',
+    'gearbox_monitor fit-nominal': 'gearbox_monitor fit model BAG --model FILE',
+    'gearbox_monitor tune': 'gearbox_monitor fit noise BAG --out FILE',
     # options and their values
-    'adapt --jobs': 'leave it out: the fit is one thread',
-    'compare --filterpy-samples': _FILTERPY,
-    'filterpy-ekf': _FILTERPY,
-    'filterpy-ukf': _FILTERPY,
-    'fit-nominal --jobs': 'leave it out: the fit is one thread',
     'suggest --robot': _ROBOT_MOTION,
     'suggest --effects': _ROBOT_MOTION,
     'suggest --payload': _ROBOT_MOTION,
@@ -34,10 +37,9 @@ REMOVED = {
     'live --rerun': 'send the topics with a node of your own, or watch the page of live',
     'check --setpoint-joint': 'expected --recorded-setpoint',
     'export --arm-joint': 'expected --model-arm-joint',
-    **{f'{command} --{old}': f'expected --{new}'
-       for command in ('adapt', 'diagnose', 'fit-nominal', 'simulate')
-       for old, new in (('motor-joint', 'recorded-motor'), ('arm-joint', 'recorded-arm'),
-                        ('setpoint-joint', 'recorded-setpoint'))},
+    **{f'diagnose --{old}': f'expected --{new}' for old, new in (
+        ('motor-joint', 'recorded-motor'), ('arm-joint', 'recorded-arm'),
+        ('setpoint-joint', 'recorded-setpoint'))},
     **{f'replay --{name}': _HELD for name in (
         'reference', 'values', 'root', 'recorded', 'prefix', 'convention', 'link', 'empty')},
     'payload_node': 'watch_node publishes payload: ros2 launch gearbox_monitor watch.launch.py',

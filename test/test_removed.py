@@ -14,8 +14,13 @@ from gearbox_monitor.removed import refusal, REMOVED
 from gearbox_monitor.simulators.user_simulator import user_simulator
 
 
+OURS = 'gearbox_monitor '
+
+
 def test_options_and_their_values(capsys):
-    for name in filter(lambda name: ' ' in name, REMOVED):
+    for name in REMOVED:
+        if ' ' not in name or name.startswith(OURS):
+            continue
         with pytest.raises(SystemExit, match='2'):
             main(name.split())
         line, = capsys.readouterr().err.splitlines()
@@ -36,10 +41,13 @@ def test_files_by_their_ending():
 
 def test_commands_parameters_and_names_of_the_package(capsys):
     for name in REMOVED:
-        if ' ' in name or name.startswith('.'):
+        if name.startswith('.') or ' ' in name and not name.startswith(OURS):
             continue
-        assert main([name]) == 2
-        assert capsys.readouterr().err == f'gearbox_monitor: {name}: {refusal(name)}\n'
+        command = name.removeprefix(OURS)
+        assert main([command]) == 2
+        assert capsys.readouterr().err == f'gearbox_monitor: {command}: {refusal(name)}\n'
+        if name.startswith(OURS):
+            continue
         with pytest.raises(InputError, match='file: ') as caught:
             check_values(SETTINGS, {name: 1}, 'file')
         assert refusal(name) in str(caught.value)

@@ -64,7 +64,6 @@ def add_arguments(parser: ArgumentParser) -> None:
                         help='probability that a verdict needs (default: 0.95)')
     parser.add_argument('--write-model', metavar='FILE',
                         help='write a model file with the measured transmission')
-    parser.add_argument('--json', action='store_true', help='print the result as JSON')
 
 
 def run(args: Namespace) -> int:

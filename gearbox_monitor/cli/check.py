@@ -11,12 +11,19 @@ checked against it as well. With the file of a whole robot (--model robot.urdf) 
 checked: stamps, jumps, ranges, and whether they count as the file says. docs/check.md explains
 each line.
 
+In place of BAG, the MJCF or URDF file of a robot lists its joints, each with all others at rest,
+in the posture of --keyframe: what acts on it in the simulation is a value in the table, or it is
+refused by name, with what to do. Joints that are read can be given to diagnose, fit, suggest and
+export as --model ROBOT --joint NAME. Values that no robot has, such as a wrist of 7 g between two
+links of 2 kg, are doubted.
+
 usage examples:
   gearbox_monitor check BAG
   gearbox_monitor check BAG --model drive.yaml --params joint3.yaml
   gearbox_monitor check BAG --motor-joint joint3_motor --arm-joint joint3 --for estimation
   gearbox_monitor check log.csv --model robot.urdf
-  gearbox_monitor check BAG --json - | jq .suits
+  gearbox_monitor check BAG --json | jq .suits
+  gearbox_monitor check robot.xml --keyframe home
 """
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
@@ -34,7 +41,6 @@ from gearbox_monitor.cli.options import (
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.noise_search import MIN_SAMPLES, MIN_SECONDS
-from gearbox_monitor.files.yaml_files import expect_new_file
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.library.robot import check_robot
 from gearbox_monitor.parameters import EstimatorParameters
@@ -54,7 +60,7 @@ INDENT = 24  # of the figures
 TUNED = 0.5  # share of missing readings up to which tune takes a recording
 COLOURS = {OK: '32', WARN: '33', BAD: '31;1'}
 SUITS = {OK: 'yes', WARN: 'with care', BAD: 'no'}
-NEXT = {'estimation': 'gearbox_monitor tune BAG --model FILE --out params.yaml',
+NEXT = {'estimation': 'gearbox_monitor fit noise BAG --model FILE --out params.yaml',
         'drift': 'gearbox_monitor accept BAG --model FILE --max-gap RAD',
         'diagnosis': 'gearbox_monitor diagnose BAG --model FILE'}
 WITHOUT_ARM = {'estimation': 'gearbox_monitor replay BAG --params FILE',
@@ -71,18 +77,23 @@ def add_arguments(parser: ArgumentParser) -> None:
                         '(default: as --params, arm)')
     add_setpoint_argument(parser)
     add_robot_arguments(parser, reference=False)
+    parser.add_argument('--keyframe', metavar='NAME', help='BAG is a file of a robot: posture in '
+                        'which its joints are read, a key of the file')
     parser.add_argument('--for', dest='purposes', nargs='+', choices=PURPOSES, metavar='PURPOSE',
                         default=PURPOSES, help='purpose of the recording: '
                         f'{", ".join(PURPOSES)} (default: all)')
-    parser.add_argument('--json', metavar='FILE',
-                        help='write all findings as JSON; - prints them, and nothing else')
 
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
+    if Path(args.bag).suffix.lower() in SUFFIXES:
+        refuse(args, (*OF_DRIVE, *OF_ROBOT[:1], *OF_ROBOT[2:], 'model', 'topic'),
+               f'of a recording, but {args.bag} is a robot')
+        from gearbox_monitor.cli.robot_table import show_table
+        return show_table(args)
+    refuse(args, ['keyframe'], 'of a robot, expected its MJCF or URDF file as BAG')
     if is_robot(args):
         return run_robot(args)
-    expect_new_file(args.json)
     with opened(args) as reader:
         filters = of_filters(reader)
         try:
@@ -313,7 +324,6 @@ def is_robot(args: Namespace) -> bool:
 
 def run_robot(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
-    expect_new_file(args.json)
     findings = check_robot(args.bag, robot_of(args), recorded=names_of(args), topic=args.topic,
                            reading=reading_of_robot(args))
     lines = _plain(findings)

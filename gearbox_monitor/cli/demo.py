@@ -5,13 +5,13 @@
 Simulate, estimate, record and check one gearbox whose backlash grows, on this machine only.
 
 Plant, estimator and recorder run as separate ROS 2 nodes. At the end the recording is replayed and
-compared, and DIR holds: bag/ (for gearbox_monitor replay, ros2 bag, mcap), demo.png, summary.json
-and the log of each node. Ctrl-C ends early and leaves a readable bag.
+compared, and DIR holds: bag/ (for gearbox_monitor replay, ros2 bag, mcap), report.html,
+summary.json and the log of each node. Ctrl-C ends early and leaves a readable bag.
 If samples are lost at 1000 Hz, the run is repeated at 500 Hz, then at 250 Hz.
 
 With --robot the plant is an arm of six joints that repeats a program. One estimator watches all
-of its gearboxes, and the backlash of one joint grows. DIR then holds robot.yaml and a model file
-of each joint instead of demo.png.
+of its gearboxes, and the backlash of one joint grows. DIR then also holds robot.yaml and a model
+file of each joint.
 
 usage examples:
   gearbox_monitor demo
@@ -20,7 +20,6 @@ usage examples:
   gearbox_monitor demo --json > summary.json
 """
 from argparse import ArgumentParser, Namespace
-from collections.abc import Mapping
 import contextlib
 import json
 import os
@@ -32,11 +31,11 @@ from typing import Any
 
 import yaml
 
-from gearbox_monitor.errors import expect_matplotlib, InputError, installed_by
+from gearbox_monitor.cli.progress import Bar, count_bar
+from gearbox_monitor.errors import InputError, installed_by
 from gearbox_monitor.files.opening import config_path, load_robot
 from gearbox_monitor.files.yaml_files import save_model
-from gearbox_monitor.health.checks.outcome import Level, Outcome
-from gearbox_monitor.parameters import RecorderParameters
+from gearbox_monitor.parameters import FILTER_NAMES, RecorderParameters
 from gearbox_monitor.recordings.topics import SNAPSHOT
 from gearbox_monitor.robot import arm_plant
 from gearbox_monitor.robot.arm_plant import program
@@ -60,7 +59,6 @@ ROBOT_MIN_DURATION = 45.0  # s, for as many windows of a program of the arm
 READY_SECONDS = 240.0  # a checkout whose kernels changed compiles them first
 STOP_SECONDS = {'estimator': 15.0, 'recorder': 30.0}  # 10 of others
 STALL_SECONDS = 30.0
-LINE_SECONDS = 10.0    # simulated time between two lines of a status that stays
 # Shows the plant that the estimator listens.
 RELIABLE = {'qos_overrides./joint_states.subscription.reliability': 'reliable'}
 
@@ -75,13 +73,15 @@ class Demo:
     durations = MIN_DURATION, 30.0  # the shortest and the default, s
     plant = 'plant'                 # name of its node
     gearboxes: tuple[str, ...] = ('',)
-    task = 'the gap grows'
+    filters: tuple[str, ...] = FILTER_NAMES
 
     def __init__(self, args: Namespace, interrupt: Interrupt) -> None:
         """Check `args` and create the directory; `interrupt` ends early. Raises InputError."""
         shortest, usual = self.durations
         self.duration = usual if args.duration is None else args.duration
-        self.check_filter(args.filter)
+        if args.filter not in self.filters:
+            raise InputError(f'--filter: {args.filter!r}, expected one of '
+                             f'{", ".join(self.filters)}{" with --robot" * args.robot}')
         if not shortest <= self.duration <= 86400.0:
             raise InputError(f'--duration: {self.duration:g}, expected {shortest:g} to 86400 s '
                              f'(the gap is measured in windows of {shortest / WINDOWS:.2g} s or '
@@ -101,14 +101,6 @@ class Demo:
         except OSError as error:
             raise InputError(f'{self.out}: {error.strerror}, expected a directory that can be '
                              'created') from None
-
-    def check_filter(self, name: str) -> None:
-        """Raise InputError if the demo cannot run with the filter `name`."""
-        from gearbox_monitor.parameters import FILTER_NAMES
-        expect_matplotlib('demo')
-        if name not in FILTER_NAMES:
-            raise InputError(f'--filter: {name!r} is unknown, expected one of '
-                             f'{", ".join(FILTER_NAMES)}')
 
     @property
     def window(self) -> float:
@@ -165,7 +157,8 @@ class Demo:
             os.environ.pop(name, None)  # they would override the range
         os.environ.update(ROS_DOMAIN_ID=str(domain), ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST')
         print(f'{self.out}: {self.duration:g} s at {self.rate:g} Hz, filter {self.filter}, '
-              + (self.task if self.fault else 'no fault')
+              + (f'the gap{f" of {self.gearboxes[0]}" * bool(self.gearboxes[0])} grows'
+                 if self.fault else 'no fault')
               + '\nTo look in with ros2 tools: export '
               f'ROS_DOMAIN_ID={domain} ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST', flush=True)
         began = False
@@ -253,21 +246,20 @@ class Demo:
                     f'estimator and recorder were not ready within {READY_SECONDS:g} s:\n'
                     + '\n'.join(child.tail() for child in self.children))
 
-    def status(self) -> 'DemoStatus':
-        """Return what shows the progress."""
-        return DemoStatus(self.duration, self.rate)
-
     def follow(self, watcher: Any) -> None:
         """Show what `watcher` sees until the estimator has all samples of the plant."""
-        plant, status = self.children[-1], self.status()
-        previous, changed = None, time.monotonic()
-        try:
+        plant, samples, alerts, changed = self.children[-1], 0, 0, time.monotonic()
+        with count_bar('demo', round(self.duration)) as bar:
             while plant.running:
                 self.spin(watcher)
-                status.show(watcher)
-                samples = status.samples(watcher)
-                if samples != previous:
-                    previous, changed = samples, time.monotonic()
+                for alert in watcher.alerts[alerts:]:
+                    Bar.write(f'ALERT {alert}')
+                alerts = len(watcher.alerts)
+                outcome = watcher.outcomes.get('input')
+                newest = int(outcome.values.get('samples', 0)) if outcome else 0
+                if newest != samples:
+                    bar.update((newest - samples) / self.rate)
+                    samples, changed = newest, time.monotonic()
                 patience = STALL_SECONDS if samples else READY_SECONDS
                 if time.monotonic() - changed > patience:
                     raise ChildFailed(f'no samples arrived for {patience:g} s:\n' + plant.tail())
@@ -275,146 +267,40 @@ class Demo:
             updates, end = watcher.updates, time.monotonic() + 3.0
             while watcher.updates == updates and time.monotonic() < end:
                 self.spin(watcher)
-            status.show(watcher)
-        finally:
-            status.end()
 
     # ------------------------------------------------------------------ afterwards
 
     def evaluate(self) -> tuple[dict[str, Any], str]:
-        """Replay the bag, write JSON and PNG; return ({name: value}, the summary in words)."""
+        """Replay the bag, write JSON and page; return ({name: value}, the summary in words)."""
         print('replaying ...', flush=True)
+        from gearbox_monitor.cli.demo_report import evaluate, problems, text
         from gearbox_monitor.recordings.read import open_bag
-        report = self.report()
         with open_bag(self.bag) as reader:
-            data = report.evaluate(reader, self)
-        data['notes'] = [*data['notes'], *self.notes]
-        data['problems'] = report.problems(data, self.fault, self.starved)
+            data = evaluate(reader, self)
+        data['notes'] += self.notes
+        data['problems'] = problems(data, self.starved)
         (self.out / 'summary.json').write_text(json.dumps(data, indent=2) + '\n',
                                                encoding='utf-8')
-        return data, report.text(data)
-
-    def report(self) -> Any:
-        """Return the module that evaluates the bag."""
-        from gearbox_monitor.cli import demo_report
-        return demo_report
-
-
-class DemoStatus:
-    """Live status on standard output: a line in place on a terminal, else at each new level."""
-
-    def __init__(self, duration: float, rate: float) -> None:
-        """Show the progress through `duration` s at `rate` Hz."""
-        self.duration, self.rate = duration, rate
-        self._terminal = sys.stdout.isatty()
-        self._updates, self._alerts = 0, 0
-        self._levels, self._printed = '', -LINE_SECONDS
-        self._judged: set[str] = set()  # components that were OK
-
-    @staticmethod
-    def samples(watcher: Any) -> int:
-        """Return the number of samples that the estimator reports to `watcher`."""
-        outcome = watcher.outcomes.get('input')
-        return int(outcome.values.get('samples', 0)) if outcome else 0
-
-    def show(self, watcher: Any) -> None:
-        """Print the news of `watcher`."""
-        for text in watcher.alerts[self._alerts:]:
-            self._print(f'ALERT {text}')
-        self._alerts = len(watcher.alerts)
-        if watcher.updates == self._updates:
-            return
-        self._updates = watcher.updates
-        if not self.samples(watcher):
-            return
-        levels = self.levels(watcher)
-        line = self.line(watcher) + levels
-        t = self.samples(watcher) / self.rate
-        if self._terminal:
-            width = shutil.get_terminal_size().columns - 1
-            print('\r\x1b[K' + line[:width], end='', flush=True)
-        elif levels != self._levels or t - self._printed >= LINE_SECONDS:
-            self._levels, self._printed = levels, t
-            print(line, flush=True)
-
-    def end(self) -> None:
-        """End the line."""
-        if self._terminal and self._updates:
-            print(flush=True)
-
-    def _print(self, text: str) -> None:
-        print(('\r\x1b[K' if self._terminal else '') + text, flush=True)
-
-    def line(self, watcher: Any) -> str:
-        """Return time, rate and gap that `watcher` sees in one line."""
-        values = watcher.outcomes['input'].values
-        return (f'{self.samples(watcher) / self.rate:5.1f}/{self.duration:g} s  '
-                f'{float(values.get("rate_hz", "nan")):4.0f} Hz  {self.gap(watcher)}')
-
-    def levels(self, watcher: Any) -> str:
-        """Return the levels that `watcher` sees in words."""
-        levels = ', '.join(self.raised(watcher)) or 'all OK'
-        if watcher.recorder is not None and watcher.recorder.level:
-            levels += f', recorder {watcher.recorder.message}'
-        return levels
-
-    def raised(self, watcher: Any) -> list[str]:
-        """Return the components beyond OK that `watcher` sees, with their levels."""
-        judged = self.judged(watcher.outcomes)
-        return [f'{name} {outcome.level.name}' for name, outcome in judged.items()
-                if outcome.level] or ['starting'] * (len(judged) < len(watcher.outcomes))
-
-    def judged(self, outcomes: Mapping[str, Outcome], joint: str = '') -> dict[str, Outcome]:
-        """Return the `outcomes` of a `joint` but a WARN of what was never OK: it is starting."""
-        self._judged |= {joint + name for name, outcome in outcomes.items()
-                         if outcome.level == Level.OK}
-        return {name: outcome for name, outcome in outcomes.items()
-                if joint + name in self._judged or outcome.level == Level.ERROR}
-
-    def gap(self, watcher: Any) -> str:
-        """Return the gap that `watcher` sees, '' where none was measured yet."""
-        backlash = watcher.outcomes['backlash'].values
-        if 'gap_rad' not in backlash:
-            return ''
-        growth = f' {100 * float(backlash["growth"]):+.0f} %' if 'growth' in backlash else ''
-        return f'backlash {float(backlash["gap_rad"]):.3f} rad{growth}  '
-
-
-FAULTY = 0     # number of the joint whose gap grows
-FILTER = 'ekf'  # takes the load by a description, and tau_K by its curve
+        return data, text(data)
 
 
 class RobotDemo(Demo):
-    """One run of the demo of an arm."""
+    """One run of the demo of an arm; the gap of its first joint grows."""
 
     durations = ROBOT_MIN_DURATION, 60.0
     plant = 'arm_plant'
+    filters = ('ekf',)  # takes the load by a description, and tau_K by its curve
 
     def __init__(self, *arguments: Any) -> None:
         """Take the `arguments` of Demo; write a model file of each joint."""
         description = config_path('arm6.urdf')
-        self._description, self._robot = str(description), load_robot(str(description))
-        self.gearboxes = tuple(self._robot.joints)
-        self.faulty = self.gearboxes[FAULTY]
-        self.task = f'the gap of {self.faulty} grows'
+        robot = load_robot(str(description))
+        self._description, self.gearboxes = str(description), tuple(robot.joints)
         super().__init__(*arguments)
-        self.drives = dict(zip(self.gearboxes, arm_plant.nominal_drives(self._robot)))
+        self.drives = dict(zip(self.gearboxes, arm_plant.nominal_drives(robot)))
         for name, drive in self.drives.items():
-            save_model(self.model_file(name), drive, [f'Drive of {name} in {description.name}.'])
-
-    @property
-    def parameter_file(self) -> Path:
-        """Parameters of estimator and arm, for robot.launch.py, too."""
-        return self.out / 'robot.yaml'
-
-    def model_file(self, joint: str) -> Path:
-        """Return the model file of a `joint`."""
-        return self.out / f'{joint}.yaml'
-
-    def check_filter(self, name: str) -> None:
-        """Raise InputError unless the filter `name` takes the parameters of the arm."""
-        if name != FILTER:
-            raise InputError(f'--filter: {name!r}, expected {FILTER!r} with --robot')
+            save_model(self.out / f'{name}.yaml', drive, [
+                f'Drive of {name} in {description.name}.'])
 
     @property
     def window(self) -> float:
@@ -422,62 +308,25 @@ class RobotDemo(Demo):
         return len(program(1.0 / self.rate)) / self.rate
 
     def start_monitoring(self) -> None:
-        """Start recorder and estimator."""
+        """Start recorder and estimator; write their parameters, for robot.launch.py, too."""
         self.start_recorder(topics=[*RecorderParameters().topics, *(
             f'estimator/{name}/{SNAPSHOT}' for name in self.gearboxes)])
-        self.parameter_file.write_text(
-            '# The gearboxes of the arm, as the demo monitors them.\n'
-            + yaml.safe_dump({
-                'estimator': {'ros__parameters': self._parameters()},
-                'arm_plant': {'ros__parameters': {
-                    'rate': self.rate, 'faulty_joint': FAULTY + 1,
-                    'gap_growth_rate': self.growth_rate, 'gap_growth_start': self.growth_start}}},
-                sort_keys=False), encoding='utf-8')
-        self.start('estimator', self.parameter_file, **RELIABLE)
-
-    def _parameters(self) -> dict[str, Any]:
-        return {'gearboxes': list(self.gearboxes), 'filter': self.filter,
-                'robot_description': self._description, 'drift_window': self.window,
-                **DRIFT,
-                **{name: {'model': str(self.model_file(name)),
-                          **arm_plant.parameters_of(joint)}
-                   for joint, name in enumerate(self.gearboxes)}}
-
-    def status(self) -> DemoStatus:
-        """Return what shows the progress."""
-        return RobotDemoStatus(self.duration, self.rate)
-
-    def report(self) -> Any:
-        """Return the module that evaluates the bag."""
-        from gearbox_monitor.cli import robot_demo_report
-        return robot_demo_report
-
-
-class RobotDemoStatus(DemoStatus):
-    """Live status of an arm."""
-
-    def gap(self, watcher: Any) -> str:
-        """Return the gaps that `watcher` sees, in the order of the joints."""
-        gaps = map(_gap, watcher.joints.values())
-        return 'gaps ' + ' '.join('-' if gap is None else f'{1e3 * float(gap):.2f}'
-                                  for gap in gaps) + ' mrad  '
-
-    def raised(self, watcher: Any) -> list[str]:
-        """Return the worst component of each joint that `watcher` sees, with its level."""
-        highest, starting = [], False
-        for joint, outcomes in watcher.joints.items():
-            judged = self.judged(outcomes, joint)
-            starting |= len(judged) < len(outcomes)
-            level, name = max(((outcome.level, name) for name, outcome in judged.items()),
-                              default=(Level.OK, ''))
-            if level:
-                highest.append(f'{joint} {name} {level.name}')
-        return highest or ['starting'] * starting
-
-
-def _gap(outcomes: Mapping[str, Outcome]) -> str | None:
-    """Return the gap among the `outcomes` of a joint, None if it was not measured yet."""
-    return outcomes['backlash'].values.get('gap_rad') if 'backlash' in outcomes else None
+        file = self.out / 'robot.yaml'
+        file.write_text('# The gearboxes of the arm, as the demo monitors them.\n'
+                        + yaml.safe_dump({
+                            'estimator': {'ros__parameters': {
+                                'gearboxes': list(self.gearboxes), 'filter': self.filter,
+                                'robot_description': self._description,
+                                'drift_window': self.window, **DRIFT, **{
+                                    name: {'model': str(self.out / f'{name}.yaml'),
+                                           **arm_plant.parameters_of(joint)}
+                                    for joint, name in enumerate(self.gearboxes)}}},
+                            'arm_plant': {'ros__parameters': {
+                                'rate': self.rate, 'faulty_joint': 1,
+                                'gap_growth_rate': self.growth_rate,
+                                'gap_growth_start': self.growth_start}}},
+                            sort_keys=False), encoding='utf-8')
+        self.start('estimator', file, **RELIABLE)
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -492,8 +341,6 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--filter', metavar='F', default='ekf',
                         help='filter of the estimator (default: ekf)')
     parser.add_argument('--no-fault', action='store_true', help='keep the backlash constant')
-    parser.add_argument('--json', action='store_true',
-                        help='print the summary as JSON, and nothing else')
 
 
 def run(args: Namespace) -> int:

@@ -39,7 +39,7 @@ from gearbox_monitor.cli.inputs import (
     add_recording_arguments, add_robot_arguments, load_recordings, names_of, reading_of_robot,
     robot_of, robot_options, written_options)
 from gearbox_monitor.cli.options import (
-    expect_new_files, ids_in, JSON_FILE_HELP, refuse, show, wrapped, write_files)
+    expect_new_files, ids_in, refuse, show, wrapped, write_files)
 from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.diagnosis.joint import closed_model
 from gearbox_monitor.diagnosis.joint.diagnose import chosen_ids
@@ -85,8 +85,6 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--out', metavar='DIR',
                         help='write verdict.json, report.html, overlay.png and drive.closed.yaml: '
                         'the model with what was identified')
-    parser.add_argument('--json', metavar='FILE',
-                        help='write the verdict as JSON' + JSON_FILE_HELP)
     parser.add_argument('--exclude', metavar='ID', nargs='+', default=[],
                         help='effects to leave out; a gap that only they explain is then unknown')
     parser.add_argument('--only', metavar='ID', nargs='+', help='effects to try, and no others')
@@ -111,7 +109,7 @@ def run(args: Namespace) -> int:
     expect_ids('--only', only)
     expect_ids('--exclude', exclude)
     chosen_ids(only, exclude)  # one at least remains
-    expect_new_files(args.out, (*DRAWN, 'verdict.json', CLOSED), args.json)
+    expect_new_files(args.out, (*DRAWN, 'verdict.json', CLOSED))
     model, recordings, validate, notes = load_recordings(args, weigh=True)
     simulator = _simulator(args.simulator, recordings, model) if args.simulator else None
     with progress_bar('diagnose') as progress:
@@ -139,8 +137,8 @@ def run(args: Namespace) -> int:
     if args.out:
         drawn = draw(verdict, data, recordings, model, PageContext(files, command, changes))
     written = write(args, data, closed, drawn)
-    print(dump(data) if args.json == '-' else
-          text(data, recordings, model, written, files, command, changes, args.verbose))
+    show(args, data, lambda: text(
+        data, recordings, model, written, files, command, changes, args.verbose))
     return {NONE: 0, UNDECIDED: 3}.get(verdict.verdict, 1)
 
 
@@ -242,8 +240,6 @@ def write(args: Namespace, data: Mapping[str, Any], closed: DriveModel | None,
 
     """
     contents: dict[Path, str | Figure] = {}
-    if args.json and args.json != '-':
-        contents[Path(args.json)] = dump(data) + '\n'
     if args.out:
         contents[Path(args.out, 'verdict.json')] = dump(data) + '\n'
         if closed is not None:
@@ -492,7 +488,7 @@ def run_robot(args: Namespace) -> int:
     for attribute, reason in OF_ONE_JOINT.items():
         refuse(args, [attribute], f'of one joint, expected --joint with it ({reason})')
     effects = _effects(args)
-    expect_new_file(args.json, args.out)
+    expect_new_file(args.out)
     began = time.process_time()
     with progress_bar('diagnose') as progress:
         diagnosis = diagnose_robot(

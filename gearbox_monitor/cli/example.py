@@ -66,7 +66,6 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--process-noise', metavar='Q', type=float, default=0.0,
                         help="noise of the motor's torque, by what it does to the motor's speed, "
                         'rad/s/sqrt(s) (default: 0); BAG.drive.yaml states the torque')
-    parser.add_argument('--json', action='store_true', help='print what was written as JSON')
 
 
 def run(args: Namespace) -> int:

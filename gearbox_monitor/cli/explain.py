@@ -31,7 +31,6 @@ def add_arguments(parser: ArgumentParser) -> None:
     """Declare the options in `parser`."""
     parser.add_argument('name', nargs='*', metavar='NAME',
                         help='effect, condition, component, key of /diagnostics, or level')
-    parser.add_argument('--json', action='store_true', help='print the texts as JSON')
 
 
 def run(args: Namespace) -> int:

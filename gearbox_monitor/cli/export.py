@@ -25,7 +25,7 @@ docs/firmware.md.
 
 --ranges turns several estimates into the domain randomisation of a simulator: 90 % ranges of a new
 drive with their correlation, as YAML, or as event terms of Isaac Lab or mjlab (docs/actuators.md).
-The estimates are JSON files of fit-nominal or diagnose, one of each drive or recording. MODEL may
+The estimates are JSON files of fit or diagnose, one of each drive or recording. MODEL may
 also be the name of an actuator of the catalogue (docs/actuators.md); a file of that name wins.
 
 --check BAG runs the drives in the file and in the patched file on a recording and prints the
@@ -78,7 +78,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     """Declare the options in `parser`."""
     parser.add_argument('models', metavar='MODEL', nargs='*',
                         help='model file, such as drive.closed.yaml, or verdict.json on a whole '
-                        'robot; with --ranges JSON files of fit-nominal or diagnose')
+                        'robot; with --ranges JSON files of fit or diagnose')
     parser.add_argument('--to', required=True,
                         choices=(*TARGETS, 'c', *WRITERS),
                         help='simulator; yaml, isaac, mjlab: with --ranges; c: filter for '

@@ -81,7 +81,6 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--serviced', metavar='FILE',
                         help='text file: a line GEARBOX DATE NOTE per service; the next bags are '
                         'its new baseline')
-    parser.add_argument('--json', action='store_true', help='print the summary as JSON')
 
 
 def run(args: Namespace) -> int:

@@ -81,7 +81,6 @@ def add_arguments(parser: ArgumentParser) -> None:
                         '--params or --arm-topic that of the motor (default: joint_states)')
     add_reading_arguments(parser)
     parser.add_argument('bag', metavar='BAG', help='bag to write; must not exist')
-    parser.add_argument('--json', action='store_true', help='print what was written as JSON')
 
 
 def run(args: Namespace) -> int:

@@ -35,23 +35,13 @@ if TYPE_CHECKING:
     from gearbox_monitor.library.robot import Robot
 
 
-def add_model_arguments(parser: ArgumentParser) -> None:
-    """Declare in `parser` the model file, or the joint of a simulator's file."""
-    parser.add_argument('--model', metavar='FILE', required=True,
+def add_model_arguments(parser: ArgumentParser, required: bool = True) -> None:
+    """Declare in `parser` the model file, `required` or not, or the joint of a simulator's."""
+    parser.add_argument('--model', metavar='FILE', required=required,
                         help='model file of the drive, or MJCF or URDF file with --joint')
     add_joint_arguments(parser)
     parser.add_argument('--values', metavar='FILE',
                         help='with --joint: model values that are not in that file')
-
-
-def add_drive_arguments(parser: ArgumentParser) -> None:
-    """Declare in `parser` the model file and the joints of a drive."""
-    add_model_arguments(parser)
-    add_bag_arguments(parser)
-    add_setpoint_argument(parser)
-    parser.add_argument('--repeated', choices=REPEATED, default=REPEATED[0],
-                        help='which of several samples with the same stamp to use: the first '
-                        '(default), their average, or none')
 
 
 def add_bag_arguments(parser: ArgumentParser) -> None:
@@ -110,11 +100,16 @@ def load_drive(args: Namespace) -> DriveModel:
                       values=args.values)
 
 
-def add_recording_arguments(parser: ArgumentParser) -> None:
+def add_recording_arguments(parser: ArgumentParser, model_required: bool = True) -> None:
     """Declare in `parser` recordings of one drive, its model file and its joints."""
     parser.add_argument('bag', nargs='+', metavar='BAG',
                         help=f'{BAG_HELP}; several of one drive at once')
-    add_drive_arguments(parser)
+    add_model_arguments(parser, model_required)
+    add_bag_arguments(parser)
+    add_setpoint_argument(parser)
+    parser.add_argument('--repeated', choices=REPEATED, default=REPEATED[0],
+                        help='which of several samples with the same stamp to use: the first '
+                        '(default), their average, or none')
 
 
 def load_recording(name: str, model: DriveModel, args: Namespace
@@ -125,7 +120,7 @@ def load_recording(name: str, model: DriveModel, args: Namespace
     Args:
         name: of a bag or CSV file.
         model: of the drive.
-        args: options of add_drive_arguments.
+        args: options of add_recording_arguments.
 
     Returns:
         The recording and notes about it.

@@ -33,7 +33,6 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--out', metavar='FILE', required=True,
                         help=f'file to write, NAME{SUFFIX}')
     parser.add_argument('--topic', default='joint_states', help='topic of the joints, in bags')
-    parser.add_argument('--json', action='store_true', help='print what was learnt as JSON')
     add_reading_arguments(parser)
     add_robot_arguments(parser, reference=False)
 

@@ -32,24 +32,18 @@ EXIT_CODES = {
     'recover': {0: 'the new bag exists, or none is needed'},
     'import': {0: 'done', 3: 'something is asked for that the file does not say; nothing is '
                'written'},
-    'tune': {0: 'done', 1: 'no parameters are better than the previous ones, or the torque '
-             'is worse than static compensation'},
-    'compare': {0: 'done'},
-    'check': {0: 'usable', 1: 'unsuitable for one of --for'},
+    'check': {0: 'usable', 1: 'unsuitable for one of --for; of a robot: a joint is refused, or a '
+              'value doubted'},
     'report': {0: 'done'},
     'open': {0: 'done'},
     'accept': {0: 'pass', 1: 'fail', 3: 'undecided: not excited, or too close to a limit'},
-    'simulate': {0: 'done'},
-    'describe': {0: 'all joints are read', 1: 'some are refused, or a value is doubted'},
     'diagnose': {0: 'no gap', 1: 'a gap: verdict effect, incomplete or unknown',
                  3: 'undecided: the motion shows too little; or free runs are not finite'},
     'explain': {0: 'done'},
     'learn': {0: 'done'},
     'suggest': {0: 'a motion separates all pairs', 1: 'none within the limits does'},
-    'fit-nominal': {0: 'all values are determined', 1: 'some are not',
-                    3: 'the fit did not find a solution, or took longer than --time-limit'},
-    'adapt': {0: 'done', 1: 'no fit is more likely than the previous model and parameters',
-              3: 'no value is identified: only tolerances are widened'},
+    'fit': {0: 'done', 1: 'some values are not determined, or nothing is likelier than before',
+            3: 'no solution, no value identified, or longer than --time-limit'},
     'export': {0: 'all is expressed', 1: 'some is not'},
     'fleet': {0: 'every bag has its row', 1: 'run it again: some bags failed for reasons that may '
               'pass', 2: 'bad usage or input, disk full, scheduler lost',
@@ -69,8 +63,7 @@ def exit_code_text(meanings: Mapping[int, str]) -> str:
 # group -> {name: (module, one line of help)}; only the module of a requested command is imported
 GROUPS = {
     'look': {
-        'check': ('check', 'show the contents of a recording and what it suits'),
-        'describe': ('describe', "list the joints of a robot's file: what is read or refused"),
+        'check': ('check', 'show what a recording holds and suits, or what is read of a robot'),
         'report': ('report', 'write one page about a recording'),
         'open': ('open_', 'write the index of a folder: recordings, reports, diagnoses'),
         'explain': ('explain', 'explain an effect, a condition or a level')},
@@ -79,7 +72,6 @@ GROUPS = {
         'live': ('live', 'show a watched robot or an estimator in the browser'),
         'replay': ('replay', 'run a bag through the estimator, offline'),
         'play': ('play', 'publish a bag to live nodes, with /clock'),
-        'compare': ('compare', 'compare several filters on one recording'),
         'fleet': ('fleet', 'replay many bags and report which gearboxes wear'),
         'accept': ('accept', 'check the backlash and stiffness of a delivered gearbox')},
     'diagnose': {
@@ -89,18 +81,16 @@ GROUPS = {
     'simulate': {
         'demo': ('demo', 'simulate, estimate, record and check one worn gearbox'),
         'example': ('example', 'write a bag of a simulated drive, to try other commands on'),
-        'simulate': ('simulate', 'overlay a recording, its model and the closed model'),
         'export': ('export', 'write a model into the file of your simulator')},
     'maintain': {
-        'fit-nominal': ('fit_nominal', 'identify the values of a model file from recordings'),
-        'adapt': ('adapt', 'adapt a model file to one unit, without a torque sensor'),
-        'tune': ('tune', 'estimate R and Q of a filter from a recording'),
+        'fit': ('fit', 'fit a model file, the noise of a filter, or both, to recordings'),
         'import': ('import_', 'convert a recording of another format into a bag'),
         'recover': ('recover', 'repair a truncated bag')}}
 COMMANDS = {name: entry for group in GROUPS.values() for name, entry in group.items()}
 
 
-LIVE = ('demo', 'live', 'play')  # print on their own what they do
+LIVE = ('live', 'play')  # print on their own what they do
+WITHOUT_JSON = (*LIVE, 'export')
 
 
 ENDS = ('--', '--ros-args')  # end the options of the command
@@ -198,7 +188,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 0
     words = [word for word in argv if not word.startswith('-')]
     command = words[0] if words else None
-    if gone := refusal(command):
+    if gone := refusal(f'gearbox_monitor {command}') or refusal(command):
         print(f'gearbox_monitor: {command}: {gone}', file=sys.stderr)
         return BAD_INPUT
     return run_parsed(f'gearbox_monitor {command}', lambda: _parse(argv, command),
@@ -265,8 +255,15 @@ def _parse(argv: Sequence[str], command: str | None) -> argparse.Namespace:
             shell = importlib.import_module('gearbox_monitor.cli.' + module)
             sub.description = shell.__doc__
             shell.add_arguments(sub)
+            if name not in WITHOUT_JSON:
+                sub.add_argument('--json', metavar='FILE', nargs='?', const='-',
+                                 help='write the result as JSON; - or nothing prints it alone')
             sub.set_defaults(run=shell.run, parser=sub)
-    return parsed_whole(parser, subparsers, argv)
+    args = parsed_whole(parser, subparsers, argv)
+    if file := getattr(args, 'json', None):
+        from gearbox_monitor.files.yaml_files import expect_new_file
+        expect_new_file(file)
+    return args
 
 
 if __name__ == '__main__':

@@ -48,7 +48,6 @@ class WrittenPage(NamedTuple):
 def add_arguments(parser: ArgumentParser) -> None:
     """Declare the options in `parser`."""
     parser.add_argument('folder', metavar='FOLDER', help='with recordings and pages')
-    parser.add_argument('--json', action='store_true', help='print the list as JSON')
 
 
 def run(args: Namespace) -> int:

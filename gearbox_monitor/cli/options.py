@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BAG_HELP = 'recording: bag, complete or truncated, or a log of any kind (docs/import.md)'
-JSON_FILE_HELP = '; - prints it, and nothing else'
 
 
 def add_reading_arguments(parser: ArgumentParser, mapped: bool = True) -> Any:
@@ -157,15 +156,10 @@ def check_filter(name: str) -> str:
     return name
 
 
-def expect_new_files(folder: str | None, names: Iterable[str], file: str | None) -> None:
-    """
-    Raise InputError unless the files `names` in `folder`, and `file`, can be new ones.
-
-    None: no folder, no file; '-' is standard output.
-    """
-    expect_new(*(Path(folder) / name for name in names if folder), file)
+def expect_new_files(folder: str | None, names: Iterable[str]) -> None:
+    """Raise InputError unless the files `names` in `folder` can be new; None: no folder."""
+    expect_new(*(Path(folder) / name for name in names if folder))
     expect_folder_of(folder)
-    expect_folder_of(file)
     if folder and Path(folder).exists() and not Path(folder).is_dir():
         raise InputError(f'{folder}: is a file, expected a directory')
 
@@ -204,32 +198,25 @@ def write_files(contents: 'Mapping[Path, str | Figure]', folder: str | None = No
     return list(contents)
 
 
-def show(args: Namespace, data: Mapping[str, Any] | Sequence[Any], text: Callable[[], str],
-         replaces: bool = False) -> None:
+def show(args: Namespace, data: Mapping[str, Any] | Sequence[Any], text: Callable[[], str]
+         ) -> None:
     """
     Print the result of a command, or write it, as its option --json says.
 
     Args:
-        args: options; json: whether JSON is printed, or the file that it is written to, '-' for
-            standard output, where nothing else is printed then.
+        args: options; json: new file, or '-' for standard output, which then gets nothing else.
         data: the result as plain data.
         text: returns the lines for people.
-        replaces: whether the file may be one that exists.
 
     Raises:
         InputError: the file cannot be written.
     """
     content = dump(plain(data))
-    if args.json in (True, '-'):
+    if args.json == '-':
         print(content)
         return
     if args.json:
-        try:
-            with open(args.json, 'w' if replaces else 'x', encoding='utf-8') as file:
-                file.write(content + '\n')
-        except OSError as error:
-            raise InputError(f'{args.json}: {error.strerror}, expected a '
-                             f'{"" if replaces else "new, "}writable file') from None
+        write_new(args.json, content + '\n')
     print(re.sub(r'(?!\n|\x1b\[[\d;]*m)[\x00-\x1f\x7f-\x9f]', '?', text()))
 
 

@@ -1,7 +1,7 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Progress of a command: a bar or the elapsed time; without a terminal a line every 10 s."""
+"""Progress of a command: a bar at a terminal; where none is shown, a line every 10 s."""
 import bisect
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -10,12 +10,11 @@ import os
 import sys
 import threading
 import time
-from typing import Any, cast, ClassVar, TextIO
+from typing import Any, ClassVar
 
 from tqdm import tqdm
 
-QUIET = 2.0  # s without a bar before the time is shown
-EVERY = 10.0  # s between the lines where stderr is no terminal
+EVERY = 10.0  # s between the lines where no bar is shown
 EVEN = 3.0  # a half of the time passes a third to two thirds of the items: rates within 1 to 2
 LATE = 1.5  # times an earlier answer: it is wrong; less than 2, as a rate has an error
 FORM = '{desc} {percentage:3.0f} %|{bar:20}| {elapsed}{rest}'
@@ -136,87 +135,25 @@ class Progress:
         """Leave the bar to its owner."""
 
 
-class ElapsedTime:
-    """The line with the elapsed time at a terminal; whoever writes to the terminal clears it."""
-
-    def __init__(self, command: str, terminal: TextIO) -> None:
-        """Show on `terminal` how long `command` has been running."""
-        self._command, self._terminal = command, terminal
-        self._begin, self._shown, self._lock = time.monotonic(), False, threading.Lock()
-
-    def show(self) -> None:
-        """Write the time, or refresh that of the bars: a step may take long."""
-        bars = list(getattr(tqdm, '_instances', ()))
-        for bar in bars:  # not under the lock: a bar has its own, and clears this line
-            bar.refresh()
-        with self._lock:
-            self._shown = not bars
-            if self._shown:
-                seconds = round(time.monotonic() - self._begin)
-                self._terminal.write(f'\r{self._command}: running for {seconds} s')
-                self._terminal.flush()
-
-    def clear(self) -> None:
-        """Clear the line, if it is shown."""
-        with self._lock:
-            if self._shown:
-                self._terminal.write('\r\x1b[K')
-                self._terminal.flush()
-            self._shown = False
-
-
-class ClearedStream:
-    """The text stream `stream` of a terminal from which `line` is cleared before each output."""
-
-    def __init__(self, stream: TextIO, line: ElapsedTime) -> None:
-        self._stream, self._line = stream, line
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._stream, name)
-
-    def write(self, text: str) -> int:
-        """Clear the line and write `text`."""
-        self._line.clear()
-        return self._stream.write(text)
-
-
 @contextmanager
 def shown_time(command: str) -> Iterator[None]:
-    """Show how long `command` has been running, at a terminal while it shows no bar."""
-    terminal, output, begin = sys.stderr, sys.stdout, time.monotonic()
-    if not terminal.isatty():
-        def write() -> None:
-            state = ''.join(bar.state() for bar in Bar.shown[-1:])
-            with suppress(OSError, ValueError):  # its reader has ended
-                print(f'{command}: {state}running for {time.monotonic() - begin:.0f} s',
-                      file=terminal, flush=True)
-        with _repeated(write, EVERY, EVERY):
-            yield
-        return
-    line = ElapsedTime(command, terminal)
-    try:
-        with _repeated(line.show, QUIET, 1.0):
-            sys.stderr = cast(TextIO, ClearedStream(terminal, line))
-            if output.isatty():
-                sys.stdout = cast(TextIO, ClearedStream(output, line))
-            yield
-    finally:
-        line.clear()
-        sys.stderr, sys.stdout = terminal, output
+    """Let the time of the bars of `command` go on at a terminal; without one, write lines."""
+    terminal, begin, ended = sys.stderr, time.monotonic(), threading.Event()
 
-
-@contextmanager
-def _repeated(action: Callable[[], None], first: float, every: float) -> Iterator[None]:
-    """Call `action` after `first` s and then once in `every` s, until the block ends."""
-    ended = threading.Event()
-
-    def repeat() -> None:
-        pause = first
-        while not ended.wait(pause):
-            action()
-            pause = every
-
-    thread = threading.Thread(target=repeat, daemon=True)
+    def show() -> None:
+        next_line = EVERY
+        while not ended.wait(min(EVERY, 1.0)):
+            elapsed = time.monotonic() - begin
+            if terminal.isatty() and Bar.shown:
+                for bar in list(Bar.shown):
+                    bar.refresh()
+            elif elapsed >= next_line:
+                next_line += EVERY
+                state = ''.join(bar.state() for bar in Bar.shown[-1:])
+                with suppress(OSError, ValueError):  # its reader has ended
+                    print(f'{command}: {state}running for {elapsed:.0f} s', file=terminal,
+                          flush=True)
+    thread = threading.Thread(target=show, daemon=True)
     thread.start()
     try:
         yield

@@ -36,7 +36,6 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('bag', metavar='BAG', help='bag directory or .mcap file')
     parser.add_argument('--out', metavar='DIR', help='bag to write; must not exist '
                         '(default: BAG_recovered)')
-    parser.add_argument('--json', action='store_true', help='print kept and lost messages as JSON')
 
 
 def run(args: Namespace) -> int:

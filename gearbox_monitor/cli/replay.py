@@ -54,7 +54,6 @@ def add_arguments(parser: ArgumentParser) -> None:
                         help='no smoother, trust or drift: a fraction of the time')
     parser.add_argument('--smooth', action='store_true',
                         help='smooth over the whole recording; columns for a table')
-    parser.add_argument('--json', action='store_true', help='print the summary as JSON')
 
 
 def run(args: Namespace) -> int:

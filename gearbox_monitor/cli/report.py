@@ -25,9 +25,8 @@ usage examples:
 from argparse import ArgumentParser, Namespace
 
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, check_filter, JSON_FILE_HELP, reading_of, show, warn)
+    add_estimator_arguments, check_filter, reading_of, show, warn)
 from gearbox_monitor.cli.progress import count_bar
-from gearbox_monitor.files.yaml_files import expect_new_file
 from gearbox_monitor.library.recording_report import write_report
 from gearbox_monitor.parameters import FILTER_NAMES
 
@@ -40,15 +39,12 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--filter', metavar='F', help='filter to run: ' + ', '.join(FILTER_NAMES))
     parser.add_argument('--replay', action='store_true',
                         help='run the estimator although the bag holds estimates')
-    parser.add_argument('--json', metavar='FILE',
-                        help='write the figures as JSON' + JSON_FILE_HELP)
 
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
     if args.filter:
         check_filter(args.filter)
-    expect_new_file(args.json)
     with count_bar('report', 100) as bar:
         def progress(task: str, share: float) -> None:
             """Show the share of a task."""

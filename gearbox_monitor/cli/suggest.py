@@ -61,7 +61,6 @@ def add_arguments(parser: ArgumentParser) -> None:
                         help=f'of the encoders (default: that of the verdict, else {NOISE:g})')
     parser.add_argument('--out', metavar='FILE', help='write parameters of the plant node')
     parser.add_argument('--csv', metavar='FILE', help='write t (s), u (N m)')
-    parser.add_argument('--json', metavar='FILE', help='write the motions as JSON; - prints them')
 
 
 def run(args: Namespace) -> int:
@@ -72,7 +71,7 @@ def run(args: Namespace) -> int:
             raise InputError(f'--{option.replace("_", "-")}: {value:g}, expected a number > 0')
     if not 4.0 <= args.seconds <= 120.0:
         raise InputError(f'--seconds: {args.seconds:g}, expected 4 to 120')
-    names = [name for name in (args.out, args.csv, args.json) if name and name != '-']
+    names = list(filter(None, (args.out, args.csv)))
     for name in names:
         expect_folder_of(name)
         if names.count(name) > 1:
@@ -99,7 +98,7 @@ def run(args: Namespace) -> int:
     data = [{'excitation': _plant(m), 'seconds': m.seconds, 'least': m.least,
              'separation': {f'{a}|{b}': v for (a, b), v in m.separation.items()},
              'reached': vars(m.reached)} for m in motions]
-    show(args, data, lambda: text(motions, args, model.axis), replaces=True)
+    show(args, data, lambda: text(motions, args, model.axis))
     return 0 if motion.least > THRESHOLDS.isolable else 1
 
 

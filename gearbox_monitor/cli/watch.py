@@ -36,12 +36,11 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--topic', default='joint_states', help='topic of the joints, in bags')
     add_reading_arguments(parser)
     parser.add_argument('--out', metavar='FILE', help='page to write, HTML')
-    parser.add_argument('--json', metavar='FILE', help='write the findings as JSON')
 
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
-    expect_new_file(args.json, args.out)
+    expect_new_file(args.out)
     known = args.state if args.state and Path(args.state).exists() else None
     with progress_bar('watch') as progress:
         result = watch_robot(args.bag, args.model, state=known, topic=args.topic,

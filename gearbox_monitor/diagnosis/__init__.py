@@ -13,7 +13,7 @@ Public names, by module:
     joint: closed_model, diagnose, unit_adaptation
     joint.candidates: CandidateModel, Coordinate, NUISANCES, sine_and_cosine
     joint.change_diagnosis: diagnose_change
-    joint.closed_model: closed_of, gap_of, ModelRun, Overlay, overlay, rms
+    joint.closed_model: closed_of, gap_of, ModelRun, Overlay, overlay
     joint.diagnose: chosen_ids, diagnose
     joint.innovation_fit: coordinate_columns, evaluated, FilteredFit, fitted, InnovationFit
     joint.innovations: halves, InnovationLikelihood

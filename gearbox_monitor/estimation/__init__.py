@@ -26,7 +26,6 @@ Public names, by module:
         S_TWIST_STD, S_U, S_X2, S_X3, S_X4, smoother_parameters
     sample_loop: BACKWARD, BRIDGED, CONFIRM, DUPLICATE, ESTIMATE, HUGE, JUMP, LoopSettings,
         LoopState, Output, REASONS, SECOND, stamp_codes, START, Stream, ZERO_STAMP
-    score: LAGS, ljung_box, MIN_SAMPLES, reference_at, run_score, score, settled,
-        torque_errors, WHITE_LIMIT
+    score: LAGS, ljung_box, MIN_SAMPLES, run_score
     tune: expected_seconds, tune
 """

@@ -436,7 +436,7 @@ def write_parameters(path: str | Path, parameters: EstimatorParameters,
     if model[0]:
         values['model'] = str(Path(model[0]).resolve())
     lines = [
-        f'# Written by gearbox_monitor {__version__} {data.get("command", "tune")} from '
+        f'# Written by gearbox_monitor {__version__} {data.get("command", "fit noise")} from '
         f'{data["bag"]}.']
     if data['after']:
         lines.append(f'# Mean NIS {data["after"]["nis"]:.3f}, '

@@ -286,10 +286,10 @@ def write_adapted(folder: str | Path, result: Adapted, names: str) -> Path:
         raise InputError(f'{folder}: expected a new folder in one that exists')
     folder.mkdir()
     save_model(folder / 'drive.yaml', result.model,
-               [f'Adapted with gearbox_monitor adapt to {names}', *result.open])
+               [f'Adapted with gearbox_monitor fit unit to {names}', *result.open])
     figures = {'smoother': False, 'after': None, 'relative_error': {},
                'filter': result.estimator.filter, **result.tuning,
-               'parameters': result.parameters, 'bag': names, 'command': 'adapt'}
+               'parameters': result.parameters, 'bag': names, 'command': 'fit unit'}
     write_parameters(folder / 'params.yaml', result.estimator, (str(folder / 'drive.yaml'), {}),
                      figures)
     return folder

@@ -23,7 +23,7 @@ from gearbox_monitor.plant.effects import library
 from gearbox_monitor.presentation import on_axis
 
 SHORT = {where: name for name, where in NUISANCES.items()}
-EXPECTED = 'JSON of fit-nominal, adapt or diagnose, or a result of fit or diagnose'
+EXPECTED = 'JSON of fit or diagnose, or a result of fit or diagnose'
 Source = NominalFit | Adapted | Verdict | RobotDiagnosis | str | Path
 
 

@@ -369,7 +369,7 @@ def _of_law(model: DriveModel) -> Sequence[str]:
         'speed in the model, which a soft constraint of MuJoCo comes close to, but for 1 to 2 '
         'standard deviations of a usual encoder. For a file that fits to the noise, fit with '
         "MuJoCo's own law: friction_law: {kind: mujoco}, timestep and integrator of your file, in "
-        'the model file, then fit-nominal or diagnose']
+        'the model file, then fit model or diagnose']
 
 
 def _beyond(drive: MjcfDrive) -> Sequence[str]:

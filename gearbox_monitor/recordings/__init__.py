@@ -26,7 +26,7 @@ Public names, by module:
         sample_parts, samples_of, sliced
     recovery: recover, Recovery
     replay: Comparer, Comparison, interval_error, Replay, replay, ReplayCollector,
-        ReplaySummary, smoothed, truth, truth_of
+        ReplaySummary, smoothed
     replay_output: BagOutput, CsvTable, ParquetTable
     robot_values: load_locked, load_log, load_values, robot_model, RobotValues
     storage: FILE_NAME, qos_profile

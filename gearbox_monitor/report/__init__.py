@@ -11,8 +11,8 @@ Public names, by module:
 
     .: words
     builder: Page, page_summary, render_page, Section
-    chart: BarRow, Bars, Chart, LoopSlice, Panel, Plane, Trace
-    diagnosis_evidence: gather, notable_windows, shows_place, whole_chart, window_chart
+    chart: BarRow, Bars, Chart, Panel, Trace
+    diagnosis_evidence: gather, shows_place, window_chart
     diagnosis_page: diagnosis_page, PageContext
     explanation: ALL_CONDITIONS, Explanation, explanations
     fleet_page: CSV_NAME, fleet_csv, fleet_page, headline, joint_name, robots_headline,
@@ -20,14 +20,14 @@ Public names, by module:
     live_history: GearboxHistory, StatusAlert
     live_page: live_frame, LivePage, WatchNews
     plots: figure
-    recording_charts: backlash_chart, overview, TrueTrajectory
+    recording_charts: backlash_chart, overview
     recording_page: figures, headline, recording_page, robot_page
     robot_gap_page: by_effect, robot_gap_page, RobotContext
     robot_words: finding_words, reading_words, robot_headline, robot_text
     sentences: CHANGES, phrase, title
     summary: PLACES, summary
-    timeline: EstimatorChoice, measured, RecordedAlert, RecordingFacts, State, state_of,
-        Timeline, timeline_of, TimelineSource
+    timeline: EstimatorChoice, measured, RecordingFacts, state_of, Timeline, timeline_of,
+        TimelineSource
     watch_page: watch_page
     watch_words: watch_data, watch_headline, watch_text
     words: change_sentence, counted, ids_of, meaning, NAMING, next_steps, NO_FILES, NOTHING,

@@ -44,7 +44,7 @@ class Trace:
         """Class of its path."""
         return f'{self.role} dots' if self.dots else self.role
 
-    def around(self, std: Array) -> 'Trace':
+    def around(self, std: Array | float) -> 'Trace':
         """Return it with the band of SIGMAS deviations `std` [N]."""
         return replace(self, band=(self.y - SIGMAS * std, self.y + SIGMAS * std))
 
@@ -164,8 +164,8 @@ class Plane:
     """
     Slices of time over each other in one plane; on a page both axes can be zoomed.
 
-    slices: earliest first, colours go with their order; traces: curves above them; limits: (low,
-    high) of both axes; None: the clouds are in view.
+    slices: earliest first, colours go with their order; limits: (low, high) of both axes; None:
+    the clouds are in view.
     """
 
     title: str
@@ -173,7 +173,6 @@ class Plane:
     x_label: str
     y_label: str
     limits: tuple[Span, Span] | None = None
-    traces: Sequence[Trace] = ()
     height: int = 420
 
     def extent(self) -> tuple[Span, Span]:
@@ -181,8 +180,7 @@ class Plane:
         if self.limits is not None:
             return self.limits
         x, y = (range_of(np.concatenate(
-            [_inner(part.cloud[k]) for part in self.slices]
-            + [(trace.x, trace.y)[k] for trace in self.traces])) for k in (0, 1))
+            [_inner(part.cloud[k]) for part in self.slices] or [np.empty(0)])) for k in (0, 1))
         return x, y
 
 

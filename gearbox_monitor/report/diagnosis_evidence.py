@@ -185,9 +185,9 @@ def closed_name(verdict: Verdict, model: DriveModel) -> str:
     return f'with {" and ".join(closing) or "estimated values"}'
 
 
-def notable_windows(laid: Overlay, held_out: bool = True) -> tuple[tuple[str, int], ...]:
-    """Return (words, window) of the typical and the worst of `laid`, if `held_out` of those."""
-    windows = np.flatnonzero(laid.validation) if held_out else np.arange(0)
+def notable_windows(laid: Overlay) -> tuple[tuple[str, int], ...]:
+    """Return (words, window) of the typical and the worst held-out window of `laid`."""
+    windows = np.flatnonzero(laid.validation)
     windows = windows if len(windows) else np.arange(len(laid.validation))
     order = windows[np.argsort(laid.runs[0].chi2[windows])]
     typical, highest = int(order[(len(order) - 1) // 2]), int(order[-1])

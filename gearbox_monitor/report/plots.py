@@ -145,8 +145,6 @@ def _draw_plane(axes: Axes, plane: Plane) -> None:
         for line in part.lines or [(np.empty(0), np.empty(0))]:
             axes.plot(*line, color=color, lw=1.6, label=label)
             label = None
-    for trace in plane.traces:
-        _draw_trace(axes, trace)
     (left, right), (low, high) = plane.extent()
     axes.set(xlim=(left, right), ylim=(low, high))
     axes.set_xlabel(plane.x_label, fontsize=9)

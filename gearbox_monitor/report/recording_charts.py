@@ -56,16 +56,8 @@ def time_axis(timeline: Timeline) -> TimeAxis:
     return TimeAxis(max(timeline.last / scale, 1e-9), scale, unit)
 
 
-def loop_plane(timeline: Timeline, axis: str, traces: Sequence[Trace] = ()) -> Plane | None:
-    """
-    Return the hysteresis loops by slices of time, None without any.
-
-    Args:
-        timeline: of the recording.
-        axis: of the drive, for units.
-        traces: loops to draw above them.
-
-    """
+def loop_plane(timeline: Timeline, axis: str) -> Plane | None:
+    """Return the hysteresis loops of `timeline` by slices of time, with units of `axis`."""
     if not timeline.loops:
         return None
     minutes = timeline.slice_seconds >= 60.0
@@ -73,7 +65,7 @@ def loop_plane(timeline: Timeline, axis: str, traces: Sequence[Trace] = ()) -> P
     return Plane(f'One loop per {length}', [
         LoopSlice(_interval(loop, minutes), loop.cloud, (loop.up, loop.down))
         for loop in timeline.loops], on_axis('twist, motor - arm (rad)', axis),
-        on_axis('torque (N m)', axis), traces=traces)
+        on_axis('torque (N m)', axis))
 
 
 def _interval(loop: Loop, minutes: bool) -> str:
@@ -82,16 +74,8 @@ def _interval(loop: Loop, minutes: bool) -> str:
     return f'{loop.begin / scale:.0f} to {np.ceil(loop.end / scale):.0f} {unit}'
 
 
-def backlash_chart(timeline: Timeline, axis: str, traces: Sequence[Trace] = ()) -> Chart | None:
-    """
-    Return backlash over time with alerts, or lost motion in its place; None without a window.
-
-    Args:
-        timeline: of the recording.
-        axis: of the drive, for units.
-        traces: to draw with them.
-
-    """
+def backlash_chart(timeline: Timeline, axis: str) -> Chart | None:
+    """Return backlash of `timeline` with alerts, or lost motion, in units of `axis`."""
     if not timeline.windows:
         return None
     time = time_axis(timeline)
@@ -99,7 +83,7 @@ def backlash_chart(timeline: Timeline, axis: str, traces: Sequence[Trace] = ()) 
     marks = [Mark(alert.t / time.scale, str(k), ROLES[alert.state.level])
              for k, alert in enumerate(timeline.alerts, 1)]
     return time.chart('Lost motion' if lost_motion else 'Backlash', [
-        backlash_panel(windows, lost_motion, time.scale, axis, traces)], marks)
+        backlash_panel(windows, lost_motion, time.scale, axis)], marks)
 
 
 def drawn_windows(windows: Sequence[WindowBacklash]) -> tuple[Sequence[WindowBacklash], bool]:
@@ -110,7 +94,7 @@ def drawn_windows(windows: Sequence[WindowBacklash]) -> tuple[Sequence[WindowBac
 
 
 def backlash_panel(windows: Sequence[WindowBacklash], lost_motion: bool, scale: float,
-                   axis: str, extra: Sequence[Trace] = ()) -> Panel:
+                   axis: str) -> Panel:
     """
     Return the panel of backlash, with baseline and limits, or of lost motion.
 
@@ -119,7 +103,6 @@ def backlash_panel(windows: Sequence[WindowBacklash], lost_motion: bool, scale: 
         lost_motion: whether it replaces backlash.
         scale: s per unit of the time axis.
         axis: of the drive, for units.
-        extra: traces to draw with them.
 
     """
     t = np.array([w.t for w in windows]) / scale
@@ -138,12 +121,12 @@ def backlash_panel(windows: Sequence[WindowBacklash], lost_motion: bool, scale: 
         traces.append(Trace(t, value, 'backlash, ± 2 sigma', 'closed', dots=True).around(std))
         if np.isfinite(std).any():  # a first, uncertain window hides no other
             usual = Trace(t, value, '', '').around(np.nanmedian(std)).band or ()
-    curves = np.concatenate([value, *usual, *(trace.y for trace in (*traces[:-1], *extra))])
+    curves = np.concatenate([value, *usual, *(trace.y for trace in traces[:-1])])
     curves = curves[np.isfinite(curves)]
     low, high = (float(curves.min()), float(curves.max())) if len(curves) else (0.0, 1.0)
     room = 0.15 * (high - low) or 0.5 * abs(high) or 1.0
     return Panel(on_axis(f'{"lost motion" if lost_motion else "backlash"} (rad)', axis),
-                 [*traces, *extra], height=240, limits=(low - room, high + room))
+                 traces, height=240, limits=(low - room, high + room))
 
 
 def levels_chart(levels: Mapping[str, LevelSpans], time: TimeAxis) -> Chart | None:
@@ -204,16 +187,8 @@ def _coarser(t: Array, values: Array) -> tuple[Array, Array]:
             values[:count * size].reshape(count, size).mean(axis=1))
 
 
-def torque_chart(timeline: Timeline, axis: str, truth: Sequence[Trace] = ()) -> Chart:
-    """
-    Return torque through the gearbox, its stated deviation, and the commanded torque.
-
-    Args:
-        timeline: of the recording.
-        axis: of the drive, for units.
-        truth: the true torque, if it is known.
-
-    """
+def torque_chart(timeline: Timeline, axis: str) -> Chart:
+    """Return torque, its deviation and the command of `timeline`, in units of `axis`."""
     time = time_axis(timeline)
     t = timeline.torque.t / time.scale
     low, high, mean = timeline.torque.of(0)
@@ -222,7 +197,7 @@ def torque_chart(timeline: Timeline, axis: str, truth: Sequence[Trace] = ()) -> 
     panels = []
     if np.isfinite(mean).any():
         panels.append(Panel(on_axis('through the gearbox (N m)', axis), (
-            Trace(t, mean, 'mean, lowest, highest', 'closed', band=(low, high)), *truth), 0.0))
+            Trace(t, mean, 'mean, lowest, highest', 'closed', band=(low, high)),), 0.0))
         panels.append(Panel(on_axis('its stated deviation (N m)', axis), (
             Trace(t, std, 'deviation', 'nominal firm'),), height=90, include=(0.0,)))
     if np.isfinite(u_mean).any() or not panels:
@@ -245,22 +220,8 @@ def input_chart(timeline: Timeline) -> Chart:
 # ---------------------------------------------------------------------- pictures
 
 
-@dataclass(frozen=True)
-class TrueTrajectory:
-    """
-    What a simulated drive did, in s from the first sample of its time line.
-
-    t [N] s, twist [N] rad (None: not known), tau_k [N] N m; backlash: (t, value in rad) or None.
-    """
-
-    t: Array
-    tau_k: Array
-    twist: Array | None = None
-    backlash: tuple[Array, Array] | None = None
-
-
-def overview(timeline: Timeline, estimates: Estimates, axis: str = 'rotary',
-             truth: TrueTrajectory | None = None) -> list[list[Drawing]]:
+def overview(timeline: Timeline, estimates: Estimates, axis: str = 'rotary'
+             ) -> list[list[Drawing]]:
     """
     Return the charts of a picture, row by row: loop and backlash, torque, prediction errors.
 
@@ -268,42 +229,23 @@ def overview(timeline: Timeline, estimates: Estimates, axis: str = 'rotary',
         timeline: of `estimates`.
         estimates: of the recording.
         axis: of the drive, for units.
-        truth: or None.
 
     """
-    true_loop, true_torque, true_gap = _true_traces(timeline, truth)
     rows: list[list[Drawing | None]] = [
-        [loop_plane(timeline, axis, true_loop), backlash_chart(timeline, axis, true_gap)],
-        [torque_chart(timeline, axis, true_torque),
-         detail_chart(timeline, estimates, axis, truth)],
+        [loop_plane(timeline, axis), backlash_chart(timeline, axis)],
+        [torque_chart(timeline, axis), detail_chart(timeline, estimates, axis)],
         [errors_chart(timeline, axis)]]
     return [row for row in ([part for part in row if part] for row in rows) if row]
 
 
-def _true_traces(timeline: Timeline, truth: TrueTrajectory | None
-                 ) -> tuple[list[Trace], list[Trace], list[Trace]]:
-    """Return the true loop, torque and backlash, each on the axes of its chart."""
-    if truth is None:
-        return [], [], []
-    scale = time_axis(timeline).scale
-    newest = truth.t >= truth.t[-1] - timeline.slice_seconds
-    return ([Trace(truth.twist[newest], truth.tau_k[newest], 'true, newest', 'recording')]
-            if truth.twist is not None else [],
-            [Trace(truth.t / scale, truth.tau_k, 'true', 'recording')],
-            [Trace(truth.backlash[0] / scale, truth.backlash[1], 'true', 'recording')]
-            if truth.backlash is not None else [])
-
-
-def detail_chart(timeline: Timeline, estimates: Estimates, axis: str,
-                 truth: TrueTrajectory | None = None) -> Chart:
+def detail_chart(timeline: Timeline, estimates: Estimates, axis: str) -> Chart:
     """
-    Return the torque of the last seconds, sample by sample: smoothed, filtered, true.
+    Return the torque of the last seconds, sample by sample: smoothed and filtered.
 
     Args:
         timeline: of `estimates`.
         estimates: of the recording.
         axis: of the drive, for units.
-        truth: or None.
 
     """
     first = timeline.first_ns or 0
@@ -313,8 +255,6 @@ def detail_chart(timeline: Timeline, estimates: Estimates, axis: str,
     curves = [Trace(smoothed_t, estimates.smoothed_tau_k, 'smoothed, ± 2 sigma', 'signal').around(
                   estimates.smoothed_tau_k_std),
               Trace(t, estimates.tau_k, 'filtered', 'closed')]
-    if truth is not None:
-        curves.append(Trace(truth.t, truth.tau_k, 'true', 'recording'))
     return Chart(f'The same, {DETAIL:g} s of it', [Panel(
         on_axis('through the gearbox (N m)', axis), [trace.within(span) for trace in curves],
         0.0, 260)], 'time (s)', span=span)

@@ -173,8 +173,7 @@ def plane_view(plane: Plane) -> View:
         'x_high': f'{x_axis.high:.9g}', 'y_low': f'{y_axis.low:.9g}',
         'y_high': f'{y_axis.high:.9g}', 'x_ticks': x_axis.to_the_right(),
         'y_ticks': _below_label(y_axis, y_ticks, plane.height), 'lattice': lattice,
-        'x_label': plane.x_label, 'y_label': plane.y_label, 'height': plane.height,
-        'paths': _paths(plane.traces, x_axis, y_axis)}
+        'x_label': plane.x_label, 'y_label': plane.y_label, 'height': plane.height}
 
 
 def bar_views(bars: Bars) -> list[View]:

@@ -263,7 +263,7 @@ def next_steps(data: Mapping[str, Any], files: UserFiles, axis: str = 'rotary') 
         advice += [f'simulate with {files.closed}, or write it into the file of your simulator: '
                    f'{files.export()}',
                    'fit its values to all recordings of the drive: '
-                   + files.command('fit-nominal', files.closed, '--out fitted.yaml')]
+                   + files.command('fit model', files.closed, '--out fitted.yaml')]
     else:
         advice.append('write the model that closes the gap: '
                       + files.command('diagnose', options='--out DIR'))

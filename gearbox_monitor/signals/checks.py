@@ -78,7 +78,7 @@ def noise(stamps: Integers, y: Array, noises: Noises, swing: float | None,
         right = stated[i] / LIMITS.noise_off <= sigma <= LIMITS.noise_off * stated[i]
         findings.append(DataFinding(
             NAMES[i], 'noise', f'{figure}; r_std_{NAMES[i]} is {stated[i]:.3g}',
-            '' if right else 'find R and Q with gearbox_monitor tune',
+            '' if right else 'find R and Q with gearbox_monitor fit noise',
             {} if right else hurts(WARN, WARN), values))
         if quantum > 0.0:
             coarse = swing is not None and quantum > LIMITS.coarse * swing

@@ -17,7 +17,7 @@ USAGE = [
     (['diagnos', 'BAG'], "COMMAND: 'diagnos', did you mean 'diagnose'?"),
     (['diagnose', 'BAG', '--model', 'M', '--seed', 'x'], "--seed: 'x', expected a whole number;"),
     (['suggest', '--model', 'M', '--max-torque', 'x'], "--max-torque: 'x', expected a number;"),
-    (['check', 'BAG', '--json'], '--json: no value, expected one argument;'),
+    (['check', 'BAG', '--topic'], '--topic: no value, expected one argument;'),
     (['suggest', '--model', 'M', '--pair', 'lugre'], 'suggest: --pair: expected 2 arguments;'),
     (['check', 'BAG', 'BAG2'], 'BAG2: one argument too many, expected none;'),
     (['demo', '--fliter', 'ekf'],
@@ -37,8 +37,8 @@ def test_bad_usage_is_one_line(capsys):
 
 RESULTS = [
     ['report', 'BAG', '--out'], ['check', 'BAG', '--json'], ['replay', 'BAG', '--csv'],
-    ['compare', 'BAG', '--png'], ['accept', 'BAG', '--write-model'],
-    ['tune', 'BAG', '--out']]
+    ['accept', 'BAG', '--write-model'],
+    ['fit', 'model', 'BAG', '--model', 'M', '--out']]
 
 
 def test_folder_of_a_result_is_checked_first(capsys, tmp_path):
@@ -63,8 +63,6 @@ WRONG_USE = [
      'BAG: twice, expected different recordings'),
     (['diagnose', 'BAG', '--model', 'drive.yaml', '--joint', 'elbow'],
      'drive.yaml: a model file, expected the file of a simulator with joint (--joint)'),
-    (['compare', 'BAG', '--filters', 'ekf,ukf,ekf'],
-     "--filters: 'ekf' twice, expected each filter once"),
     (['fleet', 'BAG', '--out', 'fleet', '--gearbox', 'archive'],
      "--gearbox: 'archive' has no group, expected one around the name of the gearbox: "
      "'archive/([^/]+)/'")]
@@ -78,12 +76,12 @@ def test_wrong_use_is_one_line(capsys):
 
 
 INTO_A_BAG = [
-    (['report', 'BAG'], '--out'), (['check', 'BAG'], '--json'), (['tune', 'BAG'], '--out'),
-    (['replay', 'BAG'], '--out'), (['replay', 'BAG'], '--csv'), (['compare', 'BAG'], '--png'),
+    (['report', 'BAG'], '--out'), (['check', 'BAG'], '--json'), (['fit', 'noise', 'BAG'], '--out'),
+    (['replay', 'BAG'], '--out'), (['replay', 'BAG'], '--csv'),
     (['accept', 'BAG'], '--write-model'), (['diagnose', 'BAG', '--model', 'M'], '--out'),
-    (['diagnose', 'BAG', '--model', 'M'], '--json'), (['adapt', 'BAG', '--model', 'M'], '--out'),
-    (['fit-nominal', 'BAG', '--model', 'M'], '--out'), (['fleet', 'BAG'], '--out'),
-    (['simulate', '--against', 'BAG', '--model', 'M'], '--out'),
+    (['diagnose', 'BAG', '--model', 'M'], '--json'),
+    (['fit', 'unit', 'BAG', '--model', 'M'], '--out'),
+    (['fit', 'model', 'BAG', '--model', 'M'], '--out'), (['fleet', 'BAG'], '--out'),
     (['suggest', '--pair', 'lugre', 'stribeck', '--model', 'M', '--max-torque', '3'], '--csv'),
     (['export', 'M', '--to', 'mjcf'], '--out'), (['example'], '')]
 
@@ -92,7 +90,7 @@ def test_nothing_is_written_into_the_folder_of_a_bag(capsys, tmp_path):
     for words, option in INTO_A_BAG:
         for name in ('metadata.yaml', 'run_0.mcap'):
             (tmp_path / name).write_text('')
-        name = str(tmp_path / ('found.png' if option == '--png' else 'found.yaml'))
+        name = str(tmp_path / 'found.yaml')
         assert main([*words, *filter(None, [option]), name]) == 2
         assert f'{name}: in the folder of a bag, which stays as it was recorded' in \
             capsys.readouterr().err

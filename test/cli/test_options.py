@@ -19,21 +19,19 @@ PLAIN = {'gap': None, 'rows': [1, 2]}
 
 def test_json_is_printed_alone_or_written_beside_the_text(tmp_path, capsys):
     file = tmp_path / 'out.json'
-    for value, told in ((True, PLAIN), ('-', PLAIN), (False, None), (str(file), None)):
+    for value, told in (('-', PLAIN), (None, None), (str(file), None)):
         show(Namespace(json=value), DATA, lambda: 'in words')
         out = capsys.readouterr().out
         assert (json.loads(out) if told else out) == (told or 'in words\n')
     assert json.loads(file.read_text()) == PLAIN
 
 
-def test_json_takes_the_place_of_a_file_only_where_the_command_says_so(tmp_path):
+def test_json_never_takes_the_place_of_a_file(tmp_path):
     file = tmp_path / 'page.html'
     file.write_text('what --out of the same command has written')
     with pytest.raises(InputError, match='page.html: File exists, expected a new, writable file'):
         show(Namespace(json=str(file)), DATA, str)
     assert file.read_text().startswith('what')
-    show(Namespace(json=str(file)), DATA, str, replaces=True)
-    assert json.loads(file.read_text()) == PLAIN
 
 
 def test_options_that_differ_from_their_defaults_have_their_own_names():

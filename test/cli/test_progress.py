@@ -1,7 +1,7 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What commands show at a terminal: a bar with the remaining time, or the time without one."""
+"""What commands show: a bar with the remaining time at a terminal, lines in a pipe."""
 import io
 import math
 import os
@@ -21,54 +21,11 @@ class Terminal(io.StringIO):
         return True
 
 
-def screen(stream):
-    """Return the lines that a terminal shows after what was written to `stream`."""
-    lines = []
-    for line in stream.getvalue().split('\n'):
-        shown = ''
-        for part in line.split('\r'):
-            part = part.rpartition('\x1b[K')
-            if part[1]:
-                shown = ''
-            shown = part[2] + shown[len(part[2]):]
-        lines.append(shown)
-    return lines
-
-
 def terminal(monkeypatch):
     """Return what stands in for stderr; called in a test, as pytest sets stderr before each."""
     stream = Terminal()
     monkeypatch.setattr(sys, 'stderr', stream)
-    monkeypatch.setattr(progress, 'QUIET', 0.05)
     return stream
-
-
-def test_time_is_shown_and_cleared(monkeypatch):
-    stream = terminal(monkeypatch)
-    with progress.shown_time('import'):
-        time.sleep(0.3)
-    assert 'import: running for 0 s' in stream.getvalue() and screen(stream) == ['']
-
-
-def test_output_leaves_nothing_of_the_time(monkeypatch):
-    stream = terminal(monkeypatch)
-    monkeypatch.setattr(sys, 'stdout', stream)
-    with progress.shown_time('import'):
-        time.sleep(0.2)
-        print('short')
-        print('error', file=sys.stderr)
-    assert sys.stdout is stream is sys.stderr
-    assert 'running for' in stream.getvalue() and screen(stream) == ['short', 'error', '']
-
-
-def test_bar_takes_the_place_of_the_time(monkeypatch):
-    stream = terminal(monkeypatch)
-    with progress.progress_bar('tune') as move, progress.shown_time('tune'):
-        move(1, 2)
-        time.sleep(0.3)
-        progress.Bar.shown[0].refresh()
-    shown = stream.getvalue()
-    assert 'running for' not in shown and 'tune  50 %' in shown
 
 
 def test_time_of_a_bar_goes_on_without_steps(monkeypatch):

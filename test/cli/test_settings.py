@@ -14,7 +14,7 @@ from gearbox_monitor.recordings.recorded_samples import NO_MODEL
 
 COMMANDS = {
     'replay': ['--estimates-only', '--json'], 'accept': ['--max-gap', '0.3', '--json'],
-    'compare': ['--filters', 'ekf', '--json'], 'report': ['--json', '-', '--out', 'x.html']}
+    'report': ['--json', '-', '--out', 'x.html']}
 
 
 @pytest.fixture(scope='module')

@@ -50,11 +50,9 @@ def test_no_command_says_rad_of_a_prismatic_axis(tmp_path, monkeypatch, capsys):
     said = {}
     for words in (
             ['check', 'run', *drive], ['replay', 'run', *drive],
-            ['compare', 'run', *drive, '--filters', 'ekf'],
             ['accept', 'run', *drive, '--max-gap', '0.3', '--write-model', 'accepted.yaml'],
-            ['fit-nominal', 'run', '--model', 'true.yaml', '--free', 'm1', 'b', 'load_torque'],
+            ['fit', 'model', 'run', '--model', 'true.yaml', '--free', 'm1', 'b', 'load_torque'],
             ['diagnose', 'run', *drive, '--only', 'load_torque', 'arm_coulomb', '--out', 'found'],
-            ['simulate', *drive, '--closed', 'found/drive.closed.yaml', '--against', 'run'],
             ['suggest', '--pair', 'arm_viscous', 'arm_coulomb', *drive, '--max-torque', '4',
              '--seconds', '4'],
             ['check', 'run', '--model', 'bad.yaml']):
@@ -67,6 +65,6 @@ def test_no_command_says_rad_of_a_prismatic_axis(tmp_path, monkeypatch, capsys):
     said['model'] = (tmp_path / 'accepted.yaml').read_text()
     for what, text in said.items():
         assert not ROTARY.findall(text), (what, ROTARY.search(text))
-    assert re.search(r'm1 .* kg', said['fit-nominal'])
+    assert re.search(r'm1 .* kg', said['fit'])
     assert 'load_torque TL = 0.' in said['diagnose'] and '(kg)' in said['check']
     assert 'constant force on the arm' in said['page'].lower()

@@ -26,11 +26,11 @@ ROOT = Path(__file__).parents[2]
 DOCS = ROOT / 'docs'
 # What is run elsewhere, being long, on nodes or on recordings of others.
 ELSEWHERE = {
-    'adapt': 'test_unit_adaptation', 'demo': 'test_demo', 'play': 'test_play',
-    'tune': 'test_walks', 'diagnose': 'test_walks',
-    'suggest': 'test_experiment_design', 'describe': 'test_describe',
+    'demo': 'test_demo', 'play': 'test_play',
+    'fit': 'test_walks', 'diagnose': 'test_walks',
+    'suggest': 'test_experiment_design',
     'export': 'test_walks', 'learn': 'test_robot_commands',
-    'fit-nominal': 'test_walks', 'import': 'test_import',
+    'import': 'test_import',
     'fleet': 'test_walks', 'live': 'test_live'}
 # Commands that go on with each other's files: test_walks.
 WALKS = ('first_hour.md', 'tuning.md', 'mujoco.md', 'simulator.md', 'robot_gap.md',

@@ -101,8 +101,8 @@ def test_one_command_writes_what_replay_loads(bag, tmp_path, capsys, monkeypatch
     for k, scale in enumerate((1.0 / 30.0, 30.0)):
         start = params(tmp_path / f'start{k}.yaml', q_std_tau_k=9.0 * scale)
         out = tmp_path / f'out{k}.yaml'
-        assert main(['tune', str(bag), '--params', start, '--out', str(out), '--fix-speeds',
-                     '--json']) == 0
+        assert main(['fit', 'noise', str(bag), '--params', start, '--out', str(out),
+                     '--fix-speeds', '--json']) == 0
         told = json.loads(capsys.readouterr().out)
         found.append(told['parameters'])
         assert told['after']['loglik'] > told['before']['loglik']
@@ -154,7 +154,7 @@ def test_rest_gives_r_and_smoother_divides_q(tmp_path, capsys):
     start = params(tmp_path / 'start.yaml')
     told = []
     for k, more in enumerate(([], ['--smoother'])):
-        assert main(['tune', str(bag), '--params', start, '--fix-speeds', '--json', *more,
+        assert main(['fit', 'noise', str(bag), '--params', start, '--fix-speeds', '--json', *more,
                      '--out', str(tmp_path / f'{k}.yaml')]) == 0
         told.append(json.loads(capsys.readouterr().out))
     assert told[0]['noise_from'] == 'standstill' and told[0]['rest_seconds'] > 0.5
@@ -167,11 +167,11 @@ def test_rest_gives_r_and_smoother_divides_q(tmp_path, capsys):
 
 def test_reference_fits_error_and_coverage(bag, tmp_path, capsys):
     out = tmp_path / 'out.yaml'
-    assert main(['tune', str(bag), '--params', params(tmp_path / 'start.yaml', q_std_tau_k=1.0),
-                 '--reference', 'plant/transmission_state', '--fix-speeds', '--out',
-                 str(out)]) == 0
+    start = params(tmp_path / 'start.yaml', q_std_tau_k=1.0)
+    assert main(['fit', 'noise', str(bag), '--params', start, '--fix-speeds', '--reference',
+                 'plant/transmission_state', '--out', str(out)]) == 0
     text, told = capsys.readouterr()
-    assert re.search(r'^tune: takes about \d+ s$', told, re.M)
+    assert re.search(r'^fit: takes about \d+ s$', told, re.M)
     assert 'gain and offset' in text and 'within 1 sigma' in text
     values = yaml.safe_load(out.read_text())['estimator']['ros__parameters']
     assert 4.0 < values['q_std_tau_k'] < 20.0
@@ -273,7 +273,7 @@ def test_bad_input_is_one_line(bag, tmp_path, capsys, monkeypatch):
         (tmp_path / 'there.yaml').touch()
         params(tmp_path / 'zero_r', r_std_motor=0.0)
         params(tmp_path / 'zero_q', q_std_tau_k=0.0)
-        assert main(['tune', str(bag), '--out', 'out.yaml', *options]) == 2
+        assert main(['fit', 'noise', str(bag), '--out', 'out.yaml', *options]) == 2
         said = capsys.readouterr().err
         assert words in said and said.count('\n') == 1
         assert not (tmp_path / 'out.yaml').exists()
@@ -287,6 +287,6 @@ def test_useless_recordings_are_refused(tmp_path, capsys):
     for n, torque, words in USELESS:
         u = torque * Excitation().torque(DT * np.arange(n))
         bag = write(tmp_path / words, simulate(DRIVE, u, DT, Noise(measurement=R), seed=1))
-        assert main(['tune', str(bag), '--out', str(tmp_path / 'out.yaml')]) == 2
+        assert main(['fit', 'noise', str(bag), '--out', str(tmp_path / 'out.yaml')]) == 2
         said = capsys.readouterr().err
         assert words in said and str(bag) in said and said.count('\n') == 1

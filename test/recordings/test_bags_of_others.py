@@ -332,10 +332,12 @@ def test_two_publishers_on_one_topic_are_named_and_paired(tmp_path, capsys):
     shown = ' '.join(capsys.readouterr().out.split())
     assert re.search(r'the motor at 400\.\d Hz, the arm at 200\.\d Hz', shown)
     assert 'cable' not in shown
-    for command in ('tune', 'diagnose', 'fit-nominal'):
+    for command in ('fit noise', 'diagnose', 'fit model'):
         (tmp_path / 'drive.yaml').write_text('{}')
-        options = ['--out', str(tmp_path / 'out.yaml')] if command != 'diagnose' else []
-        assert main([command, path, '--model', str(tmp_path / 'drive.yaml'), *options]) == 2
+        options = ['--model', str(tmp_path / 'drive.yaml')]
+        if command != 'diagnose':
+            options += ['--out', str(tmp_path / 'out.yaml')]
+        assert main([*command.split(), path, *options]) == 2
         assert 'arm_topic' in capsys.readouterr().err
     assert main(['import', path, '--arm-topic', 'joint_states', str(tmp_path / 'new')]) == 0
     assert '1199 samples without the arm; 0 messages of the arm' in capsys.readouterr().out

@@ -73,10 +73,9 @@ def test_check_and_replay_say_of_a_file_what_they_say_of_its_bag(files, capsys):
 def test_every_command_takes_a_table(files, tmp_path, capsys):
     path, model = files / 'run.csv', files / 'drive.yaml'
     for words in (('report', path, '--model', model, '--out', tmp_path / 'page.html'),
-                  ('tune', path, '--model', model, '--out', tmp_path / 'p.yaml'),
-                  ('simulate', '--model', model, '--against', path),
+                  ('fit', 'noise', path, '--model', model, '--out', tmp_path / 'p.yaml'),
                   ('diagnose', path, '--model', model, '--only', 'gravity'),
-                  ('fit-nominal', path, '--model', model, '--free', 'Cv'),
+                  ('fit', 'model', path, '--model', model, '--free', 'Cv'),
                   ('fleet', path, '--model', model, '--out', tmp_path / 'fleet',
                    '--workers', '1'),
                   ('import', path, tmp_path / 'bag')):

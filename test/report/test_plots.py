@@ -28,8 +28,7 @@ def example(n):
             Lane('trust', [0.0, 2.0], 5.0, [0, 2], ['OK', 'ERROR'])],
             'time (s)', [Mark(2.0, 'warning', 'warn')], span=(0.0, 12.0)),
         Plane('loop', [LoopSlice('first', (t[:400], y[:400]), [(t[:9], y[:9])]),
-                       LoopSlice('last', (t[:9], 2.0 * y[:9]))], 'twist', 'torque',
-              traces=[Trace(t, y, 'true', 'recording')])],
+                       LoopSlice('last', (t[:9], 2.0 * y[:9]))], 'twist', 'torque')],
         [Bars([BarRow('base', 'before', 2.0, '2', 'nominal'),
                BarRow('base', 'after', 1.0, '1', 'closed', (0.5, 1.5)),
                BarRow('wrist', '', None, 'none', 'closed')])]]

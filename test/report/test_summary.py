@@ -4,7 +4,7 @@
 """The first sentence of a verdict: what differs, by how much, and what that explains."""
 import math
 
-from gearbox_monitor.cli import fit_nominal, tune
+from gearbox_monitor.cli import fit
 from gearbox_monitor.diagnosis.joint.verdict import Finding, model_values, Remainder
 from gearbox_monitor.health.backlash.features import width_of
 from gearbox_monitor.plant.drive import DriveModel
@@ -100,11 +100,11 @@ def test_a_quantity_has_the_digits_of_its_deviation():
 
 def test_a_pure_number_has_no_unit():
     fitted = {'torque_gain.g': {'value': 0.1, 'start': 0.05, 'error': 1e-3, 'unit': '-'}}
-    assert fit_nominal.largest_change(fitted) == [
+    assert fit.largest_change(fitted) == [
         'torque_gain.g is 0.1000 ± 0.0010, not 0.0500 (+100 %).']
     likelihood = {'loglik': 1.0, 'nis': 2.0}
     values = {'ukf_beta': 3.0, 'q_std_tau_k': 1e-4}
-    assert 'ukf_beta changes most: 3.00, not 2.00 (+50 %).' in tune.summary({
+    assert 'ukf_beta changes most: 3.00, not 2.00 (+50 %).' in fit.noise_summary({
         'kept': False, 'before': likelihood, 'after': likelihood, 'parameters': values,
         'before_parameters': {'ukf_beta': 2.0, 'q_std_tau_k': 5.0},
         'relative_error': {'q_std_tau_k': 3.4}})  # nobody knows it
@@ -120,13 +120,13 @@ def test_next_steps_have_the_names_and_options_of_the_user():
     steps = ' | '.join(next_steps(data_of('effect', HEAVY), files))
     assert ("gearbox_monitor diagnose run1 run2 --model 'my drive.yaml' --topic left "
             '--validate BAG2') in steps
-    assert ('fit-nominal run1 run2 --model out/drive.closed.yaml --topic left --out fitted.yaml'
+    assert ('fit model run1 run2 --model out/drive.closed.yaml --topic left --out fitted.yaml'
             ) in steps
     robot = UserFiles('arm.urdf', ('run1',), '', 'out/drive.closed.yaml', robot='arm.urdf',
                       joint='--joint elbow', values='my values.yaml')
     steps = ' | '.join(next_steps(data_of('effect', HEAVY), robot))
     assert 'export out/drive.closed.yaml --to urdf --into arm.urdf --joint elbow |' in steps
-    assert 'fit-nominal run1 --model out/drive.closed.yaml --out fitted.yaml' in steps
+    assert 'fit model run1 --model out/drive.closed.yaml --out fitted.yaml' in steps
     assert ("diagnose run1 --model arm.urdf --joint elbow --values 'my values.yaml' "
             '--validate BAG2') in steps
 

@@ -349,7 +349,7 @@ def test_command(bags, tmp_path, capsys):
     assert max(len(line) for line in shown.splitlines() if 'next: ' not in line) <= 80
     assert '\x1b' not in shown
     assert '/left/joint_states sensor_msgs/JointState' in shown
-    assert 'next: gearbox_monitor tune /geared --model /geared.yaml --out' in shown
+    assert 'next: gearbox_monitor fit noise /geared --model /geared.yaml --out' in shown
     assert '--params FILE  # FILE: motor_joint: m, arm_joint: a' in shown
     assert 'next: gearbox_monitor diagnose /geared --model /geared.yaml --recorded-motor m ' \
         '--recorded-arm a\n' in shown + '\n'

@@ -277,7 +277,7 @@ def test_urdf_asks_for_what_it_lacks(tmp_path):
 
 
 def test_an_xml_model_needs_a_joint(capsys):
-    assert main(['simulate', '--model', str(PAIR), '--against', 'run']) == 2
+    assert main(['fit', 'model', 'run', '--model', str(PAIR)]) == 2
     assert 'expected joint (--joint)' in capsys.readouterr().err
 
 

@@ -196,7 +196,7 @@ def test_factor_on_a_mass_rises_and_keeps_its_sign():
 
 
 def written(path, value, error, name='Cc', unit='N m'):
-    """Write what fit-nominal writes as JSON."""
+    """Write what fit model writes as JSON."""
     path.write_text(json.dumps({
         'values': {name: {'unit': unit, 'start': 1.0, 'value': value, 'error': error,
                           'determined': True}}, 'covariance': [[error ** 2]]}))

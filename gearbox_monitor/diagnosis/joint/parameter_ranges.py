@@ -245,7 +245,7 @@ def is_signed(name: str) -> bool:
     Return whether a parameter may be negative.
 
     Args:
-        name: of a value of fit-nominal, or EFFECT.PARAMETER.
+        name: of a value of fit model, or EFFECT.PARAMETER.
 
     Raises:
         InputError: no parameter of a drive.

@@ -218,7 +218,7 @@ def test_one_encoder_shows_gap_and_stiffness(folder, tmp_path, capsys, side, eff
 def test_what_needs_both_encoders_of_an_elastic_drive_says_so(folder, tmp_path, capsys):
     t, u, y = record()
     path = write_csv(tmp_path / 'one.csv', t, u, y[:, 0], header='t,u,motor')
-    assert main(['fit-nominal', path, '--model', str(folder / 'drive.yaml')]) == 2
+    assert main(['fit', 'model', path, '--model', str(folder / 'drive.yaml')]) == 2
     assert 'one encoder, expected both' in capsys.readouterr().err
     for changes in ({'driven_by': 'position', 'process_torque_time': 0.3},
                     {'process_torque_time': 0.3}, {'transmission': Transmission('play')}):

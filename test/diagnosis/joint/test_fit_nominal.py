@@ -1,7 +1,7 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The command ``fit-nominal``: values found again, values that nothing shows, a real drive."""
+"""The command ``fit model``: values found again, values that nothing shows, a real drive."""
 from dataclasses import replace
 import json
 
@@ -44,7 +44,7 @@ def model_file(path, model):
 def test_values_are_found_again(tmp_path, capsys):
     bag, other = record(tmp_path / 'a.csv', TRUE), record(tmp_path / 'b.csv', TRUE, 2)
     out = tmp_path / 'fitted.yaml'
-    assert main(['fit-nominal', bag, '--model', model_file(tmp_path / 'd.yaml', WRONG),
+    assert main(['fit', 'model', bag, '--model', model_file(tmp_path / 'd.yaml', WRONG),
                  '--validate', other, '--out', str(out), '--json', '-']) in (0, 1)
     data = json.loads(capsys.readouterr()[0])
     true = {'m1': TRUE.motor_inertia, 'm2': TRUE.arm_inertia, 'Cv': 0.1, 'Cc': 0.27, 'K': 25.0,
@@ -72,7 +72,7 @@ def test_torque_that_no_model_explains_is_not_put_into_the_values(tmp_path, caps
     y = simulate(TRUE, u + unknown, dt).x[:, :2] + 1e-3 * noise.standard_normal((len(t), 2))
     bag = tmp_path / 'a.csv'
     np.savetxt(bag, np.column_stack([t, u, y]), '%.9g', ',', header='t,u,motor,arm', comments='')
-    main(['fit-nominal', str(bag), '--model', model_file(tmp_path / 'd.yaml', WRONG), '--json',
+    main(['fit', 'model', str(bag), '--model', model_file(tmp_path / 'd.yaml', WRONG), '--json',
           '-'])
     data = json.loads(capsys.readouterr()[0])
     assert data['process_torque_time'] in (0.1, 0.3, 1.0)
@@ -117,7 +117,7 @@ def test_a_weight_has_a_size_and_a_phase(tmp_path, capsys):
     bag = record(tmp_path / 'a.csv', replace(
         rigid, effects=({'id': 'gravity', 'G': 0.4, 'phi': 0.7},)), zero=0.0)
     stated = replace(rigid, effects=({'id': 'gravity', 'G': 0.3, 'phi': 0.4},))
-    assert main(['fit-nominal', bag, '--model', model_file(tmp_path / 'd.yaml', stated),
+    assert main(['fit', 'model', bag, '--model', model_file(tmp_path / 'd.yaml', stated),
                  '--free', 'Cv', 'gravity', '--json', '-']) == 0
     values = json.loads(capsys.readouterr()[0])['values']
     assert set(values) == {'Cv', 'gravity.G', 'gravity.phi'}
@@ -131,7 +131,7 @@ def test_a_weight_has_a_size_and_a_phase(tmp_path, capsys):
 def test_what_the_data_do_not_determine_is_told(tmp_path, capsys):
     rigid = replace(TRUE, torque_offset=0.0, transmission=Transmission('rigid'))
     bag = record(tmp_path / 'a.csv', rigid, zero=0.0)
-    assert main(['fit-nominal', bag, '--model', model_file(tmp_path / 'd.yaml', rigid),
+    assert main(['fit', 'model', bag, '--model', model_file(tmp_path / 'd.yaml', rigid),
                  '--free', 'm1', 'Cv', 'Cc', 'kt', '--json', '-']) == 1
     data = json.loads(capsys.readouterr()[0])
     # Torque, inertia and friction have one scale in common.
@@ -150,7 +150,7 @@ def test_the_feedforward_of_a_servo_is_found_from_nothing(tmp_path, capsys):
     np.savetxt(bag, np.column_stack([t, r, y]), '%.9g', ',', header='t,setpoint,motor,arm',
                comments='')
     stated = replace(drive, controller=replace(servo, feedforward=0.0, feedforward_inertia=0.0))
-    assert main(['fit-nominal', str(bag), '--model', model_file(tmp_path / 'd.yaml', stated),
+    assert main(['fit', 'model', str(bag), '--model', model_file(tmp_path / 'd.yaml', stated),
                  '--free', 'kff', 'kaff', '--json', '-']) == 0
     data = json.loads(capsys.readouterr()[0])
     for name, unit, true in (('kff', 'N m s/rad', 0.12), ('kaff', 'kg m^2', 0.02)):
@@ -163,7 +163,7 @@ def test_the_feedforward_of_a_servo_is_found_from_nothing(tmp_path, capsys):
 def test_no_answer_in_time_is_undecided(tmp_path, capsys, monkeypatch):
     bag, model = record(tmp_path / 'a.csv', TRUE), model_file(tmp_path / 'd.yaml', TRUE)
     out = tmp_path / 'out.yaml'
-    assert main(['fit-nominal', bag, '--model', model, '--time-limit', '0.001', '--out',
+    assert main(['fit', 'model', bag, '--model', model, '--time-limit', '0.001', '--out',
                  str(out)]) == 3
     assert '--time-limit 0.001: not finished' in capsys.readouterr()[1] and not out.exists()
 
@@ -181,7 +181,7 @@ def test_bad_usage(tmp_path, capsys, monkeypatch):
         monkeypatch.chdir(tmp_path)
         bag = record(tmp_path / 'a.csv', TRUE)
         model_file(tmp_path / 'd.yaml', TRUE)
-        assert main(['fit-nominal', bag, '--model', 'd.yaml', *words]) == 2
+        assert main(['fit', 'model', bag, '--model', 'd.yaml', *words]) == 2
         err = capsys.readouterr()[1]
         assert all(part in err for part in parts) and err.count('\n') == 1
 

@@ -156,7 +156,7 @@ def test_values_and_parameters_of_effects_are_fitted(tmp_path, capsys):
     bag = recorded(tmp_path / 'a.csv', *effects(0.013, 0.004, 0.4))
     (tmp_path / 'near.yaml').write_text(
         yaml.safe_dump({**SERVO, 'effects': effects(0.011, 0.003, 0.0)}))
-    main(['fit-nominal', bag, '--model', str(tmp_path / 'near.yaml'), '--free', 'b', 'zero',
+    main(['fit', 'model', bag, '--model', str(tmp_path / 'near.yaml'), '--free', 'b', 'zero',
           'mesh_error', '--windows', '5', '--out', str(tmp_path / 'fitted.yaml'), '--json', '-'])
     values = json.loads(capsys.readouterr()[0])['values']
     assert values['zero']['value'] == pytest.approx(0.1, abs=5e-4)

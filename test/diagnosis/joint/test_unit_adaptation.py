@@ -48,7 +48,7 @@ def test_a_unit_is_adapted_to(tmp_path, capsys, monkeypatch):
     write_example_bag(tmp_path / 'run', UNIT, ExampleMotion(20.0, 500.0))
     (tmp_path / 'start.yaml').write_text(
         'estimator: {ros__parameters: {arm_load: none}}\n')
-    assert main(['adapt', 'run', '--model', str(config_path('drive.yaml')), '--params',
+    assert main(['fit', 'unit', 'run', '--model', str(config_path('drive.yaml')), '--params',
                  'start.yaml', '--out', 'unit', '--json']) == 0
     said = json.loads(capsys.readouterr().out)
     assert any('torque constant' in sentence for sentence in said['open'])

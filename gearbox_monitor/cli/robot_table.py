@@ -1,31 +1,13 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
-"""
-List the joints of a robot's file: what is read of each, what is refused and why.
-
-The first command to run on a new robot. ROBOT is an MJCF or URDF file. Each joint is read
-with all others at rest, in the posture of --keyframe: what acts on it in the simulation is a value
-in the table, or it is refused by name, with what to do. Joints that are read can be given to
-diagnose, simulate, fit-nominal, suggest and export as --model ROBOT --joint NAME.
-
-Files that ROBOT includes, and meshes that make an inertia, are read below its own folder, or below
---root. Values that no robot has, such as a wrist of 7 g between two links of 2 kg, are doubted.
-Exit code 1: some joint is refused, or a value doubted.
-
-usage examples:
-  gearbox_monitor describe robot.xml
-  gearbox_monitor describe robot.xml --keyframe home
-  gearbox_monitor describe robot.urdf --json - | jq '.joints[] | select(.read)'
-"""
-from argparse import ArgumentParser, Namespace
+"""The joints of a robot's file as a table: what is read of each, what is refused and why."""
+from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
 import textwrap
 from typing import Any
 
-from gearbox_monitor.cli.inputs import add_root_argument
-from gearbox_monitor.cli.options import JSON_FILE_HELP, show
-from gearbox_monitor.files.yaml_files import expect_new_file
+from gearbox_monitor.cli.options import show
 from gearbox_monitor.robot.plausibility import implausible, implausible_limits
 from gearbox_monitor.simulators.mjcf_file import compiled_file, read_file, RobotFile
 from gearbox_monitor.simulators.user_simulator import (
@@ -37,20 +19,9 @@ TITLES = ('inertia', 'armature', 'viscous', 'Coulomb', 'weight', 'spring')
 UNIT_LINE = ('kg m^2', 'kg m^2', 'N m s/rad', 'N m', 'N m', 'N m/rad')
 
 
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare the options in `parser`."""
-    parser.add_argument('robot', metavar='ROBOT', help='MJCF or URDF file')
-    parser.add_argument('--keyframe', metavar='NAME',
-                        help='posture of the other joints, a key of the file')
-    add_root_argument(parser)
-    parser.add_argument('--json', metavar='FILE', nargs='?', const='-',
-                        help='write the table as JSON' + JSON_FILE_HELP)
-
-
-def run(args: Namespace) -> int:
-    """Run the command with the options `args`; returns the exit code."""
-    expect_new_file(args.json)
-    path = Path(args.robot)
+def show_table(args: Namespace) -> int:
+    """Show the joints of the file that the options `args` name; return the exit code."""
+    path = Path(args.bag)
     file = compiled_file(read_file(path), path, root=Path(args.root) if args.root else None)
     readings = joint_readings(file, args.keyframe)
     doubts = doubts_of(file)

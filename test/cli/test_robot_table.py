@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from gearbox_monitor.cli.describe import doubts_of
+from gearbox_monitor.cli.robot_table import doubts_of
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.files.opening import config_path
 from gearbox_monitor.simulators.mjcf_file import compiled_file, model_of, read_mjcf
@@ -31,7 +31,7 @@ ROBOT = """<mujoco>
 
 def test_what_is_read_and_what_is_refused(tmp_path, capsys):
     (tmp_path / 'robot.xml').write_text(ROBOT)
-    words = ['describe', str(tmp_path / 'robot.xml')]
+    words = ['check', str(tmp_path / 'robot.xml')]
     assert main([*words, '--json']) == 1
     data = json.loads(capsys.readouterr().out)
     base, hip, knee = data['joints']
@@ -52,7 +52,7 @@ def test_a_file_without_problems(tmp_path, capsys):
     (tmp_path / 'robot.xml').write_text(ROBOT.replace('<freejoint name="base"/>', '').replace(
         ' stiffness="3"', '').replace('0 0 0 1 0 0 0 0 1.2', '0 1.2'))
     target = tmp_path / 'table.json'
-    assert main(['describe', str(tmp_path / 'robot.xml'), '--json', str(target)]) == 0
+    assert main(['check', str(tmp_path / 'robot.xml'), '--json', str(target)]) == 0
     assert json.loads(target.read_text())['read'] == 2
     assert 'no actuator' in capsys.readouterr().out
 
@@ -80,12 +80,12 @@ def test_a_urdf_is_read_as_ros_does(tmp_path, capsys):
     assert model.arm_inertia + model.motor_inertia == pytest.approx(
         0.02 + 2.0 * 0.1 ** 2 + 0.2 * 0.3 ** 2)
     assert {e['id'] for e in model.effects} == {'gravity', 'saturation'}
-    assert main(['describe', str(path)]) == 1
+    assert main(['check', str(path)]) == 1
     out = ' '.join(capsys.readouterr().out.split())
     assert '1 of 2 joints are read' in out and '<origin> appears twice: the first counts' in out
     assert 'taken for rounding' in out and 'it moves nothing' in out
     path.write_text(URDF.format(mimic='<mimic joint="elbow" multiplier="2"/>'))
-    assert main(['describe', str(path)]) == 1
+    assert main(['check', str(path)]) == 1
     assert '0 of 2 joints are read' in capsys.readouterr().out
 
 
@@ -105,10 +105,10 @@ DOUBTS = [
 
 
 def described(path, capsys, old, new):
-    """Return exit code and output of describe for the arm with `new` for `old`."""
+    """Return exit code and output of check for the arm with `new` for `old`."""
     assert old in ARM
     path.write_text(ARM.replace(old, new, 1))
-    code = main(['describe', str(path)])
+    code = main(['check', str(path)])
     return code, ' '.join(''.join(capsys.readouterr()).split())
 
 
@@ -167,7 +167,7 @@ def test_what_spoils_a_joint_is_said_in_words_of_the_format(tmp_path, capsys):
 def test_what_mujoco_refuses_is_said_with_its_line_and_element(tmp_path, capsys):
     path = tmp_path / 'robot.xml'
     path.write_text(ROBOT.replace('<freejoint name="base"/>', '\n<freejoint title="base"/>'))
-    assert main(['describe', str(path)]) == 2
+    assert main(['check', str(path)]) == 2
     line = ROBOT[:ROBOT.index('<freejoint name="base"/>')].count('\n') + 2
     assert f"robot.xml: line {line}: freejoint: unrecognized attribute: 'title'" in (
         capsys.readouterr().err)
@@ -182,7 +182,7 @@ def test_healthy_robots_are_not_doubted():
 
 @pytest.mark.skipif(not (SHARED / 'lwr4').is_dir(), reason='recordings of others are not here')
 def test_the_urdf_of_a_real_arm(capsys):
-    assert main(['describe', str(SHARED / 'lwr4/kuka_lwr4.urdf')]) == 0
+    assert main(['check', str(SHARED / 'lwr4/kuka_lwr4.urdf')]) == 0
     assert '7 of 7 joints are read' in capsys.readouterr().out
 
 

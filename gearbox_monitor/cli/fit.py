@@ -1,0 +1,374 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Fit to recordings: the values of a model file, the noise of a filter, or both of one unit.
+
+model: all values of the drive (or those named with --free), each within physical bounds and held
+weakly at the value of the model file, which must be right within a factor of about ten. A
+regression of the torque comes first; a search by the innovations of a filter, as in diagnose,
+begins at its values. Where the search is less likely on the last 30 % of the recordings, which are
+not fitted, the values of the regression are the result. With --windows free runs are fitted, in
+which torque that no model explains counts as misfit. Values that the recordings do not determine
+are listed and stay near their start.
+
+noise: R and Q of a filter, as a parameter file. R comes from half a second at standstill; without
+one it is estimated together with Q, by maximising the likelihood of the prediction errors. No
+truth is read, and the result does not depend on --params. Record 5 s of work, better 20 s. Unless
+--params or the bag states a law of tau_K, the file selects tau_k_model "mixed".
+
+unit: model and noise of one unit, without a torque sensor. The folder --out then holds drive.yaml
+and params.yaml for node and replay; tolerances state what stays open.
+
+names: m1 m2 (inertias) D (damping) Cv Cc (friction) K (stiffness) b (half gap), kt
+(torque_constant: torque per A of effort, 1 if the effort is a torque), u0 (torque offset), zero
+(of the encoders), kp ki kd kff kaff (gains of a servo), and ids of effects that the model file
+has (all their parameters; torque_gain goes into torque_constant). Without a known load, torque
+constant, inertia, friction and stiffness share one scale: fix one of them.
+
+usage examples:
+  gearbox_monitor fit model BAG BAG2 --model drive.yaml --free m1 Cv Cc u0 --validate BAG3
+  gearbox_monitor fit model BAG --model drive.yaml --windows 20 --out drive.fitted.yaml
+  gearbox_monitor fit noise BAG --model drive.yaml --params start.yaml --out params.yaml
+  gearbox_monitor fit noise BAG --reference /reference/transmission_state --out params.yaml
+  gearbox_monitor fit unit BAG BAG2 --model drive.yaml --out unit7
+"""
+from argparse import ArgumentParser, Namespace
+from collections.abc import Iterable, Mapping, Sequence
+import math
+from pathlib import Path
+import sys
+import time
+from typing import Any
+
+import numpy as np
+
+from gearbox_monitor.cli.inputs import (
+    add_recording_arguments, load_filter_inputs, load_recordings, time_limit)
+from gearbox_monitor.cli.options import check_filter, opened, refuse, show, warn, wrapped
+from gearbox_monitor.cli.progress import progress_bar
+from gearbox_monitor.diagnosis.joint.nominal import fit_nominal, FittedValue
+from gearbox_monitor.diagnosis.joint.unit_adaptation import Adapted
+from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation import noise_search
+from gearbox_monitor.estimation.tune import expected_seconds, tune
+from gearbox_monitor.files.opening import plain
+from gearbox_monitor.files.yaml_files import (
+    error_words, expect_new_file, expect_outside_of_bag, load_parameters,
+    save_model, write_parameters)
+from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.library.identify import adapt, write_adapted
+from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, MIXED
+from gearbox_monitor.presentation import change, EXACT, number, on_axis, percent, Quantity
+from gearbox_monitor.recordings.read import BagReader, JOINT_STATE
+from gearbox_monitor.report.words import counted
+from gearbox_monitor.signals.examine import measured_samples
+
+MODEL, NOISE, UNIT = WHAT = ('model', 'noise', 'unit')
+# Options that not all of them take: those that do.
+OF = {MODEL: ('free', 'validate', 'windows', 'time_limit'),
+      NOISE: ('filter', 'smoother', 'fix_speeds', 'reference')}
+SECONDS = 1.0
+CERTAIN = 3.0  # errors by which a value differs from the model file
+SAME = 1.0     # of log-likelihood: parameters as good as tuned ones
+UNDECIDED = 3
+UNITS = {row.name: row.unit for row in ESTIMATOR}
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Declare the options in `parser`."""
+    parser.add_argument('what', choices=WHAT, metavar='WHAT', help=', '.join(WHAT))
+    add_recording_arguments(parser, model_required=False)
+    model = parser.add_argument_group('fit model')
+    model.add_argument('--free', metavar='NAME', nargs='+',
+                       help='values that are fitted (default: all of this drive but kt)')
+    model.add_argument('--validate', metavar='BAG2',
+                       help='another recording of the drive, to test the model on')
+    model.add_argument('--windows', metavar='S', type=float, default=SECONDS,
+                       help='if above %(default)g: fit free runs of this length, s; longer than '
+                       'the recording: all of it (default: %(default)g)')
+    model.add_argument('--time-limit', metavar='S', type=float, default=math.inf,
+                       help='give up after this many seconds (default: none)')
+    noise = parser.add_argument_group('fit noise')
+    noise.add_argument('--filter', metavar='F', help='filter to tune (default: as --params, ekf)')
+    noise.add_argument('--smoother', action='store_true',
+                       help='for the smoothed torque instead of the filtered one: q_std_tau_k is '
+                       'divided by sqrt(5)')
+    noise.add_argument('--fix-speeds', action='store_true',
+                       help='keep q_std_motor_speed and q_std_arm_speed as they are')
+    noise.add_argument('--reference', metavar='TOPIC', help='JointState with a measured torque, '
+                       'N m, in effort[0]: its error counts')
+    parser.add_argument('--params', metavar='FILE',
+                        help='fit noise, unit: ROS parameter file of the estimator')
+    parser.add_argument('--out', metavar='PATH', help='model file, parameter file or, of a unit, '
+                        'folder to write')
+
+
+def run(args: Namespace) -> int:
+    """Run the command with the options `args`; returns the exit code."""
+    for what, names in OF.items():
+        if args.what != what:
+            refuse(args, names, f'of fit {what}, expected none with fit {args.what}')
+    if args.what == MODEL:
+        refuse(args, ['params'], 'of fit noise, expected none with fit model')
+    if args.what != NOISE and args.model is None:
+        raise InputError(f'--model: missing, fit {args.what} needs it')
+    if args.what != MODEL and args.out is None:
+        raise InputError(f'--out: missing, fit {args.what} needs it')
+    return {MODEL: _fit_model, NOISE: _fit_noise, UNIT: _fit_unit}[args.what](args)
+
+
+def _lines(data: Mapping[str, Any], heads: Sequence[str], rows: Iterable[Sequence[str]],
+           *notes: str) -> str:
+    """Return the summary of `data`, a table under `heads` and `notes` as lines for people."""
+    listed = [('', *heads), *rows]
+    wide = max(len(row[0]) for row in listed) + 1
+    return '\n'.join([
+        *wrapped(data['summary']), '',
+        *(f'{name:{wide}s}{a:>12s}{b:>12s}{c:>12s}  {" ".join(more)}'.rstrip()
+          for name, a, b, c, *more in listed),
+        *notes, *(f'note: {note}' for note in data['notes'])])
+
+
+def _value_rows(values: Iterable[FittedValue]) -> list[tuple[str, ...]]:
+    """Return the row of each of the fitted `values`."""
+    return [(v.name, f'{v.start:.5g}', *Quantity(v.value, v.error).digits(), f'{v.unit:10s}',
+             '' if v.determined else 'not identified') for v in values]
+
+
+def _values(values: Iterable[FittedValue]) -> dict[str, Any]:
+    return {v.name: {k: x for k, x in vars(v).items() if k != 'name'} for v in values}
+
+
+def largest_change(values: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    """Return the sentence on which of `values` changed most in its errors, none without change."""
+    moved = {name: abs(v['value'] - v['start']) / v['error'] for name, v in values.items()
+             if v['error'] and v['value'] != v['start']}
+    name = max(moved, key=lambda n: moved[n], default=None)
+    if name is None or moved[name] < CERTAIN:
+        return ['None of them differs from the model file by more than its error.']
+    v = values[name]
+    by = f' ({change(v["value"], v["start"])})' if v['start'] else ''
+    return [f'{name} is {Quantity(v["value"], v["error"], v["unit"])}, not '
+            f'{number(v["start"])}{by}.']
+
+
+# ---------------------------------------------------------------------- model
+
+def _fit_model(args: Namespace) -> int:
+    """Fit the values of a model file; return the exit code."""
+    if not args.windows >= SECONDS:
+        raise InputError(f'--windows: {args.windows:g}, expected at least {SECONDS:g} s')
+    if not args.time_limit > 0.0:
+        raise InputError(f'--time-limit: {args.time_limit:g}, expected a number > 0 (s)')
+    expect_new_file(args.out)
+    model, recordings, validate, notes = load_recordings(args)
+    with progress_bar('fit') as progress, time_limit(args.time_limit, '--time-limit'):
+        result = fit_nominal(
+            recordings, model, args.free, validate=validate,
+            seconds=args.windows if args.windows > SECONDS else None, progress=progress)
+    if args.out:
+        save_model(args.out, result.model, ['Fitted with gearbox_monitor fit model to '
+                                            + ', '.join(Path(path).name for path in args.bag)])
+    data = plain({
+        'values': _values(result.values),
+        'correlated': result.correlated, 'covariance': result.covariance,
+        'gap_before': result.gap_before, 'gap_after': result.gap_after, 'method': result.method,
+        'process_torque_time': None if model.driven_by == 'position' else (
+            result.model.process_torque_time), 'validation': result.validation,
+        'notes': notes})
+    data = {'summary': model_summary(data), **data}
+    lines = [f'{first} and {second} are hardly distinguishable (correlation {r:.2f})'
+             for first, second, r in result.correlated]
+    if result.method == 'regression':
+        lines.append('values of a regression of the torque: a search did not beat them')
+    if data['process_torque_time']:
+        lines.append(f'torque that the model lacks lasts {data["process_torque_time"]:g} s '
+                     '(likeliest process_torque_time)')
+    validation = data['validation']
+    if validation:
+        lines.append(f'{Path(args.validate).name}: misfit '
+                     f'{number(validation["gap_before"])} before, '
+                     f'{number(validation["gap_after"])} after')
+        runs = validation['free_run']
+        lines += [f'  one free run of {runs["seconds"]:.0f} s, {name}: '
+                  f'{_rms(start)} before, {_rms(runs["after"][name])} after'
+                  for name, start in runs['before'].items()
+                  if start is not None or runs['after'][name] is not None]
+    if args.out:
+        lines.append(f'written: {args.out}')
+    show(args, data, lambda: _lines(data, ('model file', 'fitted', '±', 'unit'),
+                                    _value_rows(result.values), *lines))
+    return 0 if all(v.determined for v in result.values) else 1
+
+
+def _rms(value: float | None) -> str:
+    return 'diverges' if value is None or not math.isfinite(value) else f'{number(value)} rms'
+
+
+def model_summary(data: Mapping[str, Any]) -> str:
+    """Return the fit `data` in words: what it determines, what changes most, its misfit."""
+    values = data['values']
+    sure = {name: v for name, v in values.items() if v['determined']}
+    part = 'all' if len(sure) == len(values) else f'{len(sure)} of'
+    first = (f'The recordings {"" if sure else "do not "}determine the value.'
+             if len(values) == 1 else f'The recordings determine {part} {len(values)} values.')
+    start = '' if data['gap_before'] is None else f'{number(data["gap_before"])} -> '
+    return ' '.join([first, *largest_change(sure), f'Misfit {start}{number(data["gap_after"])}, '
+                     'where 1 is noise alone.'])
+
+
+# ---------------------------------------------------------------------- unit
+
+def _fit_unit(args: Namespace) -> int:
+    """Fit model and noise of one unit; return the exit code."""
+    folder = Path(args.out)
+    if folder.exists() or not folder.parent.is_dir():
+        raise InputError(f'--out {folder}: expected a new folder in one that exists')
+    expect_outside_of_bag(folder)
+    values = load_parameters(args.params, 'estimator', ESTIMATOR) if args.params else {}
+    values.pop('model', None)
+    model, recordings, _, notes = load_recordings(args)
+    parameters = EstimatorParameters.of({
+        'motor_joint': args.motor_joint, 'arm_joint': args.arm_joint, 'tau_k_model': MIXED,
+        **values})
+    with progress_bar('fit') as progress:
+        result = adapt(recordings, model, parameters=parameters, progress=progress)
+    write_adapted(folder, result, ', '.join(Path(path).name for path in args.bag))
+    fitted = result.fit.values if result.fit else ()
+    data = plain({
+        'values': _values(fitted), 'covariance': result.fit.covariance if result.fit else None,
+        'gap_after': result.fit.gap_after if result.fit else None,
+        'tolerances': result.tolerances, 'parameters': result.parameters, 'open': result.open,
+        'notes': notes})
+    data = {'summary': unit_summary(result, data), **data}
+    before = result.tuning.get('before_parameters', {})
+    rows = [*_value_rows(fitted), *(
+        (name, f'{start:.4g}', f'{now:.4g}', '')
+        for name, (start, now) in result.tolerances.items()), *(
+        (name, f'{before.get(name, 0.0):.5g}', f'{value:.5g}', '', UNITS[name])
+        for name, value in result.parameters.items() if not isinstance(value, str))]
+    show(args, data, lambda: _lines(
+        data, ('model file', 'this unit', '±', 'unit'), rows,
+        *(f'open: {sentence}' for sentence in result.open),
+        f'written: {folder / "drive.yaml"}, {folder / "params.yaml"}'))
+    if result.fit is None:
+        return UNDECIDED
+    return int(bool(result.kept) or bool(result.tuning.get('kept')))
+
+
+def unit_summary(result: Adapted, data: Mapping[str, Any]) -> str:
+    """Return the `result`, of which `data` holds the figures, in words."""
+    if result.fit is None:
+        return f'Nothing was adapted: {"; ".join(result.open)}.'
+    if result.kept:
+        return 'Model file and parameters stay as they are: the adapted values are less likely.'
+    sure = {name: v for name, v in data['values'].items() if v['determined']}
+    return ' '.join([f'{len(sure)} of {counted(len(data["values"]), "value")} of the model are '
+                     'now those of this unit.', *largest_change(sure),
+                     f'Misfit {number(data["gap_after"])}, where 1 is noise alone.'])
+
+
+# ---------------------------------------------------------------------- noise
+
+def _fit_noise(args: Namespace) -> int:
+    """Fit R and Q of a filter; return the exit code."""
+    if args.filter:
+        check_filter(args.filter)
+    expect_new_file(args.out)
+    if len(args.bag) > 1:
+        raise InputError(f'{len(args.bag)} recordings, fit noise expected one')
+    args.bag, = args.bag
+    with opened(args) as reader:
+        inputs = load_filter_inputs(
+            args, reader, args.filter,
+            {} if args.reference or args.smoother else {'tau_k_model': MIXED})
+        reference = _reference(reader, args.reference) if args.reference else None
+    samples, notes = measured_samples(inputs.samples, args.bag)
+    with progress_bar('fit') as progress:
+        try:
+            noise_search.describe(samples.stamp_ns, samples.u[:, 0], samples.y)  # refuses it
+            seconds = expected_seconds(inputs.model, inputs.parameters, samples,
+                                       time.perf_counter)
+            print(f'fit: takes about {max(seconds, 1.0):.0f} s', file=sys.stderr)
+            data = tune(inputs.model, inputs.parameters, [samples], reference,
+                        not args.fix_speeds, args.smoother, lambda share: progress(share, 1))
+        except InputError as error:
+            raise InputError(f'{args.bag}: {error}') from None
+    data.update(bag=args.bag, out=args.out)
+    data['notes'] += [*inputs.notes, *notes]
+    axis = inputs.model.axis
+    data = {'summary': noise_summary(data, axis), **data}
+    write_parameters(args.out, inputs.parameters, (inputs.model_file, inputs.model_values), data)
+    warn(args, data['notes'])
+    show(args, data, lambda: _lines(
+        data, ('before', 'after', '±', 'unit'), _noise_rows(data, axis),
+        f'search: {data["starts_met"]} of {data["starts"]} starts agree within '
+        f'{percent(data["spread"])}; R from {data["noise_from"]}',
+        f'open: {data["unidentifiable"]}', f'written: {args.out}'))
+    return int(data['kept_by'] > SAME or data['worse_than_static'])
+
+
+def _reference(reader: BagReader, topic: str) -> tuple[Integers, Array]:
+    """Return (stamps, torque) of the reference topic. Raises InputError."""
+    topic = topic if topic.startswith('/') else '/' + topic
+    reader.require(topic, JOINT_STATE)
+    names = reader.joint_names(topic)
+    states = reader.joint_states(topic, names[:1])
+    if not names or not np.isfinite(states.effort).any():
+        raise InputError(f'{reader.path}: topic {topic}: no effort, expected a measured torque')
+    return states.stamp_ns, states.effort[:, 0]
+
+
+def _noise_rows(data: Mapping[str, Any], axis: str) -> list[tuple[str, ...]]:
+    """Return rows with the scores before and after, and each parameter of a drive with `axis`."""
+    start, tuned = data['before'], data['after']
+    rows: list[tuple[Any, Any, Any, str, str]] = [
+        ('log-likelihood', start['loglik'], tuned['loglik'], '', ''),
+        ('mean NIS', start['nis'], tuned['nis'], '',
+         '95 % band {:.3f}..{:.3f}'.format(*data['nis_band']))]
+    rows += [(f'Ljung-Box, {name}', start['ljung_box'][k], tuned['ljung_box'][k], '',
+              f'white below {data["white_limit"]:.1f}; autocorrelation '
+              f'{data["autocorrelation"][k]:.2g} per lag') for k, name in enumerate((
+                  'motor', 'arm'))]
+    if 'reference_after' in data:
+        a, b, static = data['reference_before'], data['reference_after'], data.get('static_rmse')
+        rows += [(on_axis('tau_K error rms (N m)', axis), a['rmse'], b['rmse'], '',
+                  f'of {b["rms"]:.4g}' + (f'; {static:.4g} by the command less friction'
+                                          if static is not None else '')),
+                 ('within 1 sigma', a['coverage'], b['coverage'], '', '0.68 expected')]
+    rows += [(name, data['before_parameters'][name], value,
+              error_words(data['relative_error'].get(name)).lstrip(' ±,'),
+              on_axis(UNITS[name], axis)) for name, value in data['parameters'].items()]
+    return [(name, _cell(before), _cell(after), *more) for name, before, after, *more in rows]
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, str):
+        return value
+    if value is None or not math.isfinite(value):
+        return 'none'
+    return f'{value:.5g}' if abs(value) < 1e4 else f'{value:.1f}'
+
+
+def noise_summary(data: Mapping[str, Any], axis: str = 'rotary') -> str:
+    """Return the result `data` of a drive with `axis` in words: what changes, what it gains."""
+    if data['kept']:
+        return 'The parameters stay as they were: none that was tried is likelier.'
+    gain = data['after']['loglik'] - data['before']['loglik']
+    sentences = [f'The tuned filter is likelier: log-likelihood {data["after"]["loglik"]:.1f} '
+                 f'({gain:+.1f}), mean NIS {data["after"]["nis"]:.2f} '
+                 f'({data["before"]["nis"]:.2f} before).'] if gain > 0.0 else [
+        f'The tuned filter has a log-likelihood of {data["after"]["loglik"]:.1f} ({gain:+.1f}).']
+    before, errors = data['before_parameters'], data['relative_error']
+    moved = {name: abs(math.log(value / before[name]))
+             for name, value in data['parameters'].items()
+             if isinstance(value, float) and value > 0.0 and (before[name] or 0.0) > 0.0
+             and errors.get(name, 0.0) <= noise_search.BLUNT}
+    name = max(moved, key=lambda n: moved[n], default=None)
+    if name is not None and moved[name] > 0.0:
+        value, start = data['parameters'][name], before[name]
+        size = Quantity(value, value * errors.get(name, EXACT), on_axis(UNITS[name], axis))
+        sentences.append(f'{name} changes most: {size}, not {number(start)} '
+                         f'({change(value, start)}).')
+    return ' '.join(sentences)
