@@ -8,6 +8,7 @@ Names of version 0.2 that a user may still type, and what to do without them.
 same words. The table goes with the release after 0.3.
 """
 _ROBOT_MOTION = 'diagnose a log of the robot: its verdict lists what the motion did not visit'
+_CLOSED = 'gearbox_monitor diagnose LOG --model ROBOT --out DIR writes the file of the robot'
 _FORMATS = 'expected --to mjcf or --to urdf with --into FILE'
 _FILTER = 'gearbox_monitor replay BAG --filter NAME states error and NIS of a filter'
 _HELD = 'gearbox_monitor watch LOG --model robot.urdf states what a robot holds'
@@ -29,6 +30,7 @@ REMOVED = {
     'suggest --effects': _ROBOT_MOTION,
     'suggest --payload': _ROBOT_MOTION,
     'suggest --link': _ROBOT_MOTION,
+    'accept --write-model': 'gearbox_monitor fit model BAG --model FILE --free K b --out FILE',
     'export --to sdf': _FORMATS,
     'export --to drake': _FORMATS,
     'export --to bam': _FORMATS,
@@ -68,6 +70,7 @@ REMOVED = {
     'SuggestedRobotMotion': _ROBOT_MOTION,
     'track_payload': _HELD,
     'PayloadTrack': _HELD,
+    'verdict.json': _CLOSED,
     # BAGS and the folder of fleet
     '://': 'name a path: mount the archive, or copy it',
     'features/': 'choose a new --out, which gets one row per bag: its bags are analysed again',

@@ -19,12 +19,10 @@ usage examples:
   gearbox_monitor accept BAG --max-gap 0.21
   gearbox_monitor accept BAG --max-gap 30arcmin --min-stiffness 20 --confidence 0.99
   gearbox_monitor accept BAG --model drive.yaml --params estimator.yaml --max-gap 0.5deg --json
-  gearbox_monitor accept BAG --write-model measured.yaml
 """
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
 import math
-from pathlib import Path
 import re
 from typing import Any
 
@@ -33,23 +31,21 @@ import scipy
 
 from gearbox_monitor.report.sentences import phrase
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, estimator_options, opened, show, warn)
+    add_estimator_arguments, entries, estimator_options, opened, show, warn, wrapped)
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.yaml_files import expect_new_file, load_model, save_model
+from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.backlash.features import (
     Backlash, combine, NotExcited, reason_of, separable_of)
 from gearbox_monitor.health.backlash.locked_input import is_locked, locked_windows
-from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.presentation import number, on_axis, Quantity
 from gearbox_monitor.recordings.replay import Replay, replay
 
 UNITS = {'rotary': {'rad': 1.0, 'mrad': 1e-3, 'deg': math.radians(1.0),
                     'arcmin': math.radians(1.0) / 60.0},
          'prismatic': {'m': 1.0, 'mm': 1e-3, 'um': 1e-6}}
-SIGNIFICANT = 3.0  # standard deviations: a larger hysteresis goes into the model file
 INSEPARABLE = 'the motion does not distinguish backlash and compliance'
-EXIT = {'pass': 0, 'fail': 1, 'not excited': 3, 'undecided': 3, 'measured': 0}
+EXIT = {'pass': 0, 'fail': 1, 'not excited': 3, 'undecided': 3}
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -62,8 +58,6 @@ def add_arguments(parser: ArgumentParser) -> None:
                         help='smallest stiffness in contact, N m/rad')
     parser.add_argument('--confidence', metavar='P', type=float, default=0.95,
                         help='probability that a verdict needs (default: 0.95)')
-    parser.add_argument('--write-model', metavar='FILE',
-                        help='write a model file with the measured transmission')
 
 
 def run(args: Namespace) -> int:
@@ -75,9 +69,8 @@ def run(args: Namespace) -> int:
                          'rad)')
     if not 0.5 <= args.confidence < 1.0:
         raise InputError(f'--confidence: {args.confidence:g}, expected a number >= 0.5 and < 1')
-    if all(v is None for v in limits.values()) and not args.write_model:
-        raise InputError('no limit, expected --max-gap or --min-stiffness (or --write-model)')
-    expect_new_file(args.write_model)
+    if all(v is None for v in limits.values()):
+        raise InputError('no limit, expected --max-gap or --min-stiffness')
     parameters, model_file = estimator_options(args)
     with opened(args) as reader:
         result = replay(reader, load_model(model_file) if model_file else None, parameters,
@@ -92,12 +85,6 @@ def run(args: Namespace) -> int:
             'confidence': args.confidence,
             **judge(windows(result), limits, args.confidence), 'notes': notes}
     data = {'summary': summary(data, model.axis), **data}
-    if args.write_model:
-        if 'gap_rad' not in data or not data['separable']:
-            raise InputError(f'{args.write_model}: not written: {data["reason"]}, expected motion '
-                             'that shows backlash and stiffness')
-        write_model(args.write_model, model, data, args.bag)
-        data['model_file'] = args.write_model
     warn(args, notes)
     show(args, data, lambda: text(data, model.axis))
     return EXIT[data['verdict']]
@@ -160,9 +147,6 @@ def judge(fits: Sequence[Any], limits: Mapping[str, float | None],
     data['gap_arcmin'] = math.degrees(data['gap_rad']) * 60.0
     data['gap_arcmin_std'] = math.degrees(data['gap_rad_std']) * 60.0
     data['separable'] = separable
-    if hysteresis:  # one encoder shows none
-        data['width'] = float(np.mean([w.width for w in used]))
-        data['passive'] = 2 * sum(w.passive for w in used) > len(used)
     data['crossings'] = float(np.mean([w.coverage for w in used]))
     met, missed, reasons = [], [], []
     tests = []  # key, noun, probability that the limit is met, may it pass, why not if inseparable
@@ -181,7 +165,7 @@ def judge(fits: Sequence[Any], limits: Mapping[str, float | None],
         if not met[-1] and not missed[-1]:
             reasons.append(f'the {noun} is too close to its limit for this confidence: record '
                            'longer' if separable else inseparable)
-    verdict = ('measured' if not met else 'fail' if any(missed) else 'pass' if all(met) else
+    verdict = ('fail' if any(missed) else 'pass' if all(met) else
                'undecided' if separable else 'not excited')
     reason = '; '.join(reasons) or ('' if separable else INSEPARABLE)
     return {'verdict': verdict, 'reason': reason, **data}
@@ -192,41 +176,6 @@ def _below(combined: Any, limit: float) -> float:
     if combined.std <= 0.0:
         return float(combined.value <= limit)
     return float(scipy.stats.norm.cdf((limit - combined.value) / combined.std))
-
-
-def write_model(path: str, model: DriveModel, data: Mapping[str, Any], bag: str) -> None:
-    """
-    Write a model file with the measured transmission.
-
-    Args:
-        path: of the new file.
-        model: with all other values.
-        data: of the verdict.
-        bag: that was measured.
-
-    """
-    gap, stiffness = data['gap_rad'], data['stiffness']
-    height = data.get('hysteresis', 0.0)
-    significant = abs(height) > SIGNIFICANT * data.get('hysteresis_std', 0.0)
-    changes: dict[str, Any] = {
-        'kind': 'dead_zone', 'stiffness': stiffness, 'half_gap': gap / 2.0,
-        'hysteresis_width': 0.0, 'hysteresis_stiffness': 0.0}
-    if significant and height > 0.0:
-        width = height / (2.0 * stiffness)
-        changes.update(kind='play', hysteresis_width=width,
-                       half_gap=max(gap / 2.0 - width, 0.0))
-    elif significant and data['passive']:
-        changes.update(kind='passive_play', hysteresis_width=data['width'],
-                       hysteresis_stiffness=-height / (2.0 * data['width']))
-    changes = {name: v if isinstance(v, str) else float(f'{v:.6g}')
-               for name, v in changes.items()}
-    save_model(path, model.with_(**changes), [
-        f'Transmission measured by "gearbox_monitor accept" in {Path(bag).name}, '
-        f'{data["windows_used"]} windows:',
-        ', '.join(f'{noun} {_measured(data, name, model.axis)}' for name, noun in (
-            ('gap_rad', 'backlash'), ('stiffness', 'stiffness'), ('hysteresis', 'hysteresis'))
-            if name in data) + '.',
-        'All other values as before.'])
 
 
 def summary(data: Mapping[str, Any], axis: str = 'rotary') -> str:
@@ -247,26 +196,19 @@ def summary(data: Mapping[str, Any], axis: str = 'rotary') -> str:
 
 def text(data: Mapping[str, Any], axis: str = 'rotary') -> str:
     """Return the result `data` of a drive with `axis` as lines for people."""
-    lines = [data['summary'], '', f'bag          {data["bag"]}',
-             f'windows      {data["windows_used"]} used of {data["windows"]}']
     rows = [('gap_rad', 'backlash'), ('stiffness', 'stiffness'), ('hysteresis', 'hysteresis')]
-    if 'gap_rad' in data and not data['separable']:
+    if not data.get('separable'):
         rows = []
-        lines.append('backlash     not distinguished from compliance by this motion')
-    lines += [f'{noun:<13s}{_measured(data, name, axis)}'
-              for name, noun in (*rows, ('lost_motion_rad', 'lost motion')) if name in data]
-    for name, noun, limit, sign in (('gap', 'backlash', 'max_gap', '<='),
-                                    ('stiffness', 'stiffness', 'min_stiffness', '>=')):
-        if f'probability_{name}' in data:
-            lines.append(f'limit        {noun} {sign} {_limit(data, limit, axis)}: holds with '
-                         f'probability {data["probability_" + name]:.3f}')
-    lines += [f'note         {note}' for note in data['notes']]
-    if 'model_file' in data:
-        lines.append(f'model        written to {data["model_file"]}')
-    reason = f': {data["reason"]}' if data['reason'] else ''
-    at = f' (confidence {data["confidence"]:g})' if data['verdict'] in ('pass', 'fail') else ''
-    lines.append(f'verdict      {data["verdict"]}{at}{reason}')
-    return '\n'.join(lines)
+    return '\n'.join([*wrapped(data['summary']), '', *entries([
+        ('bag', data['bag']), ('windows', f'{data["windows_used"]} used of {data["windows"]}'),
+        *((noun, str(_measured(data, name, axis)))
+          for name, noun in (*rows, ('lost_motion_rad', 'lost motion')) if name in data),
+        *(('limit', f'{noun} {sign} {_limit(data, limit, axis)}: holds with probability '
+           f'{data["probability_" + name]:.3f}, expected {data["confidence"]:g}')
+          for name, noun, limit, sign in (('gap', 'backlash', 'max_gap', '<='),
+                                          ('stiffness', 'stiffness', 'min_stiffness', '>='))
+          if f'probability_{name}' in data),
+        *(('note', note) for note in data['notes'])])])
 
 
 def _measured(data: Mapping[str, Any], name: str, axis: str) -> Quantity:

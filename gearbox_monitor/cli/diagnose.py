@@ -26,7 +26,7 @@ usage examples:
   gearbox_monitor diagnose LOG --model robot.urdf --reference healthy.csv    # all joints at once
 """
 from argparse import ArgumentParser, Namespace
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 import sys
 import time
@@ -39,7 +39,7 @@ from gearbox_monitor.cli.inputs import (
     add_recording_arguments, add_robot_arguments, load_recordings, names_of, reading_of_robot,
     robot_of, robot_options, written_options)
 from gearbox_monitor.cli.options import (
-    expect_new_files, ids_in, refuse, show, wrapped, write_files)
+    entries, expect_new_files, ids_in, refuse, show, wrapped, write_files)
 from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.diagnosis.joint import closed_model
 from gearbox_monitor.diagnosis.joint.diagnose import chosen_ids
@@ -51,16 +51,15 @@ from gearbox_monitor.library.identify import diagnose, expect_ids
 from gearbox_monitor.library.robot import diagnose_robot, robot_effects, RobotDiagnosis
 from gearbox_monitor.library.simulator_file import export_model, written_model
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.effects import library
 from gearbox_monitor.presentation import number, on_axis, percent, Quantity
 from gearbox_monitor.report.diagnosis_evidence import gather, shows_place, window_chart
 from gearbox_monitor.report.diagnosis_page import diagnosis_page, PageContext
 from gearbox_monitor.report.robot_gap_page import robot_gap_page
 from gearbox_monitor.report.robot_words import robot_text
-from gearbox_monitor.report.summary import PLACES, summary
+from gearbox_monitor.report.summary import summary
 from gearbox_monitor.report.words import (
-    counted, ids_of, meaning, NAMING, next_steps, NO_FILES, NOTHING, place_text, SUGGESTED,
-    suggestion, torque_map_of, undefined, unit_of, UserFiles, value_rows)
+    counted, NAMING, next_steps, NO_FILES, NOTHING, place_text, SUGGESTED, suggestion,
+    torque_map_of, undefined, unit_of, UserFiles, value_rows)
 from gearbox_monitor.robot.description import SUFFIXES
 from gearbox_monitor.ros.middleware import cores
 from gearbox_monitor.signals.uniform import UniformRecording
@@ -111,7 +110,7 @@ def run(args: Namespace) -> int:
     chosen_ids(only, exclude)  # one at least remains
     expect_new_files(args.out, (*DRAWN, 'verdict.json', CLOSED))
     model, recordings, validate, notes = load_recordings(args, weigh=True)
-    simulator = _simulator(args.simulator, recordings, model) if args.simulator else None
+    simulator = _user_simulator(args.simulator, recordings, model) if args.simulator else None
     with progress_bar('diagnose') as progress:
         verdict = diagnose(recordings, model, validate=validate, only=only, exclude=exclude,
                            seed=args.seed, jobs=args.jobs, progress=progress)
@@ -142,7 +141,7 @@ def run(args: Namespace) -> int:
     return {NONE: 0, UNDECIDED: 3}.get(verdict.verdict, 1)
 
 
-def _simulator(name: str, recordings: Sequence[UniformRecording], model: DriveModel
+def _user_simulator(name: str, recordings: Sequence[UniformRecording], model: DriveModel
                ) -> UserSimulator:
     """Return the user's simulator `name` after a try. Raises InputError."""
     if model.controller is not None or model.driven_by == 'position':
@@ -251,6 +250,7 @@ def write(args: Namespace, data: Mapping[str, Any], closed: DriveModel | None,
 
 
 VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a verdict
+Rows: TypeAlias = Iterator[tuple[str, str]]  # label and words of a line
 LABEL = 15
 RANKED = 8  # lines of the ranking
 NEXT = 1    # steps that are printed without -v
@@ -273,192 +273,136 @@ def text(data: VerdictData, recordings: Sequence[UniformRecording], model: Drive
         verbose: whether all that is known is printed, not only answer, values and next step.
 
     """
-    lines = wrapped(data['summary'])
+    rows = [*_gap(data), *_parameters(data, model.axis)]
     if verbose:
-        lines += [line for name in ids_of(data) for line in _meaning(name, model.axis)]
-        lines += ['', *_about(data, recordings, model)]
-    lines += [*_gap(data, verbose), *_parameters(data, model)]
-    if verbose:
-        lines += [*_ranking(data), *_where(data, recordings, model), *_nominal(data, model),
-                  *_not_tried(data)]
-    lines += _simulator_lines(data)
-    lines += _validation(data, files.validated, on_axis('rad', model.axis))
-    lines += _notes(data, verbose)
-    for change in changes:
-        lines += _entry('change', change)
-    for advice in next_steps(data, files, model.axis)[:None if verbose else NEXT]:
-        lines += _entry('next', advice)
+        rows += [*_ranking(data), *_where(data, recordings, model), *_nominal(data, model)]
+    rows += [*_simulator(data), *_validation(data, files.validated, on_axis('rad', model.axis)),
+             *_notes(data, verbose), *(('change', change) for change in changes),
+             *(('next', advice) for advice in next_steps(data, files, model.axis)[
+                 :None if verbose else NEXT])]
+    lines = [*wrapped(data['summary']), *entries(rows, LABEL)]
     if command and (verbose or not data['findings']):
-        lines += _entry('next', f'{SUGGESTED}:')
-        lines.append(' \\\n'.join(
-            ' ' * (LABEL + 2 * (k > 0)) + part for k, part in enumerate(command)))
-    return '\n'.join([*lines, *_written(written, verbose)])
+        lines += [*entries([('next', f'{SUGGESTED}:')], LABEL), ' \\\n'.join(
+            ' ' * (LABEL + 2 * (k > 0)) + part for k, part in enumerate(command))]
+    return '\n'.join([*lines, *entries((('written', words) for words in _written(written)),
+                                       LABEL)])
 
 
-def _about(data: VerdictData, recordings: Sequence[UniformRecording], model: DriveModel
-           ) -> list[str]:
-    """Return the lines on the `recordings` and their noise."""
-    lines = [line for recording in recordings for line in _entry(
-        'recording', f'{recording.name}: {recording.duration:.1f} s, '
-        f'{1.0 / recording.dt:.0f} samples/s')]
-    unit = on_axis('rad', model.axis)
-    first = 'torque' if model.driven_by == 'position' else 'motor'
-    return lines + _entry('noise', ', '.join(
-        f'{name} {number(value, unit_of(name, unit))}'
-        for name, value in zip((first, 'arm'), data['sigma']) if value is not None))
-
-
-def _not_tried(data: VerdictData) -> list[str]:
-    """Return the line on effects that the rate of the recording rules out, none without."""
-    slow = [name for name, reason in data.get('not_tried', {}).items() if 'samples/s' in reason]
-    return _entry('not tried', f'{", ".join(slow)}: {data["not_tried"][slow[0]]}') if slow else []
-
-
-def _notes(data: VerdictData, verbose: bool) -> list[str]:
-    """Return the notes, unless `verbose` the first one and how many follow it."""
+def _notes(data: VerdictData, verbose: bool) -> Rows:
+    """Yield the notes, unless `verbose` the first one and how many follow it."""
     notes = list(data.get('warnings', ()))
     if len(notes) > 1 and not verbose:
         notes = [f'{notes[0]} (-v prints {counted(len(notes) - 1, "more note")})']
-    return [line for note in notes for line in _entry('note', note)]
+    return (('note', note) for note in notes)
 
 
-def _written(written: Sequence[Path], verbose: bool) -> list[str]:
-    """Return the lines on the files `written`, one for all of a folder unless `verbose`."""
-    folders = {path.parent for path in written}
-    if verbose or len(written) == len(folders):
-        return [line for path in written for line in _entry('written', str(path))]
-    return [line for folder in sorted(folders) for line in _entry(
-        'written', f'{folder}: ' + ', '.join(p.name for p in written if p.parent == folder))]
+def _written(written: Sequence[Path]) -> Iterator[str]:
+    """Yield the files `written`, all of a folder together."""
+    for folder in sorted({path.parent for path in written}):
+        names = [path.name for path in written if path.parent == folder]
+        yield str(folder / names[0]) if len(names) == 1 else f'{folder}: {", ".join(names)}'
 
 
-def _entry(label: str, words: str) -> list[str]:
-    """Return `words` as lines beside `label`."""
-    return wrapped(words, f'{label:<{LABEL}s}', ' ' * LABEL) or [label]
-
-
-def _meaning(name: str, axis: str) -> list[str]:
-    effect = library().get(name)
-    if effect is None:
-        return []
-    return wrapped(f'{name} ({PLACES.get(effect.location, "")}): {meaning(name, axis)}: '
-                   f'{effect.equation}', '  ', '    ')
-
-
-def _gap(data: VerdictData, verbose: bool) -> list[str]:
-    """Return the lines on the misfit before and after."""
+def _gap(data: VerdictData) -> Rows:
+    """Yield the line on the misfit before and after."""
     words = (f'{number(data["gap_before"])} before, {number(data["gap_after"])} after; '
              'noise alone is 1')
-    if data['verdict'] in NOTHING:
-        return _entry('misfit', words)
-    closed, interval = data.get('closed_fraction'), data.get('closed_fraction_ci')
-    lines = _entry('misfit', f'{words}; ' + (
-        f'closed share not defined: {undefined(data)}' if closed is None else
-        f'{percent(closed)} closed'))
-    if closed is not None and interval and verbose:
-        lines += _entry('', f'90 % interval {percent(interval[0])} to {percent(interval[1])}')
-    for channel, part in (data.get('channels') or {}).items() if verbose else ():
-        lines.append(f'  {channel:<{LABEL - 2}s}{number(part["before"])} before, '
-                     f'{number(part["after"])} after')
-    return lines
+    closed = data.get('closed_fraction')
+    if data['verdict'] not in NOTHING:
+        words += (f'; closed share not defined: {undefined(data)}' if closed is None else
+                  f'; {percent(closed)} closed')
+    yield 'misfit', words
 
 
-def _parameters(data: VerdictData, model: DriveModel) -> list[str]:
-    lines = [f'{"" if k else "values":<{LABEL}s}{row.effect} {row}'
-             for k, row in enumerate(value_rows(data, model.axis))]
+def _parameters(data: VerdictData, axis: str) -> Rows:
+    for k, row in enumerate(value_rows(data, axis)):
+        yield '' if k else 'values', f'{row.effect} {row}'
     for name, ranges in (data.get('between_recordings') or {}).items():
         for parameter, part in ranges.items():
-            lines += _entry('', f'{name} {parameter} in {len(part["recordings"])} recordings: '
-                            f'{number(part["mean"])}, 90 % range {number(part["low"])} to '
-                            f'{number(part["high"])}; it differs between them by '
-                            f'{number(part["between"])}')
-    for burst in data.get('bursts') or ():
-        lines += _entry('' if burst is not data['bursts'][0] else 'bursts',
-                        f'{burst["t0"]:.2f} to {burst["t0"] + burst["duration"]:.2f} s: '
-                        + number(burst['amplitude'], on_axis('N m', model.axis)))
+            yield '', (f'{name} {parameter} in {len(part["recordings"])} recordings: '
+                       f'{number(part["mean"])}, 90 % range {number(part["low"])} to '
+                       f'{number(part["high"])}; it differs between them by '
+                       f'{number(part["between"])}')
+    for k, burst in enumerate(data.get('bursts') or ()):
+        yield '' if k else 'bursts', (
+            f'{burst["t0"]:.2f} to {burst["t0"] + burst["duration"]:.2f} s: '
+            + number(burst['amplitude'], on_axis('N m', axis)))
     for sentence in data.get('equivalent') or ():
-        lines += _entry('the same as', sentence)
+        yield 'the same as', sentence
     torque_map = torque_map_of(data)
     if torque_map is not None:
-        words, rows = torque_map
-        lines += _entry('torque map', f'{words}, for what no effect explains: '
-                        + ', '.join(f'{x}: {torque} ± {error}' for x, torque, error in rows)
-                        + f' {on_axis("N m", model.axis)}')
-    return lines
+        words, knots = torque_map
+        yield 'torque map', (f'{words}, for what no effect explains: '
+                             + ', '.join(f'{x}: {torque} ± {error}' for x, torque, error in knots)
+                             + f' {on_axis("N m", axis)}')
 
 
-def _ranking(data: VerdictData) -> list[str]:
+def _ranking(data: VerdictData) -> Rows:
     gains: Mapping[str, float] = data.get('gains') or {}
     ranking = sorted(gains, key=lambda name: gains[name], reverse=True)[:RANKED]
-    lines = [f'{"" if k else "ranking":<{LABEL}s}{k + 1}. {name:<44s}{gains[name]:12.1f}'
-             for k, name in enumerate(ranking)]
-    if lines:
-        lines += _entry('', 'gain over the nominal model: 2 log likelihood less a penalty per '
-                        'parameter')
+    for k, name in enumerate(ranking):
+        yield '' if k else 'ranking', f'{k + 1}. {name}: {gains[name]:.1f}'
+    if ranking:
+        yield '', ('gain over the nominal model: 2 log likelihood less a penalty per parameter')
     if data.get('confusable') and data['verdict'] in NAMING:
-        lines += _entry('not separable', ', '.join(data['confusable'])
-                        + ': this recording does not distinguish it from the effect')
-    return lines
+        yield 'not separable', (', '.join(data['confusable'])
+                                + ': this recording does not distinguish it from the effect')
 
 
-def _where(data: VerdictData, recordings: Sequence[UniformRecording], model: DriveModel
-           ) -> list[str]:
+def _where(data: VerdictData, recordings: Sequence[UniformRecording], model: DriveModel) -> Rows:
     if data['verdict'] in NOTHING:
-        return []
+        return
     if not any(shows_place(recording, model) for recording in recordings):
-        return _entry('where', 'one encoder does not show it: record both')
-    return [f'{"" if row else "where":<{LABEL}s}{place_text(place):<18s}a free signal '
-            f'there explains {percent(part["explained"])}'
-            for row, (place, part) in enumerate(data['where']['places'].items())]
+        yield 'where', 'one encoder does not show it: record both'
+        return
+    for k, (place, part) in enumerate(data['where']['places'].items()):
+        yield '' if k else 'where', (f'{place_text(place)}: a free signal there explains '
+                                     f'{percent(part["explained"])}')
 
 
-def _nominal(data: VerdictData, model: DriveModel) -> list[str]:
+def _nominal(data: VerdictData, model: DriveModel) -> Rows:
     shifts = data.get('nominal_shift')
-    if not shifts:
-        return []
-    words = [f'{name} {number(data["nominal"][name])} ({shift:+.1f})'
-             for name, shift in shifts.items()]
-    lines = _entry('model values', ', '.join(words) + '; in brackets: deviation in tolerances')
-    if model.tolerance and data['process_torque'] is not None:
+    if shifts:
+        yield 'model values', ', '.join(
+            f'{name} {number(data["nominal"][name])} ({shift:+.1f})'
+            for name, shift in shifts.items()) + '; in brackets: deviation in tolerances'
+    if shifts and model.tolerance and data['process_torque'] is not None:
         noise = number(data['process_torque'], on_axis('N m', model.axis))
-        lines += _entry(on_axis('torque noise', model.axis), f'{noise} rms per sample')
-    return lines
+        yield on_axis('torque noise', model.axis), f'{noise} rms per sample'
 
 
-def _simulator_lines(data: VerdictData) -> list[str]:
+def _simulator(data: VerdictData) -> Rows:
     theirs = data.get('simulator')
     if not theirs:
-        return []
-    lines: list[str] = []
+        return
     for words, part in ((theirs['name'], theirs), ('this package', theirs['here'])):
-        closed = percent(part['closed_fraction'])
-        lines += _entry('' if lines else 'simulator', f'{words}: gap '
-                        f'{number(part["gap_before"])} before, {number(part["gap_after"])} after, '
-                        f'closed {closed}')
-    ways = ', '.join(f'{name} as {way}' for name, way in theirs['passed'].items())
-    fitted = ', '.join(f'{name} {key} = {Quantity(value, deviation)}'
-                       for name, values in theirs['values'].items()
-                       for key, (value, deviation) in values.items())
-    for words, row in (('passed to it', ways), ('values in it', fitted)):
-        lines += _entry('', f'{words}: {row}') if row else []
-    return lines
+        yield 'simulator' if part is theirs else '', (
+            f'{words}: gap {number(part["gap_before"])} before, {number(part["gap_after"])} '
+            f'after, closed {percent(part["closed_fraction"])}')
+    if theirs['passed']:
+        yield '', 'passed to it: ' + ', '.join(
+            f'{name} as {way}' for name, way in theirs['passed'].items())
+    if theirs['values']:
+        yield '', 'values in it: ' + ', '.join(
+            f'{name} {key} = {Quantity(value, deviation)}'
+            for name, values in theirs['values'].items()
+            for key, (value, deviation) in values.items())
 
 
-def _validation(data: VerdictData, validated: str | None, unit: str) -> list[str]:
+def _validation(data: VerdictData, validated: str | None, unit: str) -> Rows:
     result = data.get('validation')
     if not result:
-        return []
-    lines = _entry('validation', f'{validated}: gap {number(result.get("gap_before"))} before, '
-                   f'{number(result.get("gap_after"))} after, closed '
-                   f'{percent(result.get("closed_fraction"))}')
-    run = result.get('free_run')
-    if run:
+        return
+    yield 'validation', (f'{validated}: gap {number(result.get("gap_before"))} before, '
+                         f'{number(result.get("gap_after"))} after, closed '
+                         f'{percent(result.get("closed_fraction"))}')
+    if run := result.get('free_run'):
         nominal, closed = (', '.join(
             f'{name} {number(value)}' for name, value in run[when].items())
             for when in ('before', 'after'))
         units = ', '.join(dict.fromkeys(unit_of(name, unit) for name in run['before']))
-        lines += _entry('', f'one free run of {run["seconds"]:.0f} s, rms in {units}: {nominal} '
-                        f'before; {closed} after')
-    return lines
+        yield '', (f'one free run of {run["seconds"]:.0f} s, rms in {units}: {nominal} before; '
+                   f'{closed} after')
 
 
 # Options of one joint: why a whole robot has no use for each.

@@ -8,10 +8,8 @@ Edits the values of one joint in an MJCF file and nothing else: comments and for
 joint takes a model with transmission.kind: rigid; for one with backlash and stiffness it becomes
 the joint of the arm, and the motor's joint with the actuator is added beside it. --model-arm-joint
 names the arm's joint where the file has both. What MuJoCo cannot express is listed with the
-reason. Needs MuJoCo 4.0 (pip install '.[mujoco]' in a checkout).
-
-The verdict on a whole robot (verdict.json of diagnose) goes into its MJCF or URDF: joints and
-bodies that have a finding.
+reason. Needs MuJoCo 4.0 (pip install '.[mujoco]' in a checkout). Of a whole robot, diagnose --out
+writes the file with the findings.
 
 --backlash gives a joint backlash without any model; a gearbox of unknown stiffness gets the
 stiffest one that the timestep resolves.
@@ -40,22 +38,17 @@ usage examples:
   gearbox_monitor export --backlash 0.012 --to mjcf --into robot.xml --joint elbow --out play.xml
   gearbox_monitor export drive.closed.yaml --to urdf --into robot.urdf --joint elbow --out new.urdf
   gearbox_monitor export drive.yaml --params estimator.yaml --to c --out elbow.c --prefix elbow
-  gearbox_monitor export verdict.json --to mjcf --into robot.xml --out closed.xml
   gearbox_monitor export unit1.json unit2.json unit3.json --to isaac --ranges --out events.py
 """
 from argparse import ArgumentParser, Namespace
-from collections.abc import Mapping
-import math
 from pathlib import Path
 import sys
-from typing import Any
 
-from gearbox_monitor import __version__
 from gearbox_monitor.cli.inputs import add_bag_arguments, add_joint_arguments, load_recording
 from gearbox_monitor.cli.options import estimator_options, refuse, wrapped, write_or_print
 from gearbox_monitor.diagnosis.joint.closed_model import overlay
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.opening import read_json, write_new
+from gearbox_monitor.files.opening import write_new
 from gearbox_monitor.files.yaml_files import expect_new, expect_new_file
 from gearbox_monitor.library.ranges import ranges
 from gearbox_monitor.library.simulator_file import (
@@ -63,13 +56,12 @@ from gearbox_monitor.library.simulator_file import (
     SimulatorFile, SIMULATORS, TARGETS, with_backlash, written_model)
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.presentation import number
+from gearbox_monitor.removed import refusal
 from gearbox_monitor.simulators.c99 import firmware
 from gearbox_monitor.simulators.file_edits import Patch
-from gearbox_monitor.simulators.mjcf_file import MjcfDrive, read_file
+from gearbox_monitor.simulators.mjcf_file import MjcfDrive
 from gearbox_monitor.simulators.randomisation import randomisation, WRITERS
-from gearbox_monitor.simulators.robot_model import read_robot
-from gearbox_monitor.simulators.robot_patch import closed_file, title_of
-from gearbox_monitor.simulators.xml_edit import difference, parse_xml
+from gearbox_monitor.simulators.xml_edit import difference
 
 OF_FILES = ('into', 'joint', 'model_arm_joint', 'keyframe', 'actuator', 'root', 'check')
 
@@ -77,8 +69,8 @@ OF_FILES = ('into', 'joint', 'model_arm_joint', 'keyframe', 'actuator', 'root', 
 def add_arguments(parser: ArgumentParser) -> None:
     """Declare the options in `parser`."""
     parser.add_argument('models', metavar='MODEL', nargs='*',
-                        help='model file, such as drive.closed.yaml, or verdict.json on a whole '
-                        'robot; with --ranges JSON files of fit or diagnose')
+                        help='model file, such as drive.closed.yaml; with --ranges JSON files of '
+                        'fit or diagnose')
     parser.add_argument('--to', required=True,
                         choices=(*TARGETS, 'c', *WRITERS),
                         help='simulator; yaml, isaac, mjlab: with --ranges; c: filter for '
@@ -123,8 +115,6 @@ def run(args: Namespace) -> int:
     args.model = args.models[0]
     if args.to == 'c':
         return _write_c(args)
-    if is_verdict(args):
-        return run_robot(args)
     model = _model(args.model)
     if args.to == 'urdf':
         refuse(args, ('check',), 'with --to urdf, expected it with --to mjcf')
@@ -161,6 +151,8 @@ def _actuator(name: str) -> CatalogueActuator | None:
 
 def _model(name: str) -> DriveModel:
     """Return the model of an actuator of the catalogue, or in a file."""
+    if gone := refusal(Path(name).name):
+        raise InputError(f'{name}: {gone}')
     actuator = _actuator(name)
     return load_model(name) if actuator is None else actuator.model
 
@@ -237,84 +229,3 @@ def checked(drive: MjcfDrive, file: SimulatorFile, model: DriveModel, args: Name
              'of the noise']
     lines += [f'  {name:<40s}{number(run.gap):>10s}' for name, run in zip(models, laid.runs)]
     return [*lines, *(f'note: {note}' for note in notes)]
-
-
-ROBOT_ROOTS = {'mjcf': 'mujoco', 'urdf': 'robot'}
-OF_ONE_JOINT = ('joint', 'model_arm_joint', 'keyframe', 'actuator', 'check', 'topic',
-                'motor_joint', 'arm_joint')
-
-
-def is_verdict(args: Namespace) -> bool:
-    """Return whether the options `args` of export name a verdict."""
-    return Path(args.model).suffix.lower() == '.json'
-
-
-def run_robot(args: Namespace) -> int:
-    """Write the findings of the verdict that `args` name into a file; return the exit code."""
-    refuse(args, OF_ONE_JOINT, f'of one joint, expected a model file of a drive, not {args.model}')
-    if not args.into:
-        raise InputError(f'--into: missing, expected the {args.to.upper()} file of the robot')
-    data = load_verdict(args.model)
-    path = Path(args.into)
-    original = read_file(path)
-    tag = parse_xml(original, str(path)).root.tag
-    if tag != ROBOT_ROOTS[args.to]:
-        raise InputError(f'{path}: <{tag}>, expected <{ROBOT_ROOTS[args.to]}> with --to {args.to}')
-    file = read_robot(path, args.root, data.get('locked'))
-    text, unwritten = closed_file(file, data['findings'], f'gearbox_monitor {__version__} export')
-    count = len(data['findings'])
-    lines = [f'{path}: {count} finding{"" if count == 1 else "s"}']
-    lines += [f'  {title_of(finding)}: ' + ', '.join(
-        f'{name} {value:.6g}' for name, value in finding['values'].items())
-        for finding in data['findings']]
-    lines += [f'not in the file: {title}: {reason}' for title, reason in unwritten.items()]
-    if data.get('model_digest') not in (None, file.digest):
-        lines.append(f'note: {path} is not the file of the diagnosis ({data.get("model")}): the '
-                     'changes are added to what stands in it')
-    if data['remainders']:
-        lines.append('note: the verdict has remainders without a law, which no file holds')
-    if text is not None and args.out:
-        write_new(args.out, text)
-        lines.append(f'written {args.out}')
-    elif text is not None:
-        lines += ['', *difference(args.into, original, text.encode())]
-    else:
-        lines.append('nothing to write')
-    print('\n'.join(lines))
-    return 1 if unwritten or data['remainders'] else 0
-
-
-def load_verdict(path: str) -> dict[str, Any]:
-    """Return the verdict on a whole robot in the JSON file `path`. Raises InputError."""
-    data = read_json(path, 'verdict.json of diagnose')
-    if not isinstance(data, dict) or not isinstance(data.get('findings'), list):
-        raise InputError(f'{path}: no findings, expected verdict.json of diagnose')
-    if not isinstance(data.get('ranked'), list) or not isinstance(data.get('remainders'), list):
-        raise InputError(f'{path}: the verdict on one joint, expected one on a whole robot; the '
-                         'model of one joint is drive.closed.yaml of diagnose --out')
-    locked = data.get('locked', {})
-    if not isinstance(locked, dict) or not all(
-            isinstance(x, (int, float)) for x in locked.values()):
-        raise InputError(f'{path}: locked: {str(locked)[:40]!r}, expected NAME: position')
-    for i, finding in enumerate(data['findings']):
-        _check(finding, f'{path}: findings[{i}]')
-    return data
-
-
-def _check(finding: Any, where: str) -> None:
-    """Raise InputError unless a finding has an effect, a place and numbers."""
-    if not isinstance(finding, dict) or not isinstance(finding.get('effect'), str):
-        raise InputError(f'{where}: effect: missing, expected an id')
-    if not isinstance(finding.get('joint') or finding.get('link'), str):
-        raise InputError(f'{where}: joint: missing, expected the name of a joint or a link')
-    for key in ('values', 'deviations'):
-        if not isinstance(finding.get(key), Mapping):
-            raise InputError(f'{where}: {key}: missing, expected numbers by name')
-        for name, value in finding[key].items():
-            number = isinstance(value, (int, float)) and not isinstance(value, bool)
-            if not (number and math.isfinite(value)) and (key == 'values' or value is not None):
-                raise InputError(f'{where}: {key}: {name}: {str(value)[:40]!r}, expected a number')
-    if set(finding['values']) - set(finding['deviations']):
-        raise InputError(f'{where}: deviations: none of '
-                         f'{", ".join(set(finding["values"]) - set(finding["deviations"]))}, '
-                         'expected one of each value, or null')

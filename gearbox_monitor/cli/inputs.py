@@ -101,7 +101,7 @@ def load_drive(args: Namespace) -> DriveModel:
 
 
 def add_recording_arguments(parser: ArgumentParser, model_required: bool = True) -> None:
-    """Declare in `parser` recordings of one drive, its model file and its joints."""
+    """Declare in `parser` recordings of a drive, its model (`model_required`), its joints."""
     parser.add_argument('bag', nargs='+', metavar='BAG',
                         help=f'{BAG_HELP}; several of one drive at once')
     add_model_arguments(parser, model_required)

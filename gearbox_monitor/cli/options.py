@@ -132,6 +132,12 @@ def wrapped(words: str, first: str = '', further: str = '') -> list[str]:
                          break_on_hyphens=False)
 
 
+def entries(rows: Iterable[tuple[str, str]], wide: int = 13) -> list[str]:
+    """Return lines with the words of each of `rows` beside its label; without words, none."""
+    return [line for label, words in rows if words
+            for line in wrapped(words, f'{label:<{wide}s}', ' ' * wide)]
+
+
 def ids_in(words: Iterable[str]) -> list[str]:
     """Return the ids in `words`, each once, also those joined by commas."""
     return list(dict.fromkeys(name for part in words for name in part.split(',') if name))

@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import Any
 
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, estimator_options, opened, show, warn)
+    add_estimator_arguments, entries, estimator_options, opened, show, warn, wrapped)
 from gearbox_monitor.cli.progress import count_bar, Progress
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_new_file, load_model
@@ -134,54 +134,42 @@ def summary(data: Mapping[str, Any], axis: str = 'rotary') -> str:
 
 def text(data: Mapping[str, Any], axis: str = 'rotary') -> str:
     """Return the summary `data` of a drive with `axis` as lines for people."""
-    lines = [
-        data['summary'], '',
-        f'bag          {data["bag"]}',
-        f'samples      {data["samples"]} in {data["duration_s"]:.2f} s '
-        f'({data["rate_hz"]:.1f} Hz), {data["estimates"]} estimates, filter {data["filter"]}']
-    refused = {k: v for k, v in data['refused'].items() if k != 'starts'}
-    if refused:
-        lines.append('noticed      ' + ', '.join(f'{v} {k}' for k, v in refused.items()))
-    if data['nis'] is not None:
-        lines.append(f'NIS          {data["nis"]:.3f} ({data["nis_expected"]:.3g} when the '
-                     'model is right)')
+    def named(values: Mapping[str, Any], form: str = '') -> str:
+        """Return what of `values` is not 0, with their names."""
+        return ', '.join(f'{v:{form}} {k.replace("_", " ")}' for k, v in values.items() if v)
+    rows = [
+        ('bag', data['bag']),
+        ('samples', f'{data["samples"]} in {data["duration_s"]:.2f} s ({data["rate_hz"]:.1f} Hz), '
+         f'{data["estimates"]} estimates, filter {data["filter"]}'),
+        ('noticed', named({k: v for k, v in data['refused'].items() if k != 'starts'})),
+        ('NIS', '' if data['nis'] is None else f'{data["nis"]:.3f} ({data["nis_expected"]:.3g} '
+         'when the model is right)')]
     if data.get('tau_k_error') is not None:
-        lines.append(
-            f'tau_K error  {data["tau_k_error"]:.4g} {on_axis("N m", axis)} rms of '
-            f'{data["tau_k_rms"]:.4g}, '
+        rows.append(('tau_K error', (
+            f'{data["tau_k_error"]:.4g} {on_axis("N m", axis)} rms of {data["tau_k_rms"]:.4g}, '
             f'smoothed {_number(data["tau_k_error_smoothed"])}; '
-            f'{100 * data["coverage_1_sigma"]:.0f} % within 1 sigma')
+            f'{100 * data["coverage_1_sigma"]:.0f} % within 1 sigma')))
     if data.get('tau_k_error_whole') is not None:
-        lines.append(f'             {data["tau_k_error_whole"]:.4g} smoothed over the whole '
-                     'recording')
-    if data['adapted']:
-        lines.append('adapted      ' + ', '.join(
-            f'{name} {value:.4g}' for name, value in data['adapted'].items()))
-        acted = {k: v for k, v in data['adaptation_guards'].items() if v}
-        if acted:
-            lines.append('             ' + ', '.join(
-                f'{v} {k.replace("_", " ")}' for k, v in acted.items()))
-    if data['gap_rad']:
-        lines.append('backlash     ' + ', '.join(f'{gap:.4g}' for gap in data['gap_rad'][-8:])
-                     + f' {on_axis("rad", axis)} (windows, newest last)')
-    if data['levels']:
-        lines.append('trust        ' + ', '.join(f'{k} {v}' for k, v in data['levels'].items()))
-    if 'comparison' in data:
-        c = data['comparison']
-        lines.append(f'identical    {data["replay_identical"]}: {c["identical"]} of '
-                     f'{c["compared"]} recorded values bit for bit')
+        rows.append(('', f'{data["tau_k_error_whole"]:.4g} smoothed over the whole recording'))
+    rows += [
+        ('adapted', ', '.join(f'{k} {v:.4g}' for k, v in data['adapted'].items())),
+        ('', named(data['adaptation_guards'])),
+        ('backlash', ', '.join(f'{gap:.4g}' for gap in data['gap_rad'][-8:])
+         + f' {on_axis("rad", axis)} (windows, newest last)' * bool(data['gap_rad'])),
+        ('trust', ', '.join(f'{k} {v}' for k, v in data['levels'].items()))]
+    if c := data.get('comparison'):
+        rows.append(('identical', f'{data["replay_identical"]}: {c["identical"]} of '
+                     f'{c["compared"]} recorded values bit for bit'))
         if c['explained'] or c['lost_inputs'] or c['lost_outputs']:
-            lines.append(
-                f'             missing in the bag: {c["lost_inputs"]} inputs, '
-                f'{c["lost_outputs"]} outputs; {c["explained"]} values differ after such a '
-                'loss, up to the next snapshot')
+            rows.append(('', f'missing in the bag: {c["lost_inputs"]} inputs, '
+                         f'{c["lost_outputs"]} outputs; {c["explained"]} values differ after '
+                         'such a loss, up to the next snapshot'))
         if c['early_inputs']:
-            lines.append(f'             {c["early_inputs"]} samples came before the estimator was '
-                         'ready')
+            rows.append(('', f'{c["early_inputs"]} samples came before the estimator was ready'))
         if c['different']:
-            lines.append(f'             first difference: {c["first"]}')
-    lines += [f'note         {note}' for note in data['notes']]
-    return '\n'.join(lines)
+            rows.append(('', f'first difference: {c["first"]}'))
+    return '\n'.join([*wrapped(data['summary']), '', *entries(
+        [*rows, *(('note', note) for note in data['notes'])])])
 
 
 def _number(value: float | None) -> str:

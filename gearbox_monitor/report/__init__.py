@@ -25,12 +25,11 @@ Public names, by module:
     robot_gap_page: by_effect, robot_gap_page, RobotContext
     robot_words: finding_words, reading_words, robot_headline, robot_text
     sentences: CHANGES, phrase, title
-    summary: PLACES, summary
+    summary: summary
     timeline: EstimatorChoice, measured, RecordingFacts, state_of, Timeline, timeline_of,
         TimelineSource
     watch_page: watch_page
     watch_words: watch_data, watch_headline, watch_text
-    words: change_sentence, counted, ids_of, meaning, NAMING, next_steps, NO_FILES, NOTHING,
-        place_text, SUGGESTED, suggestion, torque_map_of, undefined, unit_of, UserFiles,
-        value_rows
+    words: change_sentence, counted, NAMING, next_steps, NO_FILES, NOTHING, place_text,
+        SUGGESTED, suggestion, torque_map_of, undefined, unit_of, UserFiles, value_rows
 """

@@ -22,5 +22,5 @@ Public names, by module:
     urdf_patch: in_urdf, patched_urdf
     user_simulator: confirmation, joint_readings, JointReading, NONE, SERVO, SPEED, TORQUE,
         user_simulator, UserSimulator
-    xml_edit: difference, parse_xml
+    xml_edit: difference
 """

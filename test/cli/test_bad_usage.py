@@ -37,7 +37,6 @@ def test_bad_usage_is_one_line(capsys):
 
 RESULTS = [
     ['report', 'BAG', '--out'], ['check', 'BAG', '--json'], ['replay', 'BAG', '--csv'],
-    ['accept', 'BAG', '--write-model'],
     ['fit', 'model', 'BAG', '--model', 'M', '--out']]
 
 
@@ -78,7 +77,7 @@ def test_wrong_use_is_one_line(capsys):
 INTO_A_BAG = [
     (['report', 'BAG'], '--out'), (['check', 'BAG'], '--json'), (['fit', 'noise', 'BAG'], '--out'),
     (['replay', 'BAG'], '--out'), (['replay', 'BAG'], '--csv'),
-    (['accept', 'BAG'], '--write-model'), (['diagnose', 'BAG', '--model', 'M'], '--out'),
+    (['diagnose', 'BAG', '--model', 'M'], '--out'),
     (['diagnose', 'BAG', '--model', 'M'], '--json'),
     (['fit', 'unit', 'BAG', '--model', 'M'], '--out'),
     (['fit', 'model', 'BAG', '--model', 'M'], '--out'), (['fleet', 'BAG'], '--out'),

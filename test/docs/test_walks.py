@@ -85,7 +85,7 @@ WALKS = (
         'Gates (5 min)', 'Run it and define the healthy state (15 min)', 'Alerts'), 1)),
         says={'lies `first.drive.yaml`': '^first.drive.yaml: the model of the drive',
               'should lie in its band': r'NIS .* 95 % band',
-              '`accept` fails the last one': '^verdict +fail',
+              '`accept` fails the last one': '^Fail',
               '`fleet` draws the growth': r'SN0815: backlash .* \+2[456]\.\d'},
         fails=('accept june',), brings=FIRST_HOUR),
     Walk('docs/first_hour.md', ENTRANCES[:1], brings=FIRST_HOUR, fails=('diagnose',), says={

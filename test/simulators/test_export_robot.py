@@ -3,7 +3,6 @@
 
 """The verdict on a whole robot, written into its file: diagnosed with that, no gap remains."""
 import json
-import shutil
 
 import numpy as np
 import pytest
@@ -12,6 +11,7 @@ from gearbox_monitor.cli.main import main
 from gearbox_monitor.files.opening import config_path
 from gearbox_monitor.simulators import mujoco_run
 from gearbox_monitor.simulators.robot_model import read_robot
+from gearbox_monitor.simulators.robot_patch import closed_file
 
 
 def simulated(folder, seed, kinds, renamed=()):
@@ -32,25 +32,18 @@ def simulated(folder, seed, kinds, renamed=()):
 @pytest.mark.parametrize('seed, kinds', [
     (10, ['motor_inertia']), (10, ['payload', 'motor_coulomb']), (12, ['base_tilt']),
     (10, ['motor_viscous'])])
-def test_no_gap_remains_with_the_written_file(tmp_path, capsys, monkeypatch, seed, kinds):
+def test_no_gap_remains_with_the_written_file(tmp_path, monkeypatch, seed, kinds):
     monkeypatch.chdir(tmp_path)
     simulated(tmp_path, seed, kinds)
-    assert main(['diagnose', 'log.csv', '--model', 'robot.xml', '--json', 'verdict.json']) == 1
-    findings = json.loads((tmp_path / 'verdict.json').read_text())['findings']
+    assert main(['diagnose', 'log.csv', '--model', 'robot.xml', '--out', 'gap']) == 1
+    findings = json.loads((tmp_path / 'gap/verdict.json').read_text())['findings']
     assert sorted(f['effect'] for f in findings) == sorted(kinds)
     assert all(f['confirmed'] is True for f in findings)
-    words = ['export', 'verdict.json', '--to', 'mjcf', '--into', 'robot.xml']
-    assert main([*words, '--out', 'closed.xml']) == 0
-    assert '<!-- ours -->' in (tmp_path / 'closed.xml').read_text()
-    assert main(['diagnose', 'log.csv', '--model', 'closed.xml']) == 0
-    capsys.readouterr()
-    # Once more, into the file that has it: said.
-    assert main([*words[:-1], 'closed.xml']) == 0
-    out = capsys.readouterr().out
-    assert 'closed.xml is not the file of the diagnosis' in out and '+++ b/closed.xml' in out
+    assert '<!-- ours -->' in (tmp_path / 'gap/robot.closed.xml').read_text()
+    assert main(['diagnose', 'log.csv', '--model', 'gap/robot.closed.xml']) == 0
 
 
-def test_a_veto_is_of_a_finding_and_not_of_its_name(tmp_path, capsys, monkeypatch):
+def test_a_veto_is_of_a_finding_and_not_of_its_name(tmp_path, monkeypatch):
     """The body of the load and the joint that rubs have one name; the load alone is vetoed."""
     monkeypatch.chdir(tmp_path)
     simulated(tmp_path, 10, ['payload', 'motor_coulomb'], {'link2': 'j1'})
@@ -66,56 +59,28 @@ def test_a_veto_is_of_a_finding_and_not_of_its_name(tmp_path, capsys, monkeypatc
     assert data['lacking'] == ['payload of j1: free runs are farther off with it than without']
     words = 'payload of j1: free runs in MuJoCo are farther off with it than without'
     assert words in data['cautions']
-    capsys.readouterr()
-    assert main(['export', 'gap/verdict.json', '--to', 'mjcf', '--into', 'robot.xml',
-                 '--out', 'closed.xml']) == 1
-    assert 'not in the file: payload of j1: free runs' in capsys.readouterr().out
-    before, after = (read_robot(tmp_path / name).chain for name in ('robot.xml', 'closed.xml'))
+    before, after = (read_robot(tmp_path / name).chain
+                     for name in ('robot.xml', 'gap/robot.closed.xml'))
     assert after.coulomb[1] != before.coulomb[1]
     np.testing.assert_allclose(after.theta, before.theta)
-    assert (tmp_path / 'closed.xml').read_text().split('\n', 1)[1] == (
-        tmp_path / 'gap/robot.closed.xml').read_text().split('\n', 1)[1]
 
 
 FINDING = {'effect': 'motor_coulomb', 'joint': 'joint1', 'link': None,
            'values': {'Cc_change': 1.0}, 'deviations': {'Cc_change': 0.1}}
 
 
-BAD_INPUT = [
-    ({}, ['--joint', 'joint1'], '--joint: of one joint'),
-    ({}, ['--check', 'bag'], '--check: of one joint'),
-    ({}, ['--to', 'mjcf'], '<robot>, expected <mujoco> with --to mjcf'),
-    ({'ranked': None}, [], 'the verdict on one joint'), ({'findings': 3}, [], 'no findings'),
-    ({'findings': [{**FINDING, 'values': {'Cc_change': '1'}}]}, [],
-     "findings[0]: values: Cc_change: '1', expected a number"),
-    ({'findings': [{**FINDING, 'joint': None}]}, [], 'findings[0]: joint: missing')]
-
-
-def test_bad_input_is_one_line(tmp_path, capsys):
-    for change, options, words in BAD_INPUT:
-        shutil.copy(config_path('arm6.urdf'), tmp_path / 'arm.urdf')
-        verdict = {'findings': [FINDING], 'ranked': [], 'remainders': [], **change}
-        (tmp_path / 'v.json').write_text(json.dumps(verdict))
-        assert main(['export', str(tmp_path / 'v.json'), '--to', 'urdf', '--into',
-                     str(tmp_path / 'arm.urdf'), *options]) == 2
-        error = capsys.readouterr().err
-        assert words in error and error.count('\n') == 1
-
-
-def test_what_the_file_has_no_place_for_is_said_and_the_rest_is_written(tmp_path, capsys):
-    path = config_path('arm6.urdf')
-    joint = read_robot(path).chain.joints[0]
-    link = read_robot(path).chain.links[0].name
+def test_what_the_file_has_no_place_for_is_said_and_the_rest_is_written():
+    file = read_robot(config_path('arm6.urdf'))
+    joint, link = file.chain.joints[0], file.chain.links[0].name
     own = {**FINDING, 'joint': joint}
     gain = {'effect': 'servo_gain', 'values': {'kp_factor': 0.5}, 'deviations': {'kp_factor': 0.1}}
-    findings = [own, {**own, 'joint': 'nobody'}, {**own, 'values': {}},
-                {**own, 'effect': 'payload'}, {**own, 'effect': 'plug_in'},
-                {**own, **gain}, {**own, **gain, 'joint': None, 'link': link}]
-    (tmp_path / 'v.json').write_text(json.dumps(
-        {'findings': findings, 'ranked': [], 'remainders': []}))
-    assert main(['export', str(tmp_path / 'v.json'), '--to', 'urdf', '--into', str(path)]) == 1
-    out = capsys.readouterr().out
-    assert out.count('not in the file: ') == 6 and '<dynamics' in out
-    assert 'a URDF has no actuators' in out and 'servo_gain of ' + link in out
-    assert "motor_coulomb of nobody: joint: 'nobody' is not in" in out
-    assert f'of {joint}: no Cc_change, expected it in the finding' in out
+    text, unwritten = closed_file(file, [
+        own, {**own, 'joint': 'nobody'}, {**own, 'effect': 'payload'},
+        {**own, 'effect': 'plug_in'}, {**own, **gain},
+        {**own, **gain, 'joint': None, 'link': link}], 'a test')
+    assert '<dynamics' in text and len(unwritten) == 5
+    assert any('a URDF has no actuators' in reason for reason in unwritten.values())
+    assert "joint: 'nobody' is not in" in unwritten['motor_coulomb of nobody']
+    assert 'servo_gain of ' + link in unwritten
+    _, unwritten = closed_file(file, [{**own, 'values': {}}], 'a test')
+    assert 'no Cc_change, expected it in the finding' in str(unwritten)
