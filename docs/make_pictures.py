@@ -260,7 +260,7 @@ def report(folder: Path) -> Iterator[str]:
         line.add_inputs(samples.stamp_ns, samples.u[:, 0])
         follower.take(estimates)
     line.finish()
-    facts = RecordingFacts(False, monitor.model, monitor.parameters)
+    facts = RecordingFacts(monitor.model, monitor.parameters)
     (folder / 'page.html').write_text(
         recording_page(line, facts, 'joint3', 'joint3'), encoding='utf-8')
     yield (folder / 'page.html').as_uri()

@@ -58,8 +58,9 @@ from gearbox_monitor.signals.finding import BAD, DataFinding, hurts, OK, PURPOSE
 WIDTH = 80
 INDENT = 24  # of the figures
 TUNED = 0.5  # share of missing readings up to which tune takes a recording
-COLOURS = {OK: '32', WARN: '33', BAD: '31;1'}
+COLOURS = {'ok': '32', 'warn': '33', 'bad': '31;1'}
 SUITS = {OK: 'yes', WARN: 'with care', BAD: 'no'}
+_OF = {words: verdict.name.lower() for verdict, words in SUITS.items()}
 NEXT = {'estimation': 'gearbox_monitor fit noise BAG --model FILE --out params.yaml',
         'drift': 'gearbox_monitor accept BAG --model FILE --max-gap RAD',
         'diagnosis': 'gearbox_monitor diagnose BAG --model FILE'}
@@ -118,13 +119,7 @@ def run(args: Namespace) -> int:
                 'options': {'model': args.model, 'topic': args.topic, 'params': args.params}}
     found = examined([*found.lines, *filters], found.begin, found.seconds)
     axis = model.axis if model is not None else 'rotary'
-    data['lines'] = [{
-        'group': line.group, 'name': line.name,
-        'verdict': line.verdict(args.purposes).name.lower(), 'figure': on_axis(line.figure, axis),
-        'advice': on_axis(line.advice, axis) if line.verdict(args.purposes) > OK else '',
-        'values': line.values,
-        'hurts': {purpose: verdict.name.lower() for purpose, verdict in line.hurts.items()}}
-        for line in found.lines]
+    data['lines'] = _plain(found.lines, args.purposes, axis)
     data['suits'] = {purpose: {'verdict': SUITS[verdict], 'because': list(names)}
                      for purpose, (verdict, names) in found.suits.items()
                      if purpose in args.purposes}
@@ -158,7 +153,7 @@ def _show_filters(args: Namespace, filters: Sequence[DataFinding]) -> int:
     lines = _plain(filters)
     head = f'{args.bag} holds estimates of a filter, and no joint states.'
     show(args, {'summary': head, 'bag': str(args.bag), 'lines': lines},
-         lambda: robot_text(head, lines))
+         lambda: '\n'.join([*wrapped(head), *_findings(lines)]))
     return 0
 
 
@@ -225,24 +220,18 @@ def summary(data: Mapping[str, Any]) -> str:
 def text(data: Mapping[str, Any], colours: bool = False) -> str:
     """Return the findings `data` as lines of at most 80 columns, with `colours` or without."""
     joints = data['joints']
-    lines = [*wrapped(data['summary']), '', *_table(data['topics']), '',
-             *wrapped(f'evaluated: {data["topic"]}, motor joint {joints["motor"]}, arm joint '
-                       f'{joints["arm"] or "none"}, {"with" if data["model"] else "without"} a '
-                       'model file')]
-    group = None
-    for line in data['lines']:
-        if line['group'] != group:
-            group = line['group']
-            lines += ['', group]
-        lines += _entry(line['name'], line['verdict'], line['figure'], line['advice'], colours)
-    lines += ['', 'suits']
-    for purpose, part in data['suits'].items():
-        verdict = {v: k for k, v in SUITS.items()}[part['verdict']].name.lower()
-        lines += _entry(purpose, verdict, part['verdict'] + (
-            f': {", ".join(part["because"])}' if part['because'] else ''), '', colours)
-    lines += [part for note in data['notes'] for part in wrapped(f'note: {note}')]
-    good = _next(data)
-    return '\n'.join([*lines, '', *(f'next: {command}' for command in good)]).rstrip()
+    suits = [{'group': 'suits', 'name': purpose, 'advice': '', 'verdict': _OF[part['verdict']],
+              'figure': part['verdict'] + (f': {", ".join(part["because"])}' if part['because']
+                                           else '')}
+             for purpose, part in data['suits'].items()]
+    return '\n'.join([
+        *wrapped(data['summary']), '', *_table(data['topics']), '',
+        *wrapped(f'evaluated: {data["topic"]}, motor joint {joints["motor"]}, arm joint '
+                 f'{joints["arm"] or "none"}, {"with" if data["model"] else "without"} a '
+                 'model file'),
+        *_findings([*data['lines'], *suits], colours),
+        *(part for note in data['notes'] for part in wrapped(f'note: {note}')), '',
+        *(f'next: {command}' for command in _next(data))]).rstrip()
 
 
 def _next(data: Mapping[str, Any]) -> list[str]:
@@ -296,17 +285,21 @@ def _table(topics: Sequence[Mapping[str, Any]]) -> list[str]:
     return lines
 
 
-def _entry(name: str, verdict: str, figure: str, advice: str, colours: bool) -> list[str]:
-    """Return the lines of one finding; the verdict is coloured on a terminal."""
-    word = verdict if not colours else f'\x1b[{COLOURS[_BY_WORD[verdict]]}m{verdict}\x1b[0m'
-    first, *continued = textwrap.wrap(figure, WIDTH - INDENT, break_on_hyphens=False)
-    lines = [f'  {name:16s} {word}{" " * (5 - len(verdict))}{first}']
-    continued += textwrap.wrap(f'-> {advice}', WIDTH - INDENT, subsequent_indent='   ',
-                               break_on_hyphens=False) if advice else []
-    return [*lines, *(' ' * INDENT + line for line in continued)]
-
-
-_BY_WORD = {verdict.name.lower(): verdict for verdict in (OK, WARN, BAD)}
+def _findings(lines: Sequence[Mapping[str, Any]], colours: bool = False) -> list[str]:
+    """Return the findings `lines` below their groups; `colours`: of verdicts on a terminal."""
+    rows = list[str]()
+    for k, line in enumerate(lines):
+        if not k or line['group'] != lines[k - 1]['group']:
+            rows += ['', line['group']]
+        word = verdict = line['verdict']
+        if colours:
+            word = f'\x1b[{COLOURS[verdict]}m{verdict}\x1b[0m'
+        first, *further = textwrap.wrap(line['figure'], WIDTH - INDENT, break_on_hyphens=False)
+        rows.append(f'  {line["name"]:16s} {word}{" " * (5 - len(verdict))}{first}')
+        further += textwrap.wrap(f'-> {line["advice"]}', WIDTH - INDENT, subsequent_indent='   ',
+                                 break_on_hyphens=False) if line['advice'] else []
+        rows += [' ' * INDENT + part for part in further]
+    return rows
 
 
 OF_DRIVE = ('params', 'motor_joint', 'arm_joint', 'setpoint_joint', 'purposes')
@@ -329,13 +322,18 @@ def run_robot(args: Namespace) -> int:
     lines = _plain(findings)
     head = robot_summary(str(args.bag), findings)
     show(args, {'summary': head, 'bag': str(args.bag), 'model': str(args.model), 'lines': lines},
-         lambda: robot_text(head, lines))
+         lambda: '\n'.join([*wrapped(head), *_findings(lines)]))
     return int(any(f.verdict() == BAD for f in findings))
 
 
-def _plain(findings: Sequence[DataFinding]) -> list[dict[str, Any]]:
-    return [{'group': f.group, 'name': f.name, 'verdict': f.verdict().name.lower(),
-             'figure': f.figure, 'advice': f.advice, 'values': f.values} for f in findings]
+def _plain(findings: Sequence[DataFinding], purposes: Sequence[str] = PURPOSES,
+           axis: str = 'rotary') -> list[dict[str, Any]]:
+    return [{
+        'group': f.group, 'name': f.name, 'verdict': f.verdict(purposes).name.lower(),
+        'figure': on_axis(f.figure, axis),
+        'advice': on_axis(f.advice, axis) if f.verdict(purposes) > OK else '', 'values': f.values,
+        'hurts': {purpose: verdict.name.lower() for purpose, verdict in f.hurts.items()}}
+        for f in findings]
 
 
 def robot_summary(log: str, findings: Sequence[DataFinding]) -> str:
@@ -343,16 +341,3 @@ def robot_summary(log: str, findings: Sequence[DataFinding]) -> str:
     bad = [f'{f.name} ({f.group})' for f in findings if f.verdict() == BAD]
     return (f'{log} suits the diagnosis of the robot.' if not bad else
             f'{log} does not suit the diagnosis as it is read: {", ".join(bad)}.')
-
-
-def robot_text(head: str, lines: Sequence[Mapping[str, Any]]) -> str:
-    """Return the findings `lines` below a `head`, at most 80 columns wide."""
-    rows = wrapped(head)
-    group = None
-    for line in lines:
-        if line['group'] != group:
-            group = line['group']
-            rows += ['', group]
-        rows += wrapped(line['figure'], f'  {line["name"]:16s} {line["verdict"]:4s} ', ' ' * 24)
-        rows += wrapped(f'-> {line["advice"]}', ' ' * 24, ' ' * 27) if line['advice'] else []
-    return '\n'.join(rows)

@@ -8,9 +8,9 @@ One HTML file that loads nothing, for a screen, a phone or paper: torque over tw
 minute, backlash with alarms, prediction errors with two sigma, NIS, levels of trust over time,
 rate and dropouts of the input, parameters and versions. Drag in a chart to zoom.
 
-Estimates in the bag are shown as they were published; without any, or with --model, --params,
---filter or --replay, the estimator is run on the recorded samples. Signals over time are
-thinned to envelopes of lowest and highest value, so that an hour makes a page of some MB.
+The estimator is run on the recorded samples, from its recorded snapshots on, as replay does;
+--model, --params and --filter replace what is recorded. Signals over time are thinned to envelopes
+of lowest and highest value, so that an hour makes a page of some MB.
 
 A recording of several gearboxes gets a page of the robot, one row per joint, the worst first, and
 beside it the page of each joint. --topic GEARBOX writes the page of one joint alone; of a bag
@@ -19,7 +19,7 @@ without estimates that is --topic joint_states/GEARBOX.
 usage examples:
   gearbox_monitor report gearbox_2026_11_21-10_00_00
   gearbox_monitor report BAG --model drive.yaml --params joint3.yaml --out joint3.html
-  gearbox_monitor report BAG --replay --filter ukf --out ukf.html
+  gearbox_monitor report BAG --filter ukf --out ukf.html
   gearbox_monitor report BAG --json - | jq .gap_rad
 """
 from argparse import ArgumentParser, Namespace
@@ -37,8 +37,6 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--out', metavar='FILE', help='page to write (default: name of BAG.html, '
                         'here)')
     parser.add_argument('--filter', metavar='F', help='filter to run: ' + ', '.join(FILTER_NAMES))
-    parser.add_argument('--replay', action='store_true',
-                        help='run the estimator although the bag holds estimates')
 
 
 def run(args: Namespace) -> int:
@@ -51,9 +49,8 @@ def run(args: Namespace) -> int:
             bar.set_description_str(task, refresh=False)
             bar.update(100.0 * share - bar.n)
         pages = write_report(args.bag, args.out, topic=args.topic, model=args.model,
-                             parameters=args.params, filter=args.filter, replay=args.replay,
-                             reading=reading_of(args),
-                             progress=progress)
+                             parameters=args.params, filter=args.filter,
+                             reading=reading_of(args), progress=progress)
     warn(args, pages.notes)
     size = pages.page.stat().st_size / 1e6
     show(args, pages.figures,

@@ -24,8 +24,8 @@ Public names, by module:
     rts_smoother: N_SMOOTHED, S_MOTOR_SIDE, S_MOTOR_SIDE_NOISE_STD, S_TAU_K, S_TAU_K_NOISE_STD,
         S_TAU_K_STD, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_RATE, S_TWIST_RATE_NOISE_STD,
         S_TWIST_STD, S_U, S_X2, S_X3, S_X4, smoother_parameters
-    sample_loop: BACKWARD, BRIDGED, CONFIRM, DUPLICATE, ESTIMATE, HUGE, JUMP, LoopSettings,
-        LoopState, Output, REASONS, SECOND, stamp_codes, START, Stream, ZERO_STAMP
+    sample_loop: BACKWARD, CONFIRM, DUPLICATE, ESTIMATE, HUGE, JUMP, LoopSettings, LoopState,
+        Output, REASONS, SECOND, stamp_codes, START, Stream, ZERO_STAMP
     score: LAGS, ljung_box, MIN_SAMPLES, run_score
     tune: expected_seconds, tune
 """

@@ -17,8 +17,7 @@ from gearbox_monitor.recordings.joint_input import bag_arguments, recorded_input
 from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOptions
 from gearbox_monitor.recordings.topics import JOINT_STATES
 from gearbox_monitor.report.recording_page import figures, headline, recording_page, robot_page
-from gearbox_monitor.report.timeline import (
-    EstimatorChoice, RecordingFacts, Timeline, TimelineSource)
+from gearbox_monitor.report.timeline import recorded_timeline, RecordingFacts, Timeline
 
 Progress = Callable[[str, float], object]  # (task, share that is done)
 
@@ -43,13 +42,13 @@ class ReportPages(Shown):
 def write_report(bag: str | Path, out: str | Path | None = None, *, topic: str = JOINT_STATES,
                  model: str | Path | None = None, parameters: str | Path | None = None,
                  filter: str | None = None,  # noqa: A002
-                 replay: bool = False, reading: ReadOptions = BY_NAMES,
-                 progress: Progress | None = None) -> ReportPages:
+                 reading: ReadOptions = BY_NAMES, progress: Progress | None = None
+                 ) -> ReportPages:
     """
     Write the page of a bag: the state of the gearbox, and the trust in its estimates.
 
-    Estimates in the bag are shown as they were published; without any, or with a model,
-    parameters, a filter or replay, the estimator is run on the recorded samples.
+    The estimator is run on the recorded samples, from its recorded snapshots on, as `replay` does;
+    a model, parameters or a filter replace what is recorded.
 
     Args:
         bag: bag folder or MCAP file.
@@ -58,7 +57,6 @@ def write_report(bag: str | Path, out: str | Path | None = None, *, topic: str =
         model: model file that replaces the recorded model.
         parameters: parameter file of the estimator.
         filter: to run.
-        replay: whether to run the estimator although the bag holds estimates.
         reading: how columns are read whose names and units do not say it.
         progress: called with (task, share that is done).
 
@@ -88,12 +86,11 @@ def write_report(bag: str | Path, out: str | Path | None = None, *, topic: str =
             values['filter'] = filter
         drive = load_model(file) if file else None
         with open_recording(path, reading, topic) as opened:
-            source = TimelineSource(
-                opened, node, EstimatorChoice(drive, values, replay),
+            timeline, facts = recorded_timeline(
+                opened, node, drive, values,
                 lambda share: progress(task, share) if progress else None)
-            timeline, facts = source.run()
         if not timeline.samples:
-            raise InputError(f'{path}: topic {source.topic} holds no sample, expected some')
+            raise InputError(f'{path}: topic {node} holds no sample, expected some')
         return timeline, facts
     if len(estimators) > 1:
         return _of_robot(str(bag), page, estimators, recorded)
@@ -103,8 +100,7 @@ def write_report(bag: str | Path, out: str | Path | None = None, *, topic: str =
     return ReportPages(page, said, plain({
         'summary': said, 'bag': str(bag), 'page': str(page), 'headline': said,
         **figures(timeline, facts)}), {}, (
-            f'{timeline.last:.1f} s, {timeline.samples} samples, '
-            f'{"live" if facts.live else "replayed"} estimates'), tuple(facts.notes))
+            f'{timeline.last:.1f} s, {timeline.samples} samples'), tuple(facts.notes))
 
 
 def _of_robot(bag: str, page: Path, estimators: Sequence[str],

@@ -17,13 +17,13 @@ Public names, by module:
     guess: Answers, Guess, Unsettled
     innovations: innovation_topics, nis_of
     joint_input: bag_arguments, DIAGNOSTIC_ARRAY, find_input, find_topic, GEARBOX, Joiner,
-        JointInput, match_stamps, PAYLOAD_CHANGE, recorded_inputs, StampMatcher, topics_called
+        JointInput, match_stamps, PAYLOAD_CHANGE, recorded_inputs, topics_called
     messages: converted_bag, paired_bag
-    player: Player, recorded_robot
+    player: Player
     read: BagReader, JOINT_STATE, natural, open_bag
     reading: BY_NAMES, is_bag, open_recording, read_mapping, ReadOptions
     recorded_samples: joined_samples, NO_MODEL, NO_SERIAL, read_snapshots, RecordedSamples,
-        sample_parts, samples_of, sliced
+        sample_parts, samples_of
     recovery: recover, Recovery
     replay: Comparer, Comparison, interval_error, Replay, replay, ReplayCollector,
         ReplaySummary, smoothed

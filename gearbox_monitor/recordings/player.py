@@ -8,15 +8,16 @@ Replay starts at the estimator's recorded snapshots (state, parameters, input co
 each sample to the same Monitor, or to an Estimator alone. Unless a message was lost, the estimates
 equal the live ones bit for bit.
 """
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 import json
-from typing import Any, cast, Protocol
+from typing import Any, cast, Protocol, TypeAlias
 
 import numpy as np
 
 from gearbox_monitor.estimation.estimates import Estimates, Samples
 from gearbox_monitor.estimation.estimator import Estimator, SnapshotError, unsmoothed
+from gearbox_monitor.estimation.sample_loop import SECOND
 from gearbox_monitor.files.baselines import earlier
 from gearbox_monitor.files.opening import load_robot
 from gearbox_monitor.health.health_record import Window
@@ -32,6 +33,7 @@ from gearbox_monitor.recordings.recorded_samples import (
     NO_MODEL, NO_SAMPLES, read_snapshots, RecordedSnapshot, samples_of, sliced)
 from gearbox_monitor.robot.description import RobotDescription
 
+Follower: TypeAlias = Callable[[Monitor, Samples, Estimates], None]
 STATE = ('z', 'P', 'memory', 'gate', 'clock', 'efforts', 'parameters', 'model')
 # Reasons of snapshots that do not touch the state.
 STATE_UNCHANGED = ('period', 'baseline', PAYLOAD_CHANGE)
@@ -99,9 +101,10 @@ class Player:
         parameters: {name: value} that replace recorded or default parameters of the estimator.
         topic: see find_input.
         whole: whether more than the estimates is computed.
+        follow: called with the Monitor, the Samples and the Estimates of each second.
 
     Attributes: `early_inputs`, number of samples that were recorded before the estimator ran;
-    `notes`, sentences for the user.
+    `notes`, sentences for the user; `not_compared`, why the estimates cannot be compared, or ''.
 
     Raises:
         InputError: the bag cannot be replayed.
@@ -109,8 +112,8 @@ class Player:
 
     def __init__(self, reader: BagReader, model: DriveModel | None = None,
                  parameters: Mapping[str, Any] | None = None, topic: str = 'joint_states',
-                 whole: bool = True) -> None:
-        self.reader, self.whole = reader, whole
+                 whole: bool = True, follow: Follower | None = None) -> None:
+        self.reader, self.whole, self._follow = reader, whole, follow
         self._judged: list[Window] = []  # of Monitors that a snapshot has replaced
         self.input = find_input(reader, topic)
         self.topic, self.namespace = self.input.topic, self.input.namespace
@@ -142,9 +145,7 @@ class Player:
                 reason = str(error)
         if model is None and not snapshots:
             self.notes.append(NO_MODEL)
-        self.compared = not reason
-        if reason:
-            self.notes.append(f'not compared: {reason}')
+        self.compared, self.not_compared = not reason, reason
 
     @property
     def estimator(self) -> Estimator:
@@ -190,7 +191,7 @@ class Player:
                 stop = min([end, *(start - index
                                    for start in self._starts[following:following + 1])])
                 if following or not self._starts:
-                    estimates.append(self._engine.run(sliced(samples, begin, stop)))
+                    estimates += self._run(sliced(samples, begin, stop))
                 begin = stop
             index += end
             yield ReplayPart(block, samples, log_ns,
@@ -198,6 +199,18 @@ class Player:
                              np.array(resumed, np.int64))
         for snapshot in self._snapshots[following:]:
             self._resume(snapshot)
+
+    def _run(self, samples: Samples) -> list[Estimates]:
+        """Return the estimates of `samples`: all at once, or second by second if followed."""
+        if self._follow is None:
+            return [self._engine.run(samples)]
+        edges = (np.flatnonzero(np.diff(samples.stamp_ns // SECOND)) + 1).tolist()
+        out = []
+        for begin, end in zip([0, *edges], [*edges, len(samples.stamp_ns)]):
+            part = sliced(samples, begin, end)
+            out.append(self._engine.run(part))
+            self._follow(self.monitor, part, out[-1])
+        return out
 
     def _samples_of(self, states: JointStates) -> tuple[Samples, Integers]:
         """Return (Samples, log_ns) of the JointStates `states`."""

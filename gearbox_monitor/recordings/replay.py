@@ -321,7 +321,8 @@ class ReplaySummary:
         if comparison:
             data['replay_identical'] = comparison.verdict
             data['comparison'] = asdict(comparison)
-        data['notes'] = (player.notes + estimator.warnings + estimator.divergence_notes()
+        reason = [f'not compared: {player.not_compared}'] if player.not_compared else []
+        data['notes'] = (player.notes + reason + estimator.warnings + estimator.divergence_notes()
                          + ([player.reader.notice] if player.reader.notice else []))
         return data
 

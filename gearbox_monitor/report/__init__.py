@@ -26,8 +26,7 @@ Public names, by module:
     robot_words: finding_words, reading_words, robot_headline, robot_text
     sentences: CHANGES, phrase, title
     summary: summary
-    timeline: EstimatorChoice, measured, RecordingFacts, state_of, Timeline, timeline_of,
-        TimelineSource
+    timeline: measured, recorded_timeline, RecordingFacts, state_of, Timeline, timeline_of
     watch_page: watch_page
     watch_words: watch_data, watch_headline, watch_text
     words: change_sentence, counted, NAMING, next_steps, NO_FILES, NOTHING, place_text,

@@ -59,7 +59,7 @@ def figures(timeline: Timeline, facts: RecordingFacts) -> dict[str, Any]:
     _, _, nis = timeline.nis.of(0)
     nis = nis[np.isfinite(nis)]
     return {
-        'samples': timeline.samples, 'duration_s': timeline.last, 'live': facts.live,
+        'samples': timeline.samples, 'duration_s': timeline.last,
         'filter': facts.parameters.filter, 'loops': len(timeline.loops),
         'nis_over_dof': float(nis.mean()) if len(nis) else None,
         'within_2_sigma': {name: float(covered / count) if count else None
@@ -149,7 +149,7 @@ def trusted_share(levels: Mapping[str, LevelSpans]) -> float | None:
 
 
 def _summary(timeline: Timeline, facts: RecordingFacts) -> Section:
-    """Return headline and figures of a recording, and whether its own estimates are shown."""
+    """Return headline and figures of a recording."""
     words, kind = headline(timeline, facts)
     data = figures(timeline, facts)
     items = [('from', when(timeline.first_ns or 0)), ('duration', f'{timeline.last:.4g} s'),
@@ -160,9 +160,7 @@ def _summary(timeline: Timeline, facts: RecordingFacts) -> Section:
         items.append(('backlash, newest', str(width_of(
             data['gap_rad'][-1], data['gap_std_rad'][-1], on_axis('rad', facts.model.axis)))))
     items.append(('alerts', str(len(timeline.alerts))))
-    return Section('recording/summary.html', {
-        'kind': kind, 'headline': words, 'facts': items, 'notes': [*map(sentence, facts.notes)],
-        'live': facts.live})
+    return page_summary(kind, words, items, [*map(sentence, facts.notes)])
 
 
 def _loops(timeline: Timeline, axis: str) -> Section:

@@ -20,7 +20,7 @@ from gearbox_monitor.recordings.write import BagWriter
 from gearbox_monitor.report.live_page import LivePage
 from gearbox_monitor.report.recording_page import robot_page
 from gearbox_monitor.report.timeline import (
-    EstimatorChoice, RecordingFacts, State, Timeline, TimelineSource, WindowBacklash)
+    recorded_timeline, RecordingFacts, State, Timeline, WindowBacklash)
 from gearbox_monitor.robot import arm_plant
 from gearbox_monitor.robot.arm_plant import WorkingArm
 
@@ -44,7 +44,7 @@ def timeline(level=0, growth=0.0, windows=30, separable=True):
                 State(0, 'model', 'fits'), State(now, 'backlash', GROWN if now else 'no growth')))
     joint.finish()
     return joint, RecordingFacts(
-        True, DriveModel(), EstimatorParameters(), notes=['a note'])
+        DriveModel(), EstimatorParameters(), notes=['a note'])
 
 
 def page(**joints):
@@ -125,8 +125,7 @@ def test_a_replayed_page_has_the_load_by_the_description(tmp_path):
             writer.write('/joint_states', int(stamp), message)
     parameters = {**arm_plant.parameters_of(2), 'robot_description': file}
     with open_bag(tmp_path / 'bag') as reader:
-        source = TimelineSource(reader, choice=EstimatorChoice(arm.drives[2], parameters))
-        timeline, facts = source.run()
+        timeline, facts = recorded_timeline(reader, 'joint_states', arm.drives[2], parameters)
     assert facts.notes == [] and timeline.samples == 1000
     low, high, _ = timeline.torque.of(0)
     monitor = Monitor(arm.drives[2], parameters, robot=robot)
