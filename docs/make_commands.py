@@ -31,8 +31,8 @@ def page():
     """Return the text of the page."""
     rows = []
     for name, (_, summary) in COMMANDS.items():
-        codes = '; '.join(f'{code}: {EXIT_CODES[name][code]}' for code in (1, 3)
-                          if code in EXIT_CODES[name])
+        codes = '; '.join(f'{code}: {meaning}' for code, meaning in EXIT_CODES.get(
+            name, {}).items() if code in (1, 3))
         rows.append(f'| `gearbox_monitor {name}` | {summary} | {codes} |\n')
     return HEAD + ''.join(rows)
 

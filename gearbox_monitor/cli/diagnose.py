@@ -58,8 +58,8 @@ from gearbox_monitor.report.robot_gap_page import robot_gap_page
 from gearbox_monitor.report.robot_words import robot_text
 from gearbox_monitor.report.summary import summary
 from gearbox_monitor.report.words import (
-    counted, NAMING, next_steps, NO_FILES, NOTHING, place_text, SUGGESTED, suggestion,
-    torque_map_of, undefined, unit_of, UserFiles, value_rows)
+    counted, NAMING, next_steps, NO_FILES, NOTHING, place_text, torque_map_of,
+    undefined, unit_of, UserFiles, value_rows)
 from gearbox_monitor.robot.description import SUFFIXES
 from gearbox_monitor.ros.middleware import cores
 from gearbox_monitor.signals.uniform import UniformRecording
@@ -128,16 +128,13 @@ def run(args: Namespace) -> int:
                     sigma, progress))
         except InputError as error:  # the diagnosis stands without it
             data['warnings'].append(str(error))
-    # Motions of a torque are found, for model files.
-    command = [] if args.joint or model.controller else suggestion(
-        data, recordings, args.model, args.out)
     files = user_files(args)
     drawn: Drawn = {}
     if args.out:
-        drawn = draw(verdict, data, recordings, model, PageContext(files, command, changes))
+        drawn = draw(verdict, data, recordings, model, PageContext(files, changes))
     written = write(args, data, closed, drawn)
     show(args, data, lambda: text(
-        data, recordings, model, written, files, command, changes, args.verbose))
+        data, recordings, model, written, files, changes, args.verbose))
     return {NONE: 0, UNDECIDED: 3}.get(verdict.verdict, 1)
 
 
@@ -258,7 +255,7 @@ NEXT = 1    # steps that are printed without -v
 
 def text(data: VerdictData, recordings: Sequence[UniformRecording], model: DriveModel,
          written: Sequence[Path] = (), files: UserFiles = NO_FILES,
-         command: Sequence[str] = (), changes: Sequence[str] = (), verbose: bool = False) -> str:
+         changes: Sequence[str] = (), verbose: bool = False) -> str:
     """
     Return a verdict as lines for people, at most 80 columns.
 
@@ -268,7 +265,6 @@ def text(data: VerdictData, recordings: Sequence[UniformRecording], model: Drive
         model: the nominal model.
         written: files.
         files: of the user.
-        command: parts of the command that finds a more informative motion.
         changes: of the simulator's file, in words.
         verbose: whether all that is known is printed, not only answer, values and next step.
 
@@ -279,13 +275,9 @@ def text(data: VerdictData, recordings: Sequence[UniformRecording], model: Drive
     rows += [*_simulator(data), *_validation(data, files.validated, on_axis('rad', model.axis)),
              *_notes(data, verbose), *(('change', change) for change in changes),
              *(('next', advice) for advice in next_steps(data, files, model.axis)[
-                 :None if verbose else NEXT])]
-    lines = [*wrapped(data['summary']), *entries(rows, LABEL)]
-    if command and (verbose or not data['findings']):
-        lines += [*entries([('next', f'{SUGGESTED}:')], LABEL), ' \\\n'.join(
-            ' ' * (LABEL + 2 * (k > 0)) + part for k, part in enumerate(command))]
-    return '\n'.join([*lines, *entries((('written', words) for words in _written(written)),
-                                       LABEL)])
+                 :None if verbose else NEXT]),
+             *(('written', words) for words in _written(written))]
+    return '\n'.join([*wrapped(data['summary']), *entries(rows, LABEL)])
 
 
 def _notes(data: VerdictData, verbose: bool) -> Rows:

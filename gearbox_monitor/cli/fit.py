@@ -44,8 +44,9 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.cli.inputs import (
-    add_recording_arguments, load_filter_inputs, load_recordings, time_limit)
-from gearbox_monitor.cli.options import check_filter, opened, refuse, show, warn, wrapped
+    add_recording_arguments, load_recordings, settings_of, time_limit)
+from gearbox_monitor.cli.options import (
+    check_filter, estimator_options, opened, refuse, show, warn, wrapped)
 from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.diagnosis.joint.nominal import fit_nominal, FittedValue
 from gearbox_monitor.diagnosis.joint.unit_adaptation import Adapted
@@ -58,9 +59,11 @@ from gearbox_monitor.files.yaml_files import (
     save_model, write_parameters)
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.library.identify import adapt, write_adapted
-from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, MIXED
+from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, MIXED, MODEL as MODEL_VALUES
 from gearbox_monitor.presentation import change, EXACT, number, on_axis, percent, Quantity
+from gearbox_monitor.recordings.joint_input import find_input
 from gearbox_monitor.recordings.read import BagReader, JOINT_STATE
+from gearbox_monitor.recordings.recorded_samples import NO_MODEL, samples_of
 from gearbox_monitor.report.words import counted
 from gearbox_monitor.signals.examine import measured_samples
 
@@ -273,33 +276,38 @@ def unit_summary(result: Adapted, data: Mapping[str, Any]) -> str:
 
 def _fit_noise(args: Namespace) -> int:
     """Fit R and Q of a filter; return the exit code."""
-    if args.filter:
-        check_filter(args.filter)
     expect_new_file(args.out)
     if len(args.bag) > 1:
         raise InputError(f'{len(args.bag)} recordings, fit noise expected one')
     args.bag, = args.bag
+    given, model_file = estimator_options(args)
+    if args.filter:
+        given['filter'] = check_filter(args.filter)
     with opened(args) as reader:
-        inputs = load_filter_inputs(
-            args, reader, args.filter,
+        source = find_input(reader, args.topic)
+        model, parameters, is_known = settings_of(
+            args, reader, source, given, model_file,
             {} if args.reference or args.smoother else {'tau_k_model': MIXED})
+        samples, _ = samples_of(reader.joint_states(
+            source.topic, (parameters.motor_joint, parameters.arm_joint)), model)
         reference = _reference(reader, args.reference) if args.reference else None
-    samples, notes = measured_samples(inputs.samples, args.bag)
+    samples, notes = measured_samples(samples, args.bag)
+    notes = [NO_MODEL] * (not is_known) + list(filter(None, [reader.notice])) + notes
     with progress_bar('fit') as progress:
         try:
             noise_search.describe(samples.stamp_ns, samples.u[:, 0], samples.y)  # refuses it
-            seconds = expected_seconds(inputs.model, inputs.parameters, samples,
-                                       time.perf_counter)
+            seconds = expected_seconds(model, parameters, samples, time.perf_counter)
             print(f'fit: takes about {max(seconds, 1.0):.0f} s', file=sys.stderr)
-            data = tune(inputs.model, inputs.parameters, [samples], reference,
-                        not args.fix_speeds, args.smoother, lambda share: progress(share, 1))
+            data = tune(model, parameters, [samples], reference, not args.fix_speeds,
+                        args.smoother, lambda share: progress(share, 1))
         except InputError as error:
             raise InputError(f'{args.bag}: {error}') from None
     data.update(bag=args.bag, out=args.out)
-    data['notes'] += [*inputs.notes, *notes]
-    axis = inputs.model.axis
+    data['notes'] += notes
+    axis = model.axis
     data = {'summary': noise_summary(data, axis), **data}
-    write_parameters(args.out, inputs.parameters, (inputs.model_file, inputs.model_values), data)
+    write_parameters(args.out, parameters, (model_file, {
+        row.name: given[row.name] for row in MODEL_VALUES if row.name in given}), data)
     warn(args, data['notes'])
     show(args, data, lambda: _lines(
         data, ('before', 'after', '±', 'unit'), _noise_rows(data, axis),

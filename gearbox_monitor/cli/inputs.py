@@ -5,7 +5,7 @@
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 import math
 import os
 import shlex
@@ -13,20 +13,17 @@ import signal
 from types import MappingProxyType
 from typing import Any, TYPE_CHECKING
 
-from gearbox_monitor.cli.options import (
-    add_reading_arguments, BAG_HELP, check_filter, estimator_options, reading_of, stated)
+from gearbox_monitor.cli.options import add_reading_arguments, BAG_HELP, reading_of, stated
 from gearbox_monitor.errors import InputError, Undecided
-from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.kernels.types import Values
-from gearbox_monitor.parameters import EstimatorParameters, MODEL, resolve
+from gearbox_monitor.parameters import EstimatorParameters, resolve
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.from_bag import ANY
-from gearbox_monitor.recordings.joint_input import find_input, JointInput
+from gearbox_monitor.recordings.joint_input import JointInput
 from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.reading import ReadOptions
-from gearbox_monitor.recordings.recorded_samples import (
-    NO_MODEL, read_snapshots, RecordedSamples, samples_of)
+from gearbox_monitor.recordings.recorded_samples import read_snapshots
 from gearbox_monitor.signals.recording import RULES
 from gearbox_monitor.signals.uniform import REPEATED, UniformRecording
 
@@ -242,28 +239,6 @@ def names_of(args: Namespace) -> dict[str, str]:
     return recorded_names(args.recorded) | ({ANY: args.prefix} if args.prefix else {})
 
 
-@dataclass(frozen=True)
-class FilterInputs:
-    """
-    A recording, the DriveModel (from model_file, '' for none) and all parameters.
-
-    model_values: values of the model that the parameter file sets besides. notes: sentences for
-    the user.
-    """
-
-    recording: RecordedSamples
-    model: DriveModel
-    model_file: str
-    parameters: EstimatorParameters
-    model_values: dict[str, Any]
-    notes: tuple[str, ...] = ()
-
-    @property
-    def samples(self) -> Samples:
-        """The Samples of the recording."""
-        return self.recording.samples
-
-
 def settings_of(args: Namespace, reader: BagReader, source: JointInput, stated: Values,
                 model_file: str, usual: Values = MappingProxyType({})
                 ) -> tuple[DriveModel, EstimatorParameters, bool]:
@@ -295,38 +270,3 @@ def settings_of(args: Namespace, reader: BagReader, source: JointInput, stated: 
     changed, parameters = resolve(reader.referred(model or DriveModel()), values,
                                   args.params or str(reader.path))
     return changed, parameters, model is not None
-
-
-def load_filter_inputs(args: Namespace, reader: BagReader, filter_name: str | None = None,
-                       usual: Values = MappingProxyType({})) -> FilterInputs:
-    """
-    Return the inputs of a bag, as replay reads them.
-
-    Model and parameters are those that an estimator has recorded, else defaults; files replace
-    what they name.
-
-    Args:
-        args: options of add_estimator_arguments.
-        reader: of the bag.
-        filter_name: filter to run, None: that of the parameters.
-        usual: {name: value} of parameters that neither the bag nor a file states.
-
-    Returns:
-        What a filter is run on and with.
-
-    Raises:
-        InputError: an option, a parameter or the bag is unusable.
-
-    """
-    stated, model_file = estimator_options(args)
-    if filter_name:
-        stated['filter'] = check_filter(filter_name)
-    source = find_input(reader, args.topic)
-    model, parameters, is_known = settings_of(args, reader, source, stated, model_file, usual)
-    samples, log_ns = samples_of(reader.joint_states(
-        source.topic, (parameters.motor_joint, parameters.arm_joint)), model)
-    recording = RecordedSamples(samples, log_ns, source.topic, source.transmission)
-    notes = [] if is_known else [NO_MODEL]
-    notes += [reader.notice] if reader.notice else []
-    changed = {row.name: stated[row.name] for row in MODEL if row.name in stated}
-    return FilterInputs(recording, model, model_file, parameters, changed, tuple(notes))

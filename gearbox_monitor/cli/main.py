@@ -19,11 +19,10 @@ from gearbox_monitor.errors import InputError, Undecided, unknown
 from gearbox_monitor.removed import refusal
 
 BAD_INPUT, UNDECIDED, INTERRUPTED = 2, 3, 130
-# command -> meaning of 0, 1 and 3, as far as it has them; 2 and 130 mean the same for all.
+# command -> meaning of 0, 1 and 3 if 0 is more than done; 2 and 130 mean the same for all.
 EXIT_CODES = {
     'demo': {0: 'done', 1: 'a node failed, the replay differed, or the fault was not detected '
              '(with --no-fault: there was an alarm)'},
-    'example': {0: 'done'},
     'watch': {0: 'nothing has changed', 1: 'something has changed',
               3: 'still learning, or no joint could be judged'},
     'live': {0: 'ended by Ctrl-C'},
@@ -34,13 +33,9 @@ EXIT_CODES = {
                'written'},
     'check': {0: 'usable', 1: 'unsuitable for one of --for; of a robot: a joint is refused, or a '
               'value doubted'},
-    'report': {0: 'done'},
-    'open': {0: 'done'},
     'accept': {0: 'pass', 1: 'fail', 3: 'undecided: not excited, or too close to a limit'},
     'diagnose': {0: 'no gap', 1: 'a gap: verdict effect, incomplete or unknown',
                  3: 'undecided: the motion shows too little; or free runs are not finite'},
-    'explain': {0: 'done'},
-    'learn': {0: 'done'},
     'suggest': {0: 'a motion separates all pairs', 1: 'none within the limits does'},
     'fit': {0: 'done', 1: 'some values are not determined, or nothing is likelier than before',
             3: 'no solution, no value identified, or longer than --time-limit'},
@@ -247,7 +242,7 @@ def _parse(argv: Sequence[str], command: str | None) -> argparse.Namespace:
                                        help='one of those below; COMMAND --help shows its options')
     for name, (module, _) in COMMANDS.items():
         sub = subparsers.add_parser(
-            name, epilog=exit_code_text(EXIT_CODES[name]),
+            name, epilog=exit_code_text(EXIT_CODES.get(name, {0: 'done'})),
             formatter_class=argparse.RawDescriptionHelpFormatter)
         if name == command:
             # Small matrices, and fits in own threads: threads of BLAS would only slow them down.

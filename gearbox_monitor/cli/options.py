@@ -30,15 +30,14 @@ if TYPE_CHECKING:
 BAG_HELP = 'recording: bag, complete or truncated, or a log of any kind (docs/import.md)'
 
 
-def add_reading_arguments(parser: ArgumentParser, mapped: bool = True) -> Any:
-    """Declare in `parser` how a recording is read; mapped: by a mapping, too. Return the group."""
+def add_reading_arguments(parser: ArgumentParser) -> None:
+    """Declare in `parser` how a recording is read."""
     group = parser.add_argument_group('how a log that is no bag is read')
-    if mapped:
-        group.add_argument('--map', metavar='MAP', default='',
-                           help='mapping file (import FILE --guess writes one), or the name of a '
-                           'packaged mapping')
-        group.add_argument('--set', metavar='KEY=VALUE', action='append', default=[],
-                           help='replace a value of the mapping; repeatable')
+    group.add_argument('--map', metavar='MAP', default='',
+                       help='mapping file (import FILE --guess writes one), or the name of a '
+                       'packaged mapping')
+    group.add_argument('--set', metavar='KEY=VALUE', action='append', default=[],
+                       help='replace a value of the mapping; repeatable')
     group.add_argument('--use', metavar='ROLE=COLUMN', action='append', default=[],
                        help='column of a role: time, position, motor, arm, velocity, effort, '
                        'setpoint, reference; COLUMN none for no such role; repeatable')
@@ -55,7 +54,6 @@ def add_reading_arguments(parser: ArgumentParser, mapped: bool = True) -> Any:
     group.add_argument('--stamps', choices=('recorded', 'received', 'even'), default='recorded',
                        help='stamps as recorded (default), an even grid through them, or of a '
                        'bag the times of receipt')
-    return group
 
 
 def reading_of(args: Namespace) -> ReadOptions:

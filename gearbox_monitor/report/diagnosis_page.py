@@ -31,12 +31,10 @@ class PageContext:
     """
     What accompanies a verdict on its page.
 
-    files: of the user; command: parts of the command that finds a better motion, see
-    report.words; changes: of the simulator's file, in words.
+    files: of the user; changes: of the simulator's file, in words.
     """
 
     files: UserFiles = NO_FILES
-    command: Sequence[str] = ()
     changes: Sequence[str] = ()
 
 
@@ -91,10 +89,10 @@ def _summary(data: VerdictData, axis: str) -> Section:
 
 
 def _steps(data: VerdictData, context: PageContext, axis: str) -> Section:
-    """Return advice, with the changes of a file, a command and further files."""
+    """Return advice, with the changes of a file and further files."""
     return Section('diagnosis/next.html', {
         'steps': [sentence(step) for step in next_steps(data, context.files, axis)],
-        'changes': context.changes, 'command': ' \\\n    '.join(context.command),
+        'changes': context.changes,
         'files': ['verdict.json', *(['drive.closed.yaml'] if context.files.closed else [])]},
         'What to do next')
 

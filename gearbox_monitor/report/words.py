@@ -4,33 +4,21 @@
 """Words for a verdict, shared by the terminal and the page: effects, places, next steps."""
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-import math
 from pathlib import Path
 import shlex
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from gearbox_monitor.diagnosis.joint.verdict import INCOMPLETE, NONE, UNKNOWN
-from gearbox_monitor.kernels.elementary import noise_levels
-from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS, library
-from gearbox_monitor.plant.effects.arm_side import DISTURBANCE, LOAD_TORQUE
-from gearbox_monitor.plant.effects.encoder import ENCODER_OFFSET
-from gearbox_monitor.plant.effects.gearbox import BACKLASH_GAP
-from gearbox_monitor.plant.effects.motor_side import (
-    COULOMB_ASYMMETRY, MOTOR_INERTIA, MOTOR_VISCOUS)
+from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 from gearbox_monitor.presentation import change, EXACT, number, on_axis, percent, Quantity
 from gearbox_monitor.report.summary import NEAR_FLOOR, PLACES
-from gearbox_monitor.signals.smoothed_motion import SmoothedMotion
-from gearbox_monitor.signals.uniform import UniformRecording
 
 NOTHING = ('none', 'undecided')  # verdicts without a gap
 LACKING = ('incomplete', 'unknown')  # verdicts with a remainder
 NAMING = ('effect', 'incomplete')  # verdicts with findings
 # The meaning of each effect on a real drive.
 MEANINGS = {name: effect.meaning for name, effect in EFFECTS.items()}
-SUGGESTED = 'this command finds a more informative motion, no larger than in the recording'
 # Motions that separate effects which other motions confuse.
 SEPARATES = tuple(({name, rival}, motion) for name, effect in EFFECTS.items()
                   for rival, motion in effect.separated_by.items())
@@ -253,11 +241,16 @@ def next_steps(data: Mapping[str, Any], files: UserFiles, axis: str = 'rotary') 
                 '(docs/effects.md) and diagnose again']
     ids = set(ids_of(data))
     advice = _separating_motions(ids, data.get('confusable') or (), axis)
+    is_servo = 'kp' in (data.get('nominal') or {})
+    if data.get('confusable') and files.closed and not files.robot and not is_servo:
+        advice.append('find the motion that distinguishes them best: gearbox_monitor suggest '
+                      f'{shlex.quote(str(Path(files.closed).parent))} --model '
+                      f'{shlex.quote(files.model)} --max-torque NM')
     if DISTURBANCE.id in ids:
         return [*advice, 'look for contacts at these times, and record again without them']
     if any(name in EFFECTS and EFFECTS[name].lattice for name in ids):
         return [*advice, 'the model is right; a finer encoder reading would show more']
-    if files.closed and 'kp' in (data.get('nominal') or {}):  # no torque to export or to fit
+    if files.closed and is_servo:  # no torque to export or to fit
         advice.append(f'simulate with {files.closed}')
     elif files.closed:
         advice += [f'simulate with {files.closed}, or write it into the file of your simulator: '
@@ -282,63 +275,6 @@ def _separating_motions(ids: set[str], rivals: Iterable[str], axis: str) -> list
             advice.append(f'{effect} or {rival}: {motion}' if motion.startswith('no ') else
                           on_axis(f'to distinguish {effect} from {rival}, record {motion}', axis))
     return advice
-
-
-# Warnings of the check about a motion, and effects that then look alike.
-UNEXCITED = (('never crosses the gap', (BACKLASH_GAP.id, ENCODER_OFFSET.id)),
-             ('offset and load cannot be distinguished', (COULOMB_ASYMMETRY.id, LOAD_TORQUE.id)),
-             ('hardly accelerates', (MOTOR_INERTIA.id, MOTOR_VISCOUS.id)))
-
-
-def suggestion(data: Mapping[str, Any], recordings: Sequence[UniformRecording],
-               model_file: str | Path, out: str | Path | None = None) -> list[str]:
-    """
-    Return the command that finds a more informative motion.
-
-    Args:
-        data: plain data of a verdict.
-        recordings: those it is about: their torque, speed and travel are the limits.
-        model_file: of the drive.
-        out: directory with verdict.json, None if it is not written.
-
-    Returns:
-        Parts of the command line, none if no motion would be more informative.
-
-    """
-    from gearbox_monitor.diagnosis.joint.isolability import twins  # not for every page
-    effects = library()
-    indistinguishable = twins(alone=all(len(r.channels) == 1 for r in recordings))
-    pairs = [(a, b) for a in data.get('params') or {} for b in data.get('confusable') or ()
-             if a in effects and b in effects and (a, b) not in indistinguishable]
-    unexcited = [pair for words, pair in UNEXCITED
-                 if any(words in warning for warning in data.get('warnings') or ())]
-    if pairs and out:
-        question = shlex.quote(str(out))
-    elif pairs or unexcited:
-        question = '--pair ' + ' '.join((pairs or unexcited)[0])
-    else:
-        return []
-    limits = zip(('torque', 'speed', 'travel'), _reached(recordings))
-    return [f'gearbox_monitor suggest {question}', f'--model {shlex.quote(str(model_file))}',
-            *(f'--max-{name} {_below(value)}' for name, value in limits),
-            '--out motion.yaml', '--csv motion.csv']
-
-
-def _reached(recordings: Sequence[UniformRecording]) -> Array:
-    """Return the largest torque, speed and travel from the start: N m, rad/s, rad."""
-    rows = []
-    for r in recordings:
-        smooth = SmoothedMotion(r, noise_levels(r.y)[0])
-        rows.append((np.abs(r.torque).max(), np.abs(smooth.v).max(),
-                     np.abs(smooth.p - smooth.p[0]).max()))
-    reached: Array = np.asarray(rows).max(axis=0)
-    return reached
-
-
-def _below(value: float) -> str:
-    """Return `value` rounded down to two digits: the drive has done that, not more."""
-    digits = 1 - math.floor(math.log10(value))
-    return f'{math.floor(value * 10.0 ** digits) / 10.0 ** digits:g}'
 
 
 def change_sentence(verdict: Mapping[str, Any]) -> str:

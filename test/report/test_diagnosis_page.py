@@ -3,10 +3,7 @@
 
 """The page of a diagnosis in a real browser, the maps in it, and `simulate`."""
 from dataclasses import replace
-import inspect
 import json
-import re
-import shlex
 
 import numpy as np
 from pages import overflowing, requests
@@ -20,9 +17,6 @@ from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.report import diagnosis_evidence
 from gearbox_monitor.report.svg import Axis
-from gearbox_monitor.report.words import suggestion, UNEXCITED
-from gearbox_monitor.signals import checks, examine
-from gearbox_monitor.signals.examine import admitted
 
 MODEL = DriveModel()
 TRUE = {'id': 'arm_coulomb', 'Cac': 0.05}
@@ -93,48 +87,6 @@ def test_one_encoder_has_no_charts_of_what_it_does_not_measure(folder, tmp_path,
     assert 'One encoder does not show the place' in html and 'motor - arm' not in html
     assert 'angle of the motor' in html and 'angle of the arm' not in html
     assert html.count('<details class="fold">') == 2  # where and which effect
-
-
-def test_a_motion_that_left_something_open_gets_the_command_for_a_better_one(folder, capsys):
-    """The drive stays on one flank: nothing of the gap shows, and the page says what would."""
-    held = replace(MODEL, effects=({'id': 'load_torque', 'TL': 1.0},))
-    (folder / 'held.yaml').write_text(yaml.safe_dump(held.to_dict()))
-    t = np.arange(5000) * 1e-3
-    u = 1.0 + Excitation('multisine', (0.5, 0.3), (0.5, 1.3)).torque(t)
-    y = simulate(held, u, 1e-3).x[:, :2] + 1e-3 * np.random.default_rng(1).standard_normal(
-        (5000, 2))
-    np.savetxt(folder / 'held.csv', np.column_stack([t, u, y]), '%.9g', ',',
-               header='t,u,motor,arm', comments='')
-    capsys.readouterr()
-    main(['diagnose', str(folder / 'held.csv'), '--model', str(folder / 'held.yaml'), '--out',
-          str(folder / 'open'), '--only', 'arm_coulomb', '--jobs', '1'])
-    said = capsys.readouterr()[0]
-    html = (folder / 'open/report.html').read_text(encoding='utf-8')
-    shown, = re.findall(r'<pre>(gearbox_monitor suggest.*?)</pre>', html, re.DOTALL)
-    words = shlex.split(shown.replace('\\\n', ' '))
-    assert words == shlex.split(re.search(
-        r'gearbox_monitor suggest(.*\\\n)*.*', said)[0].replace('\\\n', ' '))
-    assert words[2:7] == ['--pair', 'backlash_gap', 'encoder_offset', '--model',
-                          str(folder / 'held.yaml')]
-    limits = dict(zip(words[7:13:2], map(float, words[8:13:2])))
-    assert limits['--max-torque'] == pytest.approx(np.abs(u).max(), rel=0.1)
-    assert 0 < limits['--max-travel'] <= np.abs(y - y[0]).max()
-    assert '<a href="verdict.json">' in html and 'href="drive.closed.yaml"' in html
-
-
-def test_the_command_asks_what_the_verdict_left_open(folder):
-    t, u, *y = np.loadtxt(folder / 'good.csv', delimiter=',', skiprows=1).T
-    recording, _ = admitted(t, u, np.transpose(y), None, 'good.csv', None, MODEL, 'drive.yaml')
-    data = {'params': {'actuator_lag': {'T': 0.01}}, 'confusable': ['actuator_delay']}
-    assert suggestion(data, [recording], 'my drive.yaml', 'a dir')[:2] == [
-        "gearbox_monitor suggest 'a dir'", "--model 'my drive.yaml'"]
-    pair = suggestion(data, [recording], 'd.yaml')[0]
-    assert pair == 'gearbox_monitor suggest --pair actuator_lag actuator_delay'
-    for twins in ({**data, 'params': {'torque_offset': {}}, 'confusable': ['coulomb_asymmetry']},
-                  {'warnings': ['sound']}):
-        assert suggestion(twins, [recording], 'd.yaml', 'out') == []
-    messages = inspect.getsource(examine) + inspect.getsource(checks)
-    assert all(words in messages for words, _ in UNEXCITED)
 
 
 @pytest.mark.parametrize('width', [1400, 390])
