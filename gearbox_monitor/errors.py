@@ -38,14 +38,9 @@ class Undecided(InputError):
     """
 
 
-def has_matplotlib() -> bool:
-    """Return whether pictures can be drawn: matplotlib is an extra."""
-    return find_spec('matplotlib') is not None
-
-
 def expect_matplotlib(what: str) -> None:
     """Raise InputError if `what`, which draws a picture, lacks matplotlib."""
-    if not has_matplotlib():
+    if find_spec('matplotlib') is None:
         raise InputError(f'{what}: matplotlib is not installed, expected '
                          f'{installed_by("pictures")}')
 

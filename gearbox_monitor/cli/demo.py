@@ -7,7 +7,7 @@ Simulate, estimate, record and check one gearbox whose backlash grows, on this m
 Plant, estimator and recorder run as separate ROS 2 nodes. At the end the recording is replayed and
 compared, and DIR holds: bag/ (for gearbox_monitor replay, ros2 bag, mcap), report.html,
 summary.json and the log of each node. Ctrl-C ends early and leaves a readable bag.
-If samples are lost at 1000 Hz, the run is repeated at 500 Hz, then at 250 Hz.
+A machine that loses samples at 500 Hz says so; the demo then misses no alarm.
 
 With --robot the plant is an arm of six joints that repeats a program. One estimator watches all
 of its gearboxes, and the backlash of one joint grows. DIR then also holds robot.yaml and a model
@@ -43,9 +43,7 @@ from gearbox_monitor.ros.middleware import Child, ChildFailed, Interrupt, own_do
 
 # Heavy modules are imported where they are used, after the handler of Ctrl-C is installed.
 
-# Hz: the first rate at which this machine loses less than MAX_LOSS, else the last.
-RATES = (1000.0, 500.0, 250.0)
-MAX_LOSS = 0.01
+RATE = 500.0  # Hz
 WINDOWS = 8            # windows for the fit of the gap, in whole seconds: it runs at 1 Hz
 GROWTH_AFTER = 3.3     # windows; the first three are the baseline
 GROWTH = 0.6           # of the gap, at the end
@@ -88,7 +86,7 @@ class Demo:
                              'more)')
         self.filter, self.fault = args.filter, not args.no_fault
         self.interrupt = interrupt
-        self.rate, self.starved = RATES[0], False
+        self.rate = RATE
         self.out = Path(args.out or time.strftime('gearbox_demo_%Y_%m_%d-%H_%M_%S'))
         self.bag = self.out / 'bag'
         self.children: list[Child] = []
@@ -123,33 +121,6 @@ class Demo:
             raise Interrupted
 
     # ------------------------------------------------------------------ live
-
-    def live_at_best_rate(self, domain: int) -> None:
-        """Run `live` in ROS domain `domain`; repeat it at lower rates while samples are lost."""
-        for rate, lower in zip(RATES, (*RATES[1:], None)):
-            self.rate = rate
-            self.live(domain)
-            loss = self.loss()
-            self.starved = loss >= MAX_LOSS
-            if not self.starved:
-                return
-            note = f'at {rate:g} Hz {100.0 * loss:.0f} % of the samples or estimates were lost'
-            if lower is None:
-                self.notes.append(note)
-                return
-            print(f'note: {note}; repeating at {lower:g} Hz', file=sys.stderr, flush=True)
-            shutil.rmtree(self.bag)
-            for child in self.children:
-                child.log.unlink()
-            self.children = []
-
-    def loss(self) -> float:
-        """Return the share of samples or estimates, whichever is larger, that the bag misses."""
-        from gearbox_monitor.recordings.read import open_bag
-        with open_bag(self.bag) as reader:
-            counts = [reader.topics.get(topic, ('', 0))[1]
-                      for topic in ('/joint_states', '/transmission_state')]
-        return 1.0 - (min(counts) + 1) / (self.duration * self.rate)
 
     def live(self, domain: int) -> None:
         """Run the nodes in ROS domain `domain` until the plant ends."""
@@ -278,7 +249,7 @@ class Demo:
         with open_bag(self.bag) as reader:
             data = evaluate(reader, self)
         data['notes'] += self.notes
-        data['problems'] = problems(data, self.starved)
+        data['problems'] = problems(data)
         (self.out / 'summary.json').write_text(json.dumps(data, indent=2) + '\n',
                                                encoding='utf-8')
         return data, text(data)
@@ -352,7 +323,7 @@ def run(args: Namespace) -> int:
         try:
             demo = (RobotDemo if args.robot else Demo)(args, interrupt)
             with own_domain() as domain:
-                demo.live_at_best_rate(domain)
+                demo.live(domain)
             interrupt.at_once()
             demo.check_interrupt()
             data, text = demo.evaluate()

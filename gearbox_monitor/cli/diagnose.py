@@ -28,23 +28,22 @@ usage examples:
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-import sys
 import time
-from typing import Any, TYPE_CHECKING, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from gearbox_monitor import __version__
 from gearbox_monitor.cli.inputs import (
-    add_recording_arguments, add_robot_arguments, load_recordings, names_of, reading_of_robot,
-    robot_of, robot_options, written_options)
+    add_recording_arguments, add_robot_arguments, joint_of, load_recordings, names_of,
+    reading_of_robot, robot_of, robot_options, written_options)
 from gearbox_monitor.cli.options import (
     entries, expect_new_files, ids_in, refuse, show, wrapped, write_files)
 from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.diagnosis.joint import closed_model
 from gearbox_monitor.diagnosis.joint.diagnose import chosen_ids
 from gearbox_monitor.diagnosis.joint.verdict import NONE, UNDECIDED, Verdict
-from gearbox_monitor.errors import expect_whole, has_matplotlib, InputError, installed_by, unknown
+from gearbox_monitor.errors import expect_whole, InputError, unknown
 from gearbox_monitor.files.opening import dump, plain
 from gearbox_monitor.files.yaml_files import expect_new_file, model_text
 from gearbox_monitor.library.identify import diagnose, expect_ids
@@ -52,7 +51,7 @@ from gearbox_monitor.library.robot import diagnose_robot, robot_effects, RobotDi
 from gearbox_monitor.library.simulator_file import export_model, written_model
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.presentation import number, on_axis, percent, Quantity
-from gearbox_monitor.report.diagnosis_evidence import gather, shows_place, window_chart
+from gearbox_monitor.report.diagnosis_evidence import gather, shows_place
 from gearbox_monitor.report.diagnosis_page import diagnosis_page, PageContext
 from gearbox_monitor.report.robot_gap_page import robot_gap_page
 from gearbox_monitor.report.robot_words import robot_text
@@ -65,14 +64,9 @@ from gearbox_monitor.ros.middleware import cores
 from gearbox_monitor.signals.uniform import UniformRecording
 from gearbox_monitor.simulators.user_simulator import confirmation, user_simulator, UserSimulator
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-DRAWN = ('report.html', 'overlay.png')
-CLOSED = 'drive.closed.yaml'
+PAGE, VERDICT, CLOSED = 'report.html', 'verdict.json', 'drive.closed.yaml'
 OF_RECORDINGS = ('topic', 'motor_joint', 'arm_joint', 'setpoint_joint', 'repeated')
 OF_JOINTS = ('joint', 'model_arm_joint', 'keyframe', 'actuator', 'root')
-Drawn: TypeAlias = Mapping[str, 'str | Figure']  # {file of --out: HTML or picture}
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -82,7 +76,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--validate', metavar='BAG2',
                         help='second recording of the drive, to test the result on')
     parser.add_argument('--out', metavar='DIR',
-                        help='write verdict.json, report.html, overlay.png and drive.closed.yaml: '
+                        help='write verdict.json, report.html and drive.closed.yaml: '
                         'the model with what was identified')
     parser.add_argument('--exclude', metavar='ID', nargs='+', default=[],
                         help='effects to leave out; a gap that only they explain is then unknown')
@@ -108,7 +102,7 @@ def run(args: Namespace) -> int:
     expect_ids('--only', only)
     expect_ids('--exclude', exclude)
     chosen_ids(only, exclude)  # one at least remains
-    expect_new_files(args.out, (*DRAWN, 'verdict.json', CLOSED))
+    expect_new_files(args.out, (PAGE, VERDICT, CLOSED))
     model, recordings, validate, notes = load_recordings(args, weigh=True)
     simulator = _user_simulator(args.simulator, recordings, model) if args.simulator else None
     with progress_bar('diagnose') as progress:
@@ -129,10 +123,8 @@ def run(args: Namespace) -> int:
         except InputError as error:  # the diagnosis stands without it
             data['warnings'].append(str(error))
     files = user_files(args)
-    drawn: Drawn = {}
-    if args.out:
-        drawn = draw(verdict, data, recordings, model, PageContext(files, changes))
-    written = write(args, data, closed, drawn)
+    written = write(args, data, closed, diagnosis_page(
+        data, gather(verdict, model), recordings, PageContext(files, changes))) if args.out else []
     show(args, data, lambda: text(
         data, recordings, model, written, files, changes, args.verbose))
     return {NONE: 0, UNDECIDED: 3}.get(verdict.verdict, 1)
@@ -169,12 +161,10 @@ def _changes(args: Namespace, verdict: Verdict, validation: UniformRecording | N
     if args.joint is None:
         return []
     closed, basis = verdict.model, verdict.basis
-    reading = {'keyframe': args.keyframe, 'actuator': args.actuator, 'root': args.root}
     try:
         to = 'urdf' if Path(args.model).suffix.lower() == '.urdf' else 'mjcf'
-        file = export_model(closed, to, args.model, joint=args.joint,
-                            arm_joint=args.model_arm_joint, **reading)
-        written = written_model(file, closed, **reading)
+        file = export_model(closed, to, args.model, **joint_of(args))
+        written = written_model(file, closed, **joint_of(args))
     except InputError as error:
         data['warnings'].append(f'not in the file of the simulator: {error}')
         return []
@@ -190,60 +180,25 @@ def _changes(args: Namespace, verdict: Verdict, validation: UniformRecording | N
             *(f'not in it: {row}' for row in data['lacking'])]
 
 
-def draw(verdict: Verdict, data: Mapping[str, Any],
-         recordings: Sequence[UniformRecording], model: DriveModel,
-         context: PageContext) -> 'dict[str, str | Figure]':
+def write(args: Namespace, data: Mapping[str, Any], closed: DriveModel, page: str) -> list[Path]:
     """
-    Return page and pictures of a diagnosis.
-
-    Args:
-        verdict: with what the search found.
-        data: the verdict as plain data.
-        recordings: those it is about.
-        model: the nominal model.
-        context: what accompanies the verdict on its page.
-
-    Returns:
-        {file of --out: HTML or Figure}.
-
-    """
-    evidence = gather(verdict, model)
-    drawn: dict[str, str | Figure] = {
-        'report.html': diagnosis_page(data, evidence, recordings, context)}
-    if not has_matplotlib():
-        print('diagnose: no pictures, matplotlib is not installed, expected '
-              f'{installed_by("pictures")}', file=sys.stderr)
-        return drawn
-    from gearbox_monitor.report.plots import figure
-    drawn['overlay.png'] = figure([[window_chart(evidence.overlay, words, window, model.axis)
-                                    for words, window in evidence.windows]], data['summary'])
-    return drawn
-
-
-def write(args: Namespace, data: Mapping[str, Any], closed: DriveModel | None,
-          drawn: Drawn) -> list[Path]:
-    """
-    Write all files or none; return their paths.
+    Write the files of --out, all or none; return their paths.
 
     Args:
         args: options of the command.
         data: the verdict as plain data.
-        closed: model with the effect, or None.
-        drawn: page and pictures.
+        closed: model with the effect.
+        page: HTML.
 
     Raises:
         InputError: a file cannot be written.
 
     """
-    contents: dict[Path, str | Figure] = {}
-    if args.out:
-        contents[Path(args.out, 'verdict.json')] = dump(data) + '\n'
-        if closed is not None:
-            contents[Path(args.out, CLOSED)] = model_text(closed, [
-                f'Written by gearbox_monitor {__version__} diagnose from '
-                f'{", ".join(args.bag)} and {args.model}.', data['summary']])
-        contents |= {Path(args.out, name): content for name, content in drawn.items()}
-    return write_files(contents, args.out)
+    model = model_text(closed, [
+        f'Written by gearbox_monitor {__version__} diagnose from {", ".join(args.bag)} and '
+        f'{args.model}.', data['summary']])
+    return write_files({Path(args.out, name): content for name, content in (
+        (VERDICT, dump(data) + '\n'), (PAGE, page), (CLOSED, model))}, args.out)
 
 
 VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a verdict
@@ -463,7 +418,7 @@ def _write(args: Namespace, diagnosis: RobotDiagnosis, data: dict[str, Any]) -> 
         data['warnings'].append('not in the file that closes the gap: '
                                 + ', '.join(diagnosis.lacking))
     page = robot_gap_page(data, diagnosis.context())
-    contents = {folder / 'verdict.json': dump(data) + '\n', folder / 'report.html': page}
+    contents = {folder / VERDICT: dump(data) + '\n', folder / PAGE: page}
     if diagnosis.closed is not None:
         contents[Path(data['closed'])] = diagnosis.closed
     write_files(contents, args.out)

@@ -44,7 +44,8 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 import sys
 
-from gearbox_monitor.cli.inputs import add_bag_arguments, add_joint_arguments, load_recording
+from gearbox_monitor.cli.inputs import (
+    add_bag_arguments, add_joint_arguments, joint_of, load_recording)
 from gearbox_monitor.cli.options import estimator_options, refuse, wrapped, write_or_print
 from gearbox_monitor.diagnosis.joint.closed_model import overlay
 from gearbox_monitor.errors import InputError
@@ -121,9 +122,7 @@ def run(args: Namespace) -> int:
     for option in ('into', 'joint'):
         if getattr(args, option) is None:
             raise InputError(f'--{option}: missing, --to {args.to} needs it')
-    file = export_model(model, args.to, args.into, joint=args.joint,
-                        arm_joint=args.model_arm_joint, keyframe=args.keyframe,
-                        actuator=args.actuator, root=args.root)
+    file = export_model(model, args.to, args.into, **joint_of(args))
     print('\n'.join(_patched(args, file, model)))
     return 1 if file.lacking else 0
 
@@ -133,9 +132,7 @@ def _with_backlash(args: Namespace) -> int:
     refuse(args, ('ranges', 'check', 'params', 'prefix'), 'with --backlash, expected one of both')
     if args.models or args.to != 'mjcf' or args.into is None or args.joint is None:
         raise InputError('--backlash: expected --to mjcf, --into FILE, --joint NAME and no MODEL')
-    file = with_backlash(args.into, args.backlash, joint=args.joint, stiffness=args.stiffness,
-                         arm_joint=args.model_arm_joint, keyframe=args.keyframe,
-                         actuator=args.actuator, root=args.root)
+    file = with_backlash(args.into, args.backlash, stiffness=args.stiffness, **joint_of(args))
     print('\n'.join(_patched(args, file)))
     return 0
 
@@ -221,9 +218,9 @@ def checked(drive: MjcfDrive, file: SimulatorFile, model: DriveModel, args: Name
 
     """
     recording, notes = load_recording(args.check, model, args)
-    models = {drive.path.name: in_units(drive, model), 'patched': written_model(
-        file, model, keyframe=args.keyframe, actuator=args.actuator, root=args.root),
-        Path(args.model).name: model}
+    models = {drive.path.name: in_units(drive, model),
+              'patched': written_model(file, model, **joint_of(args)),
+              Path(args.model).name: model}
     laid = overlay(recording, models)
     lines = [f'misfit on {args.check}, {len(laid.windows)} windows of 1 s, in standard deviations '
              'of the noise']

@@ -85,6 +85,12 @@ def written_options(args: Namespace, names: Sequence[str]) -> str:
                     for option, value in stated(args, names).items())
 
 
+def joint_of(args: Namespace) -> dict[str, Any]:
+    """Return how `load_model` and `export_model` find the joint that `args` name."""
+    return {'joint': args.joint, 'arm_joint': args.model_arm_joint, 'keyframe': args.keyframe,
+            'actuator': args.actuator, 'root': args.root}
+
+
 def load_drive(args: Namespace) -> DriveModel:
     """
     Return the model that --model of the options `args` names.
@@ -92,9 +98,7 @@ def load_drive(args: Namespace) -> DriveModel:
     It is a model file, or the file of a simulator where --joint is given. Raises InputError.
     """
     from gearbox_monitor.library.simulator_file import load_model
-    return load_model(args.model, args.joint, arm_joint=args.model_arm_joint,
-                      keyframe=args.keyframe, actuator=args.actuator, root=args.root,
-                      values=args.values)
+    return load_model(args.model, **joint_of(args), values=args.values)
 
 
 def add_recording_arguments(parser: ArgumentParser, model_required: bool = True) -> None:

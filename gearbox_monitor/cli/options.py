@@ -12,7 +12,7 @@ import re
 import shutil
 import sys
 import textwrap
-from typing import Any, TYPE_CHECKING
+from typing import Any
 
 from gearbox_monitor.errors import InputError, installed_by, unknown
 from gearbox_monitor.files.opening import dump, plain, write_new
@@ -23,9 +23,6 @@ from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.reading import open_recording, ReadOptions
 from gearbox_monitor.recordings.recorded_samples import NO_MODEL
 from gearbox_monitor.recordings.topics import JOINT_STATES
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 BAG_HELP = 'recording: bag, complete or truncated, or a log of any kind (docs/import.md)'
 
@@ -168,12 +165,12 @@ def expect_new_files(folder: str | None, names: Iterable[str]) -> None:
         raise InputError(f'{folder}: is a file, expected a directory')
 
 
-def write_files(contents: 'Mapping[Path, str | Figure]', folder: str | None = None) -> list[Path]:
+def write_files(contents: Mapping[Path, str], folder: str | None = None) -> list[Path]:
     """
     Write all files or none; return their paths.
 
     Args:
-        contents: {path: text or picture}.
+        contents: {path: text}.
         folder: of some of them, made where there is none.
 
     Raises:
@@ -186,10 +183,7 @@ def write_files(contents: 'Mapping[Path, str | Figure]', folder: str | None = No
         if new_folder is not None:
             new_folder.mkdir()
         for target, content in contents.items():
-            if isinstance(content, str):
-                parts[target].write_text(content, encoding='utf-8')
-            else:
-                content.savefig(parts[target], dpi=110, format='png')
+            parts[target].write_text(content, encoding='utf-8')
         for target, part in parts.items():
             os.replace(part, target)
     except OSError as error:

@@ -6,7 +6,6 @@ from argparse import ArgumentParser, Namespace
 import json
 import math
 
-from matplotlib.figure import Figure
 import pytest
 
 from gearbox_monitor.cli.inputs import add_recording_arguments, written_options
@@ -49,13 +48,13 @@ def test_options_that_differ_from_their_defaults_have_their_own_names():
 
 
 def test_all_files_are_written_or_none_and_the_one_that_fails_is_named(tmp_path):
-    out, picture = tmp_path / 'out', tmp_path / 'no folder' / 'b.png'
-    with pytest.raises(InputError, match=r'no folder/b\.png: No such file'):
-        write_files({out / 'a.json': '{}', picture: Figure()}, str(out))
+    out, page = tmp_path / 'out', tmp_path / 'no folder' / 'b.html'
+    with pytest.raises(InputError, match=r'no folder/b\.html: No such file'):
+        write_files({out / 'a.json': '{}', page: ''}, str(out))
     assert list(tmp_path.iterdir()) == []
-    paths = [out / 'a.json', out / 'b.png']
-    assert write_files(dict(zip(paths, ('{}', Figure()))), str(out)) == paths
-    assert sorted(out.iterdir()) == paths and paths[1].read_bytes().startswith(b'\x89PNG')
+    paths = [out / 'a.json', out / 'b.html']
+    assert write_files(dict.fromkeys(paths, '{}'), str(out)) == paths
+    assert sorted(out.iterdir()) == paths and paths[1].read_text() == '{}'
 
 
 def test_a_full_disk_is_said_of_the_file(tmp_path, monkeypatch):
