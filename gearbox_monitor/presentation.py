@@ -60,7 +60,7 @@ class Drawn(Shown):
         return figure
 
 
-class Paged(Drawn):
+class Paged(Shown):
     """A result with a page of its own."""
 
     def to_html(self, path: str | Path) -> Path:

@@ -8,15 +8,13 @@ from typing import Any
 from matplotlib.figure import Figure
 import numpy as np
 
-from gearbox_monitor.diagnosis.joint.nominal import NominalFit
 from gearbox_monitor.diagnosis.joint.verdict import Verdict
 from gearbox_monitor.estimation.estimates import Estimates
 from gearbox_monitor.health.backlash.features import Backlash
 from gearbox_monitor.library.estimation import BacklashWindows, RecordingEstimates
 from gearbox_monitor.library.recording import DriveRecording
-from gearbox_monitor.library.robot import RobotDiagnosis
-from gearbox_monitor.presentation import on_axis, Quantity
-from gearbox_monitor.report.chart import BarRow, Bars, Chart, Panel, Trace
+from gearbox_monitor.presentation import on_axis
+from gearbox_monitor.report.chart import Chart, Panel, Trace
 from gearbox_monitor.report.diagnosis_evidence import gather, window_chart
 from gearbox_monitor.report.plots import figure
 from gearbox_monitor.report.recording_charts import backlash_chart, overview
@@ -73,23 +71,3 @@ def _(verdict: Verdict) -> Figure:
     return figure([[window_chart(evidence.overlay, words, window, evidence.axis)
                     for words, window in evidence.windows]],
                   summary(verdict.to_dict(), evidence.axis))
-
-
-@picture.register
-def _(fit: NominalFit) -> Figure:
-    rows = []
-    for v in fit.values:
-        scale = abs(v.start) or abs(v.value) or 1.0
-        ends = [(v.value + side * 2.0 * v.error) / scale for side in (-1.0, 1.0)]
-        rows.append(BarRow(v.name, '', v.value / scale, str(Quantity(v.value, v.error)),
-                           'closed' if v.determined else 'limit', (ends[0], ends[1])))
-    return figure([[Bars(rows)]], 'Fitted over model values, 2 standard errors; '
-                                  'grey: not identified')
-
-
-@picture.register
-def _(diagnosis: RobotDiagnosis) -> Figure:
-    rows = [BarRow(gap.joint, words, getattr(gap, words), f'{getattr(gap, words):.3g}', role)
-            for gap in diagnosis.verdict.ranked
-            for words, role in (('before', 'nominal'), ('after', 'closed'))]
-    return figure([[Bars(rows)]], 'Gap of the torque (rms in N m, of a slide in N)')

@@ -3,7 +3,6 @@
 
 """What results show: a line, words, a table, a picture, a page, a file; one entry per result."""
 from collections.abc import Callable, Iterable, Mapping
-from functools import singledispatch
 from html import escape
 from pathlib import Path
 from typing import Any, TYPE_CHECKING, TypeVar
@@ -52,63 +51,48 @@ Entry = TypeVar('Entry')
 
 # ---------------------------------------------------------------------- a line, and words
 
-@singledispatch
 def brief(result: Any) -> str:
     """Return the `result` in one line, as repr shows it."""
-    raise NotImplementedError(type(result))
+    return f'{NAMES.get(type(result), type(result).__name__)}({_entry(BRIEFS, result)(result)})'
 
 
-# Lines that follow the first one, of results whose words are their brief and these.
-REMARKS: dict[type, Callable[[Any], Iterable[str]]] = {
-    DriveRecording: lambda r: _notes(r.notes), TunedParameters: lambda t: _notes(t.notes),
-    ParameterRanges: lambda r: [*map(str, r.combinations), *_notes(r.notes)],
-    Adapted: lambda a: [f'open: {sentence}' for sentence in a.open],
-    SimulatorFile: lambda f: [*(f'{row.id}: {row.kind}: {row.words}' for row in f.exported),
-                              *f.notes]}
-
-
-@singledispatch
 def words(result: Any) -> str:
     """Return the `result` in some lines, as print shows it."""
-    return '\n'.join([brief(result), *REMARKS.get(type(result), lambda _: ())(result)])
+    written = next((WORDS[kind] for kind in type(result).__mro__ if kind in WORDS), None)
+    return '\n'.join([brief(result)] if written is None else written(result))
 
 
 def _notes(notes: Iterable[str]) -> list[str]:
     return [f'note: {note}' for note in notes]
 
 
-@brief.register
-def _(recording: DriveRecording) -> str:
+def _recorded_in_brief(recording: DriveRecording) -> str:
     driving = 'torque' if recording.model.controller is None else 'setpoint'
     measured = [name for name in (driving, 'motor', 'arm', 'arm_torque')
                 if not np.isnan(getattr(recording, name)).all()]
-    return (f'Recording({recording.name!r}: {len(recording)} samples, '
-            f'{recording.duration:.2f} s, {recording.rate:.4g} Hz; {", ".join(measured)})')
+    return (f'{recording.name!r}: {len(recording)} samples, {recording.duration:.2f} s, '
+            f'{recording.rate:.4g} Hz; {", ".join(measured)}')
 
 
-@brief.register
-def _(estimates: Estimates) -> str:
+def _estimated_in_brief(estimates: Estimates) -> str:
     n = len(estimates.stamp_ns)
     span = (estimates.stamp_ns.max() - estimates.stamp_ns.min()) * 1e-9 if n else 0.0
     rms = f'; tau_k {number(_rms(estimates.tau_k), "N m")} rms' if n else ''
-    return f'{type(estimates).__name__}({n} in {span:.2f} s{rms})'
+    return f'{n} in {span:.2f} s{rms}'
 
 
-@words.register
-def _(estimates: RecordingEstimates) -> str:
+def _estimated_in_words(estimates: RecordingEstimates) -> list[str]:
     lines = [f'{estimates.recording.name}: {brief(estimates)}']
     if estimates.backlash:
         newest = estimates.backlash[-1]
         unit = on_axis('rad', estimates.recording.model.axis)
         lines.append(f'backlash {width_of(newest.gap, newest.gap_std, unit)} in the newest of '
                      f'{len(estimates.backlash)} windows')
-    lines += [f'{name}: {outcome.level.name}: {outcome.message}'
-              for name, outcome in estimates.outcomes.items()]
-    return '\n'.join([*lines, *_notes(estimates.notes)])
+    return [*lines, *(f'{name}: {outcome.level.name}: {outcome.message}'
+                      for name, outcome in estimates.outcomes.items()), *_notes(estimates.notes)]
 
 
-@brief.register
-def _(windows: BacklashWindows) -> str:
+def _windows_in_brief(windows: BacklashWindows) -> str:
     unit, gap, lost = on_axis('rad', windows.model.axis), windows.gap, windows.lost_motion
     if gap is None:
         text = windows.reason
@@ -117,92 +101,65 @@ def _(windows: BacklashWindows) -> str:
     else:
         text = (f'lost motion {Quantity(lost.value, lost.std, unit)}, backlash and compliance '
                 'are not separable')
-    return f'BacklashWindows({windows.recording.name!r}: {len(windows.fits)} windows; {text})'
+    return f'{windows.recording.name!r}: {len(windows.fits)} windows; {text}'
 
 
-@brief.register
-def _(verdict: Verdict) -> str:
+def _verdict_in_brief(verdict: Verdict) -> str:
     text = verdict.effect or verdict.location
     closed = verdict.closed_fraction
-    return (f'Verdict({verdict.verdict!r}' + ('' if verdict.verdict in NOTHING else f': {text}')
+    return (f'{verdict.verdict!r}' + ('' if verdict.verdict in NOTHING else f': {text}')
             + f'; gap {number(verdict.gap_before)} before, {number(verdict.gap_after)} after'
-            + ('' if closed is None else f', {percent(closed)} closed') + ')')
+            + ('' if closed is None else f', {percent(closed)} closed'))
 
 
-@words.register
-def _(verdict: Verdict) -> str:
+def _verdict_in_words(verdict: Verdict) -> list[str]:
     data, axis = plain(verdict.to_dict()), verdict.basis.model.axis
-    return '\n'.join([summary(data, axis), *(
-        f'{row.effect} {row}' for row in value_rows(data, axis)),
-        f'gap {number(verdict.gap_before)} before, {number(verdict.gap_after)} after, in standard '
-        'deviations of the noise; 1 is the floor', *_notes(verdict.warnings)])
+    return [summary(data, axis), *(f'{row.effect} {row}' for row in value_rows(data, axis)),
+            f'gap {number(verdict.gap_before)} before, {number(verdict.gap_after)} after, in '
+            'standard deviations of the noise; 1 is the floor', *_notes(verdict.warnings)]
 
 
-@brief.register
-def _(fit: NominalFit) -> str:
+def _fit_in_brief(fit: NominalFit) -> str:
     start = '' if fit.gap_before is None else f'{number(fit.gap_before)} -> '
     values = ', '.join(f'{v.name} {Quantity(v.value, v.error)}' for v in fit.values
                        if v.determined)
-    return f'NominalFit({values or "no value determined"}; gap {start}{number(fit.gap_after)})'
+    return f'{values or "no value determined"}; gap {start}{number(fit.gap_after)}'
 
 
-@brief.register
-def _(tuned: TunedParameters) -> str:
+def _tuned_in_brief(tuned: TunedParameters) -> str:
     values = ', '.join(f'{name} {number(value)}' for name, value in tuned.values.items()
                        if not isinstance(value, str))
     note = '; nothing is more likely than those before' if tuned.kept else ''
-    return f'TunedParameters({tuned.parameters.filter}: {values}{note})'
+    return f'{tuned.parameters.filter}: {values}{note}'
 
 
-@brief.register
-def _(adapted: Adapted) -> str:
-    fitted = brief(adapted.fit) if adapted.fit else 'no value identified'
-    return f'Adapted({"values before kept" if adapted.kept else fitted})'
-
-
-@brief.register
-def _(ranges: ParameterRanges) -> str:
-    rows = ', '.join(f'{name} {number(low)} to {number(high)}' for name, low, high in zip(
-        ranges.names, ranges.low, ranges.high))
-    return f'ParameterRanges({rows})'
-
-
-@brief.register
-def _(file: SimulatorFile) -> str:
-    lacking = ', '.join(row.id for row in file.lacking)
-    return (f'SimulatorFile({file.to}: changes in {file.into}'
-            + (f'; lacking {lacking}' if lacking else '') + ')')
-
-
-@brief.register
-def _(diagnosis: RobotDiagnosis) -> str:
-    causes = ', '.join(f'{f.effect} at {f.joint or f.link}' for f in diagnosis.findings)
-    return f'RobotDiagnosis({diagnosis.kind!r}' + (f': {causes})' if causes else ')')
-
-
-@words.register
-def _(diagnosis: RobotDiagnosis) -> str:
-    return robot_text(diagnosis.data)
-
-
-@brief.register
-def _(watch: Watch) -> str:
-    return f'Watch({watch.phase!r}: {watch_headline(watch)})'
-
-
-@words.register
-def _(watch: Watch) -> str:
-    return watch_text(watch)
-
-
-@brief.register
-def _(pages: ReportPages) -> str:
-    return f'ReportPages({pages.page}: {pages.extent})'
-
-
-@words.register
-def _(pages: ReportPages) -> str:
-    return f'{pages.headline}\n{pages.page}: {pages.extent}'
+NAMES = {DriveRecording: 'Recording'}
+BRIEFS: dict[type, Callable[[Any], str]] = {
+    DriveRecording: _recorded_in_brief, Estimates: _estimated_in_brief,
+    BacklashWindows: _windows_in_brief, Verdict: _verdict_in_brief, NominalFit: _fit_in_brief,
+    TunedParameters: _tuned_in_brief,
+    Adapted: lambda a: 'values before kept' if a.kept else (
+        brief(a.fit) if a.fit else 'no value identified'),
+    ParameterRanges: lambda r: ', '.join(
+        f'{name} {number(low)} to {number(high)}' for name, low, high in zip(
+            r.names, r.low, r.high)),
+    SimulatorFile: lambda f: f'{f.to}: changes in {f.into}' + '; lacking ' * bool(
+        f.lacking) + ', '.join(row.id for row in f.lacking),
+    RobotDiagnosis: lambda d: f'{d.kind!r}' + ': ' * bool(d.findings) + ', '.join(
+        f'{f.effect} at {f.joint or f.link}' for f in d.findings),
+    Watch: lambda w: f'{w.phase!r}: {watch_headline(w)}',
+    ReportPages: lambda p: f'{p.page}: {p.extent}'}
+# Lines of print where they are more than those of repr.
+WORDS: dict[type, Callable[[Any], list[str]]] = {
+    RecordingEstimates: _estimated_in_words, Verdict: _verdict_in_words,
+    RobotDiagnosis: lambda d: [robot_text(d.data)], Watch: lambda w: [watch_text(w)],
+    ReportPages: lambda p: [p.headline, f'{p.page}: {p.extent}'],
+    DriveRecording: lambda r: [brief(r), *_notes(r.notes)],
+    TunedParameters: lambda t: [brief(t), *_notes(t.notes)],
+    ParameterRanges: lambda r: [brief(r), *map(str, r.combinations), *_notes(r.notes)],
+    Adapted: lambda a: [brief(a), *(f'open: {sentence}' for sentence in a.open)],
+    SimulatorFile: lambda f: [brief(f), *(f'{row.id}: {row.kind}: {row.words}'
+                                          for row in f.exported), *f.notes]}
 
 
 # ---------------------------------------------------------------------- tables

@@ -11,7 +11,7 @@ Public names, by module:
 
     .: words
     builder: Page, page_summary, render_page, Section
-    chart: BarRow, Bars, Chart, Panel, Trace
+    chart: Chart, Panel, Trace
     diagnosis_evidence: gather, shows_place, window_chart
     diagnosis_page: diagnosis_page, PageContext
     explanation: ALL_CONDITIONS, Explanation, explanations
@@ -30,5 +30,5 @@ Public names, by module:
     watch_page: watch_page
     watch_words: watch_data, watch_headline, watch_text
     words: change_sentence, counted, NAMING, next_steps, NO_FILES, NOTHING, place_text,
-        SUGGESTED, suggestion, torque_map_of, undefined, unit_of, UserFiles, value_rows
+        torque_map_of, undefined, unit_of, UserFiles, value_rows
 """

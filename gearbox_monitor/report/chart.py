@@ -225,7 +225,7 @@ class Bars:
             row.value, *(row.interval or ())) if v is not None), default=1.0)
 
 
-Drawing: TypeAlias = Chart | Plane | Bars
+Drawing: TypeAlias = Chart | Plane
 
 
 def tick_step(low: float, high: float, count: int) -> float:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure, SubFigure
 import numpy as np
 
 from gearbox_monitor.report.chart import (
-    Bars, Chart, Drawing, Lane, LANE_HEIGHTS, Mark, Plane, thinned_rows, Trace)
+    Chart, Drawing, Lane, LANE_HEIGHTS, Mark, Plane, thinned_rows, Trace)
 
 # As assets/page.css has them for a light page.
 COLOURS = {'recording': '#1b1d21', 'nominal': '#c94f00', 'closed': '#0072b2', 'signal': '#00795a',
@@ -20,7 +20,6 @@ COLOURS = {'recording': '#1b1d21', 'nominal': '#c94f00', 'closed': '#0072b2', 's
 DASHES = {'nominal': '--', 'warn': '--', 'error': ':', 'limit': '--'}
 PIXELS = 72.0        # of a panel per inch
 HEAD, FOOT = 52, 60  # pixels of a chart for its title and the labels of its axis
-BAR = 30
 BAND_POINTS = 2000
 
 
@@ -47,14 +46,11 @@ def figure(rows: Sequence[Sequence[Drawing]], title: str = '', notes: Sequence[s
     strips = drawn.subfigures(len(rows), 1, height_ratios=heights, squeeze=False)[:, 0]
     for row, strip in zip(rows, strips):
         for part, cell in zip(row, strip.subfigures(1, len(row), squeeze=False)[0]):
-            cell.suptitle(part.title if not isinstance(part, Bars) else '', fontsize=11, x=0.01,
-                          ha='left')
+            cell.suptitle(part.title, fontsize=11, x=0.01, ha='left')
             if isinstance(part, Chart):
                 _draw_chart(cell, part)
-            elif isinstance(part, Plane):
-                _draw_plane(cell.subplots(), part)
             else:
-                _draw_bars(cell.subplots(), part)
+                _draw_plane(cell.subplots(), part)
     return drawn
 
 
@@ -77,7 +73,7 @@ def _height(part: Drawing) -> int:
     """Return the height of a chart in pixels."""
     if isinstance(part, Chart):
         return HEAD + FOOT + sum(panel.height for panel in part.panels)
-    return HEAD + part.height if isinstance(part, Plane) else FOOT + BAR * len(part.rows)
+    return HEAD + part.height
 
 
 def _draw_chart(cell: SubFigure, chart: Chart) -> None:
@@ -153,19 +149,3 @@ def _draw_plane(axes: Axes, plane: Plane) -> None:
     axes.grid(True, color=COLOURS['line'], lw=0.5)
     if plane.slices:
         axes.legend(fontsize=8, loc='upper left')
-
-
-def _draw_bars(axes: Axes, bars: Bars) -> None:
-    for k, row in enumerate(bars.rows):
-        color = COLOURS.get(row.role.split()[0], COLOURS['soft'])
-        if row.interval is not None and row.value is not None:
-            axes.plot(row.interval, (k, k), color=color, lw=2.0, marker='|')
-            axes.plot(row.value, k, 'o', color=color)
-        elif row.value is not None:
-            axes.barh(k, row.value, color=color)
-        axes.annotate(row.text, (1.0, k), xycoords=('axes fraction', 'data'), va='center',
-                      xytext=(6, 0), textcoords='offset points', fontsize=9)
-    axes.set_yticks(range(len(bars.rows)), [
-        f'{row.name} {row.note}'.strip() for row in bars.rows])
-    axes.set_xscale('log' if bars.log else 'linear')
-    axes.invert_yaxis()

@@ -12,7 +12,7 @@ import pytest
 import gearbox_monitor
 from gearbox_monitor.report import plots, svg
 from gearbox_monitor.report.chart import (
-    BarRow, Bars, Chart, Lane, LoopSlice, Mark, Panel, Plane, thinned, Trace)
+    Chart, Lane, LoopSlice, Mark, Panel, Plane, thinned, Trace)
 
 
 def example(n):
@@ -28,10 +28,7 @@ def example(n):
             Lane('trust', [0.0, 2.0], 5.0, [0, 2], ['OK', 'ERROR'])],
             'time (s)', [Mark(2.0, 'warning', 'warn')], span=(0.0, 12.0)),
         Plane('loop', [LoopSlice('first', (t[:400], y[:400]), [(t[:9], y[:9])]),
-                       LoopSlice('last', (t[:9], 2.0 * y[:9]))], 'twist', 'torque')],
-        [Bars([BarRow('base', 'before', 2.0, '2', 'nominal'),
-               BarRow('base', 'after', 1.0, '1', 'closed', (0.5, 1.5)),
-               BarRow('wrist', '', None, 'none', 'closed')])]]
+                       LoopSlice('last', (t[:9], 2.0 * y[:9]))], 'twist', 'torque')]]
 
 
 @pytest.mark.filterwarnings('error')
@@ -46,7 +43,7 @@ def test_few_or_no_values_are_drawn(rows, tmp_path):
 def test_page_and_picture_have_the_same_scales_and_colours():
     rows = example(1000)
     chart, plane = rows[0]
-    torque, windows, lane, loop, _ = plots.figure(rows).axes
+    torque, windows, lane, loop = plots.figure(rows).axes
     view, flat = svg.chart_view(chart), svg.plane_view(plane)
     for axes, panel in zip((torque, windows, lane), view['panels']):
         assert axes.get_ylim() == pytest.approx((float(panel['low']), float(panel['high'])))

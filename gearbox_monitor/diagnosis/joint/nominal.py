@@ -38,7 +38,7 @@ from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
-from gearbox_monitor.presentation import Drawn, on_axis
+from gearbox_monitor.presentation import Shown, on_axis
 from gearbox_monitor.signals.uniform import expect_one_rate, UniformRecording
 
 WEAK = 1.0         # standard deviation of the prior on the log of a value, or of an offset's scale
@@ -64,7 +64,7 @@ class FittedValue:
 
 
 @dataclass(frozen=True, repr=False)
-class NominalFit(Drawn):
+class NominalFit(Shown):
     """
     Result: model, a DriveModel with the values; values; correlated: [(name, name, r)].
 

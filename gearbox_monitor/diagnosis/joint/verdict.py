@@ -25,7 +25,7 @@ from gearbox_monitor.plant.drive import DriveModel, weight_of
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import ARM_INERTIA, DISTURBANCE, GRAVITY
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
-from gearbox_monitor.presentation import Paged
+from gearbox_monitor.presentation import Drawn, Paged
 from gearbox_monitor.signals.uniform import UniformRecording
 
 NONE, EFFECT, INCOMPLETE, UNKNOWN = 'none', 'effect', 'incomplete', 'unknown'
@@ -127,7 +127,7 @@ ARMS = (0.1, 0.3)  # m: distances at which a payload is stated whose weight is n
 
 
 @dataclass(frozen=True, repr=False)
-class Verdict(Paged):
+class Verdict(Drawn, Paged):
     """
     The verdict of a diagnosis; docs/diagnose.md explains each field.
 
