@@ -14,7 +14,7 @@ import numpy as np
 from gearbox_monitor.diagnosis.joint.closed_model import Overlay, overlay
 from gearbox_monitor.diagnosis.joint.shooting import ShootingWindows
 from gearbox_monitor.diagnosis.joint.verdict import Verdict
-from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.presentation import on_axis
@@ -48,7 +48,14 @@ def binned(x: Array, value: Array, edges: Array) -> BinnedMap:
         value: quantity to average, of the shape of `x`, or with channels as a last axis.
         edges: edges of the bins [B + 1], in the unit of the motion variable.
     """
-    return BinnedMap(edges, _rms(value, _bins(x, edges), len(edges) - 1, FEWEST))
+    bins = len(edges) - 1
+    at = np.clip(np.searchsorted(edges, np.ravel(x), side='right') - 1, 0, bins - 1)
+    power = (np.asarray(value, float).reshape(len(at), -1) ** 2).mean(axis=-1)
+    count = np.bincount(at, minlength=bins)
+    populated = count >= max(1.0, FEWEST * len(at))
+    total = np.bincount(at, power, minlength=bins)
+    return BinnedMap(edges, np.sqrt(
+        np.where(populated, total / np.where(populated, count, 1), np.nan)))
 
 
 def edges_of(x: Array) -> Array:
@@ -57,20 +64,6 @@ def edges_of(x: Array) -> Array:
     if not high > low:
         low, high = low - 0.5, low + 0.5
     return np.linspace(low, high, BINS + 1)
-
-
-def _bins(x: Array, edges: Array) -> Integers:
-    """Return the number of the bin [N] of each of the values `x` [...]."""
-    return np.clip(np.searchsorted(edges, np.ravel(x), side='right') - 1, 0, len(edges) - 2)
-
-
-def _rms(value: Array, at: Integers, bins: int, fewest: float) -> Array:
-    """Return the rms [bins] of `value` in the bins `at` [N]; NaN below the share `fewest`."""
-    power = (np.asarray(value, float).reshape(len(at), -1) ** 2).mean(axis=-1)
-    count = np.bincount(at, minlength=bins)
-    populated = count >= max(1.0, fewest * len(at))
-    total = np.bincount(at, power, minlength=bins)
-    return np.sqrt(np.where(populated, total / np.where(populated, count, 1), np.nan))
 
 
 def smoothed(residual: Array, dt: float, seconds: float = 0.02) -> Array:

@@ -86,7 +86,7 @@ def robots_page(joints: Sequence[Joint], bags: Sequence[Bag], counts: Mapping[st
     kind = 'warn' if found else '' if silent else 'good'
     table = PageTable(('robot', 'joint', 'state', *STATES.values(), 'recorded', 'bags'), [
         (j['robot'], j['joint'], j['summary'], *(_share(j['states'].get(k)) for k in STATES),
-         _days(j), str(j['bags'])) for j in joints])
+         _days(j), str(j['bags'])) for j in joints], unbroken=True)
     return render_page(Page('Fleet', page_summary(kind, robots_headline(joints), facts), [
         advice(steps or [NOTHING]), Section('fleet/joints.html', {'joints': table}, 'All joints'),
         *_joint_curves(joints), bag_problems(bags, other_settings)]))
@@ -105,8 +105,7 @@ def robots_headline(joints: Sequence[Joint]) -> str:
 
 def _share(state: Mapping[str, Any] | None) -> str:
     """Return the size of a `state` in words, '' if it is not known well enough."""
-    return '' if not state or not state['judged'] else _unbroken(
-        f'{percent(state["size"], state["std"]):+}')
+    return '' if not state or not state['judged'] else f'{percent(state["size"], state["std"]):+}'
 
 
 def _joint_curves(joints: Sequence[Joint]) -> list[Section]:
@@ -202,13 +201,8 @@ def fleet_csv(gearboxes: Sequence[Gearbox]) -> str:
 def _shop(gearboxes: Sequence[Gearbox]) -> Section:
     """Return the table for the shop."""
     return Section('fleet/shop.html', {
-        'table': PageTable(SHOP, [tuple(map(_unbroken_day, row)) for row in shop_rows(gearboxes)]),
-        'file': CSV_NAME}, 'For the shop')
-
-
-def _unbroken_day(text: str) -> str:
-    """Return `text` with hyphens, if it is a date, at which no line breaks."""
-    return text.replace('-', '\u2011') if text[:4].isdigit() else text
+        'table': PageTable(SHOP, shop_rows(gearboxes), unbroken=True), 'file': CSV_NAME},
+        'For the shop')
 
 
 def _summary(gearboxes: Sequence[Gearbox], counts: Mapping[str, int]) -> Section:
@@ -308,17 +302,15 @@ def _table(gearboxes: Sequence[Gearbox]) -> Section:
             f'{percent(width["rate"] * YEAR, width["rate_std"] * YEAR):+}'
         feature = 'lost motion ' if gearbox['feature'] != 'gap' else ''
         rows.append([
-            gearbox['gearbox'], feature + _unbroken(width_text(gearbox)),
-            *(_unbroken(growth_text(gearbox['features'][name])) for name in (
+            gearbox['gearbox'], feature + width_text(gearbox),
+            *(growth_text(gearbox['features'][name]) for name in (
                 gearbox['feature'], 'stiffness', 'friction')),
-            *(_unbroken(text) for text in (
-                gearbox['trust'], gearbox['model_level'],
-                f'{len(gearbox["points"])} of {gearbox["bags"]}')),
-            _unbroken(pace), _days(gearbox)])
+            gearbox['trust'], gearbox['model_level'],
+            f'{len(gearbox["points"])} of {gearbox["bags"]}', pace, _days(gearbox)])
     return Section('fleet/table.html', {
         'gearboxes': PageTable((
             'gearbox', 'newest backlash', 'growth', 'stiffness', 'friction', 'trust', 'model',
-            'measured in bags', 'per year', 'recorded'), rows),
+            'measured in bags', 'per year', 'recorded'), rows, unbroken=True),
         'unmeasured': PageTable(('never measured', 'missing in the newest bag'), [
             (gearbox['gearbox'], gearbox['not_excited']) for gearbox in gearboxes
             if gearbox['not_excited']])}, 'All gearboxes', folded=True)
@@ -326,12 +318,7 @@ def _table(gearboxes: Sequence[Gearbox]) -> Section:
 
 def _days(box: Gearbox | Joint) -> str:
     """Return from when to when a gearbox or joint was recorded."""
-    return f'{day(box["first"])} to {day(box["last"])}'.replace('-', '\u2011')
-
-
-def _unbroken(text: str) -> str:
-    """Return `text` so that lines do not break in it."""
-    return text.replace(' ', '\u00a0')
+    return f'{day(box["first"])} to {day(box["last"])}'
 
 
 def _diagnoses(gearboxes: Sequence[Gearbox]) -> Section:
