@@ -24,12 +24,10 @@ REMOVED = {
     'gearbox_monitor adapt': 'gearbox_monitor fit unit BAG --model FILE --out FOLDER',
     'gearbox_monitor describe': 'gearbox_monitor check ROBOT',
     'gearbox_monitor fit-nominal': 'gearbox_monitor fit model BAG --model FILE',
+    'gearbox_monitor suggest': 'the next steps of diagnose name the motion that distinguishes '
+    'effects',
     'gearbox_monitor tune': 'gearbox_monitor fit noise BAG --out FILE',
     # options and their values
-    'suggest --robot': _ROBOT_MOTION,
-    'suggest --effects': _ROBOT_MOTION,
-    'suggest --payload': _ROBOT_MOTION,
-    'suggest --link': _ROBOT_MOTION,
     'accept --write-model': 'gearbox_monitor fit model BAG --model FILE --free K b --out FILE',
     'export --to sdf': _FORMATS,
     'export --to drake': _FORMATS,

@@ -13,9 +13,9 @@ each line.
 
 In place of BAG, the MJCF or URDF file of a robot lists its joints, each with all others at rest,
 in the posture of --keyframe: what acts on it in the simulation is a value in the table, or it is
-refused by name, with what to do. Joints that are read can be given to diagnose, fit, suggest and
-export as --model ROBOT --joint NAME. Values that no robot has, such as a wrist of 7 g between two
-links of 2 kg, are doubted.
+refused by name, with what to do. Joints that are read can be given to diagnose, fit and export as
+--model ROBOT --joint NAME. Values that no robot has, such as a wrist of 7 g between two links of 2
+kg, are doubted.
 
 usage examples:
   gearbox_monitor check BAG

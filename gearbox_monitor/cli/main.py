@@ -36,7 +36,6 @@ EXIT_CODES = {
     'accept': {0: 'pass', 1: 'fail', 3: 'undecided: not excited, or too close to a limit'},
     'diagnose': {0: 'no gap', 1: 'a gap: verdict effect, incomplete or unknown',
                  3: 'undecided: the motion shows too little; or free runs are not finite'},
-    'suggest': {0: 'a motion separates all pairs', 1: 'none within the limits does'},
     'fit': {0: 'done', 1: 'some values are not determined, or nothing is likelier than before',
             3: 'no solution, no value identified, or longer than --time-limit'},
     'export': {0: 'all is expressed', 1: 'some is not'},
@@ -71,8 +70,7 @@ GROUPS = {
         'accept': ('accept', 'check the backlash and stiffness of a delivered gearbox')},
     'diagnose': {
         'diagnose': ('diagnose', 'identify the unmodelled effect behind the sim-to-real gap'),
-        'learn': ('learn', 'learn a healthy robot from its logs, as a reference'),
-        'suggest': ('suggest', 'find the motion that distinguishes confused effects')},
+        'learn': ('learn', 'learn a healthy robot from its logs, as a reference')},
     'simulate': {
         'demo': ('demo', 'simulate, estimate, record and check one worn gearbox'),
         'example': ('example', 'write a bag of a simulated drive, to try other commands on'),

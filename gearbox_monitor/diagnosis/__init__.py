@@ -17,7 +17,6 @@ Public names, by module:
     joint.diagnose: chosen_ids, diagnose
     joint.innovation_fit: coordinate_columns, evaluated, FilteredFit, fitted, InnovationFit
     joint.innovations: halves, InnovationLikelihood
-    joint.isolability: Limits, suggest
     joint.noise_model: noise_floor
     joint.nominal: fit_nominal, FittedValue, NominalFit
     joint.parameter_ranges: Combination, LEVELS, NORMAL, ParameterRanges, ranges_of,

@@ -225,8 +225,7 @@ def next_steps(data: Mapping[str, Any], files: UserFiles, axis: str = 'rotary') 
 
     """
     if data['verdict'] == 'undecided':
-        return ['record a motion that loads the drive and reverses often; gearbox_monitor suggest '
-                'finds one']
+        return ['record a motion that loads the drive and reverses often']
     if data['verdict'] == 'none':
         return ['nothing: simulate with the model as it is. An effect too small for this motion '
                 'and noise stays hidden']
@@ -241,16 +240,11 @@ def next_steps(data: Mapping[str, Any], files: UserFiles, axis: str = 'rotary') 
                 '(docs/effects.md) and diagnose again']
     ids = set(ids_of(data))
     advice = _separating_motions(ids, data.get('confusable') or (), axis)
-    is_servo = 'kp' in (data.get('nominal') or {})
-    if data.get('confusable') and files.closed and not files.robot and not is_servo:
-        advice.append('find the motion that distinguishes them best: gearbox_monitor suggest '
-                      f'{shlex.quote(str(Path(files.closed).parent))} --model '
-                      f'{shlex.quote(files.model)} --max-torque NM')
     if DISTURBANCE.id in ids:
         return [*advice, 'look for contacts at these times, and record again without them']
     if any(name in EFFECTS and EFFECTS[name].lattice for name in ids):
         return [*advice, 'the model is right; a finer encoder reading would show more']
-    if files.closed and is_servo:  # no torque to export or to fit
+    if files.closed and 'kp' in (data.get('nominal') or {}):  # no torque to export or to fit
         advice.append(f'simulate with {files.closed}')
     elif files.closed:
         advice += [f'simulate with {files.closed}, or write it into the file of your simulator: '

@@ -16,9 +16,8 @@ USAGE = [
     (['--'], 'COMMAND: missing; see gearbox_monitor --help'),
     (['diagnos', 'BAG'], "COMMAND: 'diagnos', did you mean 'diagnose'?"),
     (['diagnose', 'BAG', '--model', 'M', '--seed', 'x'], "--seed: 'x', expected a whole number;"),
-    (['suggest', '--model', 'M', '--max-torque', 'x'], "--max-torque: 'x', expected a number;"),
+    (['accept', 'BAG', '--confidence', 'x'], "--confidence: 'x', expected a number;"),
     (['check', 'BAG', '--topic'], '--topic: no value, expected one argument;'),
-    (['suggest', '--model', 'M', '--pair', 'lugre'], 'suggest: --pair: expected 2 arguments;'),
     (['check', 'BAG', 'BAG2'], 'BAG2: one argument too many, expected none;'),
     (['demo', '--fliter', 'ekf'],
      "--fliter: no option of this command, did you mean '--filter'?;"),
@@ -50,14 +49,6 @@ def test_folder_of_a_result_is_checked_first(capsys, tmp_path):
 WRONG_USE = [
     *((['live', '--estimator', name], f'--estimator: {name!r}, expected the name of a node, such '
        'as estimator or /left/estimator') for name in ('', 'a b', '/', 'left//arm', '2nd')),
-    (['suggest', '--pair', 'lugre', 'lugre', '--model', 'M', '--max-torque', '3'],
-     "--pair: 'lugre' twice, expected two effects"),
-    (['suggest', '--pair', 'lugr', 'stribeck', '--model', 'M', '--max-torque', '3'],
-     "--pair: 'lugr': did you mean 'lugre'?"),
-    (['suggest', '--model', 'M', '--max-torque', '3'],
-     'gearbox_monitor suggest: expected either VERDICT or --pair ID ID'),
-    (['suggest', '--pair', 'lugre', 'stribeck', '--model', 'robot.xml', '--max-torque', '3'],
-     'robot.xml: the file of a simulator, expected joint (--joint): the joint of the drive in it'),
     (['diagnose', 'BAG', '--model', 'M', '--validate', 'BAG'],
      'BAG: twice, expected different recordings'),
     (['diagnose', 'BAG', '--model', 'drive.yaml', '--joint', 'elbow'],
@@ -81,7 +72,6 @@ INTO_A_BAG = [
     (['diagnose', 'BAG', '--model', 'M'], '--json'),
     (['fit', 'unit', 'BAG', '--model', 'M'], '--out'),
     (['fit', 'model', 'BAG', '--model', 'M'], '--out'), (['fleet', 'BAG'], '--out'),
-    (['suggest', '--pair', 'lugre', 'stribeck', '--model', 'M', '--max-torque', '3'], '--csv'),
     (['export', 'M', '--to', 'mjcf'], '--out'), (['example'], '')]
 
 

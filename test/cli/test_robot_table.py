@@ -184,10 +184,3 @@ def test_healthy_robots_are_not_doubted():
 def test_the_urdf_of_a_real_arm(capsys):
     assert main(['check', str(SHARED / 'lwr4/kuka_lwr4.urdf')]) == 0
     assert '7 of 7 joints are read' in capsys.readouterr().out
-
-
-def test_suggest_reads_a_simulators_file(tmp_path, capsys):
-    (tmp_path / 'robot.xml').write_text(ROBOT)
-    assert main(['suggest', '--pair', 'motor_viscous', 'motor_coulomb', '--model',
-                 str(tmp_path / 'robot.xml'), '--joint', 'hip', '--max-torque', '4']) == 2
-    assert 'controller: takes a setpoint' in capsys.readouterr().err

@@ -28,7 +28,6 @@ DOCS = ROOT / 'docs'
 ELSEWHERE = {
     'demo': 'test_demo', 'play': 'test_play',
     'fit': 'test_walks', 'diagnose': 'test_walks',
-    'suggest': 'test_experiment_design',
     'export': 'test_walks', 'learn': 'test_robot_commands',
     'import': 'test_import',
     'fleet': 'test_walks', 'live': 'test_live'}

@@ -122,9 +122,6 @@ def test_next_steps_have_the_names_and_options_of_the_user():
             '--validate BAG2') in steps
     assert ('fit model run1 run2 --model out/drive.closed.yaml --topic left --out fitted.yaml'
             ) in steps
-    assert 'suggest' not in steps
-    steps = ' | '.join(next_steps(data_of('effect', HEAVY, confusable=['motor_inertia']), files))
-    assert "gearbox_monitor suggest out --model 'my drive.yaml' --max-torque NM" in steps
     robot = UserFiles('arm.urdf', ('run1',), '', 'out/drive.closed.yaml', robot='arm.urdf',
                       joint='--joint elbow', values='my values.yaml')
     steps = ' | '.join(next_steps(data_of('effect', HEAVY), robot))

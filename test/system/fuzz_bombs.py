@@ -430,12 +430,12 @@ BOMBS = (
     Bomb('NumPy: an array of 8 TB', _packed_text('x.npy', NPZ_MAP, lambda: _npy(1 << 40)),
          ('import {0}/x.npy {0}/new --map {0}/map.yaml',)),
     Bomb('JSON: nested deeply', _packed_text('x.json', JSON_MAP, lambda: b'[' * 1_000_000), (
-        'import {0}/x.json {0}/new --map {0}/map.yaml', 'suggest {0}/x.json --model ' + MODEL)),
+        'import {0}/x.json {0}/new --map {0}/map.yaml', 'export {0}/x.json --to yaml --ranges')),
     Bomb('XML: nested entities', _packed_text('x.xml', '', _entities), (
         f'export {MODEL} --to mjcf --into {{0}}/x.xml --joint m',)),
     Bomb('a pipe called *.xml, *.json', _pipe('x.xml'), (
         f'export {MODEL} --to mjcf --into {{0}}/bag/x.xml --joint m',
-        f'suggest {{0}}/bag/x.xml --model {MODEL}')),
+        'export {0}/bag/x.xml --to yaml --ranges')),
     Bomb('gzip of MATLAB: 4 GB', _packed_text('x.mat', MAT_MAP, lambda: _gzip(
         bytes(1 << 20), 4000)), ('import {0}/x.mat {0}/new --map {0}/map.yaml',)),
 )
