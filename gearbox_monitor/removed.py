@@ -28,6 +28,7 @@ REMOVED = {
     'effects',
     'gearbox_monitor tune': 'gearbox_monitor fit noise BAG --out FILE',
     # options and their values
+    'fit --time-limit': 'timeout SECONDS gearbox_monitor fit ...',
     'accept --write-model': 'gearbox_monitor fit model BAG --model FILE --free K b --out FILE',
     'export --to sdf': _FORMATS,
     'export --to drake': _FORMATS,

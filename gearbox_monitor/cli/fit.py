@@ -43,8 +43,7 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.cli.inputs import (
-    add_recording_arguments, load_recordings, settings_of, time_limit)
+from gearbox_monitor.cli.inputs import add_recording_arguments, load_recordings, settings_of
 from gearbox_monitor.cli.options import (
     check_filter, estimator_options, opened, refuse, show, warn, wrapped)
 from gearbox_monitor.cli.progress import progress_bar
@@ -69,8 +68,9 @@ from gearbox_monitor.signals.examine import measured_samples
 
 MODEL, NOISE, UNIT = WHAT = ('model', 'noise', 'unit')
 # Options that not all of them take: those that do.
-OF = {MODEL: ('free', 'validate', 'windows', 'time_limit'),
+OF = {MODEL: ('free', 'validate', 'windows'),
       NOISE: ('filter', 'smoother', 'fix_speeds', 'reference')}
+FIGURES = 'correlated', 'covariance', 'gap_before', 'gap_after', 'method', 'validation'
 SECONDS = 1.0
 CERTAIN = 3.0  # errors by which a value differs from the model file
 SAME = 1.0     # of log-likelihood: parameters as good as tuned ones
@@ -90,8 +90,6 @@ def add_arguments(parser: ArgumentParser) -> None:
     model.add_argument('--windows', metavar='S', type=float, default=SECONDS,
                        help='if above %(default)g: fit free runs of this length, s; longer than '
                        'the recording: all of it (default: %(default)g)')
-    model.add_argument('--time-limit', metavar='S', type=float, default=math.inf,
-                       help='give up after this many seconds (default: none)')
     noise = parser.add_argument_group('fit noise')
     noise.add_argument('--filter', metavar='F', help='filter to tune (default: as --params, ekf)')
     noise.add_argument('--smoother', action='store_true',
@@ -162,11 +160,9 @@ def _fit_model(args: Namespace) -> int:
     """Fit the values of a model file; return the exit code."""
     if not args.windows >= SECONDS:
         raise InputError(f'--windows: {args.windows:g}, expected at least {SECONDS:g} s')
-    if not args.time_limit > 0.0:
-        raise InputError(f'--time-limit: {args.time_limit:g}, expected a number > 0 (s)')
     expect_new_file(args.out)
     model, recordings, validate, notes = load_recordings(args)
-    with progress_bar('fit') as progress, time_limit(args.time_limit, '--time-limit'):
+    with progress_bar('fit') as progress:
         result = fit_nominal(
             recordings, model, args.free, validate=validate,
             seconds=args.windows if args.windows > SECONDS else None, progress=progress)
@@ -175,11 +171,9 @@ def _fit_model(args: Namespace) -> int:
                                             + ', '.join(Path(path).name for path in args.bag)])
     data = plain({
         'values': _values(result.values),
-        'correlated': result.correlated, 'covariance': result.covariance,
-        'gap_before': result.gap_before, 'gap_after': result.gap_after, 'method': result.method,
+        **{name: getattr(result, name) for name in FIGURES},
         'process_torque_time': None if model.driven_by == 'position' else (
-            result.model.process_torque_time), 'validation': result.validation,
-        'notes': notes})
+            result.model.process_torque_time), 'notes': notes})
     data = {'summary': model_summary(data), **data}
     lines = [f'{first} and {second} are hardly distinguishable (correlation {r:.2f})'
              for first, second, r in result.correlated]

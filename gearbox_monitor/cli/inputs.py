@@ -3,18 +3,15 @@
 
 """Inputs that several commands share: recordings of a drive, bags for filters, logs of a robot."""
 from argparse import ArgumentParser, Namespace
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import replace
-import math
 import os
 import shlex
-import signal
 from types import MappingProxyType
 from typing import Any, TYPE_CHECKING
 
 from gearbox_monitor.cli.options import add_reading_arguments, BAG_HELP, reading_of, stated
-from gearbox_monitor.errors import InputError, Undecided
+from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.parameters import EstimatorParameters, resolve
@@ -170,30 +167,6 @@ def _recording_of(name: str, model: DriveModel, args: Namespace) -> 'DriveRecord
         name, model, joints=joints, topic=args.topic, reading=reading_of(args),
         repeated=getattr(args, 'repeated', REPEATED[0]))
     return recording
-
-
-@contextmanager
-def time_limit(seconds: float, option: str) -> Iterator[None]:
-    """
-    Raise Undecided when the block takes longer than so many `seconds`; inf: without a limit.
-
-    Args:
-        seconds: longest time, s.
-        option: name of the option that sets it.
-    """
-    def _expired(*_: object) -> None:
-        raise Undecided(f'{option} {seconds:g}: not finished after so many seconds, nothing is '
-                        'written; expected a longer time, or fewer values and recordings')
-    if math.isinf(seconds):
-        yield
-        return
-    previous = signal.signal(signal.SIGALRM, _expired)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, previous)
 
 
 def add_robot_arguments(parser: ArgumentParser, reference: bool = True, values: bool = True

@@ -37,7 +37,7 @@ EXIT_CODES = {
     'diagnose': {0: 'no gap', 1: 'a gap: verdict effect, incomplete or unknown',
                  3: 'undecided: the motion shows too little; or free runs are not finite'},
     'fit': {0: 'done', 1: 'some values are not determined, or nothing is likelier than before',
-            3: 'no solution, no value identified, or longer than --time-limit'},
+            3: 'no solution, or no value identified'},
     'export': {0: 'all is expressed', 1: 'some is not'},
     'fleet': {0: 'every bag has its row', 1: 'run it again: some bags failed for reasons that may '
               'pass', 2: 'bad usage or input, disk full, scheduler lost',

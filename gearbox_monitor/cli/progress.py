@@ -2,10 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Progress of a command: a bar at a terminal; where none is shown, a line every 10 s."""
-import bisect
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-import math
 import os
 import sys
 import threading
@@ -15,9 +13,7 @@ from typing import Any, ClassVar
 from tqdm import tqdm
 
 EVERY = 10.0  # s between the lines where no bar is shown
-EVEN = 3.0  # a half of the time passes a third to two thirds of the items: rates within 1 to 2
-LATE = 1.5  # times an earlier answer: it is wrong; less than 2, as a rate has an error
-FORM = '{desc} {percentage:3.0f} %|{bar:20}| {elapsed}{rest}'
+FORM = '{desc} {percentage:3.0f} %|{bar:20}| {elapsed}'
 
 
 class Bar(tqdm):
@@ -26,15 +22,12 @@ class Bar(tqdm):
     shown: ClassVar[list['Bar']] = []
 
     def __init__(self, **options: Any) -> None:
-        self.steps = [(time.monotonic(), float(options.get('initial', 0)))]  # (s, items done)
-        self.end = math.inf  # s, the earliest end that was shown
         super().__init__(**options)
+        self.begun_at = self.n
         Bar.shown.append(self)
 
     def update(self, n: float | None = 1) -> bool | None:
         """Count `n` more."""
-        if n:
-            self.steps.append((time.monotonic(), self.steps[-1][1] + n))
         if self.disable:
             self.n += n or 0
         return super().update(n)
@@ -44,38 +37,9 @@ class Bar(tqdm):
         Bar.shown = [bar for bar in Bar.shown if bar is not self]  # tqdm's are equal by place
         super().close()
 
-    @property
-    def format_dict(self) -> Any:
-        """The values of FORM."""
-        return {**super().format_dict, 'rest': self.rest()}
-
-    def rest(self) -> str:
-        """
-        Return how long the rest takes, '' where that is not known within a factor of 2.
-
-        It is known while both halves of the time passed the items at a similar rate, and while
-        no earlier answer has turned out too short; a later answer is never a later end.
-        """
-        now = time.monotonic()
-        (began, initial), (_, done) = self.steps[0], self.steps[-1]
-        passed, elapsed, total = done - initial, now - began, float(self.total or 0)
-        if not 0.1 * (total - initial) <= passed < total - initial:
-            return ''
-        place = bisect.bisect_right(self.steps, began + 0.5 * elapsed, key=lambda step: step[0])
-        half = self.steps[place - 1][1] - initial
-        left = elapsed * (total - done) / passed
-        late = left > LATE * (self.end - now) + 1.0
-        if late or not passed <= EVEN * half <= (EVEN - 1.0) * passed:
-            return ''
-        self.end = min(self.end, now + left)
-        return f', about {max(self.end - now, 0.0):.0f} s left'
-
     def state(self) -> str:
-        """Return how much is done and how long the rest takes; '' at first."""
-        done = self.steps[-1][1]
-        if done <= self.steps[0][1]:
-            return ''
-        return f'{100.0 * done / self.total:.0f} %{self.rest()}, '
+        """Return how much is done, '' at first."""
+        return f'{100.0 * self.n / self.total:.0f} %, ' if self.n > self.begun_at else ''
 
 
 @contextmanager

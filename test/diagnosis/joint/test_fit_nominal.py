@@ -160,14 +160,6 @@ def test_the_feedforward_of_a_servo_is_found_from_nothing(tmp_path, capsys):
     assert data['method'] == 'search'
 
 
-def test_no_answer_in_time_is_undecided(tmp_path, capsys, monkeypatch):
-    bag, model = record(tmp_path / 'a.csv', TRUE), model_file(tmp_path / 'd.yaml', TRUE)
-    out = tmp_path / 'out.yaml'
-    assert main(['fit', 'model', bag, '--model', model, '--time-limit', '0.001', '--out',
-                 str(out)]) == 3
-    assert '--time-limit 0.001: not finished' in capsys.readouterr()[1] and not out.exists()
-
-
 BAD_USAGE = [
     (['--free', 'mass'], ("'mass'", 'expected one of m1')),
     (['--free', 'Cv', 'Cc', 'Cv'], ("'Cv' twice", 'expected each name once')),
