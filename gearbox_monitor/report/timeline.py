@@ -348,38 +348,6 @@ class Timeline:
             self._counts[k] = self._counts.get(k, 0) + int(same.sum())
             self._steps[k] = max(self._steps.get(k, 0.0), float(steps[valid][same].max()))
 
-    def add_errors(self, stamps: Integers, errors: Array, stds: Array) -> None:
-        """
-        Take innovations.
-
-        Args:
-            stamps: [N] ns.
-            errors: measured less predicted position [N, 2] rad, arm side.
-            stds: their stated deviations [N, 2] rad, arm side.
-
-        """
-        self.errors.add(self.seconds(stamps), *errors.T, *stds.T)
-        finite = np.isfinite(errors) & np.isfinite(stds)
-        with np.errstate(invalid='ignore'):
-            covered = finite & (np.abs(errors) <= 2.0 * stds)
-        self.coverage += np.stack([finite.sum(axis=0), covered.sum(axis=0)], axis=1)
-
-    def add_torque(self, stamps: Integers, tau_k: Array, std: Array) -> None:
-        """
-        Take estimates of the torque.
-
-        Args:
-            stamps: [N] ns.
-            tau_k: [N] N m.
-            std: stated deviations [N] N m.
-
-        """
-        self.torque.add(self.seconds(stamps), tau_k, std, np.full(len(stamps), np.nan))
-
-    def add_nis(self, stamps: Integers, over_dof: Array) -> None:
-        """Take the NIS `over_dof`, its degrees of freedom, [N] at `stamps` [N] ns."""
-        self.nis.add(self.seconds(stamps), over_dof)
-
     def add_loop(self, stamps: Integers, twist: Array, rate: Array, tau_k: Array) -> None:
         """
         Take points of the loop, smoothed.
@@ -409,13 +377,17 @@ class Timeline:
 
     def add_estimates(self, estimates: Estimates, twist_std: float) -> None:
         """Take `estimates`; `twist_std`: see twist_std."""
-        stamps, smoothed = estimates.stamp_ns, estimates.smoothed
-        self.add_errors(
-            stamps, np.column_stack([estimates.innovation_motor, estimates.innovation_arm]),
-            np.column_stack([estimates.innovation_std_motor, estimates.innovation_std_arm]))
-        self.add_torque(stamps, estimates.tau_k, estimates.tau_k_std)
+        t, smoothed = self.seconds(estimates.stamp_ns), estimates.smoothed
+        errors, stds = (np.column_stack(sides) for sides in (
+            (estimates.innovation_motor, estimates.innovation_arm),
+            (estimates.innovation_std_motor, estimates.innovation_std_arm)))
+        finite = np.isfinite(errors) & np.isfinite(stds)
         with np.errstate(invalid='ignore', divide='ignore'):
-            self.add_nis(stamps, estimates.nis / estimates.dof)
+            covered = finite & (np.abs(errors) <= 2.0 * stds)
+            self.nis.add(t, estimates.nis / estimates.dof)
+        self.errors.add(t, *errors.T, *stds.T)
+        self.coverage += np.stack([finite.sum(axis=0), covered.sum(axis=0)], axis=1)
+        self.torque.add(t, estimates.tau_k, estimates.tau_k_std, np.full(len(t), np.nan))
         valid = smoothed[:, S_TWIST_NOISE_STD] <= twist_std
         self.add_loop(estimates.smoothed_stamp_ns[valid], *(
             smoothed[valid, column] for column in (S_TWIST, S_TWIST_RATE, S_TAU_K)))

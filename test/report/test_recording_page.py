@@ -3,6 +3,7 @@
 
 """The page of a recording: what is gathered, live or replayed, and the page in a browser."""
 import json
+from types import SimpleNamespace
 
 from live import PARAMETERS, T0, worn, write_inputs, write_live
 import numpy as np
@@ -90,9 +91,12 @@ def test_an_hour_makes_a_small_page():
         stamps = T0 + (minute * 6000 + np.arange(6000)) * 10_000_000
         noise = random.standard_normal((6, 6000))
         line.add_inputs(stamps, noise[0])
-        line.add_errors(stamps, noise[:2].T, np.ones((6000, 2)))
-        line.add_torque(stamps, noise[2], np.ones(6000))
-        line.add_nis(stamps, noise[3] ** 2)
+        ones = np.ones(6000)
+        line.add_estimates(SimpleNamespace(
+            stamp_ns=stamps, innovation_motor=noise[0], innovation_std_motor=ones,
+            innovation_arm=noise[1], innovation_std_arm=ones, nis=noise[3] ** 2, dof=ones,
+            tau_k=noise[2], tau_k_std=ones, smoothed=np.empty((0, 20)),
+            smoothed_stamp_ns=stamps[:0]), 1.0)
         line.add_loop(stamps, noise[4], noise[5], noise[4] + noise[3])
         for k in range(6):
             line.add_window(stamps[1000 * k], WindowBacklash(0.0, 0.2, 0.01, 0.2, True))

@@ -33,7 +33,8 @@ def timeline(level=0, growth=0.0, windows=30, separable=True):
     joint, stamps = Timeline(60.0), T0 + np.arange(300) * SECOND
     joint.add_inputs(stamps, np.zeros(300))
     torque = 5.0 * np.sin(np.arange(300.0))
-    joint.add_torque(stamps, torque, np.full(300, 0.1))
+    nothing = np.full(300, np.nan)
+    joint.torque.add(joint.seconds(stamps), torque, np.full(300, 0.1), nothing)
     for k in range(windows):
         gap = 0.02 * (1.0 + growth * k / windows)
         joint.add_window(T0 + 10 * k * SECOND, WindowBacklash(
