@@ -27,10 +27,8 @@ usage examples:
 """
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
-import os
 from pathlib import Path
 import shlex
-import sys
 import textwrap
 from typing import Any
 
@@ -58,7 +56,6 @@ from gearbox_monitor.signals.finding import BAD, DataFinding, hurts, OK, PURPOSE
 WIDTH = 80
 INDENT = 24  # of the figures
 TUNED = 0.5  # share of missing readings up to which tune takes a recording
-COLOURS = {'ok': '32', 'warn': '33', 'bad': '31;1'}
 SUITS = {OK: 'yes', WARN: 'with care', BAD: 'no'}
 _OF = {words: verdict.name.lower() for verdict, words in SUITS.items()}
 NEXT = {'estimation': 'gearbox_monitor fit noise BAG --model FILE --out params.yaml',
@@ -124,7 +121,7 @@ def run(args: Namespace) -> int:
                      for purpose, (verdict, names) in found.suits.items()
                      if purpose in args.purposes}
     data = {'summary': summary(data), **data}
-    show(args, data, lambda: text(data, sys.stdout.isatty() and not os.environ.get('NO_COLOR')))
+    show(args, data, lambda: text(data))
     return int(any(found.suits[purpose][0] == BAD for purpose in args.purposes))
 
 
@@ -217,8 +214,8 @@ def summary(data: Mapping[str, Any]) -> str:
     return f'{data["bag"]} {"; ".join(parts)}.'
 
 
-def text(data: Mapping[str, Any], colours: bool = False) -> str:
-    """Return the findings `data` as lines of at most 80 columns, with `colours` or without."""
+def text(data: Mapping[str, Any]) -> str:
+    """Return the findings `data` as lines of at most 80 columns."""
     joints = data['joints']
     suits = [{'group': 'suits', 'name': purpose, 'advice': '', 'verdict': _OF[part['verdict']],
               'figure': part['verdict'] + (f': {", ".join(part["because"])}' if part['because']
@@ -229,7 +226,7 @@ def text(data: Mapping[str, Any], colours: bool = False) -> str:
         *wrapped(f'evaluated: {data["topic"]}, motor joint {joints["motor"]}, arm joint '
                  f'{joints["arm"] or "none"}, {"with" if data["model"] else "without"} a '
                  'model file'),
-        *_findings([*data['lines'], *suits], colours),
+        *_findings([*data['lines'], *suits]),
         *(part for note in data['notes'] for part in wrapped(f'note: {note}')), '',
         *(f'next: {command}' for command in _next(data))]).rstrip()
 
@@ -285,17 +282,14 @@ def _table(topics: Sequence[Mapping[str, Any]]) -> list[str]:
     return lines
 
 
-def _findings(lines: Sequence[Mapping[str, Any]], colours: bool = False) -> list[str]:
-    """Return the findings `lines` below their groups; `colours`: of verdicts on a terminal."""
+def _findings(lines: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return the findings `lines` below their groups."""
     rows = list[str]()
     for k, line in enumerate(lines):
         if not k or line['group'] != lines[k - 1]['group']:
             rows += ['', line['group']]
-        word = verdict = line['verdict']
-        if colours:
-            word = f'\x1b[{COLOURS[verdict]}m{verdict}\x1b[0m'
         first, *further = textwrap.wrap(line['figure'], WIDTH - INDENT, break_on_hyphens=False)
-        rows.append(f'  {line["name"]:16s} {word}{" " * (5 - len(verdict))}{first}')
+        rows.append(f'  {line["name"]:16s} {line["verdict"]:5s}{first}')
         further += textwrap.wrap(f'-> {line["advice"]}', WIDTH - INDENT, subsequent_indent='   ',
                                  break_on_hyphens=False) if line['advice'] else []
         rows += [' ' * INDENT + part for part in further]

@@ -43,7 +43,7 @@ def _(recording: DriveRecording) -> Figure:
 
 @picture.register
 def _(estimates: Estimates) -> Figure:
-    return figure(overview(timeline_of(estimates, (), {}), estimates), 'Estimates')
+    return figure(overview(timeline_of(estimates, (), {})), 'Estimates')
 
 
 @picture.register
@@ -51,7 +51,7 @@ def _(estimates: RecordingEstimates) -> Figure:
     line = timeline_of(estimates, estimates.backlash, estimates.outcomes['backlash'].values,
                        estimates.parameters)
     recording = estimates.recording
-    return figure(overview(line, estimates, recording.model.axis), recording.name)
+    return figure(overview(line, recording.model.axis), recording.name)
 
 
 @picture.register

@@ -7,21 +7,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearbox_monitor.estimation.estimates import Estimates
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.presentation import on_axis
 from gearbox_monitor.report.chart import (
     Chart, Drawing, Lane, LoopSlice, Mark, Panel, Plane, Trace)
 from gearbox_monitor.report.timeline import (
-    LEVELS, LevelSpans, Loop, SECOND_NS, Timeline, WindowBacklash)
+    LEVELS, LevelSpans, Loop, Timeline, WindowBacklash)
 
 MINUTES = 600.0    # s: longer recordings are shown in minutes
 COARSE = 400       # points of the line of the prediction errors
 CHANNELS = ('motor', 'arm')
 ROLES = ('good', 'warn', 'error')  # of alerts and of the headline, by level
 GROUP = 'time'
-DETAIL = 2.0       # s of torque in a picture, which cannot zoom
 
 
 @dataclass(frozen=True)
@@ -207,54 +205,27 @@ def torque_chart(timeline: Timeline, axis: str) -> Chart:
 
 
 def input_chart(timeline: Timeline) -> Chart:
-    """Return rate and longest step of the samples of `timeline`."""
+    """Return the steps between the samples of `timeline`."""
+    low, high, mean = (1e3 * values for values in timeline.steps.of(0))
     time = time_axis(timeline)
-    t, rate, step = timeline.rates()
-    return time.chart('Samples by their stamps', [
-        Panel('samples/s', (Trace(t / time.scale, rate, 'rate', 'closed'),), None, 110, (0.0,)),
-        Panel('longest step (ms)', (
-            Trace(t / time.scale, 1e3 * step, 'longest step between stamps', 'nominal firm'),),
-            None, 110, (0.0,))])
+    return time.chart('Samples by their stamps', [Panel('step between samples (ms)', (
+        Trace(timeline.steps.t / time.scale, mean, 'mean, lowest, highest', 'closed',
+              band=(low, high)),), None, 110, (0.0,))])
 
 
 # ---------------------------------------------------------------------- pictures
 
 
-def overview(timeline: Timeline, estimates: Estimates, axis: str = 'rotary'
-             ) -> list[list[Drawing]]:
+def overview(timeline: Timeline, axis: str = 'rotary') -> list[list[Drawing]]:
     """
     Return the charts of a picture, row by row: loop and backlash, torque, prediction errors.
 
     Args:
-        timeline: of `estimates`.
-        estimates: of the recording.
+        timeline: of the recording.
         axis: of the drive, for units.
 
     """
     rows: list[list[Drawing | None]] = [
         [loop_plane(timeline, axis), backlash_chart(timeline, axis)],
-        [torque_chart(timeline, axis), detail_chart(timeline, estimates, axis)],
-        [errors_chart(timeline, axis)]]
+        [torque_chart(timeline, axis), errors_chart(timeline, axis)]]
     return [row for row in ([part for part in row if part] for row in rows) if row]
-
-
-def detail_chart(timeline: Timeline, estimates: Estimates, axis: str) -> Chart:
-    """
-    Return the torque of the last seconds, sample by sample: smoothed and filtered.
-
-    Args:
-        timeline: of `estimates`.
-        estimates: of the recording.
-        axis: of the drive, for units.
-
-    """
-    first = timeline.first_ns or 0
-    t, smoothed_t = ((stamps - first) / SECOND_NS for stamps in (
-        estimates.stamp_ns, estimates.smoothed_stamp_ns))
-    span = (max(0.0, timeline.last - 1.25 * DETAIL), max(DETAIL, timeline.last - 0.25 * DETAIL))
-    curves = [Trace(smoothed_t, estimates.smoothed_tau_k, 'smoothed, ± 2 sigma', 'signal').around(
-                  estimates.smoothed_tau_k_std),
-              Trace(t, estimates.tau_k, 'filtered', 'closed')]
-    return Chart(f'The same, {DETAIL:g} s of it', [Panel(
-        on_axis('through the gearbox (N m)', axis), [trace.within(span) for trace in curves],
-        0.0, 260)], 'time (s)', span=span)

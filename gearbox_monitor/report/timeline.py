@@ -38,7 +38,6 @@ NO_DATA = frozenset(('no_data', 'no_data_yet'))
 UNCOMPARED = frozenset(('alone', 'learning', *(f'{name}_unmeasured' for name in COMPONENTS)))
 CHANGED = frozenset(('over_limit', 'slip', *(f'{test.key}_{stage}' for test in TESTS
                                              for stage in (1, 2, 3))))
-MAX_RATE_BINS = 3600   # of rate and longest step
 LARGEST = 1e9          # published values from here on are no measurements
 
 
@@ -300,14 +299,15 @@ class Timeline:
 
     slice_seconds: length of a slice of the loops; errors: innovations of motor and arm with their
     stated deviations (rad); coverage [motor, arm]: innovations, and those within two deviations;
-    torque: tau_K, its deviation, commanded torque (N m); nis: over its degrees of freedom.
+    torque: tau_K, its deviation, commanded torque (N m); nis: over its degrees of freedom;
+    steps: between the stamps of samples (s).
     """
 
     def __init__(self, slice_seconds: float) -> None:
         """Begin with slices of `slice_seconds`."""
         self.slice_seconds = slice_seconds
         self.first_ns: int | None = None
-        self.errors, self.torque, self.nis = Envelope(4), Envelope(3), Envelope(1)
+        self.errors, self.torque, self.nis, self.steps = map(Envelope, (4, 3, 1, 1))
         self.coverage = np.zeros((2, 2))
         self.spans: dict[str, LevelSpans] = {}
         self.windows: list[WindowBacklash] = []
@@ -316,9 +316,7 @@ class Timeline:
         self.samples, self.last = 0, 0.0
         self._slice: list[Array] = []
         self._begin = 0.0
-        self._steps: dict[int, float] = {}
-        self._counts: dict[int, int] = {}
-        self._previous: float | None = None
+        self._previous = math.nan
 
     def seconds(self, stamps: Integers) -> Array:
         """Return times (s) of `stamps` [N] ns."""
@@ -336,17 +334,11 @@ class Timeline:
             self.first_ns = int(stamps[stamps > 0][0]) if (stamps > 0).any() else 0
         t = self.seconds(stamps)
         self.samples += len(t)
-        steps = np.diff(np.append(t[0] if self._previous is None else self._previous, t))
+        self.steps.add(t, np.diff(t, prepend=self._previous))
         self._previous = float(t[-1])
         self.last = max(self.last, float(t.max()))
         nothing = np.full(len(t), np.nan)
         self.torque.add(t, nothing, nothing, torque)
-        valid = t >= 0.0
-        second = t[valid].astype(int)
-        for k in np.unique(second).tolist():
-            same = second == k
-            self._counts[k] = self._counts.get(k, 0) + int(same.sum())
-            self._steps[k] = max(self._steps.get(k, 0.0), float(steps[valid][same].max()))
 
     def add_loop(self, stamps: Integers, twist: Array, rate: Array, tau_k: Array) -> None:
         """
@@ -412,20 +404,6 @@ class Timeline:
             self._end_slice()
         for spans in self.spans.values():
             spans.end = max(spans.end, self.last)
-
-    def rates(self) -> tuple[Array, Array, Array]:
-        """Return (t [B] s, samples per second [B], longest step [B] s)."""
-        seconds = int(self.last) + 1
-        width = -(-seconds // MAX_RATE_BINS)
-        bins = -(-seconds // width)
-        rate, step = np.zeros(bins), np.zeros(bins)
-        for k, count in self._counts.items():
-            rate[k // width] += count / width
-            step[k // width] = max(step[k // width], self._steps[k])
-        if self.last >= 2.0:  # the last second is not whole
-            rate = rate[:-1] if width == 1 else rate
-        bins = len(rate)
-        return (np.arange(bins) + 0.5) * width, rate, step[:bins]
 
 
 MINUTE = 60.0

@@ -146,16 +146,16 @@ def test_branches_of_a_loop_are_its_two_sides():
     assert view['slices'][0]['lines'].count('M') == 4  # no line across it
 
 
-def test_rates_by_stamps():
+def test_steps_by_stamps():
     line = Timeline(60.0)
     stamps = T0 + np.concatenate([np.arange(0, 2000, 10), np.arange(2500, 5001, 10)]) * 1_000_000
     for part in np.array_split(stamps, 7):
         line.add_inputs(part, np.zeros(len(part)))
     line.finish()
-    t, rate, step = line.rates()
-    assert rate.tolist() == [100.0, 100.0, 50.0, 100.0, 100.0]
-    assert step == pytest.approx([0.01, 0.01, 0.51, 0.01, 0.01])
-    assert t.tolist() == [0.5, 1.5, 2.5, 3.5, 4.5]
+    low, high, mean = line.steps.of(0)
+    assert np.nanmin(low) == pytest.approx(0.01) == pytest.approx(np.nanmedian(mean))
+    assert line.steps.t[np.nanargmax(high)] == pytest.approx(2.5, abs=0.01)
+    assert np.nanmax(high) == pytest.approx(0.51)
 
 
 FACTS = RecordingFacts(DriveModel(), EstimatorParameters())
