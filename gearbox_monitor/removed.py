@@ -36,6 +36,7 @@ REMOVED = {
     'export --to isaaclab': 'with --ranges expected --to isaac',
     'live --foxglove': 'connect Foxglove to foxglove_bridge, with the layout config/foxglove.json',
     'live --rerun': 'send the topics with a node of your own, or watch the page of live',
+    'replay --csv': 'expected --out FILE.csv',
     'report --replay': 'leave it out: report runs the estimator as replay does',
     'check --setpoint-joint': 'expected --recorded-setpoint',
     'export --arm-joint': 'expected --model-arm-joint',

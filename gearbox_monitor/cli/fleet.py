@@ -37,7 +37,7 @@ import sys
 from typing import Any
 
 from gearbox_monitor.cli.main import INTERRUPTED, UNDECIDED
-from gearbox_monitor.cli.options import estimator_options, refuse, show
+from gearbox_monitor.cli.options import entries, estimator_options, refuse, show, wrapped
 from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import expect_whole, InputError, installed_by
 from gearbox_monitor.files.opening import read_text
@@ -265,22 +265,23 @@ def text(data: Mapping[str, Any]) -> str:
     """Return the summary `data` as lines for people."""
     from gearbox_monitor.report.fleet_page import joint_name
     from gearbox_monitor.report.words import counted
-    lines = [data['summary'], '',
-             f'bags         {data["done"]} done, {data["failed"]} failed, '
-             f'{counted(data["duplicate"], "duplicate")}, {data["skipped"]} skipped: done before']
-    if data['without_model']:
-        lines.append(f'warning      {counted(data["without_model"], "bag")}: {NO_MODEL}')
-    if data['without_serial']:
-        lines.append(f'note         {counted(data["without_serial"], "bag")}: {NO_SERIAL}')
-    for label, entries in (
-            ('gearboxes', [f'{box["gearbox"]}: {box["summary"]}, '
-                           f'{box["points"]} of {counted(box["bags"], "bag")}'
-                           for box in data.get('gearboxes', ())]),
-            ('joints', [f'{joint_name(joint)}: {joint["summary"]}'
-                        for joint in data.get('joints', ())]),
-            ('failed', [entry['reason'] + (' (will be tried again)' if entry['retry'] else '')
-                        for entry in data['failures']])):
-        listed = entries[:PRINTED] + ([f'and {len(entries) - PRINTED} more']
-                                      if len(entries) > PRINTED else [])
-        lines += [f'{"" if k else label:<12s} {entry}' for k, entry in enumerate(listed)]
-    return '\n'.join([*lines, f'written      {data["page"]}'])
+
+    def listed(label: str, words: Sequence[str]) -> list[tuple[str, str]]:
+        """Return the first of `words`, and how many follow."""
+        more = [f'and {len(words) - PRINTED} more'] if len(words) > PRINTED else []
+        return [('' if k else label, line) for k, line in enumerate([*words[:PRINTED], *more])]
+    return '\n'.join([*wrapped(data['summary']), '', *entries([
+        ('bags', f'{data["done"]} done, {data["failed"]} failed, '
+         f'{counted(data["duplicate"], "duplicate")}, {data["skipped"]} skipped: done before'),
+        ('warning', f'{counted(data["without_model"], "bag")}: {NO_MODEL}' * bool(
+            data['without_model'])),
+        ('note', f'{counted(data["without_serial"], "bag")}: {NO_SERIAL}' * bool(
+            data['without_serial'])),
+        *listed('gearboxes', [f'{box["gearbox"]}: {box["summary"]}, {box["points"]} of '
+                              f'{counted(box["bags"], "bag")}'
+                              for box in data.get('gearboxes', ())]),
+        *listed('joints', [f'{joint_name(joint)}: {joint["summary"]}'
+                           for joint in data.get('joints', ())]),
+        *listed('failed', [entry['reason'] + ' (will be tried again)' * entry['retry']
+                           for entry in data['failures']]),
+        ('written', data['page'])])])

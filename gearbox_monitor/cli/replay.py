@@ -48,8 +48,6 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--filter', help=f'filter to use: {", ".join(FILTER_NAMES)}')
     parser.add_argument('--out', metavar='PATH', help='write the estimates: FILE.parquet or '
                         'FILE.csv, else inputs and estimates to a new bag')
-    parser.add_argument('--csv', metavar='FILE', help='write the estimates as CSV, whatever the '
-                        'name')
     parser.add_argument('--estimates-only', action='store_true',
                         help='no smoother, trust or drift: a fraction of the time')
     parser.add_argument('--smooth', action='store_true',
@@ -65,7 +63,7 @@ def run(args: Namespace) -> int:
     parameters, model_file = estimator_options(args)
     if args.filter:
         parameters['filter'] = args.filter
-    expect_new_file(args.out, args.csv)
+    expect_new_file(args.out)
     with opened(args) as reader:
         model = load_model(model_file) if model_file else None
         player = Player(reader, model, parameters, args.topic, not args.estimates_only)
@@ -83,11 +81,10 @@ def _play(args: Namespace, player: Player) -> tuple[dict[str, Any], Comparison |
     collector = ReplayCollector(player) if args.smooth else None
     outputs: list[Any] = []
     try:
-        for kind, path in ((TABLES.get(Path(args.out or '').suffix), args.out),
-                           (CsvTable, args.csv)):
-            if path:
-                outputs.append(kind(path, player, args.smooth) if kind else
-                               BagOutput(path, player))
+        if args.out:
+            kind = TABLES.get(Path(args.out).suffix)
+            outputs.append(kind(args.out, player, args.smooth) if kind else
+                           BagOutput(args.out, player))
         tables = [output for output in outputs if args.smooth and not isinstance(
             output, BagOutput)]
         with count_bar('replay', player.reader.topics[player.topic][1]) as bar:

@@ -35,7 +35,7 @@ def test_bad_usage_is_one_line(capsys):
 
 
 RESULTS = [
-    ['report', 'BAG', '--out'], ['check', 'BAG', '--json'], ['replay', 'BAG', '--csv'],
+    ['report', 'BAG', '--out'], ['check', 'BAG', '--json'], ['replay', 'BAG', '--out'],
     ['fit', 'model', 'BAG', '--model', 'M', '--out']]
 
 
@@ -67,7 +67,7 @@ def test_wrong_use_is_one_line(capsys):
 
 INTO_A_BAG = [
     (['report', 'BAG'], '--out'), (['check', 'BAG'], '--json'), (['fit', 'noise', 'BAG'], '--out'),
-    (['replay', 'BAG'], '--out'), (['replay', 'BAG'], '--csv'),
+    (['replay', 'BAG'], '--out'),
     (['diagnose', 'BAG', '--model', 'M'], '--out'),
     (['diagnose', 'BAG', '--model', 'M'], '--json'),
     (['fit', 'unit', 'BAG', '--model', 'M'], '--out'),

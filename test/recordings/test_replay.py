@@ -101,7 +101,7 @@ def test_duration_is_that_of_all_runs_without_stamps_that_stray(tmp_path, drive,
 
 def test_csv_and_json_hold_what_the_monitor_says(bag, options, drive, tmp_path, capsys):
     file = tmp_path / 'out.csv'
-    assert main(['replay', str(bag), *options, '--csv', str(file), '--json']) == 0
+    assert main(['replay', str(bag), *options, '--out', str(file), '--json']) == 0
     told = json.loads(capsys.readouterr().out)
     expected = Monitor(DriveModel(), {'arm_load': 'none'}).run(Samples(
         T0 + np.arange(N) * 1_000_000, np.column_stack([drive.u, np.full(N, np.nan)]), drive.y))
@@ -121,8 +121,9 @@ def test_smooth_adds_columns_and_leaves_the_others(bag, options, drive, tmp_path
     tables = {}
     for name in ('plain', 'smooth'):
         extra = ['--smooth'] if name == 'smooth' else []
-        assert main(['replay', str(bag), *options, *extra, '--csv', str(tmp_path / name)]) == 0
-        with open(tmp_path / name, newline='') as stream:
+        file = str(tmp_path / f'{name}.csv')
+        assert main(['replay', str(bag), *options, *extra, '--out', file]) == 0
+        with open(file, newline='') as stream:
             tables[name] = list(csv.reader(stream))
     assert 'smoothed over the whole recording' in capsys.readouterr().out
     assert tables['smooth'][0][10:] == ['tau_k_smoothed', 'tau_k_smoothed_std', 'twist_smoothed']
@@ -204,7 +205,7 @@ WRONG = [
     (['--model', 'DIR/drive_typo.yaml'],
      "line 1: arm_inertai: unknown key, did you mean 'arm_inertia'?"),
     (['--out', 'DIR'], 'exists, expected a new file'),
-    (['--csv', 'DIR/no/where.csv'], 'where.csv: no such folder'),
+    (['--out', 'DIR/no/where.csv'], 'where.csv: no such folder'),
 ]
 
 

@@ -283,14 +283,15 @@ def test_tables_hold_the_same_numbers(live, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(replay_output, 'ROW_GROUP', 1000)
     monkeypatch.setattr(read, 'BLOCK_BYTES', 50_000)
     bag, file = str(live[0]), tmp_path / 'out.parquet'
-    assert main(['replay', bag, '--out', str(file), '--csv', str(tmp_path / 'out'), '--json']) == 0
-    assert json.loads(capsys.readouterr().out)['replay_identical'] == 'yes'
+    for out in (file, tmp_path / 'out.csv'):
+        assert main(['replay', bag, '--out', str(out), '--json']) == 0
+        assert json.loads(capsys.readouterr().out)['replay_identical'] == 'yes'
     with open_bag(bag) as reader:
         estimates = replay(reader).estimates
     table = parquet.read_table(file)
     assert table.column_names == ['stamp_ns', *replay_output.COLUMNS] and table.num_rows == N - 2
     assert json.loads(table.schema.metadata[b'gearbox_monitor.parameters'])['filter'] == 'ekf'
-    with open(tmp_path / 'out', newline='') as stream:
+    with open(tmp_path / 'out.csv', newline='') as stream:
         rows = list(csv.DictReader(stream))
     for name in table.column_names:
         column = table[name].to_numpy()
@@ -328,7 +329,7 @@ def test_csv_has_all_bits_of_any_number(arrow, tmp_path):
         table.write(SimpleNamespace(stamp_ns=STAMPS[:end], **{
             name: column[:end] for name, column in columns.items()}))
     table.close()
-    with open(tmp_path / 'out', newline='') as stream:
+    with open(tmp_path / 'out.csv', newline='') as stream:
         rows = list(csv.DictReader(stream))
     assert [int(row['stamp_ns']) for row in rows] == STAMPS.tolist()
     for name, column in columns.items():
