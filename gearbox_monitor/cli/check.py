@@ -126,7 +126,7 @@ def run(args: Namespace) -> int:
 
 
 def of_filters(reader: BagReader) -> list[DataFinding]:
-    """Return whether filters, of whatever kind, state the variance that their errors have."""
+    """Return whether filters in `reader`, of any kind, state the variance of their errors."""
     found = []
     for topic, spreads in innovation_topics(reader).items():
         ratios = nis_of(reader, topic, spreads)

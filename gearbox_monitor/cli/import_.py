@@ -26,7 +26,7 @@ usage examples:
   gearbox_monitor import old_robot.bag --stamps received robot
   gearbox_monitor import two_topics --params joint3.yaml one_topic
 """
-from argparse import ArgumentParser, Namespace
+from argparse import Action, ArgumentParser, Namespace
 from collections.abc import Container, Sequence
 import hashlib
 from pathlib import Path
@@ -54,10 +54,21 @@ OPTIONS = ('guess', 'map', 'set', 'joint_of_log', 'topic', 'use', 'unit', 'torqu
            'counts_per_turn', 'columns', 'rate', 'episode', 'stamps')
 
 
+class _Guess(Action):
+    """Set the option, with which BAG need not follow."""
+
+    def __call__(self, parser: ArgumentParser, namespace: Namespace, values: Any,
+                 option_string: str | None = None) -> None:
+        setattr(namespace, self.dest, True)
+        for action in parser._actions:
+            if action.dest == 'bag':
+                action.required = False
+
+
 def add_arguments(parser: ArgumentParser) -> None:
     """Declare the options in `parser`."""
     parser.add_argument('file', metavar='FILE', help='recording, folder of one, or bag')
-    parser.add_argument('--guess', action='store_true',
+    parser.add_argument('--guess', action=_Guess, nargs=0, default=False,
                         help='propose a mapping; without BAG, print it and write nothing')
     source = parser.add_mutually_exclusive_group()
     source.add_argument('--params', metavar='PARAMS',
@@ -69,14 +80,12 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--topic', default='', help='of a bag: topic of the joint states, with '
                         '--params or --arm-topic that of the motor (default: joint_states)')
     add_reading_arguments(parser)
-    parser.add_argument('bag', metavar='BAG', nargs='?', help='bag to write; must not exist')
+    parser.add_argument('bag', metavar='BAG', help='bag to write; must not exist')
 
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
     path = Path(args.file)
-    if args.bag is None and not args.guess:
-        raise InputError('BAG: missing, expected the name of a new bag, or --guess')
     if args.bag is not None and Path(args.bag).exists():
         raise InputError(f'{args.bag}: exists, expected the name of a new bag')
     if args.bag is not None:

@@ -93,7 +93,7 @@ class OneLineParser(argparse.ArgumentParser):
     """A parser whose errors are one line, as those of bad input."""
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Refuse a mistyped option before a missing one: `--modle` is no missing --model."""
+        """Refuse a mistyped option in `args` before `namespace` lacks one, as --modle."""
         if self._subparsers is None:
             for word in takewhile(lambda word: word not in ENDS, args):
                 name = word.partition('=')[0]

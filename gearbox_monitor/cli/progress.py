@@ -106,7 +106,7 @@ def shown_time(command: str) -> Iterator[None]:
 
     def show() -> None:
         next_line = EVERY
-        while not ended.wait(min(EVERY, 1.0)):
+        while not ended.wait(min(EVERY, 0.5)):
             elapsed = time.monotonic() - begin
             if terminal.isatty() and Bar.shown:
                 for bar in list(Bar.shown):
