@@ -165,7 +165,7 @@ def run_unsmoothed(model: DriveModel, parameters: EstimatorParameters | Values,
 def run_score(model: DriveModel, parameters: EstimatorParameters | Values,
               samples: Samples) -> Score:
     """
-    Run an Estimator and score it; the arguments are as of run_unsmoothed.
+    Run an Estimator and score it: `model`, `parameters` and `samples` as of run_unsmoothed.
 
     Returns:
         The Score, named after the filter.

@@ -25,7 +25,7 @@ from gearbox_monitor.robot.description import LONGEST, parse, RobotDescription
 
 
 def open_file(path: str | Path, buffering: int = -1) -> BinaryIO:
-    """Return the file `path`, opened for reading bytes, with a buffer. Raises OSError."""
+    """Return the file `path`, opened for bytes; `buffering` as of open. Raises OSError."""
     descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
     mode = os.fstat(descriptor).st_mode
     if stat.S_ISREG(mode):

@@ -222,7 +222,7 @@ def analyse(bag: FleetBag, settings: JobSettings) -> Row:
 
 
 def failed(bag: FleetBag, settings: JobSettings, reason: str) -> Row:
-    """Return the row of a `bag` that is to be tried again, for a `reason` that may pass."""
+    """Return the row of a `bag` with `settings` to be tried again, for a passing `reason`."""
     return {'path': bag.path, 'bytes': bag.bytes, 'settings': settings.key,
             'version': __version__, 'status': 'failed', 'retry': True,
             'reason': f'{bag.path}: {reason}'}

@@ -111,7 +111,7 @@ def judge(health: Health, window: Window) -> Health:
 
 
 def folded(health: Health, windows: Iterable[Window], recording: str = '') -> Health:
-    """Return the Health after all `windows`, in order of time, of the `recording` so called."""
+    """Return the `health` after all `windows`, in order of time, of a `recording` so called."""
     health = replace(health, earlier=health.earlier or health.baseline_ns > 0)
     after = reduce(judge, windows, health)
     names = (*after.recordings, recording)[-RECORDINGS:] if recording else after.recordings

@@ -53,7 +53,7 @@ class Outcome:
 
     @classmethod
     def of(cls, level: Level, code: str, values: Values = NOTHING, **numbers: object) -> Self:
-        """Return the Outcome that says a `code` with its `numbers`, and no remedy."""
+        """Return the Outcome at a `level` that says a `code` with `numbers`, and has `values`."""
         return cls(level, ((Said(code, numbers),),), values)
 
     @property
@@ -72,7 +72,7 @@ class Outcome:
         return {**self.values, 'codes': ' '.join(self.codes)}
 
     def followed_by(self, code: str, **numbers: object) -> 'Outcome':
-        """Return it with one more thing that it says, at the end."""
+        """Return it with a `code` and its `numbers` at the end of what it says."""
         return replace(self, says=(*self.says, (Said(code, numbers),)))
 
 
