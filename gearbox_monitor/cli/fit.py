@@ -126,7 +126,7 @@ def _lines(data: Mapping[str, Any], heads: Sequence[str], rows: Iterable[Sequenc
     wide = max(len(row[0]) for row in listed) + 1
     return '\n'.join([
         *wrapped(data['summary']), '',
-        *(f'{name:{wide}s}{a:>12s}{b:>12s}{c:>12s}  {" ".join(more)}'.rstrip()
+        *(f'{name:{wide}s}{a:>12s}{b:>12s} {c:>12s}  {" ".join(more)}'.rstrip()
           for name, a, b, c, *more in listed),
         *notes, *(f'note: {note}' for note in data['notes'])])
 

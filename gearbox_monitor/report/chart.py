@@ -48,12 +48,6 @@ class Trace:
         """Return it with the band of SIGMAS deviations `std` [N]."""
         return replace(self, band=(self.y - SIGMAS * std, self.y + SIGMAS * std))
 
-    def within(self, span: Span) -> 'Trace':
-        """Return the part over the `span` of x."""
-        at = (self.x >= span[0]) & (self.x <= span[1])
-        return replace(self, x=self.x[at], y=self.y[at],
-                       band=self.band and (self.band[0][at], self.band[1][at]))
-
     def points(self) -> tuple[Array, Array]:
         """Return x, y of the line to draw, thinned; edges become corners."""
         x, y = np.asarray(self.x, float), np.asarray(self.y, float)

@@ -23,15 +23,13 @@ HEAD, FOOT = 52, 60  # pixels of a chart for its title and the labels of its axi
 BAND_POINTS = 2000
 
 
-def figure(rows: Sequence[Sequence[Drawing]], title: str = '', notes: Sequence[str] = ()
-           ) -> Figure:
+def figure(rows: Sequence[Sequence[Drawing]], title: str = '') -> Figure:
     """
     Return the Figure of charts.
 
     Args:
         rows: charts side by side, row by row.
         title: above them.
-        notes: sentences below.
 
     """
     heights = [max(_height(part) for part in row) for row in rows]
@@ -39,8 +37,6 @@ def figure(rows: Sequence[Sequence[Drawing]], title: str = '', notes: Sequence[s
     drawn = Figure(figsize=((10.0, 14.0, 16.5)[min(columns, 3) - 1],
                             (sum(heights) + 70) / PIXELS), layout='constrained')
     put_title(drawn, title)
-    if notes:
-        drawn.supxlabel('   |   '.join(notes), fontsize=10, color=COLOURS['soft'])
     if not rows:
         return drawn
     strips = drawn.subfigures(len(rows), 1, height_ratios=heights, squeeze=False)[:, 0]

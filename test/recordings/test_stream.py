@@ -329,7 +329,7 @@ def test_csv_has_all_bits_of_any_number(arrow, tmp_path):
         table.write(SimpleNamespace(stamp_ns=STAMPS[:end], **{
             name: column[:end] for name, column in columns.items()}))
     table.close()
-    with open(tmp_path / 'out.csv', newline='') as stream:
+    with open(tmp_path / 'out', newline='') as stream:
         rows = list(csv.DictReader(stream))
     assert [int(row['stamp_ns']) for row in rows] == STAMPS.tolist()
     for name, column in columns.items():
