@@ -27,6 +27,7 @@ usage examples:
 """
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 import time
 from typing import Any, TypeAlias
@@ -52,7 +53,7 @@ from gearbox_monitor.library.simulator_file import export_model, written_model
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.presentation import number, on_axis, percent, Quantity
 from gearbox_monitor.report.diagnosis_evidence import gather, shows_place
-from gearbox_monitor.report.diagnosis_page import diagnosis_page, PageContext
+from gearbox_monitor.report.diagnosis_page import diagnosis_page
 from gearbox_monitor.report.robot_gap_page import robot_gap_page
 from gearbox_monitor.report.robot_words import robot_text
 from gearbox_monitor.report.summary import summary
@@ -122,11 +123,10 @@ def run(args: Namespace) -> int:
                     sigma, progress))
         except InputError as error:  # the diagnosis stands without it
             data['warnings'].append(str(error))
-    files = user_files(args)
+    files = replace(user_files(args), changes=changes)
     written = write(args, data, closed, diagnosis_page(
-        data, gather(verdict, model), recordings, PageContext(files, changes))) if args.out else []
-    show(args, data, lambda: text(
-        data, recordings, model, written, files, changes, args.verbose))
+        data, gather(verdict, model), recordings, files)) if args.out else []
+    show(args, data, lambda: text(data, recordings, model, written, files, args.verbose))
     return {NONE: 0, UNDECIDED: 3}.get(verdict.verdict, 1)
 
 
@@ -209,8 +209,7 @@ NEXT = 1    # steps that are printed without -v
 
 
 def text(data: VerdictData, recordings: Sequence[UniformRecording], model: DriveModel,
-         written: Sequence[Path] = (), files: UserFiles = NO_FILES,
-         changes: Sequence[str] = (), verbose: bool = False) -> str:
+         written: Sequence[Path] = (), files: UserFiles = NO_FILES, verbose: bool = False) -> str:
     """
     Return a verdict as lines for people, at most 80 columns.
 
@@ -220,7 +219,6 @@ def text(data: VerdictData, recordings: Sequence[UniformRecording], model: Drive
         model: the nominal model.
         written: files.
         files: of the user.
-        changes: of the simulator's file, in words.
         verbose: whether all that is known is printed, not only answer, values and next step.
 
     """
@@ -228,7 +226,7 @@ def text(data: VerdictData, recordings: Sequence[UniformRecording], model: Drive
     if verbose:
         rows += [*_ranking(data), *_where(data, recordings, model), *_nominal(data, model)]
     rows += [*_simulator(data), *_validation(data, files.validated, on_axis('rad', model.axis)),
-             *_notes(data, verbose), *(('change', change) for change in changes),
+             *_notes(data, verbose), *(('change', change) for change in files.changes),
              *(('next', advice) for advice in next_steps(data, files, model.axis)[
                  :None if verbose else NEXT]),
              *(('written', words) for words in _written(written))]

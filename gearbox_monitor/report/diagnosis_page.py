@@ -3,7 +3,6 @@
 
 """The page of a diagnosis: the effect, its place, its certainty, and the share it explains."""
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 import re
 from typing import Any, TypeAlias
 
@@ -26,21 +25,9 @@ RANKED = 10
 NOISE_RANGE = (0.9, 1.5)  # gaps that are always in view: noise must not look large
 
 
-@dataclass(frozen=True)
-class PageContext:
-    """
-    What accompanies a verdict on its page.
-
-    files: of the user; changes: of the simulator's file, in words.
-    """
-
-    files: UserFiles = NO_FILES
-    changes: Sequence[str] = ()
-
-
 def diagnosis_page(data: VerdictData, evidence: DiagnosisEvidence,
                    recordings: Sequence[UniformRecording],
-                   context: PageContext | None = None) -> str:
+                   files: UserFiles = NO_FILES) -> str:
     """
     Return the page of a diagnosis as HTML.
 
@@ -48,16 +35,15 @@ def diagnosis_page(data: VerdictData, evidence: DiagnosisEvidence,
         data: the verdict as plain data.
         evidence: arrays behind it.
         recordings: those it is about.
-        context: files and commands of the user.
+        files: of the user.
 
     Returns:
         One file that loads nothing.
 
     """
-    context = context or PageContext()
     names = ', '.join(short_name(recording) for recording in recordings)
     return render_page(Page(f'Diagnosis of {names}', _summary(data, evidence.axis), (
-        _steps(data, context, evidence.axis), _gaps(data, context.files.validated),
+        _steps(data, files, evidence.axis), _gaps(data, files.validated),
         _overlays(evidence), _location(data, evidence), _ranking(data, evidence),
         _values(data, evidence.axis), _doubts(data, recordings, evidence),
         verdict_numbers(data)), evidence.axis))
@@ -88,12 +74,12 @@ def _summary(data: VerdictData, axis: str) -> Section:
                      if name in MEANINGS]})
 
 
-def _steps(data: VerdictData, context: PageContext, axis: str) -> Section:
+def _steps(data: VerdictData, files: UserFiles, axis: str) -> Section:
     """Return advice, with the changes of a file and further files."""
     return Section('diagnosis/next.html', {
-        'steps': [sentence(step) for step in next_steps(data, context.files, axis)],
-        'changes': context.changes,
-        'files': ['verdict.json', *(['drive.closed.yaml'] if context.files.closed else [])]},
+        'steps': [sentence(step) for step in next_steps(data, files, axis)],
+        'changes': files.changes,
+        'files': ['verdict.json', *(['drive.closed.yaml'] if files.closed else [])]},
         'What to do next')
 
 

@@ -49,8 +49,13 @@ def recording_page(timeline: Timeline, facts: RecordingFacts, name: str, bag: st
     axis = facts.model.axis
     return render_page(Page(f'Recording {name}', _summary(timeline, facts), (
         advice(next_steps(timeline, facts, bag)), _backlash(timeline, axis),
-        _loops(timeline, axis), _trust(timeline), _errors(timeline, axis),
-        _torque(timeline, axis), _input(timeline, facts), _parameters(facts)), axis))
+        Section('recording/loops.html', {'plane': loop_plane(timeline, axis)},
+                'Torque over twist'), _trust(timeline),
+        Section('recording/errors.html', {
+            'errors': errors_chart(timeline, axis), 'nis': nis_chart(timeline)},
+            'Prediction errors'),
+        Section('recording/chart.html', {'chart': torque_chart(timeline, axis)}, 'Torque'),
+        _input(timeline, facts), _parameters(facts)), axis))
 
 
 def figures(timeline: Timeline, facts: RecordingFacts) -> dict[str, Any]:
@@ -163,12 +168,6 @@ def _summary(timeline: Timeline, facts: RecordingFacts) -> Section:
     return page_summary(kind, words, items, [*map(sentence, facts.notes)])
 
 
-def _loops(timeline: Timeline, axis: str) -> Section:
-    """Return the hysteresis loops by slices of time; without any the twist was not measured."""
-    return Section('recording/loops.html', {'plane': loop_plane(timeline, axis)},
-                   'Torque over twist')
-
-
 def _backlash(timeline: Timeline, axis: str) -> Section:
     """Return backlash, or lost motion in its place, over time, with alerts."""
     time = time_axis(timeline)
@@ -195,17 +194,6 @@ def _trust(timeline: Timeline) -> Section:
         'listed': [f'{time.text(t)}: {state}' for t, state in changes[:LISTED]]}, 'Trust')
 
 
-def _errors(timeline: Timeline, axis: str) -> Section:
-    """Return innovations of the encoders and their NIS, if there are estimates."""
-    return Section('recording/errors.html', {
-        'errors': errors_chart(timeline, axis), 'nis': nis_chart(timeline)}, 'Prediction errors')
-
-
-def _torque(timeline: Timeline, axis: str) -> Section:
-    """Return torque through the gearbox, its stated deviation, and the commanded torque."""
-    return Section('recording/chart.html', {'chart': torque_chart(timeline, axis)}, 'Torque')
-
-
 def _input(timeline: Timeline, facts: RecordingFacts) -> Section:
     """Return rate and longest step of the samples; counts of what was refused or missing."""
     return Section('recording/input.html', {
@@ -222,9 +210,6 @@ def _parameters(facts: RecordingFacts) -> Section:
         'changed': PageTable(('parameter', 'value', 'default', 'unit'), [
             (row.name, _value(values[row.name]), _value(row.default), row.unit)
             for row in ESTIMATOR if getattr(facts.parameters, row.name) != row.default]),
-        'parameters': PageTable(('parameter', 'value', 'unit', 'description'), [
-            (row.name, _value(values[row.name]), row.unit, row.description)
-            for row in ESTIMATOR]),
         'model': json.dumps(facts.model.to_dict(), indent=1),
         'versions': PageTable(('of', 'version'), facts.versions)}, 'Parameters and versions',
         folded=True)

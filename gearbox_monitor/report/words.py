@@ -179,7 +179,8 @@ class UserFiles:
     model, bags: as given. options: those that say how the recordings are read. closed: the closed
     model, '' where it is not written. validated: the second recording, or None. robot: the file
     of a simulator with the joint, '' for a model file. joint: options that select the joint.
-    values: file of values that the robot's file does not state, or None.
+    values: file of values that the robot's file does not state, or None. changes: of the file of
+    the simulator, in words.
     """
 
     model: str = 'drive.yaml'
@@ -190,6 +191,7 @@ class UserFiles:
     robot: str = ''
     joint: str = ''
     values: str | None = None
+    changes: Sequence[str] = ()
 
     def command(self, name: str, model: str = '', options: str = '') -> str:
         """Return the command `name` on the recordings, for a `model` and with `options`."""
