@@ -115,24 +115,17 @@ def _of_values(values: Sequence[FittedValue], covariance: Any, name: str,
     return UnitEstimate.of(name, values, covariance)
 
 
-def _of_findings(findings: Sequence[Mapping[str, Any]], name: str,
-                 notes: list[str]) -> UnitEstimate:
+def _of_findings(findings: Sequence[Any], name: str, notes: list[str]) -> UnitEstimate:
     """Return the UnitEstimate of the findings of a verdict, as plain data."""
-    effects, values, units, errors = library(), {}, {}, []
+    values, units, errors = dict[str, float](), dict[str, str](), list[float]()
     for finding in findings:
         if not (isinstance(finding, dict) and isinstance(finding.get('effect'), str)
                 and all(isinstance(finding.get(key), Mapping)
                         for key in ('values', 'deviations'))):
             raise InputError(f'{name}: findings: no effect, values and deviations, expected '
                              f'{EXPECTED}')
-        effect = effects.get(finding['effect'])
-        if effect is None:
-            raise InputError(f'{name}: findings: effect: {finding["effect"]!r}, expected the id '
-                             'of an effect')
-        for parameter in effect.parameters:
-            value = finding['values'].get(parameter.name)
-            error = finding['deviations'].get(parameter.name)
-            where = f'{effect.id}.{parameter.name}'
+        for where, own, unit in _parameters(finding, name):
+            value, error = finding['values'].get(own), finding['deviations'].get(own)
             if not _is_number(value):
                 continue
             if not _is_number(error):
@@ -141,42 +134,38 @@ def _of_findings(findings: Sequence[Mapping[str, Any]], name: str,
             if error < 0.0:
                 raise InputError(f'{name}: findings: {where}: deviation {error:g}, expected no '
                                  'negative number')
-            where = SHORT.get(effect.replaces, where)
             if where in values:
                 raise InputError(f'{name}: findings: {where}: two values, expected one')
-            values[where], units[where] = float(value), on_axis(parameter.unit, 'rotary')
+            values[where], units[where] = float(value), unit
             errors.append(float(error))
     if not values:
         raise InputError(f'{name}: no finding with values and deviations, expected {EXPECTED}')
     return UnitEstimate(name, values, units, np.diag(np.square(errors)))
 
 
+def _parameters(finding: Mapping[str, Any], name: str) -> list[tuple[str, str, str]]:
+    """Return (name of the range, name in the finding, unit) of each parameter of a finding."""
+    if finding['effect'] == PAYLOAD.id:
+        return [(f'{PAYLOAD.id}.{own}', own, f'{unit} at {finding.get("link")}')
+                for own, unit in PAYLOAD.units.items()]
+    effect = library().get(finding['effect'])
+    if effect is None:
+        raise InputError(f'{name}: findings: effect: {finding["effect"]!r}, expected the id of an '
+                         'effect')
+    return [(SHORT.get(effect.replaces, f'{effect.id}.{p.name}'), p.name,
+             on_axis(p.unit, 'rotary')) for p in effect.parameters]
+
+
 def _of_payload(findings: Sequence[Any], name: str, notes: list[str]) -> UnitEstimate:
     """Return the UnitEstimate of the payload in the findings of a robot, as plain data."""
     findings = [f if isinstance(f, dict) else {} for f in findings]
     payloads = [f for f in findings if f.get('effect') == PAYLOAD.id]
-    dropped = [f'{f.get("effect")} at {f.get("joint") or f.get("link") or "the base"}'
-              for f in findings if f.get('effect') != PAYLOAD.id]
+    notes += [f'{name}: {f.get("effect")} at {f.get("joint") or f.get("link") or "the base"}: of '
+              'a robot only the payload has a range' for f in findings if f not in payloads]
     if len(payloads) != 1:
         raise InputError(f'{name}: {len(payloads)} payloads, expected one in the verdict on a '
                          'robot')
-    if dropped:
-        notes.append(f'{name}: {", ".join(dropped)}: of a robot only the payload has a range')
-    payload: Mapping[str, Any] = payloads[0]
-    if not all(isinstance(payload.get(key), Mapping) for key in ('values', 'deviations')):
-        raise InputError(f'{name}: payload: no values and deviations, expected {EXPECTED}')
-    values, units, errors = {}, {}, []
-    for own, unit in PAYLOAD.units.items():
-        value, error = payload['values'].get(own), payload['deviations'].get(own)
-        if not (_is_number(value) and _is_number(error) and error >= 0.0):
-            notes.append(f'{name}: {PAYLOAD.id}.{own}: without a deviation, no range')
-            continue
-        values[f'{PAYLOAD.id}.{own}'] = float(value)
-        units[f'{PAYLOAD.id}.{own}'] = f'{unit} at {payload.get("link")}'
-        errors.append(float(error))
-    if f'{PAYLOAD.id}.m' not in values:
-        raise InputError(f'{name}: payload: no mass with a deviation, expected {EXPECTED}')
-    return UnitEstimate(name, values, units, np.diag(np.square(errors)))
+    return _of_findings(payloads, name, notes)
 
 
 def _is_number(value: object) -> bool:

@@ -13,7 +13,7 @@ Public names, by module:
     builder: Page, page_summary, render_page, Section
     chart: Chart, Panel, Trace
     diagnosis_evidence: gather, shows_place, window_chart
-    diagnosis_page: diagnosis_page, PageContext
+    diagnosis_page: diagnosis_page
     explanation: ALL_CONDITIONS, Explanation, explanations
     fleet_page: CSV_NAME, fleet_csv, fleet_page, headline, joint_name, robots_headline,
         robots_page

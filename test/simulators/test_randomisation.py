@@ -225,7 +225,7 @@ BAD_ESTIMATES = [
     ('{"findings": [{"effect": ["x"]}]}', 'bad.json: findings: no effect, values'),
     ('{"findings": [], "remainders": []}', 'bad.json: 0 payloads'),
     ('{"findings": [{"effect": "payload", "values": [1]}], "remainders": []}',
-     'bad.json: payload: no values'),
+     'bad.json: findings: no effect, values and deviations'),
     ('{"accepted": true}', 'bad.json: neither values nor findings'),
     ('{', 'bad.json: no JSON')]
 
