@@ -128,6 +128,19 @@ def test_torque_sampled_at_an_end_of_a_held_setpoint_is_no_friction(tmp_path, sa
     assert load.values['m'] == pytest.approx(0.5, abs=2.0 * load.deviations['m'])
 
 
+def test_an_unchanged_arm_with_friction_has_no_findings(tmp_path):
+    """It reverses between two samples, and its servos are computed in five steps a period."""
+    rubbing = SERVOS.replace('name="turn"', 'name="turn" frictionloss=".3"').replace(
+        'name="lift"', 'name="lift" frictionloss=".3"')
+    (tmp_path / 'robot.xml').write_text(rubbing)
+    file = read_robot(tmp_path / 'robot.xml')
+    robot = RobotModel(file.chain, np.full(3, 0.05), 0.05, kp=file.kp, kd=file.kd,
+                       gain_tolerance=0.05)
+    for setpoints in (False, True):
+        verdict = diagnose(robot, [sampled(rubbing, file.chain.joints, 0, setpoints)])
+        assert verdict.kind == 'none', (setpoints, verdict.findings, verdict.remainders)
+
+
 def test_a_gain_found_in_setpoints_is_written_and_run(tmp_path):
     """The gap after was that of fitted gains, 24 times less than that of the file."""
     (tmp_path / 'robot.xml').write_text(SERVOS)

@@ -212,15 +212,19 @@ def _masks(motion: RobotMotion) -> tuple[Array, Array]:
     """
     Return the masks [N, J] and their derivatives, 1/s.
 
-    Static friction is any torque up to Coulomb's: no law can be held against it. The mask
-    multiplies the test functions, so the weak form stays exact.
+    Static friction is any torque up to Coulomb's: no law can be held against it, nor while a joint
+    reverses between two samples. The mask multiplies the test functions, so the weak form stays
+    exact.
     """
     slow = np.maximum(3.0 * motion.sigma_v, SETTINGS.slow)
     width = max(1, int(round(SETTINGS.ramp / motion.step)))
     mask, slope = np.empty_like(motion.v), np.empty_like(motion.v)
     for section in motion.sections:
         for j in range(motion.v.shape[1]):
-            mask[section, j] = motion_mask(np.abs(motion.v[section, j]) < slow[j], width)
+            v = motion.v[section, j]
+            reverses = np.diff(np.signbit(v), append=np.signbit(v[-1]))
+            still = (np.abs(v) < slow[j]) | reverses | np.roll(reverses, 1)
+            mask[section, j] = motion_mask(still, width)
         # Parts need the derivative itself: along a ramp of 3 samples a difference is too small.
         t = motion.t[section]
         slope[section] = scipy.interpolate.CubicSpline(t, mask[section])(t, 1)

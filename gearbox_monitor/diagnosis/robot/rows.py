@@ -392,7 +392,7 @@ def nuisance_of(rows: Rows, shapes: Sequence[tuple[int, str]]) -> list[NuisanceC
             add(f'kd {name}', m.kd * m.v, gain)
             add(f'setpoint lag {name}', m.kp * m.setpoint_speed, max(0.25 * rows.motion.step,
                                                                      0.003))
-    if robot.kp is not None and not rows.setpoint:
+    if robot.kp is not None:
         columns += _held(rows, robot.kp, np.zeros(len(robot.kp)) if robot.kd is None else robot.kd)
     columns.append(NuisanceColumn('lag', delays, max(s.lag, 0.25 * rows.motion.step), own=True))
     return columns
@@ -404,19 +404,23 @@ def _held(rows: Rows, kp: Array, kd: Array) -> list[NuisanceColumn]:
 
     At the ends of T they are +-(kp q' + kd q'') T / 2 off their mean, at all servos alike. This
     saw tooth drives the robot: the speeds there are -(M + kd T / 2)^-1 kp q' T^2 / 12 off theirs.
+    The positions are, where a servo has a few steps a period, by up to half of that times T.
 
     Args:
-        rows: of torques.
+        rows: of torques or setpoints.
         kp: N m/rad [J], 0 where a joint has no servo.
         kd: N m s/rad [J].
     """
     v, period = rows.motion.v, rows.motion.step
-    swing = kd[:, None] * np.linalg.pinv(rows.inertia + np.diag(0.5 * period * kd)) * kp
+    gain = kp if rows.setpoint else kd
+    swing = gain[:, None] * np.linalg.pinv(rows.inertia + np.diag(0.5 * period * kd)) * kp
     torque, speed = dict[int, Array](), dict[int, Array]()
     for j in np.flatnonzero(kp > 0.0).tolist():
         own = v[:, j, None]
         torque[j] = (rows.tested(j, kp[j] * own) + rows.tested(j, kd[j] * own, True))[:, 0]
         of_segment = np.repeat(swing[:, j], rows.tests.rows // len(swing), axis=0)
         speed[j] = (rows.tested(j, v) * of_segment).sum(axis=1)
+    if rows.setpoint:
+        return [NuisanceColumn(f'{HELD}: position', speed, period ** 3 / 24.0, own=True)]
     return [NuisanceColumn(HELD, torque, period, own=True),
             NuisanceColumn(f'{HELD}: speed', speed, period ** 2 / 6.0, own=True)]
