@@ -163,6 +163,14 @@ class Chain:
                 yield Regressor(index, joint, _kinetic(w, s, spin, speed),
                                 _kinetic(turned, moved, spin, speed), weight)
 
+    def inertia(self, q: Array) -> Array:
+        """Return the matrices [N, J, J] of inertia at the positions `q` [N, J] (rad or m)."""
+        out = np.zeros((len(q), *(len(self.links),) * 2)) + np.diag(self.armature)
+        for k, unit in enumerate(np.eye(len(self.links))):
+            for r in self.regressors(q, np.broadcast_to(unit, q.shape)):
+                out[:, r.joint, k] += r.p @ self.theta[r.link]
+        return out
+
     def weight_slopes(self, q: Array) -> Array:
         """
         Return the slopes [N, J, J] of the weights at the joints by the positions, N m/rad.

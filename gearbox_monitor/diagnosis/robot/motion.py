@@ -27,7 +27,7 @@ class RobotMotion:
     Uniform samples of one recording, its sections one behind the other.
 
     t [N] s from the begin; q, v [N, J] smoothed; input [N, J]: torque or setpoint;
-    input_speed [N, J]: derivative of a setpoint, else zeros. sigma_v [J]: deviation of v;
+    input_speed [N, J]: its derivative. sigma_v [J]: deviation of v;
     sigma_q [J]: of q as measured. step s; sections: slices of samples without a gap;
     cut_off [J] Hz: of the smoother, None for q and v that are not smoothed.
     """
@@ -64,8 +64,7 @@ def motion_of(log: RobotLog) -> RobotMotion:
                                   for j, filter_ in enumerate(filters)])
         middle = slice(margin, len(grid.t) - margin)
         speed = scipy.interpolate.CubicSpline(grid.t, smooth)(grid.t[middle], 1)
-        input_speed = np.gradient(grid.input, 1.0 / rate, axis=0)[middle] if (
-            log.kind == 'setpoint') else np.zeros_like(speed)
+        input_speed = np.gradient(grid.input, 1.0 / rate, axis=0)[middle]
         parts.append((grid.t[middle], smooth[middle], speed, grid.input[middle], input_speed))
         sections.append(slice(begin, begin + len(speed)))
         begin += len(speed)

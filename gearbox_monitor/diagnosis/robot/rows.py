@@ -186,13 +186,8 @@ class Rows:
     @cached_property
     def inertia(self) -> Array:
         """Matrices [S, J, J] of the inertia that each joint has of each, in mid-segment."""
-        chain, middle = self.robot.chain, self.tests.starts + self.tests.value.shape[0] // 2
-        q = self.motion.q[middle]
-        out = np.zeros((len(q), *(len(self.joints),) * 2)) + np.diag(chain.armature)
-        for k in range(len(self.joints)):
-            for r in chain.regressors(q, np.broadcast_to(np.eye(len(self.joints))[k], q.shape)):
-                out[:, r.joint, k] += r.p @ chain.theta[r.link]
-        return out
+        middle = self.tests.starts + self.tests.value.shape[0] // 2
+        return self.robot.chain.inertia(self.motion.q[middle])
 
     @cached_property
     def zero(self) -> tuple[Mapping[int, Array], ...]:
@@ -400,27 +395,32 @@ def nuisance_of(rows: Rows, shapes: Sequence[tuple[int, str]]) -> list[NuisanceC
 
 def _held(rows: Rows, kp: Array, kd: Array) -> list[NuisanceColumn]:
     """
-    Return the error of torques that are sampled while servos hold each setpoint for a period T.
+    Return the errors of samples at an end of a period T for which servos hold a setpoint r.
 
-    At the ends of T they are +-(kp q' + kd q'') T / 2 off their mean, at all servos alike. This
-    saw tooth drives the robot: the speeds there are -(M + kd T / 2)^-1 kp q' T^2 / 12 off theirs.
-    The positions are, where a servo has a few steps a period, by up to half of that times T.
+    Setpoints are up to T late. Torques are +-(kp q' + kd q'') T / 2 off their mean, at all servos
+    alike, and by T / 2 of the rate of that. The steps kp r' T swing the robot about its mean
+    motion by the acceleration M^-1 kp r': speeds are T^2 / 12 of it off, positions behind servos
+    of few steps a period up to T^3 / 24 of it.
 
     Args:
         rows: of torques or setpoints.
         kp: N m/rad [J], 0 where a joint has no servo.
         kd: N m s/rad [J].
     """
-    v, period = rows.motion.v, rows.motion.step
-    gain = kp if rows.setpoint else kd
-    swing = gain[:, None] * np.linalg.pinv(rows.inertia + np.diag(0.5 * period * kd)) * kp
-    torque, speed = dict[int, Array](), dict[int, Array]()
-    for j in np.flatnonzero(kp > 0.0).tolist():
-        own = v[:, j, None]
-        torque[j] = (rows.tested(j, kp[j] * own) + rows.tested(j, kd[j] * own, True))[:, 0]
-        of_segment = np.repeat(swing[:, j], rows.tests.rows // len(swing), axis=0)
-        speed[j] = (rows.tested(j, v) * of_segment).sum(axis=1)
+    motion, period = rows.motion, rows.motion.step
     if rows.setpoint:
-        return [NuisanceColumn(f'{HELD}: position', speed, period ** 3 / 24.0, own=True)]
-    return [NuisanceColumn(HELD, torque, period, own=True),
-            NuisanceColumn(f'{HELD}: speed', speed, period ** 2 / 6.0, own=True)]
+        slope = step = kp * motion.input_speed
+    else:
+        slope = kp * motion.v + kd * np.gradient(motion.v, period, axis=0)
+        step = slope + motion.input_speed
+    swing = np.einsum('njk,nk->nj', np.linalg.pinv(rows.robot.chain.inertia(motion.q)), step)
+    own, rate, speed, position = columns = [dict[int, Array]() for _ in range(4)]
+    for j in np.flatnonzero(kp > 0.0).tolist():
+        own[j], swung = rows.tested(j, np.column_stack([slope[:, j], swing[:, j]])).T
+        rate[j] = rows.tested(j, slope[:, j, None], True)[:, 0]
+        speed[j], position[j] = kd[j] * swung, kp[j] * swung
+    sizes = {': lag' if rows.setpoint else '': period, ': rate': 0.5 * period ** 2,
+             ': speed': period ** 2 / 12.0, ': position': period ** 3 / 24.0}
+    return [NuisanceColumn(HELD + name, column, size, own=True)
+            for (name, size), column in zip(sizes.items(), columns)
+            if not (rows.setpoint and name == ': speed')]

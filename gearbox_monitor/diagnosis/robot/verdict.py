@@ -40,6 +40,7 @@ KNOWN_MASS = 0.25  # of a link's: a load that is known so well did not change
 LARGER = 1.5       # bursts of healthy references that were as large are none
 OF_SETPOINT = (SERVO_GAIN.id, SETPOINT_DELAY.id, SERVO_DEADBAND.id)  # before the gain
 OF_BODIES = (PAYLOAD.id, LINK_INERTIA.id, BASE_TILT.id, JOINT_ZERO.id)  # in the true scale
+MOST_SCALES = 4    # of the gains, each of the findings with the last one; steps overshoot twice
 LEAST_SCALE = 0.1  # gain of the model over that of the servo: it may be 10 times as large
 LEAST_SEEN = 0.05  # of a motion: what is new all over is no evidence, but a limit has to be
 HELD_SHARE = 0.25   # of the period, which shifts a sampled torque by half of it
@@ -110,10 +111,24 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
     shapes = knowledge.shapes if knowledge else ()
     mean = knowledge.mean if knowledge else None
     recordings = [rows_of(log, robot, shapes, mean) for log in logs]
-    if recordings[0].setpoint:
-        unscaled = RobotEvidence(recordings, knowledge.prior if knowledge else None)
-        scale = np.maximum(_servo_scales(unscaled, unscaled.fit())[0], LEAST_SCALE)
-        recordings = [in_scale(rows, scale, shapes) for rows in recordings]
+    if not recordings[0].setpoint:
+        return _verdict_on(recordings, knowledge, effects)
+    evidence = RobotEvidence(recordings, knowledge.prior if knowledge else None)
+    scale = np.maximum(_servo_scales(evidence, evidence.fit())[0], LEAST_SCALE)
+    for k in range(MOST_SCALES):
+        verdict = _verdict_on([in_scale(rows, scale, shapes) for rows in recordings], knowledge,
+                              effects)
+        # A gain may have made up for a load that is found now.
+        found, unsure = _servo_scales(verdict.evidence, verdict.fit)
+        if np.all(np.abs(found - scale) < np.sqrt(np.diag(unsure))):
+            break
+        scale = np.maximum(0.5 * (scale + found) if k else found, LEAST_SCALE)
+    return verdict
+
+
+def _verdict_on(recordings: Sequence[Rows], knowledge: Knowledge | None,
+                effects: Sequence[str] | None) -> RobotVerdict:
+    """Return the verdict on `recordings`, see diagnose."""
     away = 1.0
     if knowledge is None:
         evidence = RobotEvidence(recordings)
@@ -455,7 +470,11 @@ def _servo_scales(evidence: RobotEvidence, fit: RobotFit) -> tuple[Array, Array]
     posterior = evidence.posterior(fit)
     own = [posterior.labels.index(f'kp {name}')
            for name in evidence.recordings[0].robot.chain.joints]
-    return 1.0 + posterior.mean[own], posterior.covariance[np.ix_(own, own)]
+    found = np.zeros(len(own))
+    for i, c in enumerate(fit.chosen):
+        if c.effect == SERVO_GAIN.id:
+            found[list(c.columns)] += fit.values[fit.of(i)]
+    return 1.0 + posterior.mean[own] + found, posterior.covariance[np.ix_(own, own)]
 
 
 def _determined(evidence: RobotEvidence, c: Candidate, covariance: Array) -> bool:
