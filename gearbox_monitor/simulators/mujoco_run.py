@@ -11,7 +11,8 @@ import numpy as np
 
 from gearbox_monitor.diagnosis.robot.candidates import Candidate
 from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
-from gearbox_monitor.diagnosis.robot.verdict import RobotVerdict, sampled_early
+from gearbox_monitor.diagnosis.robot.verdict import (
+    RobotVerdict, sampled_early, setpoint_lags)
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.balance_column import BalanceColumn
@@ -115,9 +116,14 @@ def _runs(model: Any, verdict: RobotVerdict, added: Collection[str]) -> Array:
             j = robot.chain.joints.index(c.joint or '')
             torque[:, j] -= column.series(joints[j], c.setting or 0.0) @ verdict.fit.values[
                 verdict.fit.of(i)]
+    setpoint = motion.input
     if rows.setpoint:   # the servo, whose damping MuJoCo integrates implicitly
         m.dof_damping[:] += kd
         torque += np.stack([x.compensation for x in joints], axis=1)
+        # A run holds a setpoint over the timesteps of a period: it is late by their middle.
+        late = setpoint_lags(verdict.evidence, verdict.fit) - 0.5 * (
+            motion.step - m.opt.timestep)
+        setpoint = setpoint - late * motion.input_speed
     else:
         early = sampled_early(verdict.evidence, verdict.fit)[0]
         rate = np.gradient(motion.v, motion.step, axis=0)
@@ -137,7 +143,7 @@ def _runs(model: Any, verdict: RobotVerdict, added: Collection[str]) -> Array:
             low = int(at)
             data.qfrc_applied[:] = torque[low] + (at - low) * (torque[low + 1] - torque[low])
             if rows.setpoint:
-                data.qfrc_applied[:] += kp * (motion.input[low] - data.qpos)
+                data.qfrc_applied[:] += kp * (setpoint[low] - data.qpos)
             mujoco.mj_step(m, data)
         total += (data.qpos - motion.q[s + length - 1]) ** 2
     out: Array = np.sqrt(total / max(len(starts), 1))

@@ -749,6 +749,14 @@ def sampled_early(evidence: RobotEvidence, fit: RobotFit) -> list[float]:
     return out
 
 
+def setpoint_lags(evidence: RobotEvidence, fit: RobotFit) -> Array:
+    """Return by how many s the setpoints [J] of the first recording are late."""
+    posterior = evidence.posterior(fit)
+    mean = dict(zip(posterior.labels, posterior.mean))
+    return np.array([mean[f'{HELD}: lag of recording 1'] + mean[f'setpoint lag {name}']
+                     for name in evidence.recordings[0].robot.chain.joints])
+
+
 def held_setpoints(evidence: RobotEvidence, fit: RobotFit) -> tuple[str, ...]:
     """Return a caution about torques that were sampled at one end of a held setpoint."""
     return tuple(
