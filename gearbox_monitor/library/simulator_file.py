@@ -80,8 +80,8 @@ def load_model(path: str | Path, joint: str | None = None, *, arm_joint: str | N
 def _limits(drive: MjcfDrive, model: DriveModel) -> FileLimits:
     """Return the FileLimits of a `drive` in a simulator's file, which makes a `model`."""
     own, setpoints = drive.actuator, NO_LIMIT
-    if own is not None and own.law is not None and own.law.setpoint and model.controller:
-        low, high = sorted(bound / own.gear for bound in own.law.control)
+    if own is not None and own.setpoint and model.controller:
+        low, high = sorted(bound / own.gear for bound in own.control)
         setpoints = low, high
     return FileLimits(tuple(drive.notes), setpoints, drive.motor.travel)
 
@@ -347,7 +347,8 @@ def with_backlash(into: str | Path, backlash: float, *, joint: str,
 def _of_effort(drive: MjcfDrive, model: DriveModel) -> Sequence[str]:
     """Return a note where one unit of effort in `model` is another torque than one of control."""
     a = drive.actuator
-    if a is None or a.setpoint or math.isclose(a.gear * a.gain, model.effort_scale, rel_tol=1e-6):
+    if a is None or a.spring or a.damper or math.isclose(
+            a.gear * a.gain, model.effort_scale, rel_tol=1e-6):
         return []
     factor = model.effort_scale / (a.gear * a.gain)
     return [f'note: one unit of effort makes {model.effort_scale:g} N m on the arm side '

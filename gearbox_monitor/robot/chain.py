@@ -345,7 +345,11 @@ def joint_losses(text: str, source: str = 'URDF') -> dict[str, tuple[float, floa
     Raises:
         InputError: an attribute is not a number.
     """
-    return {joint.get('name', ''): losses_of(joint, source)
+    def value(joint: ElementTree.Element, key: str) -> float:
+        element, name = joint.find('dynamics'), joint.get('name', '')
+        return finite_number('0' if element is None else element.get(key, '0'),
+                             f'{source}: joint {name}: dynamics: {key}')
+    return {joint.get('name', ''): (value(joint, 'damping'), value(joint, 'friction'))
             for joint in ElementTree.fromstring(text).findall('joint')}
 
 
@@ -379,12 +383,3 @@ def ranges_in(text: str, joints: Sequence[str], source: str = 'URDF') -> tuple[A
         rows.append(row)
     low_high = np.array(rows).reshape(-1, 2)
     return low_high[:, 0], low_high[:, 1]
-
-
-def losses_of(joint: ElementTree.Element, source: str) -> tuple[float, float]:
-    """Return damping and friction of the element `joint` of file `source`; see joint_losses."""
-    element, where = joint.find('dynamics'), f'{source}: joint {joint.get("name", "")}: dynamics'
-    damping, friction = (
-        finite_number('0' if element is None else element.get(key, '0'), f'{where}: {key}')
-        for key in ('damping', 'friction'))
-    return damping, friction

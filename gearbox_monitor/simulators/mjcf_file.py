@@ -90,25 +90,6 @@ class MjcfTendon:
 
 
 @dataclass(frozen=True)
-class MjcfActuator:
-    """
-    The actuator on the joint of the motor.
-
-    gain, bias: of its force, before the gear; setpoint: it follows one, by its bias; law: of it,
-    None in a URDF file.
-    """
-
-    name: str
-    index: int
-    gear: float
-    gain: float
-    bias: tuple[float, float, float]
-    dynamics: str
-    setpoint: bool
-    law: ActuatorLaw | None = None
-
-
-@dataclass(frozen=True)
 class MjcfDrive:
     """
     A drive in an MJCF file; `arm` and `tendon` are None where motor and arm are one joint.
@@ -127,7 +108,7 @@ class MjcfDrive:
     arm: MjcfJoint | None
     tendon: MjcfTendon | None
     hysteresis: MjcfTendon | None
-    actuator: MjcfActuator | None
+    actuator: ActuatorLaw | None
     passive: tuple[tuple[Passive, int], ...]
     posture: Array
     keyframe: str | None
@@ -295,10 +276,10 @@ def drive_in(file: RobotFile, joints: tuple[str, str | None], keyframe: str | No
     own, joint_laws = _chosen(m, numbers[0], document, actuator)
     passive, notes = _passive(m, numbers, tendon), list(file.notes)
     motor = _joint(m, state, numbers[0], [law for law in joint_laws if not law.passive])
-    if own is not None and own.law is not None and not own.law.setpoint:
-        motor = replace(motor, damping=motor.damping + own.law.damper,
-                        actuator_damping=motor.actuator_damping + own.law.damper)
-    notes += _remarks(motor, own, joint_laws, path)
+    if own is not None and not own.setpoint:
+        motor = replace(motor, damping=motor.damping + own.damper,
+                        actuator_damping=motor.actuator_damping + own.damper)
+    notes += _remarks(m, motor, own, joint_laws, path)
     loop, gap = open_loop(m, numbers[0], state)
     if gap > OPEN:
         notes.append(f'{path.name}: joint {joints[0]}: equality {loop}: open by {gap:.2g} m in '
@@ -424,7 +405,7 @@ def _tendons(m: Any, joints: Sequence[int]) -> list[MjcfTendon]:
 
 
 def _chosen(m: Any, joint: int, document: XmlDocument, name: str | None
-            ) -> tuple[MjcfActuator | None, list[ActuatorLaw]]:
+            ) -> tuple[ActuatorLaw | None, list[ActuatorLaw]]:
     """Return the actuator that drives a joint, and the laws of the others on it."""
     label, where = name_of(m, 'joint', joint), document.name
     if document.root.tag == 'robot':
@@ -438,8 +419,7 @@ def _chosen(m: Any, joint: int, document: XmlDocument, name: str | None
                          f'{", ".join(word or "None" for word in names.values())}, expected one '
                          'chosen with --actuator')
     laws = [_law_of(m, i) for i in actuators_on(m, joint) if i not in own]
-    return (_actuator(m, own[0]) if own else None,
-            [law for law in laws if law is not None])
+    return (_law_of(m, own[0]) if own else None, [law for law in laws if law is not None])
 
 
 def _law_of(m: Any, i: int) -> ActuatorLaw | None:
@@ -448,19 +428,6 @@ def _law_of(m: Any, i: int) -> ActuatorLaw | None:
         return actuator_law(m, i)
     except Unread:
         return None
-
-
-def _actuator(m: Any, i: int) -> MjcfActuator:
-    mujoco = mujoco_module()
-    law = _law_of(m, i)
-    fixed = m.actuator_gaintype[i] == int(mujoco.mjtGain.mjGAIN_FIXED)
-    affine = m.actuator_biastype[i] == int(mujoco.mjtBias.mjBIAS_AFFINE)
-    bias = tuple(map(float, m.actuator_biasprm[i, :3])) if affine else (0.0, 0.0, 0.0)
-    return MjcfActuator(
-        m.actuator(i).name, i, float(m.actuator_gear[m.actuator_outadr[i], 0]),
-        law.gain if law is not None else float(m.actuator_gainprm[i, 0]), bias,  # type: ignore[arg-type]
-        kind_of(mujoco.mjtDyn, m.actuator_dyntype[i]),
-        not fixed or bool(bias[1] or bias[2]), law)
 
 
 def _passive(m: Any, joints: Sequence[int], tendon: MjcfTendon | None
@@ -488,15 +455,15 @@ def _passive(m: Any, joints: Sequence[int], tendon: MjcfTendon | None
     return out
 
 
-def _remarks(motor: MjcfJoint, own: MjcfActuator | None, laws: Sequence[ActuatorLaw],
+def _remarks(m: Any, motor: MjcfJoint, own: ActuatorLaw | None, laws: Sequence[ActuatorLaw],
              path: Path) -> list[str]:
     """Return notes for people about what was taken for granted of a joint."""
     where, notes = f'{path.name}: joint {motor.name}', []
-    if own is None:
+    if not np.any(m.actuator_ctrlnum[actuators_on(m, motor.index)]):
         notes.append(f'{where}: no actuator acts on it: efforts count as torques on the joint')
-    elif own.law is not None and own.law.speed:
+    elif own is not None and own.speed:
         notes.append(f'{where}: actuator {own.name}: its control is read as the effort, which '
-                     f'makes {own.law.gain:g} N m before the gear, and its damping as viscous '
+                     f'makes {own.gain:g} N m before the gear, and its damping as viscous '
                      'friction')
     for law in laws:
         if not law.passive:
@@ -541,7 +508,7 @@ def _lacking(file: RobotFile, joint: MjcfJoint) -> tuple[Refusal, ...]:
 
 def _of_drive(drive: MjcfDrive) -> list[Refusal]:
     """Return what a drive of one or two joints has and its model cannot have."""
-    m, motor, arm, own = drive.compiled, drive.motor, drive.arm, drive.actuator
+    m, motor, arm, law = drive.compiled, drive.motor, drive.arm, drive.actuator
     refusals: list[Refusal] = []
 
     def add(attribute: str, words: str, joint: MjcfJoint = motor) -> None:
@@ -549,7 +516,6 @@ def _of_drive(drive: MjcfDrive) -> list[Refusal]:
     if motor.inertia + motor.armature <= 1e-12:
         add('inertia', f'{motor.inertia + motor.armature:.3g}: it moves nothing, expected a body '
             'with mass, or armature')
-    law = own.law if own is not None else None
     if law is not None:
         _of_law(drive, law, add)
     if arm is not None and arm.stiffness:
@@ -656,8 +622,7 @@ def values_in(drive: MjcfDrive) -> MjcfValues:
     Args:
         drive: in the file; what it has and no model can is its refusals().
     """
-    motor, arm, tendon, own = drive.motor, drive.arm, drive.tendon, drive.actuator
-    law = own.law if own is not None else None
+    motor, arm, tendon, law = drive.motor, drive.arm, drive.tendon, drive.actuator
     offset = motor.constant + (law.constant if law is not None else 0.0)
     passive = [p for p, _ in drive.passive]
     if drive.arm_joint.slide:
@@ -747,8 +712,8 @@ def model_of(drive: MjcfDrive, given: Mapping[str, Any] | None = None) -> DriveM
     own, effects = drive.actuator, values.pop('effects')
     values |= {'axis': 'prismatic' if joint.slide else 'rotary',
                'gear_ratio': own.gear if own is not None else 1.0}
-    if own is not None and own.law is not None and not own.law.setpoint:
-        values['torque_constant'] = own.law.gain
+    if own is not None and not own.setpoint:
+        values['torque_constant'] = own.gain
     if drive.document.root.tag == 'mujoco':
         values |= _steps(drive)
     if (given.get('driven_by') == 'position' or given.get('controller', 0) is None):

@@ -22,14 +22,14 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.transmission import FrictionLaw, IMPEDANCES
 from gearbox_monitor.robot.chain import inertial
-from gearbox_monitor.robot.compiled_model import moved_by, mujoco_module, runge_kutta
+from gearbox_monitor.robot.compiled_model import ActuatorLaw, moved_by, mujoco_module, runge_kutta
 from gearbox_monitor.simulators.file_edits import (
     about_axis, across, balanced, compiled_body, differing, FileEdits, mjcf_element, NewElement,
     number, Patch, SAME, same, titled, TURN, write_mjcf)
 from gearbox_monitor.simulators.mjcf import (
     ARM, COGGING, constant_load, Exported, LUGRE, MjcfValues, MOTOR, Passive, steady, TENDON)
 from gearbox_monitor.simulators.mjcf_file import (
-    drive_of, MjcfActuator, MjcfDrive, MjcfJoint, values_in, weight)
+    drive_of, MjcfDrive, MjcfJoint, values_in, weight)
 from gearbox_monitor.simulators.xml_edit import words_of
 
 # Regularised Coulomb friction: a ramp up to this many 1 / sharpness is nearest to the arctangent
@@ -310,13 +310,12 @@ def _forces(drive: MjcfDrive, values: MjcfValues) -> tuple[_Force, _Force]:
     passive = present.offset - a.gear * a.bias[0]  # springs, other actuators, a slide's weight
     constant = (values.offset - passive) / a.gear
     gain, bias = a.gain * values.gain, (a.bias[1], a.bias[2])
-    law = a.law
     span, control = math.inf, math.inf
     if values.servo is not None:
         kp, kd, limit = values.servo
         gain = values.gain * kp / size ** 2
         bias, span = (-gain, -values.gain * kd / size ** 2), values.gain * limit / size
-    elif a.setpoint and law is not None and law.setpoint:
+    elif a.setpoint:
         # A torque was measured, and the servo that made it is scaled as a whole.
         bias = values.gain * a.bias[1], values.gain * a.bias[2]
         span = values.gain * (present.servo.limit if present.servo else math.inf) / size
@@ -327,7 +326,7 @@ def _forces(drive: MjcfDrive, values: MjcfValues) -> tuple[_Force, _Force]:
     was = present.servo.limit if present.servo else present.limit
     existing = _Force(a.gain, a.bias, math.inf if present.lag and not present.servo
                       else was / size, was / (size * a.gain) if present.lag and not present.servo
-                      else math.inf, law.lag if law else 0.0, law.delay if law else 0.0)
+                      else math.inf, a.lag, a.delay)
     small = 1e-9 * max(abs(a.gain), 1.0)   # rounding alone is no change
 
     def near(old: float, new: float) -> float:
@@ -350,7 +349,7 @@ def _actuator(drive: MjcfDrive, values: MjcfValues, motor: str, changed: bool) -
                          'expected one')
     present, target = _forces(drive, values)
     moved, changed = motor != drive.motor.name, changed and b'dampratio' in drive.document.data
-    late = a.setpoint and values.servo is None and bool(values.lag or values.delay)
+    late = (a.spring or a.damper) and values.servo is None and (values.lag or values.delay)
     if not (moved or changed or late or present != target):
         return FileEdits()
     element = mjcf_element(drive.document, drive.compiled, 'actuator', a.index)
@@ -373,7 +372,7 @@ def _actuator(drive: MjcfDrive, values: MjcfValues, motor: str, changed: bool) -
     return FileEdits({('actuator', a.index): attributes, **joints})
 
 
-def _inherited(drive: MjcfDrive, tag: str, a: MjcfActuator) -> dict[str, str | None]:
+def _inherited(drive: MjcfDrive, tag: str, a: ActuatorLaw) -> dict[str, str | None]:
     """Return the range of controls that an actuator has from its joint, which it leaves."""
     m = drive.compiled
     place = int(m.actuator_ctrladr[a.index])

@@ -13,12 +13,13 @@ import traceback
 from typing import Any
 
 import numpy as np
+import scipy
 
 from gearbox_monitor.diagnosis.joint.closed_model import (
     closed_of, gap_of, ModelRun, Overlay, overlay)
 from gearbox_monitor.diagnosis.joint.shooting import Simulator
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.kernels.linear_least_squares import covariance, Damping, minimise
+from gearbox_monitor.kernels.linear_least_squares import covariance
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import arm_side, EFFECTS, library
@@ -32,8 +33,7 @@ from gearbox_monitor.simulators.mjcf_file import (
     drive_in, MjcfDrive, posture_of, RobotFile, values_in)
 
 STEPS = (1e-4, 1e-3)   # rad and rad/s: differences that make a slope
-RULE = Damping(0.0, 9.0, 0.01, lowered=0.0, attempts=5, relative=1e-12)
-ITERATIONS = 8
+ITERATIONS = 40        # residuals of a fit
 GAIN = 1e-3            # least relative gain of an iteration worth another
 
 
@@ -67,27 +67,9 @@ def fitted_start(residual_of: Callable[[Array], Array], start: Array, steps: Arr
     Returns:
         (start [n], residual).
     """
-    (start,), (residual,), _ = minimise(_Window(residual_of, steps), start[None], RULE, GAIN,
-                                        RULE.attempts * ITERATIONS, ITERATIONS)
-    return start, residual
-
-
-@dataclass(frozen=True, eq=False)
-class _Window:
-    """The start of one window as a problem, see fitted_start."""
-
-    residual_of: Callable[[Array], Array]
-    steps: Array
-
-    def evaluated(self, theta: Array, index: Integers) -> tuple[Array, Array]:
-        """See LeastSquaresProblems: `theta` of the problems `index`."""
-        residual = self.residual_of(theta[0])[None]
-        return residual, (residual ** 2).sum(axis=1)
-
-    def linearised(self, theta: Array, residual: Array, index: Integers) -> tuple[Array, Array]:
-        """See LeastSquaresProblems: `theta`, `residual` of the problems `index`."""
-        columns = slopes(self.residual_of, theta[0], self.steps)
-        return (columns.T @ columns)[None], -residual @ columns
+    fit = scipy.optimize.least_squares(residual_of, start, lambda x: slopes(
+        residual_of, x, steps), method='lm', x_scale='jac', ftol=GAIN, max_nfev=ITERATIONS)
+    return fit.x, fit.fun
 
 
 FIXED = ('torque', 'start', 'dt')
@@ -470,9 +452,7 @@ def _control(drive: MjcfDrive) -> str:
     own = drive.actuator
     if own is None:
         return NONE
-    if own.law is None:
-        return TORQUE
-    return SERVO if own.law.setpoint else SPEED if own.law.speed else TORQUE
+    return SERVO if own.setpoint else SPEED if own.speed else TORQUE
 
 
 def _drive_values(drive: MjcfDrive) -> dict[str, float]:
@@ -486,8 +466,8 @@ def _drive_values(drive: MjcfDrive) -> dict[str, float]:
         'limit': values.servo.limit if values.servo else values.limit}
     if own is not None:
         readings['gear'] = own.gear
-        if own.law is not None and not own.law.setpoint:
-            readings['gain'] = own.law.gain
+        if not own.setpoint:
+            readings['gain'] = own.gain
     if values.servo is not None:
         readings |= {'kp': values.servo.kp, 'kd': values.servo.kd}
     low, high = joint.travel

@@ -79,14 +79,6 @@ class XmlDocument:
         line = self.data[self.data.rfind(b'\n', 0, element.start) + 1:element.start]
         return '' if line.strip() else line.decode()
 
-    def text(self, element: XmlElement) -> str:
-        """Return what stands between the tags of `element`, without space around it."""
-        return self.data[element.head:element.end].partition(b'<')[0].decode().strip()
-
-    def parent(self, element: XmlElement) -> XmlElement:
-        """Return the element around `element`; the root of the root."""
-        return next((e for e in self.root.walk() if element in e.children), self.root)
-
 
 def parse_xml(data: bytes, name: str) -> XmlDocument:
     """Return the XmlDocument of the bytes `data` of the file `name`. Raises InputError."""

@@ -100,7 +100,7 @@ def test_a_servo_keeps_its_range_and_damping():
                                       damping=0.5, arm_inertia=0.05)
         patch = patched(drive, *values_of(model))
         again = drive_of(patch.data, ROBOT, patch.joints)
-        assert again.actuator.law.control == pytest.approx(drive.actuator.law.control)
+        assert again.actuator.control == pytest.approx(drive.actuator.control)
         servo, stated = (m.controller for m in (model_of(again), model))
         assert (servo.kp, servo.kd) == pytest.approx((stated.kp, stated.kd), rel=1e-6)
 

@@ -7,11 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from mjcf_arrays import decision
 
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.plant.simulate import Plant
-from gearbox_monitor.robot.compiled_model import decision, undecided
+from gearbox_monitor.robot.compiled_model import undecided
 from gearbox_monitor.simulators import compiling
 from gearbox_monitor.simulators.mjcf_file import compiled_file, drive_of, model_of, read_mjcf
 
@@ -245,7 +246,7 @@ def test_parts_in_other_files_are_read(tmp_path):
     assert (model.viscous_friction, model.controller.kp, model.controller.torque_limit) == (
         0.2, 30.0, 5.0)
     assert model.controller.kd == pytest.approx(2.0 * np.sqrt(30.0 * 0.04), rel=1e-6)
-    assert drive.actuator.law.control == (-2.0, 1.0)
+    assert drive.actuator.control == (-2.0, 1.0)
 
 
 def test_files_that_must_not_be_opened(tmp_path):
