@@ -38,5 +38,6 @@ Public names, by module:
         RobotLog, SETPOINT, TORQUE, TURNED
     robot.rows: NuisanceColumn, RobotModel, Rows, rows_of
     robot.settings: SETTINGS
-    robot.verdict: effort_curves, EffortCurves, RobotVerdict, sampled_early, verdict_data
+    robot.verdict: effort_curves, EffortCurves, RobotVerdict, sampled_early, setpoint_lags,
+        verdict_data
 """
