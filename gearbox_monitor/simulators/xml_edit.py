@@ -344,7 +344,7 @@ def _tensor(inertial: ElementTree.Element, title: str) -> tuple[list[str], float
     if not deficit and body[2] - body[1] - body[0] < -MARGIN * body[2]:
         return [], 0.0   # a flat body has equality, which rounding breaks
     # The smallest change: a third of the excess each. The margin is above what rounding takes.
-    body += (beyond / 3.0 + MARGIN * float(body[2])) * np.array([1.0, 1.0, -1.0])
+    body += beyond / 3.0 * np.array([1.0, 1.0, -1.0]) + MARGIN * float(body[2])
     moved = axes @ np.diag(body) @ axes.T
     for key, (i, j) in TENSOR.items():
         element.set(key, repr(float(moved[i, j])))

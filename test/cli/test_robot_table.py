@@ -3,6 +3,7 @@
 """The table of all joints of a robot, and options that name joints."""
 import json
 from pathlib import Path
+import re
 
 import pytest
 
@@ -126,8 +127,10 @@ def test_what_no_robot_has_is_doubted_without_a_log(tmp_path, capsys):
 def test_a_link_spoils_its_own_joints_only(tmp_path, capsys):
     """A tensor of no body, at the shoulder and at the flange; no mass behind the last joint."""
     path, inertial = tmp_path / 'arm.urdf', ARM[ARM.rindex('<inertial>'):ARM.rindex('</inertial>')]
-    for iyy in ('0.05', '-0.5'):
-        code, out = described(path, capsys, 'ixx="0.52" iyy="0.50"', f'ixx="0.52" iyy="{iyy}"')
+    tensor = re.search('ixx="0.52" iyy="0.50"[^/]*', ARM)[0]
+    for new in (tensor.replace('0.50', '0.05'), tensor.replace('0.50', '-0.5'),
+                'ixx="0.52" iyy="-0.52" izz="0.52" ixy="0" ixz="0" iyz="0"'):
+        code, out = described(path, capsys, tensor, new)
         assert code == 1 and 'link upper_arm: a tensor of no body' in out
         assert '5 of 6 joints are read' in out or '4 of 6 joints are read' in out
     code, out = described(path, capsys, f'{inertial}</inertial>', '')

@@ -57,7 +57,7 @@ def control_of(drive, reading, m, random, t, start):
         reading.values.get('inertia', 0.0) + reading.values.get('armature', 0.0))
     if drive.actuator is None:
         return share * weight * waves
-    i = drive.actuator.index
+    i = m.actuator_ctrladr[drive.actuator.index]
     low, high = m.actuator_ctrlrange[i] if m.actuator_ctrllimited[i] else (-np.inf, np.inf)
     if reading.control == SERVO:
         half = min((high - low) / 2.0, 1.0)
@@ -82,7 +82,7 @@ def theirs(m, state, drive, u):
         if drive.actuator is None:
             data.qfrc_applied[dof] = value
         else:
-            data.ctrl[drive.actuator.index] = value
+            data.ctrl[m.actuator_ctrladr[drive.actuator.index]] = value
         mujoco.mj_step(alone, data)
     return q
 
