@@ -64,15 +64,11 @@ def as_data(bag: str, recovery: Recovery) -> dict[str, Any]:
         'notes': recovery.notes, 'cut': recovery.cut,
         'kept': {'seconds': recovery.recovered_s,
                  'messages': sum(topic.recovered for topic in topics)},
-        'lost': {'seconds': recovery.lost_s, 'messages': sum(topic.lost for topic in topics),
-                 'about': any(topic.estimated for topic in topics)},
+        'lost': {'seconds': recovery.lost_s, 'messages': sum(topic.lost for topic in topics)},
         'topics': [{
             'topic': name, 'type': topic.msgtype,
-            'kept': {'seconds': (topic.last_ns - topic.first_ns) * 1e-9
-                     if topic.first_ns is not None and topic.last_ns is not None else 0.0,
-                     'messages': topic.recovered},
-            'lost': {'seconds': topic.lost * topic.period if topic.period else None,
-                     'messages': topic.lost, 'about': topic.estimated},
+            'kept': {'seconds': topic.seconds, 'messages': topic.recovered},
+            'lost': {'messages': topic.lost},
         } for name, topic in sorted(recovery.topics.items())]}
 
 
@@ -84,13 +80,11 @@ def as_text(data: Mapping[str, Any]) -> str:
                 f'{total["seconds"]:.3f} s; nothing to recover, nothing was written')
     width = max(len('all'), *(len(row['topic']) for row in data['topics']))
     lines = [*data['notes'], '',
-             f'{"topic":{width}s} {"kept":>10s} {"s":>10s} {"lost":>14s} {"s":>8s}']
+             f'{"topic":{width}s} {"kept":>10s} {"s":>10s} {"lost":>10s} {"s":>8s}']
     rows = [*data['topics'], {'topic': 'all', 'kept': data['kept'], 'lost': data['lost']}]
     for row in rows:
-        losses = row['lost']
-        count = ('about ' if losses['about'] else '') + str(losses['messages'])
-        seconds = '-' if losses['seconds'] is None else f'{losses["seconds"]:.3f}'
+        seconds = f'{row["lost"]["seconds"]:.3f}' if 'seconds' in row['lost'] else ''
         lines.append(f'{row["topic"]:{width}s} {row["kept"]["messages"]:10d} '
-                     f'{row["kept"]["seconds"]:10.3f} {count:>14s} {seconds:>8s}')
+                     f'{row["kept"]["seconds"]:10.3f} {row["lost"]["messages"]:10d} {seconds:>8s}')
     return '\n'.join([*lines, '', *([UNWRITTEN] if data['cut'] else []),
                       f'{data["written"]}: written, read back, the same messages'])
