@@ -153,7 +153,6 @@ def _backend_recording(path: Path) -> UniformRecording:
     raw = read_signals(path, ReadOptions('davinci_backend'))
     readings = np.column_stack([raw['motor_position'], np.full(len(raw.stamp_ns), np.nan)])
     return admitted(raw.stamp_ns, raw['motor_effort'], readings, raw['arm_effort'], path.name,
-                    None,
                     BACKEND, 'the model')[0]
 
 

@@ -140,8 +140,7 @@ def recording_of(log: ServoLog, model: DriveModel) -> UniformRecording:
     """Return the recording of `log` as diagnose reads it for `model`."""
     raw = read_signals(log.path, ReadOptions('bam_servo_pendulum'))
     readings = np.column_stack([raw['motor_position'], raw['arm_position']])
-    return admitted(raw.stamp_ns, raw['motor_setpoint'], readings, None, str(log.path), None,
-                    model,
+    return admitted(raw.stamp_ns, raw['motor_setpoint'], readings, None, str(log.path), model,
                     'the model')[0]
 
 

@@ -60,7 +60,7 @@ def recording_of(path: Path) -> UniformRecording:
     """Return the recording in the file `path`, admitted as diagnose admits it."""
     raw = read_signals(path, ReadOptions('emps'))
     readings = np.column_stack([raw['motor_position'], raw['arm_position']])
-    return admitted(raw.stamp_ns, raw['motor_effort'], readings, None, str(path), None, GUESSED,
+    return admitted(raw.stamp_ns, raw['motor_effort'], readings, None, str(path), GUESSED,
                     'the model')[0]
 
 

@@ -112,7 +112,7 @@ def _criterion(recordings: Sequence[UniformRecording], candidates: Sequence[Cand
 def _recording(path: str, model: DriveModel) -> UniformRecording:
     """Return the recording in a file with the joints motor and arm."""
     samples = load_recording(path, model).readings
-    return admitted(samples.stamp_ns, samples.u[:, 0], samples.y, samples.u[:, 1], path, None,
+    return admitted(samples.stamp_ns, samples.u[:, 0], samples.y, samples.u[:, 1], path,
                     model, 'model')[0]
 
 

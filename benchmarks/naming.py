@@ -112,7 +112,7 @@ def recorded(drive: SimulatedAxis, model: DriveModel, name: str, random: np.rand
     """
     u, y = logged(drive, COMPARED, random, values, effects)
     y[:, 1] += drive.noise * random.standard_normal(len(u))
-    return admitted(DT * np.arange(len(u)), u, y, None, name, None, model, 'model')[0]
+    return admitted(DT * np.arange(len(u)), u, y, None, name, model, 'model')[0]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -12,6 +12,7 @@ _CLOSED = 'gearbox_monitor diagnose LOG --model ROBOT --out DIR writes the file 
 _FORMATS = 'expected --to mjcf or --to urdf with --into FILE'
 _FILTER = 'gearbox_monitor replay BAG --filter NAME states error and NIS of a filter'
 _HELD = 'gearbox_monitor watch LOG --model robot.urdf states what a robot holds'
+_FIRST = 'leave it out: of samples with one stamp the first counts, as in a replay'
 # Name as the user types it, an option or its value after its command -> what to do instead.
 REMOVED = {
     # commands
@@ -43,6 +44,7 @@ REMOVED = {
     **{f'diagnose --{old}': f'expected --{new}' for old, new in (
         ('motor-joint', 'recorded-motor'), ('arm-joint', 'recorded-arm'),
         ('setpoint-joint', 'recorded-setpoint'))},
+    'diagnose --repeated': _FIRST,
     **{f'replay --{name}': _HELD for name in (
         'reference', 'values', 'root', 'recorded', 'prefix', 'convention', 'link', 'empty')},
     'payload_node': 'watch_node publishes payload: ros2 launch gearbox_monitor watch.launch.py',
@@ -62,7 +64,7 @@ REMOVED = {
     'field': 'column: NAME names a field, too: run.q, or run.q 2 for a column of a matrix',
     'second_file': 'put its columns, with their time, into the file: a signal has its own time',
     'missing': 'empty cells are not measured',
-    'repeated': 'stamps are kept as recorded; commands take --repeated',
+    'repeated': _FIRST,
     'unordered': 'stamps are kept as recorded',
     'start_stamp_ns': 'dates are kept, other times begin at 1 s',
     # names of the Python package

@@ -66,7 +66,7 @@ from gearbox_monitor.signals.uniform import UniformRecording
 from gearbox_monitor.simulators.user_simulator import confirmation, user_simulator, UserSimulator
 
 PAGE, VERDICT, CLOSED = 'report.html', 'verdict.json', 'drive.closed.yaml'
-OF_RECORDINGS = ('topic', 'motor_joint', 'arm_joint', 'setpoint_joint', 'repeated')
+OF_RECORDINGS = ('topic', 'motor_joint', 'arm_joint', 'setpoint_joint')
 OF_JOINTS = ('joint', 'model_arm_joint', 'keyframe', 'actuator', 'root')
 
 
@@ -358,7 +358,6 @@ OF_ONE_JOINT = {
     'motor_joint': 'map a name with --recorded NAME=LOGNAME',
     'arm_joint': 'map a name with --recorded NAME=LOGNAME',
     'setpoint_joint': 'setpoints are those of all joints: setpoint_NAME or joint_setpoints',
-    'repeated': 'of samples with one stamp the first is used',
     'validate': 'give a second log to a command of its own',
     'simulator': 'with an MJCF, MuJoCo runs it'}
 

@@ -22,7 +22,7 @@ from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.reading import ReadOptions
 from gearbox_monitor.recordings.recorded_samples import read_snapshots
 from gearbox_monitor.signals.recording import RULES
-from gearbox_monitor.signals.uniform import REPEATED, UniformRecording
+from gearbox_monitor.signals.uniform import UniformRecording
 
 if TYPE_CHECKING:
     from gearbox_monitor.library.recording import DriveRecording
@@ -105,9 +105,6 @@ def add_recording_arguments(parser: ArgumentParser, model_required: bool = True)
     add_model_arguments(parser, model_required)
     add_bag_arguments(parser)
     add_setpoint_argument(parser)
-    parser.add_argument('--repeated', choices=REPEATED, default=REPEATED[0],
-                        help='which of several samples with the same stamp to use: the first '
-                        '(default), their average, or none')
 
 
 def load_recording(name: str, model: DriveModel, args: Namespace
@@ -164,8 +161,7 @@ def _recording_of(name: str, model: DriveModel, args: Namespace) -> 'DriveRecord
         ('motor', args.motor_joint), ('arm', args.arm_joint),
         ('setpoint', getattr(args, 'setpoint_joint', 'setpoint'))) if name != role}
     recording: DriveRecording = recording_of(
-        name, model, joints=joints, topic=args.topic, reading=reading_of(args),
-        repeated=getattr(args, 'repeated', REPEATED[0]))
+        name, model, joints=joints, topic=args.topic, reading=reading_of(args))
     return recording
 
 

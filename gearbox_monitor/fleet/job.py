@@ -366,7 +366,7 @@ def _diagnosis(player: Player, windows: Sequence[Backlash | NotExcited], start: 
     samples = _between(player, begin, begin + DIAGNOSED)
     try:
         recording, _ = admitted(samples.stamp_ns, samples.u[:, 0], samples.y, samples.u[:, 1],
-                                str(player.reader.path), None, model, settings.model_name or
+                                str(player.reader.path), model, settings.model_name or
                                 'the recorded model')
         verdict = diagnose([recording], model, only=settings.only or None).to_dict()
     except InputError as error:

@@ -24,8 +24,9 @@ from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOpt
 from gearbox_monitor.recordings.topics import JOINT_STATES
 from gearbox_monitor.signals.examine import admitted, require_samples
 from gearbox_monitor.signals.jumps import counted_on
-from gearbox_monitor.signals.recording import ARM, drive_samples, JointSignals, MOTOR, Recording
-from gearbox_monitor.signals.uniform import merged, REPEATED, UniformRecording
+from gearbox_monitor.signals.recording import (
+    ARM, drive_samples, JointSignals, MOTOR, NOT_MEASURED, Recording)
+from gearbox_monitor.signals.uniform import UniformRecording, usable_rows
 
 ROLES = ('motor', 'arm', 'setpoint')  # of joints in a bag
 WORDS = {'t': 'time in s', 'u': 'torque in N m, or current in A with torque_constant in the model',
@@ -41,8 +42,7 @@ class DriveRecording(Drawn):
     The recording of a drive, as its model refers it to the arm side.
 
     name: in messages. limits: of the simulator's file that the model is from. arm_side:
-    the motor is at the output already, whatever the gear ratio of the model. repeated: which
-    samples with one stamp are used.
+    the motor is at the output already, whatever the gear ratio of the model.
     """
 
     name: str
@@ -50,7 +50,6 @@ class DriveRecording(Drawn):
     model: DriveModel
     limits: FileLimits = NO_LIMITS
     arm_side: bool = False
-    repeated: str = REPEATED[0]
 
     @cached_property
     def readings(self) -> Samples:
@@ -174,15 +173,9 @@ class DriveRecording(Drawn):
         """
         require_samples(self.name, self.stamp_ns, self.readings.y)
         u, y, turned = self._counted_on()
-        rows, values, repeats = merged(self.stamp_ns, np.column_stack(
-            [u[:, :1], y, u[:, 1:]]), self.repeated)
-
-        def place(row: int, field: str) -> str:
-            """Return the place of a value: its sample and its field."""
-            return f'sample {int(rows[row])}, {field}'
-        columns = (self.stamp_ns[rows], values[:, 0], values[:, 1:3], values[:, 3])
-        words = (self.name, place, self.model, self.model.origin.name)
-        recording, notes = admitted(*columns, *words)
+        rows, repeats = usable_rows(self.stamp_ns)
+        recording, notes = admitted(self.stamp_ns[rows], u[rows, 0], y[rows], u[rows, 1],
+                                    self.name, self.model, self.model.origin.name)
         if recording.doubt is not None and not weigh:
             notes.append(recording.doubt.text)
         return recording, [*self.notes, *turned, *([repeats] if repeats else []), *notes]
@@ -203,8 +196,8 @@ class DriveRecording(Drawn):
 
 
 def load_recording(source: Any, model: Any = None, *, joints: Mapping[str, str] | None = None,
-                   topic: str = JOINT_STATES, repeated: str = REPEATED[0],
-                   name: str | None = None, reading: ReadOptions = BY_NAMES) -> Any:
+                   topic: str = JOINT_STATES, name: str | None = None,
+                   reading: ReadOptions = BY_NAMES) -> Any:
     """
     Return a recording.
 
@@ -221,7 +214,6 @@ def load_recording(source: Any, model: Any = None, *, joints: Mapping[str, str] 
             drive, {joint: its name in the log} of a robot, where they are called otherwise; '' for
             an arm without encoder.
         topic: of the JointState, in bags.
-        repeated: which samples with one stamp are used: first, average or drop.
         name: of the recording in messages, None for its file.
         reading: how columns are read whose names and units do not say it.
 
@@ -238,8 +230,6 @@ def load_recording(source: Any, model: Any = None, *, joints: Mapping[str, str] 
     >>> run
     Recording('run1': 1000 samples, 9.99 s, 100 Hz; torque, motor, arm)
     """
-    if repeated not in REPEATED:
-        raise InputError(f'repeated: {repeated!r}, expected one of {", ".join(REPEATED)}')
     if not isinstance(joints, (Mapping, type(None))):
         raise InputError(f'joints: {joints!r}, expected names by role, as '
                          "{'motor': 'elbow_motor'}")
@@ -255,7 +245,7 @@ def load_recording(source: Any, model: Any = None, *, joints: Mapping[str, str] 
     if model is None:
         return recording if name is None else replace(recording, name=name)
     result = DriveRecording(name or recording.name, recording, model, model.origin.limits,
-                            arm_side, repeated)
+                            arm_side)
     if not len(result):
         raise InputError(f'{result.name}: no sample, expected some seconds of them')
     return result
@@ -318,10 +308,11 @@ def _of_arrays(source: Any, model: DriveModel | None) -> Recording:
     notes += [f'{name}: nan in all samples, taken as not measured' for name in ('motor', 'arm')
               if name in values and np.isnan(values[name]).all()]
     return Recording('recording', {
-        'motor': JointSignals(stamps, position=values.get('motor'), effort=values.get('u'),
-                              setpoint=values.get('setpoint'), side=MOTOR),
-        'arm': JointSignals(stamps, position=values.get('arm'), effort=values.get('arm_torque'),
-                            side=ARM, measured=True)}, tuple(notes))
+        'motor': JointSignals(stamps, values.get('motor', NOT_MEASURED), side=MOTOR,
+                              setpoint=values.get('setpoint', NOT_MEASURED),
+                              effort=values.get('u', NOT_MEASURED)),
+        'arm': JointSignals(stamps, values.get('arm', NOT_MEASURED), side=ARM, measured=True,
+                            effort=values.get('arm_torque', NOT_MEASURED))}, tuple(notes))
 
 
 def _stamps(value: Any) -> Integers:

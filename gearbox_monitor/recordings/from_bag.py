@@ -15,7 +15,7 @@ from gearbox_monitor.recordings.joint_input import find_input, find_topic, topic
 from gearbox_monitor.recordings.log_units import EFFORT, units_of
 from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.signals.recording import (
-    ARM, CURRENT as OF_CURRENT, JointSignals, MOTOR, Recording, UNKNOWN)
+    ARM, CURRENT as OF_CURRENT, JointSignals, MOTOR, NOT_MEASURED, Recording, UNKNOWN)
 
 SETPOINTS = 'joint_setpoints'
 ANY = '*'  # in place of a joint: all of them, with a prefix in the log
@@ -50,7 +50,7 @@ def drive_recording(reader: BagReader, topic: str, motor: str, arm: str, setpoin
     joints = {motor: JointSignals(
         stamps, position=position[:, 0], velocity=velocity[:, 0], effort=effort[:, 0],
         setpoint=position[:, 2] if setpoint else _setpoints(reader, topic, [motor], stamps).get(
-            motor), side=MOTOR, effort_is=_kind(reader, motor))}
+            motor, NOT_MEASURED), side=MOTOR, effort_is=_kind(reader, motor))}
     if arm:
         joints[arm] = JointSignals(stamps, position[:, 1], velocity[:, 1], effort=effort[:, 1],
                                    side=ARM, measured=True)
@@ -80,7 +80,7 @@ def robot_recording(reader: BagReader, topic: str, joints: Sequence[str]) -> Rec
     setpoints = _setpoints(reader, topic, joints, states.stamp_ns)
     return Recording(reader.path.name, {joint: JointSignals(
         states.stamp_ns, position=states.position[:, k], velocity=states.velocity[:, k],
-        setpoint=setpoints.get(joint), effort=states.effort[:, k],
+        setpoint=setpoints.get(joint, NOT_MEASURED), effort=states.effort[:, k],
         effort_is=_kind(reader, joint)) for k, joint in enumerate(joints)},
         (reader.notice,) if reader.notice else ())
 

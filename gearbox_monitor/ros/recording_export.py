@@ -363,7 +363,7 @@ def recording_of(rows: Rows, model: DriveModel, name: str) -> UniformRecording:
     motor, arm, effort, arm_effort = rows['values'].T
     return admitted(
         rows['stamp_ns'], model.effort_scale * effort,
-        np.column_stack([motor / model.gear_ratio, arm]), arm_effort, name, None, model,
+        np.column_stack([motor / model.gear_ratio, arm]), arm_effort, name, model,
         'the model file')[0]
 
 

@@ -16,9 +16,9 @@ Public names, by module:
     jumps: counted_on, JumpFinding, OUTLIER, PERIODS, SLIP, strangers, TURNS, turns,
         without_jumps
     recording: ARM, AS_RECORDED, Convention, conventions_of, CURRENT, drive_samples,
-        JointSignals, MOTOR, Recording, RULES, UNKNOWN
+        JointSignals, MOTOR, NOT_MEASURED, Recording, RULES, UNKNOWN
     smoothed_motion: SmoothedMotion
     stamps: evened
-    uniform: at_one_rate, expect_one_rate, merged, prepare, RecordingKind, REPEATED, rms_of,
-        UniformRecording
+    uniform: at_one_rate, expect_one_rate, prepare, RecordingKind, rms_of, UniformRecording,
+        usable_rows
 """

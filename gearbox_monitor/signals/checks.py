@@ -13,9 +13,10 @@ from typing import TypeAlias
 import numpy as np
 
 from gearbox_monitor.estimation.noise_search import at_rest
-from gearbox_monitor.kernels.types import Array, Flags, Integers
+from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.signals.finding import BAD, DataFinding, everything, Grade, hurts, OK, WARN
+from gearbox_monitor.signals.finding import (
+    BAD, DataFinding, everything, hurts, judged, OK, WARN)
 from gearbox_monitor.signals.recording_limits import LIMITS
 from gearbox_monitor.signals.smoothed_motion import constant_runs, reversals, SmoothedMotion
 from gearbox_monitor.signals.uniform import UniformRecording
@@ -28,27 +29,24 @@ ROWS = 200_000
 # --- each encoder for itself --------------------------------------------------------------------
 def measured(y: Array, without_arm: bool = False) -> list[DataFinding]:
     """Return findings about readings `y` [N, 2] that are missing; without_arm: as is stated."""
-    return [_measured(name, float(np.isnan(values).mean()), bool(np.isnan(y).all()),
-                      name == 'arm' and without_arm) for name, values in zip(NAMES, y.T)]
-
-
-def _measured(name: str, share: float, neither: bool, stated: bool) -> DataFinding:
-    """Return the finding about the `share` of readings of one encoder that is missing."""
-    figure, advice, grades = 'all there', '', hurts()
-    if share == 1.0 and stated:
-        figure, grades = 'no arm encoder', hurts(WARN, WARN)
-        advice = 'expect torque, trust and backlash; no twist'
-    elif share == 1.0:
-        figure, grades = 'never measured', hurts(BAD, BAD, BAD if neither else WARN)
-        advice = ('without a position there is neither estimate nor diagnosis' if neither else
-                  'without it there is no estimate; diagnose takes one encoder')
-    elif share:
+    findings = []
+    for name, values in zip(NAMES, y.T):
+        share, neither = float(np.isnan(values).mean()), bool(np.isnan(y).all())
         grade = (BAD if share > LIMITS.missing_many
                  else WARN if share > LIMITS.missing_notice else OK)
-        figure, grades = f'{100 * share:.2g} % missing or NaN', hurts(min(grade, WARN), grade,
-                                                                     grade)
-        advice = 'check cable, driver and joint name of this encoder' if grade else ''
-    return DataFinding(name, 'readings', figure, advice, grades, {'missing_share': share})
+        figure, advice, grades = (f'{100 * share:.2g} % missing or NaN' if share else 'all there',
+                                  'check cable, driver and joint name of this encoder',
+                                  hurts(min(grade, WARN), grade, grade))
+        if share == 1.0 and without_arm and name == 'arm':
+            figure, advice, grades = ('no arm encoder', 'expect torque, trust and backlash; no '
+                                      'twist', hurts(WARN, WARN))
+        elif share == 1.0:
+            figure, grades = 'never measured', hurts(BAD, BAD, BAD if neither else WARN)
+            advice = ('without a position there is neither estimate nor diagnosis' if neither else
+                      'without it there is no estimate; diagnose takes one encoder')
+        findings.append(judged(name, 'readings', figure, grades, advice,
+                               {'missing_share': share}))
+    return findings
 
 
 def noise(stamps: Integers, y: Array, noises: Noises, swing: float | None,
@@ -76,17 +74,17 @@ def noise(stamps: Integers, y: Array, noises: Noises, swing: float | None,
             sigma = values['noise_at_rest_rad'] = rest[0][channels.index(i)]
             figure = f'{sigma:.3g} rad at rest ({figure} throughout)'
         right = stated[i] / LIMITS.noise_off <= sigma <= LIMITS.noise_off * stated[i]
-        findings.append(DataFinding(
+        findings.append(judged(
             NAMES[i], 'noise', f'{figure}; r_std_{NAMES[i]} is {stated[i]:.3g}',
-            '' if right else 'find R and Q with gearbox_monitor fit noise',
-            {} if right else hurts(WARN, WARN), values))
+            {} if right else hurts(WARN, WARN), 'find R and Q with gearbox_monitor fit noise',
+            values))
         if quantum > 0.0:
             coarse = swing is not None and quantum > LIMITS.coarse * swing
-            findings.append(DataFinding(
+            findings.append(judged(
                 NAMES[i], 'resolution', f'steps of {quantum:.3g} rad'
                 + (f', {quantum / swing:.2g} of the swing of the twist' if swing else ''),
-                'read the encoder finer (interpolation, both edges), or use one with more lines'
-                if coarse else '', hurts(OK, WARN, WARN) if coarse else {}, values))
+                hurts(OK, WARN, WARN) if coarse else {}, 'read the encoder finer (interpolation, '
+                'both edges), or use one with more lines', values))
     return findings
 
 
@@ -100,17 +98,33 @@ def broken(part: UniformRecording, noises: Noises, model: DriveModel | None = No
         noises: (noise, quantisation step) of each encoder, rad; None without readings.
         model: model of the drive, None if unknown.
     """
-    found, two = list[DataFinding](), len(part.channels) == 2
-    still = np.ptp(part.y, axis=0) == 0.0
+    found, rows = list[DataFinding](), max(LIMITS.stuck_samples, LIMITS.stuck_seconds / part.dt)
     for i in part.channels:
-        if still[i]:
+        own, opposite, dt = part.y[:, i], part.y[:, 1 - i], part.dt
+        if np.ptp(own) == 0.0:
             found.append(DataFinding(
                 NAMES[i], 'sticks', f'the position of the {NAMES[i]} never changes: '
-                f'{part.y[0, i]:.6g} rad throughout', 'check encoder, cable and driver',
+                f'{own[0]:.6g} rad throughout', 'check encoder, cable and driver',
                 everything(BAD), {'stuck_s': part.duration}, 'frozen'))
             continue
-        if two:
-            found += _sticks(part, i, free_travel(part, noises, i, model))
+        if len(part.channels) < 2:
+            continue
+        starts, lengths = constant_runs(own)
+        play = free_travel(part, noises, i, model)
+        runs = [run for k in np.flatnonzero(lengths >= rows) if np.ptp(opposite[
+            run := slice(starts[k], starts[k] + lengths[k])]) > play]
+        if not runs:
+            continue
+        run, seconds = runs[0], sum(run.stop - run.start for run in runs) * dt
+        clipped = own[run.start] in (own.min(), own.max())
+        cause = ('the reading is clipped, or the joint stands at an end stop' if clipped else
+                 'the encoder is frozen')
+        found.append(DataFinding(
+            NAMES[i], 'sticks', f'the position of the {NAMES[i]} stays exactly the same for '
+            f'{(run.stop - run.start) * dt:.3g} s from t = {part.begin + run.start * dt:.4g} s '
+            f'while the {NAMES[1 - i]} travels {np.ptp(opposite[run]):.3g} rad: {cause}',
+            'check encoder, cable and driver; leave end stops out of the motion', everything(BAD),
+            {'stuck_s': seconds}, 'clipped' if clipped else 'frozen'))
     return found
 
 
@@ -135,12 +149,11 @@ def free_travel(part: UniformRecording, noises: Noises, i: int, model: DriveMode
     if quantum == 0.0 and sigma > LIMITS.noisy * np.ptp(part.y[:, i]):
         return travel
     # Where a reading lives the twist is that of the drive; of what has stuck it tells nothing.
-    lives = live_rows(part.y[:, i], part.dt)
-    y = part.y[lives] if lives.sum() >= LIMITS.live * len(lives) else part.y
-    if lives.all() or len(y) == len(lives):
-        low, high = np.percentile(y[:, 0] - y[:, 1], (25, 75))
-    else:
-        low, high = np.percentile(y[:, 0] - y[:, 1], (5, 95)) / 2.0
+    lengths = constant_runs(part.y[:, i])[1]
+    lives = np.repeat(lengths < max(LIMITS.stuck_samples, LIMITS.stuck_seconds / part.dt), lengths)
+    mixed = LIMITS.live <= lives.mean() < 1.0
+    y = part.y[lives] if mixed else part.y
+    low, high = np.percentile(y[:, 0] - y[:, 1], (5, 95) if mixed else (25, 75)) / (1.0 + mixed)
     free = 4.0 * float(high - low)
     if model is not None:
         t = model.transmission
@@ -150,36 +163,6 @@ def free_travel(part: UniformRecording, noises: Noises, i: int, model: DriveMode
         if model.driven_by == 'position':  # the backlash may be missing in the model file
             free = max(free, LIMITS.own_play * float(np.ptp(part.y, axis=0).max()))
     return travel + 2.0 * quantum + free
-
-
-def live_rows(y: Array, dt: float) -> Flags:
-    """Return which of the readings y [N] (`dt` s apart) are no part of a long run of one value."""
-    lengths = constant_runs(y)[1]
-    lives: Flags = np.repeat(lengths < max(LIMITS.stuck_samples, LIMITS.stuck_seconds / dt),
-                             lengths)
-    return lives
-
-
-def _sticks(part: UniformRecording, i: int, play: float) -> list[DataFinding]:
-    """Return the finding about one reading of side `i` while the other one moves beyond `play`."""
-    own, opposite, dt = part.y[:, i], part.y[:, 1 - i], part.dt
-    starts, lengths = constant_runs(own)
-    runs = [slice(starts[k], starts[k] + lengths[k])
-            for k in np.flatnonzero(lengths >= max(LIMITS.stuck_samples,
-                                                   LIMITS.stuck_seconds / dt))]
-    runs = [run for run in runs if np.ptp(opposite[run]) > play]
-    if not runs:
-        return []
-    run, seconds = runs[0], sum(run.stop - run.start for run in runs) * dt
-    clipped = own[run.start] in (own.min(), own.max())
-    cause = ('the reading is clipped, or the joint stands at an end stop' if clipped else
-             'the encoder is frozen')
-    return [DataFinding(
-        NAMES[i], 'sticks', f'the position of the {NAMES[i]} stays exactly the same for '
-        f'{(run.stop - run.start) * dt:.3g} s from t = {part.begin + run.start * dt:.4g} s while '
-        f'the {NAMES[1 - i]} travels {np.ptp(opposite[run]):.3g} rad: {cause}',
-        'check encoder, cable and driver; leave end stops out of the motion', everything(BAD),
-        {'stuck_s': seconds}, 'clipped' if clipped else 'frozen')]
 
 
 # --- motion -------------------------------------------------------------------------------------
@@ -212,15 +195,14 @@ def motion(moved: SmoothedMotion, half_gap: float | None, drift_window: float
 def travel(moved: SmoothedMotion, i: int) -> DataFinding:
     """Return the finding about how far side `i` travels: a filter sees less than a diagnosis."""
     size, noise = float(np.ptp(moved.p[:, i])), max(float(moved.sigma[i]), 1e-300)
-    name, values = f'travel, {NAMES[i]}', {'travel_rad': size}
-    if size > LIMITS.travel * noise:
-        return DataFinding('motion', name, f'{size:.4g} rad', values=values)
-    rests = size <= LIMITS.travel * float(moved.noise[i])
-    return DataFinding(
-        'motion', name, f'the {NAMES[i]} travels {size:.3g} rad, {size / noise:.1f} times its '
-        f'noise of {noise:.2g} rad: expected at least {LIMITS.travel:g} times',
-        'move the joint; check unit and joint name of this encoder',
-        everything(BAD) if rests else hurts(diagnosis=BAD), values, 'unexcited')
+    figure, grades = f'{size:.4g} rad', {}
+    if size <= LIMITS.travel * noise:
+        figure = (f'the {NAMES[i]} travels {size:.3g} rad, {size / noise:.1f} times its noise of '
+                  f'{noise:.2g} rad: expected at least {LIMITS.travel:g} times')
+        rests = size <= LIMITS.travel * float(moved.noise[i])
+        grades = everything(BAD) if rests else hurts(diagnosis=BAD)
+    return judged('motion', f'travel, {NAMES[i]}', figure, grades, 'move the joint; check unit '
+                  'and joint name of this encoder', {'travel_rad': size}, 'unexcited')
 
 
 def reverses(moved: SmoothedMotion) -> DataFinding:
@@ -230,13 +212,10 @@ def reverses(moved: SmoothedMotion) -> DataFinding:
                                  LIMITS.slow_share * float(np.abs(v).max()))))
     times = {0: 'never', 1: 'only once'}.get(count, f'{count} times')
     figure = f'the {NAMES[i]} speed reverses {times}, {60 * count / seconds:.3g} per minute'
-    values = {'reversals': count}
-    if count >= LIMITS.reversals:
-        return DataFinding('motion', 'reversals', figure, values=values)
-    return DataFinding(
-        'motion', 'reversals', figure, 'move to and fro, else friction that depends on the '
-        'direction, torque offset and load cannot be distinguished', hurts(OK, BAD, WARN), values,
-        'no_reversal')
+    return judged(
+        'motion', 'reversals', figure, {} if count >= LIMITS.reversals else hurts(OK, BAD, WARN),
+        'move to and fro, else friction that depends on the direction, torque offset and load '
+        'cannot be distinguished', {'reversals': count}, 'no_reversal')
 
 
 def _ratio(moved: SmoothedMotion) -> DataFinding:
@@ -274,22 +253,22 @@ def _traversals(moved: SmoothedMotion, half_gap: float | None, drift_window: flo
     """Return the finding about how often the twist goes from one flank to the other."""
     width, seconds = moved.swing[1], moved.recording.duration
     if width is None:
-        return DataFinding('motion', 'gap traversals', 'no twist seen above the noise',
-                           'load the joint to and fro; backlash below the noise of the encoders '
-                           'cannot be watched', hurts(OK, BAD, WARN), {'traversals': 0})
+        return judged('motion', 'gap traversals', 'no twist seen above the noise',
+                      hurts(OK, BAD, WARN), 'load the joint to and fro; backlash below the noise '
+                      'of the encoders cannot be watched', {'traversals': 0})
     at = crossings(moved, half_gap)
     windows = max(1, int(seconds / drift_window))
     per_window = np.bincount((at * moved.dt / drift_window).astype(int), minlength=windows)
     share = float((per_window[:windows] >= 2).mean())
-    values = {'traversals': len(at), 'swing_rad': width, 'windows_share': share}
     figure = (f'{len(at)}, {60 * len(at) / seconds:.3g} per minute; the twist swings '
               f'{width:.3g} rad')
-    if share == 1.0:
-        return DataFinding('motion', 'gap traversals', figure, values=values)
-    return DataFinding(
-        'motion', 'gap traversals', f'{figure}; in {100 * share:.0f} % of the windows there and '
-        'back', f'load both flanks in every {drift_window:g} s: reverse under load',
-        hurts(OK, WARN if share >= 0.5 else BAD, OK if len(at) else WARN), values)
+    if share < 1.0:
+        figure += f'; in {100 * share:.0f} % of the windows there and back'
+    return judged(
+        'motion', 'gap traversals', figure, {} if share == 1.0 else hurts(
+            OK, WARN if share >= 0.5 else BAD, OK if len(at) else WARN),
+        f'load both flanks in every {drift_window:g} s: reverse under load',
+        {'traversals': len(at), 'swing_rad': width, 'windows_share': share})
 
 
 def _excitation(moved: SmoothedMotion) -> DataFinding:
@@ -299,12 +278,11 @@ def _excitation(moved: SmoothedMotion) -> DataFinding:
                                np.ones(len(moved.v))])[rows]
     columns /= np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
     condition = float(np.linalg.cond(columns))
-    excited = condition < LIMITS.excited
-    return DataFinding('motion', 'excitation', f'condition {condition:.3g} of acceleration, '
-                       'speed, friction, offset', '' if excited else
-                       'move at several speeds, in both directions, with quick starts and stops',
-                       {} if excited else hurts(OK, OK, WARN),
-                       {'condition': min(condition, 1e300)})
+    return judged(
+        'motion', 'excitation', f'condition {condition:.3g} of acceleration, speed, friction, '
+        'offset', {} if condition < LIMITS.excited else hurts(OK, OK, WARN), 'move at several '
+        'speeds, in both directions, with quick starts and stops',
+        {'condition': min(condition, 1e300)})
 
 
 # --- torque -------------------------------------------------------------------------------------
@@ -317,30 +295,28 @@ def torques(u: Array, known: bool, has_setpoint: bool = False) -> list[DataFindi
         known: whether enough of them are known.
         has_setpoint: whether a setpoint is recorded.
     """
-    share = float(np.isnan(u).mean())
-    values = {'missing_share': share}
-
-    def readings(figure: str, advice: str, grades: dict[str, Grade]) -> DataFinding:
-        return DataFinding('torque', 'readings', figure, advice, grades, values)
+    share, limits = float(np.isnan(u).mean()), list[DataFinding]()
+    values, torque = {'missing_share': share}, u[np.isfinite(u)]
     if share == 1.0 and has_setpoint:
-        return [readings('none, but a setpoint is recorded', 'for diagnose give a model file with '
-                         'the key controller, for estimation record the torque',
-                         hurts(BAD, BAD, WARN))]
-    if share > LIMITS.missing_many or not known:
-        return [readings('none' if share == 1.0 else f'{100 * share:.3g} % missing or NaN',
-                         'publish the commanded torque as effort of the motor joint',
-                         everything(BAD))]
-    torque = u[np.isfinite(u)]
-    low, high = float(torque.min()), float(torque.max())
-    values.update(rms=float(np.sqrt(np.mean(torque ** 2))), low=low, high=high)
-    if low == high:
-        return [readings(f'{low:.4g} N m throughout', 'check that effort is the commanded torque; '
-                         'then move', everything(BAD))]
-    few = share > LIMITS.missing_notice
-    figure = f'rms {values["rms"]:.3g} N m, {low:.3g} to {high:.3g} N m'
-    return [readings(figure + (f'; {100 * share:.2g} % missing or NaN' if share else ''),
-                     'publish effort with every position' if few else '',
-                     hurts(WARN, WARN, BAD) if few else {}), *torque_limits(torque)]
+        figure, grades = 'none, but a setpoint is recorded', hurts(BAD, BAD, WARN)
+        advice = ('for diagnose give a model file with the key controller, for estimation record '
+                  'the torque')
+    elif share > LIMITS.missing_many or not known:
+        figure, grades = 'none' if share == 1.0 else f'{100 * share:.3g} % missing or NaN', \
+            everything(BAD)
+        advice = 'publish the commanded torque as effort of the motor joint'
+    else:
+        low, high, rms = float(torque.min()), float(torque.max()), float(np.sqrt(np.mean(
+            torque ** 2)))
+        values.update(rms=rms, low=low, high=high)
+        figure = f'rms {rms:.3g} N m, {low:.3g} to {high:.3g} N m' + (
+            f'; {100 * share:.2g} % missing or NaN' if share else '')
+        grades = hurts(WARN, WARN, BAD) if share > LIMITS.missing_notice else {}
+        advice, limits = 'publish effort with every position', torque_limits(torque)
+        if low == high:
+            figure, grades, limits = f'{low:.4g} N m throughout', everything(BAD), []
+            advice = 'check that effort is the commanded torque; then move'
+    return [judged('torque', 'readings', figure, grades, advice, values), *limits]
 
 
 def torque_limits(u: Array) -> list[DataFinding]:

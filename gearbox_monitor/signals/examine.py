@@ -7,8 +7,9 @@ All checks of a recording, in order: what it is suited for, and its admission to
 Both read the same findings. A doubt about channels, signs or units refuses nothing by itself: it
 is another reading of the recording, which the diagnosis lets compete with the effects.
 """
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -30,8 +31,8 @@ from gearbox_monitor.signals.recording_limits import LIMITS
 from gearbox_monitor.signals.slip import without_slip
 from gearbox_monitor.signals.smoothed_motion import FITTED, HALF_WIDTHS, noise_of, SmoothedMotion
 from gearbox_monitor.signals.uniform import (
-    Doubt, held_rate, is_uninitialised, merged, physical_columns, prepare, RecordingKind, REPEATED,
-    UniformRecording)
+    Doubt, held_rate, is_uninitialised, physical_columns, prepare, RecordingKind, UniformRecording,
+    usable_rows)
 
 GROUPS = ('stamps', 'torque', 'motor', 'arm', 'motion', 'signs', 'model', 'filter')
 # Faults of channels, signs and units, which say how the data would have to be read.
@@ -184,12 +185,12 @@ def of_physical_numbers(samples: Samples) -> tuple[Samples, list[DataFinding]]:
 
 def _jumping(samples: Samples) -> tuple[Samples, list[DataFinding]]:
     """Return samples with turns counted on, and findings about jumps with their times."""
-    findings, y = [], samples.y.copy()
+    findings, y, wrapped = [], samples.y.copy(), False
     for i, name in enumerate(checks.NAMES):
         y[:, i], turned = counted_on(y[:, i], samples.stamp_ns)
+        wrapped |= bool(turned)
         for jump in (*turned, *without_jumps(y[:, i], samples.stamp_ns)[1]):
             seconds = float(samples.stamp_ns[jump.row] - samples.stamp_ns[0]) * 1e-9
-            values = {'count': jump.count, 'first_s': seconds, 'size_rad': jump.size}
             many = jump.count > LIMITS.max_repaired * len(y)
             line, figure, advice, grades = {
                 TURNS: ('wraps', f'{jump.count} jumps of one turn ({jump.size:.4g} rad), the '
@@ -203,9 +204,9 @@ def _jumping(samples: Samples) -> tuple[Samples, list[DataFinding]]:
                        f'and stays there, {jump.count} such jumps', 'look for an encoder that '
                        'slips or counts wrong, a hub that has come loose, or a zero that is set '
                        'while recording', everything(BAD))}[jump.kind]
-            findings.append(DataFinding(name, line, figure, advice, grades, values))
-    return (replace(samples, y=y) if any(f.name == 'wraps' for f in findings) else samples
-            ), findings
+            findings.append(DataFinding(name, line, figure, advice, grades, {
+                'count': jump.count, 'first_s': seconds, 'size_rad': jump.size}))
+    return replace(samples, y=y) if wrapped else samples, findings
 
 
 # --- a segment by itself and against a model ----------------------------------------------------
@@ -244,12 +245,12 @@ def _diagnosis(samples: Samples, model: DriveModel | None, effort_is: str) -> li
     rigid = [DataFinding('model', 'model file', 'transmission.kind is rigid',
                          'for estimation use the model of a drive with two encoders',
                          hurts(BAD, BAD))] if model.transmission.kind == 'rigid' else []
-    rows, values, repeats = merged(samples.stamp_ns, np.column_stack([samples.u, samples.y]),
-                                   REPEATED[0])
-    load = values[:, 1] if model.arm_load == 'measured' else None
+    rows, repeats = usable_rows(samples.stamp_ns)
+    u, y = samples.u[rows], samples.y[rows]
+    load = u[:, 1] if model.arm_load == 'measured' else None
     try:
         recording, notes = prepare((samples.stamp_ns[rows] - samples.stamp_ns[rows[:1]]) * 1e-9,
-                                   values[:, 0], values[:, 2:], load, kind=kind_of(model))
+                                   u[:, 0], y, load, kind=kind_of(model))
         recording, _ = without_slip(recording.with_servo(model.controller))
     except InputError as error:
         one_encoder = not takes_one_encoder(model) and np.isnan(samples.y).all(axis=0).any()
@@ -291,9 +292,9 @@ def check(recording: UniformRecording, model: DriveModel) -> list[DataFinding]:
             for finding in _checked(recording, model)]
 
 
-def _said(code: str, text: str, **values: float) -> DataFinding:
-    """Return a DataFinding of the diagnosis alone; values: how the data would have to be read."""
-    return DataFinding('model', 'diagnose', text, values=values, code=code)
+def _said(code: str, text: str, **reading: Any) -> DataFinding:
+    """Return a DataFinding of the diagnosis alone; reading: how else to read, as a Doubt does."""
+    return DataFinding('model', 'diagnose', text, values=reading, code=code)
 
 
 def _checked(recording: UniformRecording, model: DriveModel) -> list[DataFinding]:
@@ -372,8 +373,8 @@ def _read_otherwise(recording: UniformRecording, sigma: Array, smooth: SmoothedM
                 for f in (recorded, fit))
             code, text = wiring.words(model, reading)
             return [_said(code, f'{text}: with that changed, {changed} stay unexplained '
-                          f'instead of {as_is}', swap=float(reading.swap),
-                          motor=reading.scale[0], arm=reading.scale[1], torque=reading.torque)]
+                          f'instead of {as_is}', swap=reading.swap, scale=reading.scale,
+                          torque=reading.torque)]
         if recorded.unexplained < LIMITS.strange:
             return []
     share = recorded.unexplained
@@ -496,8 +497,7 @@ def kind_of(model: DriveModel) -> RecordingKind:
 
 
 def admitted(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, name: str,
-             place: Callable[[int, str], str] | None, model: DriveModel,
-             model_name: str) -> tuple[UniformRecording, list[str]]:
+             model: DriveModel, model_name: str) -> tuple[UniformRecording, list[str]]:
     """
     Return (Recording, notes) of readings that suit a verdict on the drive.
 
@@ -508,7 +508,6 @@ def admitted(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, 
         arm_torque: torque measured on the arm [N], N m, or None or NaN; used with arm_load:
             measured in the model alone.
         name: name of the recording in messages.
-        place: function (row, field) that says where a value stands.
         model: model of the drive.
         model_name: name of the model in messages.
 
@@ -540,16 +539,14 @@ def admitted(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, 
     if len(missing) == 1 and not takes_one_encoder(model):
         raise InputError(f'{name}: {missing[0]}: never measured, expected both encoders, or in '
                          f'{model_name} {ONE_ENCODER}')
-    recording, repaired = prepare(t, u, y, arm_torque, name, place, kind_of(model))
+    recording, repaired = prepare(t, u, y, arm_torque, name, kind_of(model))
     recording, slips = without_slip(recording.with_servo(model.controller))
     notes += [f'{slip.figure}: counted on' for slip in slips]
     found = check(recording, model)
     fatal = [f.text for f in found if f.fatal]
     if fatal:
         raise InputError(f'{name}: ' + '; '.join(fatal))
-    doubts = [Doubt(f.text, bool(f.values.get('swap', 0.0)),
-                    (f.values.get('motor', 1.0), f.values.get('arm', 1.0)),
-                    f.values.get('torque', 1.0)) for f in found if f.code in READ_OTHERWISE]
+    doubts = [Doubt(f.text, **f.values) for f in found if f.code in READ_OTHERWISE]
     return (replace(recording, doubt=doubts[0] if doubts else None),
             [*notes, *repaired, *(f.text for f in found if f.code not in READ_OTHERWISE)])
 

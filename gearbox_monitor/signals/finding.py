@@ -74,3 +74,21 @@ def hurts(estimation: Grade = OK, drift: Grade = OK, diagnosis: Grade = OK) -> d
 def everything(verdict: Grade) -> dict[str, Grade]:
     """Return {purpose: `verdict`} for all purposes."""
     return hurts(*(verdict for _ in PURPOSES))
+
+
+def judged(group: str, name: str, figure: str, grades: dict[str, Grade], advice: str = '',
+           values: dict[str, Any] | None = None, code: str = '') -> DataFinding:
+    """
+    Return a DataFinding, with advice and code only where something is spoilt.
+
+    Args:
+        group: of the finding.
+        name: of the finding.
+        figure: what was found, in words.
+        grades: what it spoils, {} for nothing.
+        advice: what to do then.
+        values: the figure for programs.
+        code: of the fault.
+    """
+    return DataFinding(group, name, figure, advice if grades else '', grades, values or {},
+                       code if grades else '')

@@ -15,7 +15,7 @@ import numpy as np
 
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 
-TURNS, STRANGER, OUTLIER, SLIP = KINDS = ('turns', 'stranger', 'outlier', 'slip')
+TURNS, OUTLIER, SLIP = 'turns', 'outlier', 'slip'  # kinds of jumps
 
 
 @dataclass(frozen=True)
@@ -104,18 +104,18 @@ def without_jumps(q: Array, t: Array | Integers) -> tuple[Array, tuple[JumpFindi
     q, findings = counted_on(q, t)
     rows = jumps(q, t)
     away = _away(q, rows)
-    if len(away):
-        first = int(away[0])
-        before = q[:first][np.isfinite(q[:first])]
-        findings.append(JumpFinding(OUTLIER, len(away), first,
-                                    float(q[first] - before[-1]), away))
-        q[away] = np.nan
-        rows = jumps(q, t)
-    if len(rows):
-        first = int(rows[0])
-        before = q[:first][np.isfinite(q[:first])]
-        findings.append(JumpFinding(SLIP, len(rows), first, float(q[first] - before[-1]), rows))
+    for kind, at in ((OUTLIER, away), (SLIP, rows)):
+        if kind == SLIP and len(away):
+            q[away] = np.nan
+            at = jumps(q, t)
+        if len(at):
+            findings.append(JumpFinding(kind, len(at), int(at[0]), _step(q, int(at[0])), at))
     return q, tuple(findings)
+
+
+def _step(q: Array, row: int) -> float:
+    """Return by how much the positions `q` [N] jump before `row`."""
+    return float(q[row] - q[:row][np.isfinite(q[:row])][-1])
 
 
 def counted_on(q: Array, t: Array | Integers) -> tuple[Array, list[JumpFinding]]:
@@ -167,8 +167,7 @@ def _away(q: Array, rows: Integers) -> Integers:
     k = 0
     while k + 1 < len(rows):
         begin, end = int(rows[k]), int(rows[k + 1])
-        size = q[begin] - q[:begin][np.isfinite(q[:begin])][-1]
-        back = q[end] - q[:end][np.isfinite(q[:end])][-1]
+        size, back = _step(q, begin), _step(q, end)
         if end - begin <= LIMITS.away and abs(size + back) < 0.5 * abs(size):
             away += range(begin, end)
             k += 2

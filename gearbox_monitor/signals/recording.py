@@ -3,10 +3,9 @@
 
 """A recording of a drive or robot: the signals of its joints, and how a log states them."""
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 import math
 from types import MappingProxyType
-from typing import Any, TYPE_CHECKING
 
 import numpy as np
 
@@ -16,8 +15,9 @@ from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
 
 SIDES = (JOINT, MOTOR, ARM) = ('joint', 'motor', 'arm')
-EFFORTS = (TORQUE, FORCE, CURRENT, UNKNOWN) = ('torque', 'force', 'current', 'unknown')
-QUANTITIES = ('position', 'velocity', 'setpoint', 'effort', 'temperature')
+EFFORTS = (CURRENT, UNKNOWN) = ('current', 'unknown')
+QUANTITIES = ('position', 'velocity', 'setpoint', 'effort')
+NOT_MEASURED = np.empty(0)  # becomes NaN throughout
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,55 +26,40 @@ class JointSignals:
     Signals [N] of one joint, or of one side of its gearbox; NaN: not measured.
 
     stamp_ns: time of measurement, int64 ns. position, setpoint: rad, of a prismatic joint m;
-    velocity: rad/s or m/s; effort: in the unit of `effort_is`; temperature: degrees Celsius. A
-    signal that is None was never measured and becomes NaN throughout. side: of the gearbox on
-    which the position is measured, JOINT where there is one position alone. effort_is: TORQUE
-    (N m), FORCE (N), CURRENT (A) or UNKNOWN, which is taken as the torque or force of the joint.
-    measured: the effort comes from a sensor behind the drive, it is not a command.
+    velocity: rad/s or m/s; effort: in the unit of `effort_is`. side: of the gearbox on which the
+    position is measured, JOINT where there is one position alone. effort_is: CURRENT (A) or
+    UNKNOWN, which is taken as the torque or force of the joint. measured: the effort comes from a
+    sensor behind the drive, it is not a command.
     """
 
     stamp_ns: Integers
-    position: Array = None  # type: ignore[assignment]
-    velocity: Array = None  # type: ignore[assignment]
-    setpoint: Array = None  # type: ignore[assignment]
-    effort: Array = None  # type: ignore[assignment]
-    temperature: Array = None  # type: ignore[assignment]
+    position: Array = field(default_factory=NOT_MEASURED.copy)
+    velocity: Array = field(default_factory=NOT_MEASURED.copy)
+    setpoint: Array = field(default_factory=NOT_MEASURED.copy)
+    effort: Array = field(default_factory=NOT_MEASURED.copy)
     side: str = JOINT
     effort_is: str = UNKNOWN
     measured: bool = False
-
-    if TYPE_CHECKING:  # None goes in, an array comes out
-        def __init__(self, stamp_ns: Integers, position: Array | None = None,
-                     velocity: Array | None = None, setpoint: Array | None = None,
-                     effort: Array | None = None, temperature: Array | None = None,
-                     side: str = JOINT, effort_is: str = UNKNOWN,
-                     measured: bool = False) -> None: ...
 
     def __post_init__(self) -> None:
         for name, value, allowed in (('side', self.side, SIDES),
                                      ('effort_is', self.effort_is, EFFORTS)):
             if value not in allowed:
                 raise InputError(f'{name}: {value!r}, {unknown(value, allowed)}')
-        stamps = _read_only(np.asarray(self.stamp_ns, np.int64))
-        object.__setattr__(self, 'stamp_ns', stamps)
-        for name in QUANTITIES:
-            values = getattr(self, name)
-            # A broadcast scalar takes no memory.
-            values = np.broadcast_to(np.nan, len(stamps)) if values is None else _read_only(
-                np.asarray(values, float))
+        stamps = np.asarray(self.stamp_ns, np.int64).view()
+        for name, values in (('stamp_ns', stamps), *(
+                (name, np.asarray(getattr(self, name), float).view()) for name in QUANTITIES)):
+            if not values.size:  # a broadcast scalar takes no memory
+                values = np.broadcast_to(np.nan, len(stamps))
             if values.shape != stamps.shape:
                 raise InputError(f'{name}: shape {values.shape}, expected {stamps.shape} as of '
                                  'the stamps')
+            values.flags.writeable = False
             object.__setattr__(self, name, values)
 
     def has(self, quantity: str) -> bool:
         """Return whether `quantity`, one of QUANTITIES, was ever measured."""
         return bool(np.isfinite(getattr(self, quantity)).any())
-
-    def rows(self, rows: slice | Integers) -> 'JointSignals':
-        """Return the signals in some `rows` alone."""
-        columns: dict[str, Any] = {name: getattr(self, name)[rows] for name in QUANTITIES}
-        return replace(self, stamp_ns=self.stamp_ns[rows], **columns)
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,25 +91,13 @@ class Recording:
         return next((name for name, s in self.joints.items() if s.side == side), None)
 
     def on_one_clock(self, joints: Sequence[str]) -> tuple[Integers, list[JointSignals]]:
-        """
-        Return stamps [M] and the signals of `joints` at these; NaN where a joint has no message.
-
-        Joints that share their stamps keep the order of the messages; of others the stamps are
-        merged and sorted.
-        """
+        """Return (stamps [N], signals) of `joints`. Raises InputError: their stamps differ."""
         signals = [self[joint] for joint in joints]
-        first = signals[0].stamp_ns
-        if all(s.stamp_ns is first or np.array_equal(s.stamp_ns, first) for s in signals[1:]):
-            return first, signals
-        stamps = np.unique(np.concatenate([s.stamp_ns for s in signals]))
-        merged = []
-        for s in signals:
-            rows = np.searchsorted(stamps, s.stamp_ns)
-            table = np.full((len(QUANTITIES), len(stamps)), np.nan)
-            table[:, rows] = [getattr(s, name) for name in QUANTITIES]
-            columns: dict[str, Any] = dict(zip(QUANTITIES, table))
-            merged.append(replace(s, stamp_ns=stamps, **columns))
-        return stamps, merged
+        for joint, s in zip(joints, signals):
+            if not np.array_equal(s.stamp_ns, signals[0].stamp_ns):
+                raise InputError(f'{self.name}: joint {joint!r}: other stamps than those of '
+                                 f'{joints[0]!r}, expected the same: interpolate it')
+        return signals[0].stamp_ns, signals
 
 
 def drive_samples(recording: Recording, model: DriveModel) -> Samples:
@@ -161,12 +134,6 @@ def drive_samples(recording: Recording, model: DriveModel) -> Samples:
     if arm is not None:
         y[:, 1], u[:, 1] = by_name[arm].position, by_name[arm].effort
     return Samples(stamps, u, y)
-
-
-def _read_only(values: Array | Integers) -> Array | Integers:
-    view = values.view()
-    view.flags.writeable = False
-    return view
 
 
 OPTION = '--convention'

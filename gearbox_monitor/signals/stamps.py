@@ -11,7 +11,8 @@ import numpy as np
 from gearbox_monitor.estimation.sample_loop import (
     BACKWARD, CONFIRM, DUPLICATE, ESTIMATE, JUMP, stamp_codes, START, ZERO_STAMP)
 from gearbox_monitor.kernels.types import Array, Flags, Integers
-from gearbox_monitor.signals.finding import BAD, DataFinding, everything, Grade, hurts, OK, WARN
+from gearbox_monitor.signals.finding import (
+    BAD, DataFinding, everything, Grade, hurts, judged, OK, WARN)
 from gearbox_monitor.signals.recording_limits import LIMITS
 from gearbox_monitor.signals.uniform import absent_samples, UniformRecording
 
@@ -165,8 +166,7 @@ def lines(stamps: Integers, clock: StampClock, max_gap: float, drift_window: flo
         max_gap: longest dropout that the filter bridges, s.
         drift_window: window of the drift estimate, s.
     """
-    return [_order(stamps, clock, max_gap), _rate_of(1.0 / clock.period),
-            _bursts(clock) if clock.burst > 1 else _jitter(clock),
+    return [_order(stamps, clock, max_gap), _rate_of(1.0 / clock.period), _jitter(clock),
             _gaps(clock, max_gap), length(clock.duration, drift_window)]
 
 
@@ -179,16 +179,14 @@ def _order(stamps: Integers, clock: StampClock, max_gap: float) -> DataFinding:
     swapped = backward - (CONFIRM - 1) * restarts
     values = {'samples': len(stamps), 'zero': zero, 'repeated': repeated, 'backward': backward,
               'refused': refused, 'restarts': restarts}
-    if refused == jumps and not restarts:
-        return DataFinding(_GROUP, 'order', _order_figure(values), values=values)
     share = refused / len(stamps)
     grade = BAD if share > LIMITS.refused else WARN
+    spoilt = {} if refused == jumps and not restarts else hurts(
+        grade, grade, BAD if share > LIMITS.max_repaired else grade)
     advice = 'let one publisher stamp each message with the time of its measurement'
     if restarts and not (zero or repeated or swapped > 0):
         advice = 'record each run of a simulation by itself; diagnose uses the longest one'
-    return DataFinding(
-        _GROUP, 'order', _order_figure(values), advice,
-        hurts(grade, grade, BAD if share > LIMITS.max_repaired else grade), values)
+    return judged(_GROUP, 'order', _order_figure(values), spoilt, advice, values)
 
 
 def _order_figure(values: Mapping[str, Any]) -> str:
@@ -201,13 +199,6 @@ def _order_figure(values: Mapping[str, Any]) -> str:
                 'refused')
     return f'{values["samples"]}, all increasing' + (
         f'; {values["refused"]} are refused after gaps' if values['refused'] else '')
-
-
-def _bursts(clock: StampClock) -> DataFinding:
-    return DataFinding(
-        _GROUP, 'bursts', f'{1.0 / clock.period:.4g} samples/s on average, stamped in bursts of '
-        f'{clock.burst} on receipt', 'use stamps: even: gearbox_monitor import BAG --stamps even '
-        'NEW lays an even grid through them', everything(BAD), {'burst': clock.burst})
 
 
 def held(clock: StampClock, y: Array, lowest: float = LIMITS.held_rate) -> list[DataFinding]:
@@ -252,23 +243,25 @@ def _rate_of(rate: float, lowest: float = LIMITS.diagnosis_slowest) -> DataFindi
         estimation = BAD
     highest = LIMITS.diagnosis_fastest
     fits = lowest <= rate * 1.01 and rate <= highest * 1.01
-    spoilt = hurts(estimation, estimation, OK if fits else BAD)
-    advice = ''
-    if spoilt:
-        advice = (f'record {LIMITS.slowest:g} to {LIMITS.fastest:g} Hz, for diagnose {lowest:g} '
-                  f'to {highest:g} Hz')
-    return DataFinding(_GROUP, 'rate', f'{rate:.5g} Hz', advice, spoilt, {'rate_hz': rate})
+    return judged(
+        _GROUP, 'rate', f'{rate:.5g} Hz', hurts(estimation, estimation, OK if fits else BAD),
+        f'record {LIMITS.slowest:g} to {LIMITS.fastest:g} Hz, for diagnose {lowest:g} to '
+        f'{highest:g} Hz', {'rate_hz': rate})
 
 
 def _jitter(clock: StampClock) -> DataFinding:
+    if clock.burst > 1:
+        return judged(
+            _GROUP, 'bursts', f'{1.0 / clock.period:.4g} samples/s on average, stamped in bursts '
+            f'of {clock.burst} on receipt', everything(BAD), 'use stamps: even: gearbox_monitor '
+            'import BAG --stamps even NEW lays an even grid through them', {'burst': clock.burst})
     share = clock.jitter / clock.period
     grade = BAD if share > LIMITS.jitter_bad else WARN if share > LIMITS.jitter_notice else OK
-    advice = '' if grade == OK else \
-        'stamp where the encoders are read, not where the message is made or received'
-    figure = 'below 1 us' if clock.jitter < 1e-6 else \
-        f'{clock.jitter * 1e3:.2g} ms rms, {100 * share:.2g} % of the period'
-    return DataFinding(_GROUP, 'jitter', figure, advice, everything(grade),
-                       {'jitter_s': clock.jitter})
+    return judged(
+        _GROUP, 'jitter', 'below 1 us' if clock.jitter < 1e-6 else
+        f'{clock.jitter * 1e3:.2g} ms rms, {100 * share:.2g} % of the period', everything(grade),
+        'stamp where the encoders are read, not where the message is made or received',
+        {'jitter_s': clock.jitter})
 
 
 def _gaps(clock: StampClock, max_gap: float) -> DataFinding:
@@ -280,15 +273,13 @@ def _gaps(clock: StampClock, max_gap: float) -> DataFinding:
     values = {'gaps': gaps, 'lost': int(lost), 'longest_gap_s': longest, 'restarts': restarts,
               'longest_gap_at_s': float(clock.seconds[np.argmax(step)]),
               'samples': len(clock.seconds)}
-    if not lost:
-        return DataFinding(_GROUP, 'gaps', _gaps_figure(values), values=values)
     share = lost / (lost + len(clock.seconds))
     grade = (BAD if share > LIMITS.lost_many
              else WARN if share > LIMITS.lost_notice or restarts else OK)
-    advice = '' if grade == OK else \
-        'look for a busy network or recorder: raise the depth of its queue, record locally'
-    return DataFinding(_GROUP, 'gaps', _gaps_figure(values), advice,
-                       hurts(grade, grade, _for_diagnosis(clock)), values)
+    finding = judged(_GROUP, 'gaps', _gaps_figure(values), hurts(
+        grade, grade, _for_diagnosis(clock)) if lost else {}, 'look for a busy network or '
+        'recorder: raise the depth of its queue, record locally', values)
+    return finding if grade else replace(finding, advice='')
 
 
 def _gaps_figure(values: Mapping[str, Any]) -> str:

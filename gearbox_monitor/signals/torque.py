@@ -11,7 +11,8 @@ import numpy as np
 from gearbox_monitor.presentation import percent, Quantity
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.signals.checks import NAMES
-from gearbox_monitor.signals.finding import BAD, DataFinding, everything, hurts, OK, WARN
+from gearbox_monitor.signals.finding import (
+    BAD, DataFinding, everything, Grade, hurts, judged, OK, WARN)
 from gearbox_monitor.signals.recording_limits import LIMITS
 from gearbox_monitor.signals.smoothed_motion import HALF_WIDTHS, SmoothedMotion
 
@@ -177,41 +178,36 @@ def answered(response: TorqueResponse | None, dt: float, stated: int, i: int = 0
 
 def _delay(response: TorqueResponse, dt: float, stated: int) -> DataFinding:
     delay, std = response.delay, response.delay_std
-    values = {'delay_samples': delay, 'delay_std_samples': std,
-              'correlation': response.correlation}
+    figure = f'{Quantity(delay, std)} samples of {dt * 1e3:.3g} ms; effort_delay is {stated}'
+    rounded, wrong = int(np.rint(delay)), abs(delay - stated) > max(0.7, LIMITS.certain * std)
+    advice = (f'set effort_delay: {rounded} in the parameter file; for diagnose, log the torque '
+              'when it acts')
+    grades = hurts(WARN, WARN, WARN) if wrong else {}
     if not response.timed:
         reason = 'the torque hardly shows in the acceleration' if not response.seen else \
             'beyond what is tried' if response.at_edge else f'{Quantity(delay, std)} samples'
-        return DataFinding('torque', 'effort delay', f'not determined: {reason} '
-                           f'(correlation {abs(response.correlation):.2f})',
-                           'accelerate more, quick starts and stops', hurts(WARN, OK, WARN),
-                           values)
-    figure = (f'{Quantity(delay, std)} samples of {dt * 1e3:.3g} ms; effort_delay is {stated}')
-    rounded, advice = int(np.rint(delay)), ''
-    if abs(delay - stated) > max(0.7, LIMITS.certain * std):
-        advice = (f'set effort_delay: {rounded} in the parameter file; for diagnose, log the '
-                  'torque when it acts')
-        if not LIMITS.delay_earliest <= rounded <= LIMITS.delay_latest:
-            figure += f', and takes {LIMITS.delay_earliest} to {LIMITS.delay_latest}'
-            advice = (f'stamp the torque when it acts: it is logged {abs(rounded)} samples too '
-                      f'{"late" if rounded < 0 else "early"}')
-    return DataFinding('torque', 'effort delay', figure, advice,
-                       hurts(WARN, WARN, WARN) if advice else {}, values)
+        figure = f'not determined: {reason} (correlation {abs(response.correlation):.2f})'
+        advice, grades = 'accelerate more, quick starts and stops', hurts(WARN, OK, WARN)
+    elif wrong and not LIMITS.delay_earliest <= rounded <= LIMITS.delay_latest:
+        figure += f', and takes {LIMITS.delay_earliest} to {LIMITS.delay_latest}'
+        advice = (f'stamp the torque when it acts: it is logged {abs(rounded)} samples too '
+                  f'{"late" if rounded < 0 else "early"}')
+    return judged('torque', 'effort delay', figure, grades, advice, {
+        'delay_samples': delay, 'delay_std_samples': std, 'correlation': response.correlation})
 
 
 def _sign(response: TorqueResponse, name: str) -> DataFinding:
-    values = {'gain': response.gain, 'gain_std': response.gain_std, 'work': response.work,
-              'work_std': response.work_std}
     figure = (f'1 N m gives {Quantity(response.gain, response.gain_std, "rad/s^2")}'
               if response.seen else
               f'net work {percent(response.work, response.work_std):+} of its amounts')
     size, error = ((response.gain, response.gain_std) if response.seen else
                    (response.work, max(response.work_std, LIMITS.work / LIMITS.certain)))
+    advice, grades = 'accelerate more, or move against friction', dict[str, Grade]()
     if size < -LIMITS.certain * error:
-        return DataFinding('signs', f'torque and {name}', f'{figure}: the wrong way',
-                           'turn the sign of ' f'the effort, or of the {name} position',
-                           everything(BAD), values)
-    if size < 0.0 or not response.seen and response.work < LIMITS.work:
-        return DataFinding('signs', f'torque and {name}', f'{figure}: not determined',
-                           'accelerate more, or move against friction', everything(WARN), values)
-    return DataFinding('signs', f'torque and {name}', figure, values=values)
+        figure += ': the wrong way'
+        advice, grades = f'turn the sign of the effort, or of the {name} position', everything(BAD)
+    elif size < 0.0 or not response.seen and response.work < LIMITS.work:
+        figure, grades = f'{figure}: not determined', everything(WARN)
+    return judged('signs', f'torque and {name}', figure, grades, advice, {
+        'gain': response.gain, 'gain_std': response.gain_std, 'work': response.work,
+        'work_std': response.work_std})

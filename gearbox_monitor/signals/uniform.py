@@ -7,10 +7,10 @@ A recording on a uniform grid of time: torque and both positions.
 Defects of real stamps (jitter, single missing samples, dropouts) are repaired where that is
 harmless and reported, and refused otherwise.
 """
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 import math
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
@@ -23,12 +23,10 @@ from gearbox_monitor.plant.drive import Controller, DriveModel
 from gearbox_monitor.presentation import on_axis
 from gearbox_monitor.signals.recording_limits import LIMITS
 
-REPEATED = ('first', 'average', 'drop')  # what is used of samples with one stamp
 HELD = ('u', 'setpoint')  # over a sample
 SPEED_SPAN = 0.01  # s on either side, over which a servo takes the speed of the motor
 UNITS = {'t': 's', 'u': 'N m', 'setpoint': 'rad', 'motor': 'rad', 'arm': 'rad',
          'arm_torque': 'N m'}
-Place: TypeAlias = Callable[[int, str], str]
 
 
 class RecordingKind(NamedTuple):
@@ -181,13 +179,13 @@ def held_rate(model: DriveModel | None) -> float:
 
 
 def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = None,
-            name: str = '', place: Place | None = None,
-            kind: RecordingKind = PLAIN) -> tuple[UniformRecording, tuple[str, ...]]:
+            name: str = '', kind: RecordingKind = PLAIN
+            ) -> tuple[UniformRecording, tuple[str, ...]]:
     """
     Return (Recording, notices) of samples stamped `t` [N], s, or integer ns; NaN: not measured.
 
-    u [N] N m, y [N, 2] rad, arm_torque [N] N m or None. `place(row, field)` says where a value
-    stands; by default its row, from 0. notices: sentences about what was repaired.
+    u [N] N m, y [N, 2] rad, arm_torque [N] N m or None. notices: sentences about what was
+    repaired.
 
     - Stamps: a uniform grid is laid through them. Where the readings say that they were taken at
       the stamped times, positions are interpolated onto the grid; otherwise the stamps have
@@ -196,7 +194,7 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
       interpolated (u is held), up to `max_repaired` of all.
     - At longer gaps the recording is cut and the longest stretch kept if it has `min_duration`.
 
-    Raises InputError naming field, row, value and what was expected.
+    Raises InputError naming field, time, value and what was expected.
 
     Args:
         t: stamps [N], s, or integer ns.
@@ -204,48 +202,52 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
         y: readings of motor and arm [N, 2], rad.
         arm_torque: torque measured on the arm [N], N m, or None.
         name: name of the recording in messages.
-        place: function (row, field) that says where a value stands.
         kind: what the recording may lack, and its units.
     """
-    place = place or (lambda row, field: f'row {row}, {field}')
-    where = f'{name}: ' if name else ''
-    axis, driving = kind.axis, 'setpoint' if kind.setpoint else 'u'
-    t, u, y, arm_torque, place, restarted = _one_clock(t, u, np.array(y, float), arm_torque, place)
-    t, first = _seconds(t)
+    try:
+        return _prepared(t, u, y, arm_torque, name, kind)
+    except InputError as error:
+        raise InputError((f'{name}: ' if name else '') + on_axis(str(error), kind.axis)) from None
+
+
+def _prepared(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, name: str,
+              kind: RecordingKind) -> tuple[UniformRecording, tuple[str, ...]]:
+    """Return what prepare does."""
+    driving = 'setpoint' if kind.setpoint else 'u'
+    keep, notices = _longest_run(np.asarray(t))
+    t, first = _seconds(np.asarray(t)[keep])
+    u, y = np.array(u, float)[keep], np.array(y, float)[keep]
     channels: tuple[int, ...] = (0, 1)
     if kind.one_encoder:
         channels = tuple(i for i in (0, 1) if np.isfinite(y[:, i]).any()) or channels
         if len(channels) == 1:
             y[:, 1 - channels[0]] = y[:, channels[0]]
-    values = {driving: np.array(u, float), 'motor': y[:, 0], 'arm': y[:, 1]}
-    if arm_torque is not None and not np.isnan(np.asarray(arm_torque, float)).all():
-        values['arm_torque'] = np.array(arm_torque, float)
-    notices = list(restarted)
+    values = {driving: u, 'motor': y[:, 0], 'arm': y[:, 1]}
+    if arm_torque is not None and not np.isnan(np.asarray(arm_torque, float)[keep]).all():
+        values['arm_torque'] = np.array(arm_torque, float)[keep]
     for field in values:
         if is_uninitialised(values[field]):
-            raise InputError(f'{where}{field}: dead: uninitialised memory, the largest amount is '
+            raise InputError(f'{field}: dead: uninitialised memory, the largest amount is '
                              f'{np.nanmax(np.abs(values[field])):.2g}, expected numbers in '
-                             f'{on_axis(UNITS[field], axis)}')
+                             f'{UNITS[field]}')
         values[field], count = physical(values[field])
         if count:
             notices.append(f'{count} values of {field} were infinite or beyond 1e9: they count '
                            'as not measured')
     if len(t) < 10:
-        raise InputError(f'{where}{len(t)} samples, expected at least {LIMITS.min_duration:g} s '
-                         f'of them')
-    _check_numbers(t, first, values, where, place, axis)
+        raise InputError(f'{len(t)} samples, expected at least {LIMITS.min_duration:g} s of them')
+    _check_numbers(t, first, values)
     for field, value in values.items():
-        if not np.isnan(value).any():
-            continue
-        values[field], count = _fill(t, value, field, where, place, axis)
-        notices.append(f'{count} values of {field} were NaN and are interpolated')
+        if np.isnan(value).any():
+            values[field], count = _fill(t, first, value, field)
+            notices.append(f'{count} values of {field} were NaN and are interpolated')
     index, dt, jitter = _grid(t)
     if rms_of(jitter) > LIMITS.max_run * dt:
-        raise InputError(f'{where}t: stamps stray from any even spacing by '
+        raise InputError('t: stamps stray from any even spacing by '
                          f'{np.abs(jitter).max():.3g} s, expected one sample rate')
     cuts = np.flatnonzero(np.diff(index) > LIMITS.max_run + 1)
     if len(cuts):
-        keep, notice = _longest(t, first, cuts, dt, where)
+        keep, notice = _longest(t, first, cuts, dt)
         notices.append(notice)
         t, index, jitter = t[keep], index[keep], jitter[keep]
         values = {field: value[keep] for field, value in values.items()}
@@ -254,7 +256,7 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
     wander = _wander(jitter, dt)
     missing = int(_absent(t, index, wander).sum())
     if missing > LIMITS.max_repaired * n:
-        raise InputError(f'{where}{missing} of {n} samples lost by their stamps '
+        raise InputError(f'{missing} of {n} samples lost by their stamps '
                          f'({100 * missing / n:.1f} %), expected at most '
                          f'{100 * LIMITS.max_repaired:g} %')
     if missing:
@@ -264,9 +266,8 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
                        'samples are interpolated onto a uniform grid')
         jitter = jitter - wander
     rms = rms_of(jitter)
-    sampled_then = False
+    sampled_then = rms > LIMITS.quiet_jitter * dt and _follows_stamps(values, index, jitter, dt)
     if rms > LIMITS.quiet_jitter * dt:
-        sampled_then = _follows_stamps(values, index, jitter, dt)
         how = ('positions follow the stamps and are interpolated onto a uniform grid'
                if sampled_then else
                'positions do not follow the stamps, samples are taken as evenly spaced')
@@ -293,37 +294,22 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
                             channels=channels, floor=(floor[0], floor[1])), tuple(notices)
 
 
-def merged(t: Array | Integers, values: Array, policy: str) -> tuple[Integers, Array, str]:
+def usable_rows(t: Array | Integers) -> tuple[Integers, str]:
     """
-    Return the samples without repeated stamps, and of ns without those that replay refuses.
+    Return the rows of the samples [K] that count, and a notice, '' where all do.
+
+    Of samples with one stamp the first counts; those that replay refuses by their stamps do not.
 
     Args:
         t: stamps [N], s, or integer ns.
-        values: what was measured [N, C].
-        policy: one of REPEATED: of samples with one stamp keep the first, their mean, or none.
-
-    Returns:
-        Rows that are kept [K], their values [K, C], and a notice, '' where all are.
     """
     valid = np.flatnonzero(~_strays(t))
-    if len(valid) < len(t):
-        rows, chosen, repeats = merged(t[valid], values[valid], policy)
-        strays = (f'{len(t) - len(valid)} of {len(t)} samples have no stamp, or an earlier one '
-                  'than before: they are left out')
-        return valid[rows], chosen, '; '.join(filter(None, (strays, repeats)))
-    first = np.append(True, np.diff(t) != 0) if len(t) else np.zeros(0, bool)
-    rows, sizes = np.flatnonzero(first), np.diff(np.append(np.flatnonzero(first), len(t)))
-    count = len(t) - len(rows)
-    if not count:
-        return rows, values, ''
-    if policy == 'drop':
-        rows, sizes = rows[sizes == 1], sizes[sizes == 1]
-    chosen = values[rows]
-    if policy == 'average':
-        chosen = np.add.reduceat(values, rows, axis=0) / sizes[:, None]
-    how = {'first': 'the first of each is used', 'average': 'their mean is used',
-           'drop': 'none of them is used'}[policy]
-    return rows, chosen, f'{count} of {len(t)} stamps repeat the previous one: {how}'
+    rows = valid[np.diff(t[valid], prepend=t[valid[:1]] - 1) != 0]
+    notices = [f'{len(t) - len(valid)} of {len(t)} samples have no stamp, or an earlier one than '
+               'before: they are left out'] * (len(valid) < len(t))
+    notices += [f'{len(valid) - len(rows)} of {len(valid)} stamps repeat the previous one: the '
+                'first of each is used'] * (len(rows) < len(valid))
+    return rows, '; '.join(notices)
 
 
 def _backward(stamps: Integers) -> tuple[Integers, Integers, Flags]:
@@ -350,64 +336,50 @@ def _strays(t: Array | Integers) -> Flags:
     return strays
 
 
-def _one_clock(t: Any, u: Array, y: Array, arm_torque: Array | None, place: Place
-               ) -> tuple[Any, Array, Array, Array | None, Place, tuple[str, ...]]:
+def _longest_run(t: Any) -> tuple[slice, list[str]]:
     """
-    Return the longest run of the samples between restarts of the clock, and a notice of them.
+    Return the longest run of the samples stamped `t` between restarts of the clock, and a notice.
 
     A clock restarts where stamps go back and stay there, as the filter's loop has it; a single
-    late sample is none. Arguments as of prepare.
+    late sample is none.
     """
-    t = np.asarray(t)
-    same = t, u, y, arm_torque, place, ()
     if not (len(t) and np.isfinite(t).all() and (np.diff(t) < 0).any()):
-        return same
+        return slice(None), []
     stamps = t.astype(np.int64) if t.dtype.kind in 'iu' else np.rint(
         (t - t.min()) * 1e9).astype(np.int64)
     begins, _, restarts = _backward(stamps - stamps.min() + 1_000_000_000)
     edges = sorted({0, *begins[restarts].tolist(), len(t)})
     if len(edges) < 3:
-        return same
-    lengths = [float(t[stop - 1] - t[start]) for start, stop in zip(edges, edges[1:])]
-    k = int(np.argmax(lengths))
-    keep = slice(edges[k], edges[k + 1])
-
-    def _place(row: int, field: str) -> str:
-        return place(row + keep.start, field)
-    notice = (f'the clock restarts {len(edges) - 2} times: only the longest run is used, samples '
-              f'{keep.start} to {keep.stop - 1} of {len(t)}')
-    return (t[keep], np.asarray(u)[keep], y[keep],
-            None if arm_torque is None else np.asarray(arm_torque)[keep], _place, (notice,))
+        return slice(None), []
+    k = int(np.argmax([float(t[end - 1] - t[begin]) for begin, end in zip(edges, edges[1:])]))
+    return slice(edges[k], edges[k + 1]), [
+        f'the clock restarts {len(edges) - 2} times: only the longest run is used, samples '
+        f'{edges[k]} to {edges[k + 1] - 1} of {len(t)}']
 
 
 def _seconds(t: Any) -> tuple[Array, float]:
     """Return (t from 0 in s, first stamp in s); integers are ns."""
-    t = np.asarray(t)
-    if t.dtype.kind in 'iu':
-        return (t - t[:1]) * 1e-9, float(t[0]) * 1e-9 if len(t) else 0.0
-    t = t.astype(float)
-    return t - t[:1], float(t[0]) if len(t) else 0.0
+    unit = 1e-9 if t.dtype.kind in 'iu' else 1.0
+    return (t - t[:1]) * unit, float(t[0]) * unit if len(t) else 0.0
 
 
-def _check_numbers(t: Array, first: float, values: Mapping[str, Array], where: str,
-                   place: Place, axis: str) -> None:
+def _check_numbers(t: Array, first: float, values: Mapping[str, Array]) -> None:
     """Raise InputError for what is no finite number or, in t, does not increase."""
     bad = np.flatnonzero(~np.isfinite(t))
     if len(bad):
-        word = 'nan' if np.isnan(t[bad[0]]) else 'inf'
-        raise InputError(f'{where}{place(int(bad[0]), "t")}: {word}, expected a finite time in s')
+        raise InputError(f't: {t[bad[0]]} in row {bad[0]}, expected a finite time in s')
     for field, value in values.items():
         if len(value) != len(t):
-            raise InputError(f'{where}{field}: {len(value)} values, expected {len(t)} as of t')
+            raise InputError(f'{field}: {len(value)} values, expected {len(t)} as of t')
         if np.isnan(value).all():
-            raise InputError(f'{where}{field}: never measured, expected '
-                             + on_axis('torque, motor and arm position in every sample', axis))
+            raise InputError(f'{field}: never measured, expected torque, motor and arm position '
+                             'in every sample')
     back = np.flatnonzero(np.diff(t) <= 0)
     if len(back):
         row = int(back[0]) + 1
         word = 'repeats' if t[row] == t[row - 1] else 'goes back'
-        raise InputError(f'{where}{place(row, "t")}: {first + t[row]:.9g} s {word} after '
-                         f'{first + t[row - 1]:.9g} s, expected increasing times')
+        raise InputError(f't: {first + t[row]:.9g} s {word} after {first + t[row - 1]:.9g} s, '
+                         'expected increasing times')
 
 
 def _runs(flags: Flags) -> tuple[Integers, Integers]:
@@ -416,8 +388,7 @@ def _runs(flags: Flags) -> tuple[Integers, Integers]:
     return edges[::2], edges[1::2] - edges[::2]
 
 
-def _fill(t: Array, value: Array, field: str, where: str, place: Place,
-          axis: str) -> tuple[Array, int]:
+def _fill(t: Array, first: float, value: Array, field: str) -> tuple[Array, int]:
     """Return (value with NaN interpolated, how many); raises InputError where there are many."""
     missing = np.isnan(value)
     starts, lengths = _runs(missing)
@@ -427,10 +398,9 @@ def _fill(t: Array, value: Array, field: str, where: str, place: Place,
         at = long[0] if len(long) else 0
         duration = f' for {lengths[at]} samples' if lengths[at] > 1 else ''
         raise InputError(
-            f'{where}{place(int(starts[at]), field)}: nan{duration} '
-            f'({count} nan of {len(value)}), expected numbers in '
-            f'{on_axis(UNITS[field], axis)}, at most {LIMITS.max_run} nan in a '
-            f'row and {100 * LIMITS.max_repaired:g} % in all')
+            f'{field} at {first + t[starts[at]]:.9g} s: nan{duration} '
+            f'({count} nan of {len(value)}), expected numbers in {UNITS[field]}, at most '
+            f'{LIMITS.max_run} nan in a row and {100 * LIMITS.max_repaired:g} % in all')
     good = ~missing
     if field in HELD:
         last = np.maximum.accumulate(np.where(good, np.arange(len(value)), 0))
@@ -494,7 +464,7 @@ def _absent(t: Array, index: Integers, wander: Array) -> Integers:
     return absent
 
 
-def _longest(t: Array, first: float, cuts: Integers, dt: float, where: str) -> tuple[slice, str]:
+def _longest(t: Array, first: float, cuts: Integers, dt: float) -> tuple[slice, str]:
     """Return (slice, notice) of the longest stretch between the gaps after the rows `cuts`."""
     edges = np.concatenate([[0], cuts + 1, [len(t)]])
     i = int(np.argmax(t[edges[1:] - 1] - t[edges[:-1]]))
@@ -504,7 +474,7 @@ def _longest(t: Array, first: float, cuts: Integers, dt: float, where: str) -> t
              f'{t[widest + 1] - t[widest]:.3g} s at t = {first + t[widest]:.6g} s')
     length = t[keep][-1] - t[keep][0] + dt
     if length < LIMITS.min_duration:
-        raise InputError(f'{where}{holes}; the longest stretch without one lasts {length:.3g} s, '
+        raise InputError(f'{holes}; the longest stretch without one lasts {length:.3g} s, '
                          f'expected at least {LIMITS.min_duration:g} s')
     return keep, (f'{holes}; only the stretch from {first + t[keep][0]:.6g} s to '
                   f'{first + t[keep][-1]:.6g} s is used')

@@ -29,7 +29,7 @@ import scipy
 
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.signals.finding import DataFinding, hurts, WARN
+from gearbox_monitor.signals.finding import DataFinding, hurts, judged, WARN
 from gearbox_monitor.signals.recording_limits import LIMITS
 from gearbox_monitor.signals.smoothed_motion import SmoothedMotion
 
@@ -301,16 +301,10 @@ def words(model: DriveModel, reading: Variant) -> tuple[str, str]:
 
 
 def _wiring_text(reading: Variant) -> str:
-    phrases, arm, torque = [], reading.scale[1], reading.torque
-    if reading.swap:
-        phrases.append('motor and arm positions are swapped')
-    if arm < 0 and torque < 0:
-        phrases.append('the sign of the motor position is wrong')
-    elif arm < 0:
-        phrases.append('the sign of the arm position is wrong')
-    elif torque < 0:
-        phrases.append('the sign of the torque u is wrong')
-    return ' and '.join(phrases)
+    turned = {(True, True): 'motor position', (True, False): 'arm position',
+              (False, True): 'torque u'}.get((reading.scale[1] < 0, reading.torque < 0))
+    return ' and '.join(['motor and arm positions are swapped'] * reading.swap + [
+        f'the sign of the {turned} is wrong'] * bool(turned))
 
 
 def _unit_text(model: DriveModel, reading: Variant) -> str:
@@ -453,15 +447,13 @@ def effort(smooth: SmoothedMotion, model: DriveModel, stated: str) -> DataFindin
                            values=values)
     figure = f'reads like {first} (log of the likelihood ratio {ratio:.0f} over {second})'
     values['effort_is'] = first
-    if first == CURRENT:
-        values['factor'] = factor
-        return DataFinding('torque', 'effort', f'{figure}: {factor:.2g} times the torque',
-                           f'set torque_constant: {model.torque_constant / factor:.2g} in the '
-                           'model file, and effort_is: current', hurts(WARN, WARN, WARN), values)
     # Where the model converts a current, its torque is what is looked for.
-    same = {TORQUE: (TORQUE, 'unknown', CURRENT), COMPENSATED: (COMPENSATED,)}[first]
-    if stated in same:
-        return DataFinding('torque', 'effort', figure, values=values)
+    same = {TORQUE: (TORQUE, 'unknown', CURRENT), COMPENSATED: (COMPENSATED,), CURRENT: ()}[first]
     advice = ('set effort_is: gravity_compensated, with a robot_description'
               if first == COMPENSATED else 'set effort_is: torque')
-    return DataFinding('torque', 'effort', figure, advice, hurts(WARN, WARN, WARN), values)
+    if first == CURRENT:
+        values['factor'], figure = factor, f'{figure}: {factor:.2g} times the torque'
+        advice = (f'set torque_constant: {model.torque_constant / factor:.2g} in the model file, '
+                  'and effort_is: current')
+    return judged('torque', 'effort', figure, {} if stated in same else hurts(WARN, WARN, WARN),
+                  advice, values)

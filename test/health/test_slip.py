@@ -98,7 +98,7 @@ def test_check_and_diagnose_name_a_slip(healthy):
     assert slip.values['slip_rad'] == pytest.approx(0.15, abs=0.01)
     assert slip.values['slip_s'] == pytest.approx(AT, abs=0.3)
     t = replace(healthy, y=y)
-    recording, notes = admitted(t.stamp_ns, t.u[:, 0], t.y, None, 'log', None, MODEL, 'the model')
+    recording, notes = admitted(t.stamp_ns, t.u[:, 0], t.y, None, 'log', MODEL, 'the model')
     assert any('slip by 0.1' in note and 'counted on' in note for note in notes)
     off = recording.y - healthy.y[:len(recording.y)]
     assert np.median(np.abs(off[-1000:])) < 0.01

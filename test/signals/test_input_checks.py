@@ -21,7 +21,7 @@ from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.recordings.reading import read_signals, ReadOptions
 from gearbox_monitor.signals.examine import admitted, check, READ_OTHERWISE
 from gearbox_monitor.signals.uniform import (
-    at_one_rate, merged, prepare, RecordingKind, UniformRecording)
+    at_one_rate, prepare, RecordingKind, UniformRecording, usable_rows)
 
 DATA = Path(__file__).resolve().parents[3] / 'shared' / 'data' / 'davinci_backend'
 MODEL = DriveModel()
@@ -233,7 +233,7 @@ def test_unrelated_signals_get_a_word_and_no_wrong_name(sound):
 def test_a_doubt_is_another_reading_and_refuses_nothing(sound):
     """The diagnosis lets it compete: the recording as it is doubted is the sound one."""
     t, u, y = sound
-    recording, notes = admitted(t, u, y * [1.0, -1.0], None, 'bench', None, MODEL, 'drive.yaml')
+    recording, notes = admitted(t, u, y * [1.0, -1.0], None, 'bench', MODEL, 'drive.yaml')
     assert not notes and 'sign of the arm position is wrong' in recording.doubt.text
     assert not check(recording.read_otherwise(recording.doubt), MODEL)
 
@@ -428,7 +428,7 @@ def test_nan(sound):
     recording, notices = prepare(t, u, y)
     assert np.isfinite(recording.y).all() and '3 values of arm were NaN' in notices[0]
     y[500:510, 1] = np.nan
-    with pytest.raises(InputError, match=r'row 500, arm: nan for 10 samples \(13 nan of 10000\), '
+    with pytest.raises(InputError, match=r'arm at 0\.5 s: nan for 10 samples \(13 nan of 10000\), '
                                          r'expected numbers in rad'):
         prepare(t, u, y)
     with pytest.raises(InputError, match='motor: never measured'):
@@ -444,26 +444,24 @@ def test_stamps_must_increase(sound):
     t, u, y = sound
     t = t.copy()
     t[40] = t[39]
-    with pytest.raises(InputError, match=r'row 40, t: 0\.039 s repeats after 0\.039 s'):
+    with pytest.raises(InputError, match=r't: 0\.039 s repeats after 0\.039 s'):
         prepare(t, u, y)
-    for policy, count, value in (('first', 9999, u[39]), ('average', 9999, u[39:41].mean()),
-                                 ('drop', 9998, u[41])):
-        rows, values, notice = merged(t, np.column_stack([u, y]), policy)
-        assert len(rows) == len(values) == count and values[39, 0] == pytest.approx(value)
-        assert notice.startswith('1 of 10000 stamps repeat')
-        recording, _ = prepare(t[rows], values[:, 0], values[:, 1:])
-        assert len(recording.u) == 10000
+    rows, notice = usable_rows(t)
+    assert len(rows) == 9999 and 40 not in rows
+    assert notice.startswith('1 of 10000 stamps repeat')
+    recording, _ = prepare(t[rows], u[rows], y[rows])
+    assert len(recording.u) == 10000
     t[40] = t[30]
-    with pytest.raises(InputError, match=r'row 40, t: 0\.03 s goes back after 0\.039 s'):
+    with pytest.raises(InputError, match=r't: 0\.03 s goes back after 0\.039 s'):
         prepare(t, u, y)
 
 
 def test_what_replay_refuses_by_its_stamp_is_left_out(sound):
-    t, u, _ = sound
+    t = sound[0]
     stamps = 1_000_000_000 + np.rint(t * 1e9).astype(np.int64)
     stamps[[5, 70]] = 0, stamps[68]
     stamps[5000:] -= stamps[5000] - stamps[0]  # the clock restarts
-    rows, _, notice = merged(stamps, u[:, None], 'first')
+    rows, notice = usable_rows(stamps)
     assert set(range(len(t))) - set(rows.tolist()) == {5, 70}
     assert notice.startswith('2 of 10000 samples have no stamp')
 

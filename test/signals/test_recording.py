@@ -29,12 +29,14 @@ def test_a_drive_is_referred_to_the_arm_side():
     model = DriveModel(gear_ratio=-50.0, torque_constant=0.2)
     recording = Recording('run', {
         'm': JointSignals(STAMPS, position=100 * ONES, effort=ONES, side=MOTOR),
-        'a': JointSignals(STAMPS[::2], position=-2 * ONES[::2], effort=3 * ONES[::2], side=ARM)})
+        'a': JointSignals(STAMPS, position=-2 * ONES, effort=3 * ONES, side=ARM),
+        'late': JointSignals(STAMPS + 1)})
     samples = drive_samples(recording, model)
     np.testing.assert_array_equal(samples.stamp_ns, STAMPS)
-    np.testing.assert_allclose(samples.y[::2], [[-2.0, -2.0]] * 3)
-    np.testing.assert_allclose(samples.u[::2], [[-10.0, 3.0]] * 3)
-    assert np.isnan(samples.y[1::2, 1]).all() and np.isfinite(samples.y[1::2, 0]).all()
+    np.testing.assert_allclose(samples.y, [[-2.0, -2.0]] * 5)
+    np.testing.assert_allclose(samples.u, [[-10.0, 3.0]] * 5)
+    with pytest.raises(InputError, match="joint 'late': other stamps"):
+        recording.on_one_clock(['m', 'late'])
 
 
 def test_a_robot_gives_the_columns_of_its_joints_in_the_order_of_the_model():

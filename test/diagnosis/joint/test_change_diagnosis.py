@@ -34,7 +34,7 @@ def drive(seed, gap=0.1, friction=1.0, stiffness=25.0, noise=0.002):
             v2 += h / 0.023454 * load
             x1, x2 = x1 + h * v1, x2 + h * v2
     y += noise * random.standard_normal(y.shape)
-    return admitted(t, u, y, None, f'run {seed}', None, FILE, 'drive.yaml')[0]
+    return admitted(t, u, y, None, f'run {seed}', FILE, 'drive.yaml')[0]
 
 
 @pytest.fixture(scope='module')

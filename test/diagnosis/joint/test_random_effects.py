@@ -45,7 +45,7 @@ def test_range_covers_the_mean_of_simulated_runs(effect, key, field, value, betw
         for true in value * (1.0 + between * random.standard_normal(3)):
             run = simulate(MODEL.with_(**{field: float(true)}), torque, 2e-3,
                            Noise(measurement=(5e-3, 5e-3)), int(random.integers(1 << 30)))
-            runs.append(admitted(run.t, run.u, run.y, None, 'run', None, MODEL, 'model')[0])
+            runs.append(admitted(run.t, run.u, run.y, None, 'run', MODEL, 'model')[0])
         candidate = Starts(MODEL, runs[:1]).candidates(effect)[0]
         result = between_recordings(runs, candidate, candidate.start(), np.full(2, 5e-3))
         covered.append(result[effect][key].low <= value <= result[effect][key].high)
@@ -64,7 +64,7 @@ def test_a_gap_that_differs_between_recordings_is_one_answer():
         torque = (0.3 + 0.7 * np.sin(np.pi * t / 6.0) ** 2) * Excitation().torque(t)
         run = simulate(MODEL.with_(half_gap=half_gap), torque, 2e-3,
                        Noise(measurement=(5e-3, 5e-3)), seed)
-        return admitted(run.t, run.u, run.y, None, f'run{seed}', None, MODEL, 'model')[0]
+        return admitted(run.t, run.u, run.y, None, f'run{seed}', MODEL, 'model')[0]
     true = [0.121, 0.125, 0.13]
     verdict = diagnose([recorded(b, i) for i, b in enumerate(true)], MODEL,
                        only=['backlash_gap', 'stiffness']).to_dict()

@@ -36,7 +36,7 @@ def recorded(*effects, columns=(0, 1), noise=0.003, true=None, stated=MODEL):
     y = Plant(drive).run(setpoint, DT).y
     y += noise * np.random.default_rng(5).standard_normal(y.shape)
     y[:, [i for i in (0, 1) if i not in columns]] = np.nan
-    return admitted(t, setpoint, y, None, 'servo', None, stated, 'stated')[0]
+    return admitted(t, setpoint, y, None, 'servo', stated, 'stated')[0]
 
 
 @pytest.mark.parametrize('effect, columns', [

@@ -26,7 +26,7 @@ def logged(model, controller_rate):
     command = ExampleMotion(SECONDS, kind='varied').command(
         np.floor(t * controller_rate + 1e-9) / controller_rate, model)
     run, every = plant.run(command, 1.0 / FAST), round(FAST / RATE)
-    recording, _ = admitted(run.t[::every], run.u[::every], run.y[::every], None, 'log', None,
+    recording, _ = admitted(run.t[::every], run.u[::every], run.y[::every], None, 'log',
                             MODEL, 'model')
     return recording
 
@@ -61,7 +61,7 @@ def test_a_motion_that_is_put_in_needs_a_faster_log_and_says_so():
     driven = MODEL.with_(driven_by='position', process_torque_time=0.3)
     with pytest.raises(InputError, match='expected 200 to 4000 with driven_by: position.*log '
                        'faster, or state driven_by: torque'):
-        admitted(*_columns(), 'log', None, driven, 'model')
+        admitted(*_columns(), 'log', driven, 'model')
 
 
 def _columns():
