@@ -284,7 +284,7 @@ def worst_segments(evidence: RobotEvidence, fit: RobotFit) -> Array:
     return out
 
 
-VERSION = 6
+VERSION = 7
 MOST_PARTS = 12
 CALMED = 0.9  # the shapes have made parts alike where their over-dispersion falls to this
 MOST_PASSES = 4

@@ -111,7 +111,7 @@ def test_knowledge_of_an_older_version_is_refused_with_what_to_do(
         save_knowledge(tmp_path / 'old.knowledge', knowledge)
     assert diagnose(arm, '--reference', str(tmp_path / 'old.knowledge')) == 2
     error = capsys.readouterr().err
-    assert error.endswith('old.knowledge: version: 2, expected 6: learn it again\n')
+    assert error.endswith('old.knowledge: version: 2, expected 7: learn it again\n')
 
 
 def test_a_damaged_file_of_knowledge_is_refused_in_one_line(arm, tmp_path):
@@ -138,8 +138,7 @@ BAD_OPTIONS = [
     (['--jobs', '0'], '--jobs: 0'),
     *((['--' + option, 'sum'], f'--{option}: of one joint, expected --joint')
       for option in ('model-arm-joint', 'keyframe', 'actuator', 'recorded-motor',
-                     'recorded-arm', 'recorded-setpoint', 'validate', 'simulator')),
-    (['--repeated', 'drop'], '--repeated: of one joint')]
+                     'recorded-arm', 'recorded-setpoint', 'validate', 'simulator'))]
 
 
 def test_bad_options_are_one_line(arm, capsys):
