@@ -22,7 +22,7 @@ from zlib import crc32
 
 from gearbox_monitor import __version__
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.opening import open_file
+from gearbox_monitor.files.opening import open_file, read_bytes
 from gearbox_monitor.health.health_record import HealthSettings
 from gearbox_monitor.health.judgement import from_data, Health, to_data
 
@@ -234,16 +234,7 @@ def load_recording(path: str | Path) -> BaselineRecording | None:
     Raises Damaged for what this package has not written, InputError where it cannot be read.
     """
     try:
-        with open_file(path) as file:
-            data = file.read(LARGEST + 1)
-    except FileNotFoundError:
-        return None
-    except OSError as error:
-        raise InputError(f'{path}: {error.strerror}, expected a readable file') from None
-    if len(data) > LARGEST:
-        raise Damaged(f'{path}: more than {LARGEST >> 20} MB, expected a baseline recording')
-    first, _, rows = data.partition(b'\n')
-    try:
+        first, _, rows = read_bytes(path, LARGEST).partition(b'\n')
         head = json.loads(first)
         if head['format'] != RECORDING_FORMAT:
             raise Damaged(f'{path}: format {head["format"]!r}, expected {RECORDING_FORMAT}')
@@ -254,6 +245,12 @@ def load_recording(path: str | Path) -> BaselineRecording | None:
         return BaselineRecording(int(head['stamp_ns']), str(head['gearbox_serial']),
                                  (str(motor), str(arm)), dict(head['model']),
                                  tuple(split(rows, head['blocks'])))
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise InputError(f'{path}: {error.strerror}, expected a readable file') from None
+    except InputError:
+        raise
     except (KeyError, ValueError, TypeError, AttributeError, RecursionError) as error:
         reason = f'no {error}' if isinstance(error, KeyError) else str(error)
         raise Damaged(f'{path}: {reason}, expected a baseline recording') from None
@@ -281,20 +278,14 @@ def check_belongs(path: str | Path, recording: BaselineRecording,
     Raises:
         InputError: naming what differs.
     """
-    if recording.gearbox_serial != expected.gearbox_serial:
-        raise InputError(f'{path}: gearbox_serial: {recording.gearbox_serial!r}, expected '
-                         f'{expected.gearbox_serial!r}')
-    if recording.joints != expected.joints:
-        raise InputError(f'{path}: joints: {", ".join(recording.joints)}, expected '
-                         f'{", ".join(expected.joints)}')
-    for name in sorted({*recording.model, *expected.model}):
-        value, own_value = recording.model.get(name), expected.model.get(name)
+    pairs = [(name, getattr(recording, name), getattr(expected, name))
+             for name in ('gearbox_serial', 'joints', 'stamp_ns')]
+    pairs += [(f'model: {name}', recording.model.get(name), expected.model.get(name))
+              for name in sorted({*recording.model, *expected.model})]
+    for name, value, own_value in pairs:
         if value != own_value:
-            raise InputError(f'{path}: recorded with another model: {name}: {str(value)[:60]}, '
-                             f'expected {str(own_value)[:60]}')
-    if recording.stamp_ns != expected.stamp_ns:
-        raise InputError(f'{path}: of another baseline, recorded until {recording.stamp_ns} ns, '
-                         f'expected {expected.stamp_ns or "none"}')
+            raise InputError(f'{path}: of another gearbox, model or baseline: {name}: '
+                             f'{str(value)[:60]}, expected {str(own_value)[:60]}')
 
 
 PREDECESSOR = 2.0  # s that a process waits at its start for one that is just ending

@@ -56,10 +56,10 @@ def test_a_damaged_file_is_refused_by_name(tmp_path):
 
 
 OTHERS = [
-    ({'gearbox_serial': 'B-2'}, "gearbox_serial: 'A-17', expected 'B-2'"),
-    ({'joints': ('m', '')}, 'joints: m, a, expected m,'),
-    ({'model': {'damping': 0.02, 'effects': []}}, 'another model: damping: 0.01, expected 0.02'),
-    ({'stamp_ns': 5}, 'of another baseline')]
+    ({'gearbox_serial': 'B-2'}, 'gearbox_serial: A-17, expected B-2'),
+    ({'joints': ('m', '')}, r"joints: \('m', 'a'\), expected \('m', ''\)"),
+    ({'model': {'damping': 0.02, 'effects': []}}, 'model: damping: 0.01, expected 0.02'),
+    ({'stamp_ns': 5}, 'of another .* stamp_ns: [0-9]+, expected 5')]
 
 
 def test_a_recording_of_another_gearbox_is_refused_by_name():

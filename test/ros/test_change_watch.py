@@ -337,9 +337,9 @@ def test_a_clock_set_back_leaves_no_rows_from_before_it():
 
 
 @pytest.mark.parametrize(('changes', 'words'), [
-    ({'serial': 'B'}, "gearbox_serial: 'A', expected 'B'"),
-    ({'model': DriveModel(damping=0.02)}, 'another model: damping: 0.01, expected 0.02'),
-    ({'recording_ns': 7}, 'of another baseline'), ({'damage': True}, 'expected a baseline')])
+    ({'serial': 'B'}, 'gearbox_serial: A, expected B'),
+    ({'model': DriveModel(damping=0.02)}, 'model: damping: 0.01, expected 0.02'),
+    ({'recording_ns': 7}, 'baseline: stamp_ns'), ({'damage': True}, 'expected a baseline')])
 def test_a_recording_of_another_is_set_aside_by_name(tmp_path, changes, words):
     path = tmp_path / 'state.json'
     gearbox = Gearbox(StateFile(path, 'e'))
