@@ -143,32 +143,25 @@ def leaves_of(tree: Any, prefix: str = '', depth: int = 0) -> Iterator[Leaf]:
         stated)
 
 
-def episodes_of(tree: Any, prefix: str = '', depth: int = 0) -> dict[str, list[Leaf]] | None:
-    """Return {name of an episode: its leaves} of a tree whose groups are episodes, else None."""
+def episodes_of(tree: Any, depth: int = 0) -> dict[str, list[Leaf]]:
+    """Return {name of an episode: its leaves} of a tree whose groups are episodes, else {}."""
     if not isinstance(tree, Mapping) or depth > 3:
-        return None
+        return {}
     own = [name for name in tree if not link_of(tree, name)]
     groups = [name for name in own if EPISODE.fullmatch(name) and isinstance(
         tree[name], Mapping)]
-    if groups:
-        groups.sort(key=lambda name: int(re.findall(r'\d+', name)[-1]))
-        return {name: list(leaves_of(tree[name])) for name in groups}
-    for name in own:
-        found = episodes_of(tree[name], f'{prefix}{name}.', depth + 1)
-        if found:
-            return found
-    return None
+    groups.sort(key=lambda name: int(re.findall(r'\d+', name)[-1]))
+    return {name: list(leaves_of(tree[name])) for name in groups} or next(filter(
+        None, (episodes_of(tree[name], depth + 1) for name in own)), {})
 
 
 def joined(episodes: Mapping[str, list[Leaf]]) -> Iterator[Leaf]:
     """Yield the leaves of all episodes, one after the other, and the number of each row's."""
-    parts: list[dict[str, Leaf]] = []
-    counts = []
-    for leaves in episodes.values():
-        lengths = Counter(len(value) for _, value, _ in leaves if value.ndim)
-        counts.append(lengths.most_common(1)[0][0] if lengths else 0)
-        parts.append({leaf[0]: leaf for leaf in leaves
-                      if leaf[1].ndim and len(leaf[1]) == counts[-1]})
+    lengths = [Counter(len(value) for _, value, _ in leaves if value.ndim)
+               for leaves in episodes.values()]
+    counts = [own.most_common(1)[0][0] if own else 0 for own in lengths]
+    parts = [{leaf[0]: leaf for leaf in leaves if leaf[1].ndim and len(leaf[1]) == count}
+             for leaves, count in zip(episodes.values(), counts)]
     for name, value, unit in parts[0].values():
         if all(name in own and own[name][1].shape[1:] == value.shape[1:] for own in parts):
             yield name, np.concatenate([own[name][1] for own in parts]), unit
@@ -360,10 +353,9 @@ def read(path: str, kind: str, memory: int) -> list[Leaf]:
     if kind in ('parquet', 'feather'):
         return list(columns_of(table_leaves(module, stream, kind)))
     tree = tree_of(module, stream, kind, memory)
-    if kind == 'hdf5':
-        attributes_of(tree)
-        episodes = episodes_of(tree)
-        return list(columns_of(joined(episodes) if episodes else leaves_of(tree)))
+    attributes_of(tree)
+    if kind == 'hdf5' and (episodes := episodes_of(tree)):
+        return list(columns_of(joined(episodes)))
     if isinstance(tree, (list, dict)):
         entries = entries_in(tree) if kind in ('json', 'yaml') else None
         if entries is not None:
@@ -389,22 +381,21 @@ def main() -> int:
     except MemoryError:
         return TOO_LARGE
     except ModuleNotFoundError as error:
-        print(f'{error.name} is not installed, expected it for this format: pip install '
-              f'{error.name}', file=sys.stderr)
-        return FAILED
+        why = (f'{error.name} is not installed, expected it for this format: pip install '
+               f'{error.name}')
     except Unreadable as error:
-        print(error, file=sys.stderr)
-        return FAILED
+        why = str(error)
     except RecursionError:
-        print('groups inside each other without an end, expected fewer', file=sys.stderr)
-        return FAILED
+        why = 'groups inside each other without an end, expected fewer'
     except Exception as error:  # of a library, for a damaged file
-        if 'cannot allocate' in str(error).lower() or 'malloc' in str(error).lower():
+        if re.search('(?i)cannot allocate|malloc', str(error)):
             return TOO_LARGE
-        print(f'{type(error).__name__} {" ".join(str(error).split())[:300]}, expected '
-              f'{names[kind]}', file=sys.stderr)
-        return FAILED
-    return 0
+        why = (f'{type(error).__name__} {" ".join(str(error).split())[:300]}, expected '
+               f'{names[kind]}')
+    else:
+        return 0
+    print(why, file=sys.stderr)
+    return FAILED
 
 
 if __name__ == '__main__':

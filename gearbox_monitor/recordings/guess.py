@@ -25,7 +25,8 @@ from gearbox_monitor.recordings.meaning import (
 from gearbox_monitor.recordings.roles import (
     Choice, choice_of, matches, NamedColumn, NONE, OpenQuestion)
 from gearbox_monitor.recordings.table import Column, Table
-from gearbox_monitor.recordings.times import BESIDE, found_time, FoundTime, states_beside
+from gearbox_monitor.recordings.times import (
+    at_rate, BESIDE, found_time, FoundTime, states_beside)
 
 COARSE = 100.0  # whole numbers over a wider range are counts
 WIDE = 4.0 * np.pi  # rad: a joint turns less; a wider range without a unit may be degrees
@@ -165,11 +166,10 @@ class _Proposal:
         self.needs_constants = constants
         self.columns = {column.name: column for column in self.table.columns}
         self.assumptions: list[str] = []
-        self.questions: list[OpenQuestion] = []
+        self.questions: dict[str, OpenQuestion] = {}  # by topic
         self.units: dict[str, str] = {}  # of the mapping, by column
         self.constants: dict[str, float] = {}
         self.used: set[str] = set()  # options that had an effect
-        self.kind = ROTARY
 
     def guess(self) -> Guess:
         """Return the Guess."""
@@ -197,10 +197,6 @@ class _Proposal:
                       f'beside those of {", ".join(joints)[:200]}', '--columns with names of '
                       'joints, such as q_a, or --joint NAME')
         use = self._use(listed)
-        if not joints and not any(role.endswith(('_position', '_velocity')) for role in use):
-            raise InputError(f'{table.path}: no position or velocity among '
-                             f'{", ".join(c.name for c in columns)[:200] or "none"}, expected '
-                             f'--use position=COLUMN, or --map{self._notes()}')
         candidates = [NamedColumn(c.name, meaning, c.values.astype(float))
                       for c, meaning in zip(columns, listed)
                       if robot or np.nanmax(c.values) > np.nanmin(c.values)]
@@ -210,11 +206,9 @@ class _Proposal:
         self._require_motion(choices, columns, listed)
         for choice in choices:
             for question in choice.questions:
-                self._ask(*vars(question).values())
-        axes = {self._axis(choice) for choice in choices}
-        self.kind = PRISMATIC if axes == {PRISMATIC} else ROTARY
-        data: dict[str, Any] = {'time': time.block, **(
-            {'kind': PRISMATIC} if self.kind == PRISMATIC else {})}
+                self.questions.setdefault(question.topic, question)
+        prismatic = {self._axis(choice) for choice in choices} == {PRISMATIC}
+        data: dict[str, Any] = {'time': time.block, **({'kind': PRISMATIC} if prismatic else {})}
         if robot:
             data['joints'] = {choice.joint: self._signals(data, choice, time.t, True)
                               for choice in choices}
@@ -233,22 +227,19 @@ class _Proposal:
             self.assumptions.append(f'Not used: {", ".join(unused)[:400]}.')
         data = _as_in_file(data, dict(zip(self.columns, self.originals)))
         return Guess(table.path.name, with_settings(data, self.settings), tuple(self.assumptions),
-                     tuple(self.questions), tuple(rows))
+                     tuple(self.questions.values()), tuple(rows))
 
     def _meanings(self, columns: Sequence[Column]) -> list[Meaning]:
         return meanings([c.name.removeprefix(BESIDE) for c in columns], [
             self.answers.units.get(c.name, c.unit) for c in columns], self.table.joints)
 
-    def _notes(self) -> str:
-        return ''.join(f'; {note}' for note in self.table.notes)
-
     def _ask(self, topic: str, text: str, option: str) -> None:
-        if topic not in {question.topic for question in self.questions}:
-            self.questions.append(OpenQuestion(topic, text, option))
+        self.questions.setdefault(topic, OpenQuestion(topic, text, option))
 
-    def _stated(self, key: str) -> bool:
-        """Return whether a setting KEY=VALUE has this key."""
-        return any(text.startswith(f'{key}=') for text in self.settings)
+    def _stated(self, key: str, *names: str) -> bool:
+        """Return whether a setting KEY.NAME=VALUE, or KEY=VALUE, has this key."""
+        keys = [f'{key}.{name}=' for name in names] or [f'{key}=']
+        return any(text.startswith(tuple(keys)) for text in self.settings)
 
     # --- time, names, joints --------------------------------------------------------------------
     def _time(self) -> FoundTime:
@@ -258,37 +249,27 @@ class _Proposal:
             raise Undecided(f'{table.path}: {len(table.columns)} columns without names, expected '
                             "their names in order: --columns 't,q[6],dq[6],i[6]' (q[6]: q_1 to "
                             'q_6; - for a column that is not used)')
-        if answers.rate is None:
-            units = {name: standard_unit(unit) for name, unit in answers.units.items()}
-            if 'time' in units:
-                units.update({column.name: units['time'] for column in table.columns})
-            columns = [c for c in table.columns if not c.name.startswith(BESIDE)]
-            clock = next((c.clock for c in columns if c.clock), '')
-            time = found_time(table.path, columns, units, answers.use.get('time', clock))
-            if time is not None:
-                if answers.episode is not None and 'segment' in time.block:
-                    time.block['only'] = answers.episode
-                if answers.stamps:
-                    time.block['stamps'] = answers.stamps
-                self.assumptions += time.remarks
-                return time
-            if table.rate is None:
-                raise Undecided(
-                    f'{table.path}: no column of '
-                    f'{", ".join(c.name for c in table.columns)[:200]} grows like a time, '
-                    'expected one, or --rate HZ')
-        rate = float(answers.rate or table.rate or 0.0)
-        expect(rate, 'time.rate', str(table.path), OF_TIME['rate'])
-        block: dict[str, Any] = {'rate': rate}
-        episode = next((c for c in table.columns if c.name in ('episode', 'episode_index')
-                        and len(np.unique(c.values)) > 1), None)
-        labels: tuple[str, ...] = ()
-        if episode is not None:
-            block['segment'], labels = episode.name, (episode.name,)
-            if answers.episode is not None:
-                block['only'] = answers.episode
-        return FoundTime(np.arange(len(table.columns[0].values)) / rate, block, labels,
-                         named=False)
+        units = {name: standard_unit(unit) for name, unit in answers.units.items()}
+        if 'time' in units:
+            units.update({column.name: units['time'] for column in table.columns})
+        columns = [c for c in table.columns if not c.name.startswith(BESIDE)]
+        clock = next((c.clock for c in columns if c.clock), '')
+        time = None if answers.rate else found_time(
+            table.path, columns, units, answers.use.get('time', clock))
+        rate = answers.rate or table.rate
+        if time is None and rate is None:
+            raise Undecided(f'{table.path}: no column of '
+                            f'{", ".join(c.name for c in table.columns)[:200]} grows like a time, '
+                            'expected one, or --rate HZ')
+        if time is None:
+            expect(rate, 'time.rate', str(table.path), OF_TIME['rate'])
+            time = at_rate(float(rate or 0.0), table.columns)
+        elif answers.stamps:
+            time.block['stamps'] = answers.stamps
+        if answers.episode is not None and 'segment' in time.block:
+            time.block['only'] = answers.episode
+        self.assumptions += time.remarks
+        return time
 
     def _selected(self, joints: Sequence[str]) -> str | None:
         """Return the joint that the user has selected, None without; raises InputError."""
@@ -319,29 +300,31 @@ class _Proposal:
         for name, column in self.answers.use.items():
             role = ROLES.get(name, name)
             if name == 'time':
-                if column not in self.columns:
-                    raise InputError(f'--use time={column}: no such column, expected one of '
-                                     f'{", ".join(self.columns)[:400]}')
-                continue
-            if role not in ROLES.values():
+                expected = [] if column in self.columns else list(self.columns)
+            elif role not in ROLES.values():
                 raise InputError(f'--use {name}={column}: no such role, expected one of time, '
                                  f'{", ".join(ROLES)}')
-            if column != NONE and not any(matches(column, meaning) for meaning in listed):
+            else:
+                use[role] = column
+                expected = [] if column == NONE or any(matches(column, m) for m in listed) else [
+                    m.stem for m in listed]
+            if expected:
                 raise InputError(f'--use {name}={column}: no such column, expected one of '
-                                 f'{", ".join(dict.fromkeys(m.stem for m in listed))[:400]}')
-            use[role] = column
+                                 f'{", ".join(dict.fromkeys(expected))[:400]}')
         return use
 
     def _require_motion(self, choices: Sequence[Choice], columns: Sequence[Column],
                         listed: Sequence[Meaning]) -> None:
-        if any(choice.questions or any(role.endswith(('_position', '_velocity'))
-                                       for role in choice.roles) for choice in choices):
+        if any(q.topic == 'positions' for choice in choices for q in choice.questions) or any(
+                role.partition('_')[2] in (POSITION, VELOCITY)
+                for choice in choices for role in choice.roles):
             return
         still = [c.name for c, m in zip(columns, listed) if m.quantity in (POSITION, VELOCITY)
                  and np.nanmax(c.values) == np.nanmin(c.values)]
-        problem = f'{", ".join(still)[:200]} never changes' if still else \
-            f'no position or velocity among {", ".join(c.name for c in columns)[:200]}'
-        raise InputError(f'{self.table.path}: {problem}, expected a motion{self._notes()}')
+        problem = f'{", ".join(still)[:200]} never changes' if still else 'no position or ' \
+            f'velocity among {", ".join(c.name for c in columns)[:200] or "none"}'
+        raise InputError(f'{self.table.path}: {problem}, expected a motion, '
+                         + '; '.join(['--use position=COLUMN, or --map', *self.table.notes]))
 
     # --- blocks of the mapping ------------------------------------------------------------------
     def _stated_unit(self, role: str, candidate: NamedColumn) -> str:
@@ -349,14 +332,9 @@ class _Proposal:
         names = [candidate.meaning.label, candidate.meaning.stem, candidate.meaning.joint,
                  *_names_of(role)]
         name = next((n for n in names if self.answers.units.get(n, NONE) != NONE), None)
-        if name is None:
-            return ''
-        unit = standard_unit(self.answers.units[name])
-        quantity = kind_of(role).quantity
-        if name == candidate.meaning.joint and unit not in units_of(quantity):
-            return ''
-        self.used.add(f'--unit {name}')
-        return unit
+        unit = '' if name is None else standard_unit(self.answers.units[name])
+        foreign = name == candidate.meaning.joint and unit not in units_of(kind_of(role).quantity)
+        return '' if foreign else unit
 
     def _axis(self, choice: Choice) -> str:
         return axis_of((self._stated_unit(role, c) or c.meaning.unit
@@ -366,13 +344,12 @@ class _Proposal:
     def _block(self, role: str, candidate: NamedColumn, choice: Choice, key: str
                ) -> dict[str, Any]:
         """Return the block of a signal: its column, unit and scale, or a question about them."""
-        meaning, quantity = candidate.meaning, kind_of(role).quantity
+        meaning, quantity, axis = candidate.meaning, kind_of(role).quantity, self._axis(choice)
         column = self.columns[candidate.column]
         block: dict[str, Any] = {'column': candidate.column}
         unit = self._stated_unit(role, candidate) or meaning.unit
-        axis = self._axis(choice)
         if unit and unit not in units_of(quantity, axis, 'input'):
-            if not meaning.unit or unit != meaning.unit:
+            if unit != meaning.unit:
                 raise InputError(f'--unit: {meaning.label}: {unit}, expected a unit of {quantity} '
                                  f'on a {axis} axis: {", ".join(units_of(quantity, axis))}')
             unit = ''
@@ -385,86 +362,75 @@ class _Proposal:
         elif not unit and quantity == POSITION and coarse:
             unit = 'counts'
             self.assumptions.append(f'{meaning.label}: whole numbers, so counts.')
-        elif not unit and quantity == POSITION and span > WIDE and axis == ROTARY and not {
-                'unit', 'positions'} & {question.topic for question in self.questions}:
+        elif not unit and quantity == POSITION and span > WIDE and axis == ROTARY and (
+                'positions' not in self.questions):
             self._ask('unit', f'{meaning.label}: no unit in the file, and its range of {span:.4g} '
                       'is wide for rad', '--unit position=deg (or turns, or rad)')
         if unit:
             block['unit'] = unit
         if column.factor != 1.0 and unit == column.unit:
             block['scale'] = column.factor
-        if coarse and not self._stated(f'{key}.bits') and values.min() >= 0:
-            for bits in (16, 32):
-                half = 2.0 ** (bits - 1)
-                jumps = np.abs(np.diff(values)) > half
-                if values.max() < 2 * half and jumps.any():
-                    self._ask('bits', f'{meaning.label}: whole numbers that jump between 0 and '
-                              f'{2 * half:.0f}', f'--set {key}.bits={bits} if they are signed '
-                              'integers')
+        for bits in (16, 32) if coarse and values.min() >= 0 else ():
+            full = 2.0 ** bits
+            if values.max() < full and (np.abs(np.diff(values)) > full / 2).any() and (
+                    not self._stated(key, 'bits')):
+                self._ask('bits', f'{meaning.label}: whole numbers that jump between 0 and '
+                          f'{full:.0f}', f'--set {key}.bits={bits} if they are signed integers')
         self.units[candidate.column] = unit
         return block
 
-    def _constant_of(self, block: dict[str, Any], candidate: NamedColumn, joint: str, key: str
-                     ) -> None:
-        """Add the constant that makes an effort a torque to its `block`, or ask for it."""
-        unit = block.get('unit', '')
-        if unit not in units_of(EFFORT, 'input') or any(self._stated(f'{key}.{name}') for name in (
-                'torque_constant', 'scale')):
+    def _second_factor(self, block: dict[str, Any], role: str, candidate: NamedColumn,
+                       choice: Choice, key: str) -> None:
+        """Add what makes SI of an input or of counts to a signal's `block`, or ask for it."""
+        unit, effort = block.get('unit', ''), kind_of(role).quantity == EFFORT
+        constant = self.constants.get(choice.joint, next(iter(self.constants.values()), None))
+        if role == 'motor_setpoint' or self._stated(key, 'scale') or (
+                unit not in (units_of(EFFORT, 'input') if effort else COUNTS)):
             return
-        constant = self.constants.get(joint, next(iter(self.constants.values()), None))
-        if constant is not None:
-            block['torque_constant'] = constant
-            self.used.add('--torque-constant')
-        elif self.needs_constants:
-            per = 'count' if unit in COUNTS else 'A' if unit in ('A', 'mA') else 'full scale'
-            self._ask('constant', f'{candidate.meaning.stem}: {unit}, and no constant in the file '
-                      f'that makes it N m (or N)', f'--torque-constant K (N m per {per}, or '
-                      'K1,K2,... of each joint; 1 keeps it, for a model with torque_constant), or '
-                      '--use effort=none')
-
-    def _counts(self, block: dict[str, Any], candidate: NamedColumn, axis: str, key: str) -> None:
-        """Add the resolution of an encoder in counts to its `block`, or ask for it."""
-        if block.get('unit') not in COUNTS or any(self._stated(f'{key}.{name}') for name in (
-                'counts_per_rev', 'scale')):
-            return
-        if self.answers.counts and axis == ROTARY:
-            block['counts_per_rev'] = self.answers.counts
-            self.used.add('--counts-per-turn')
-            return
-        self._ask('counts', f'{candidate.meaning.stem}: counts, and no resolution in the file',
-                  f'--set {key}.scale=M (m per count)' if axis == PRISMATIC else
-                  f'--counts-per-turn N, or --set {key}.counts_per_rev=N')
+        if role == 'reference_torque':
+            self._ask('scale', f'{candidate.meaning.label}: {unit}, and no torque of one in the '
+                      'file', f'--set {key}.scale=K (N m per unit)')
+        elif effort and not self._stated(key, 'torque_constant'):
+            if constant is not None:
+                block['torque_constant'] = constant
+                self.used.add('--torque-constant')
+            elif self.needs_constants:
+                per = 'count' if unit in COUNTS else 'A' if unit in ('A', 'mA') else 'full scale'
+                self._ask('constant', f'{candidate.meaning.stem}: {unit}, and no constant in the '
+                          f'file that makes it N m (or N)', f'--torque-constant K (N m per {per}, '
+                          'or K1,K2,... of each joint; 1 keeps it, for a model with '
+                          'torque_constant), or --use effort=none')
+        elif not effort and not self._stated(key, 'counts_per_rev'):
+            if self.answers.counts and self._axis(choice) == ROTARY:
+                block['counts_per_rev'] = self.answers.counts
+                self.used.add('--counts-per-turn')
+            else:
+                self._ask('counts', f'{candidate.meaning.stem}: counts, and no resolution in the '
+                          'file', f'--counts-per-turn N, or --set {key}.counts_per_rev=N'
+                          if self._axis(choice) == ROTARY else
+                          f'--set {key}.scale=M (m per count)')
 
     def _signals(self, data: dict[str, Any], choice: Choice, t: Array, robot: bool
                  ) -> dict[str, dict[str, Any]]:
         """Return the blocks of the signals of a drive, or of a joint of a robot."""
         roles = {name: next(filter(choice.roles.__contains__, options), '')
-                 for name, options in OF_ROBOT} if robot else dict(
-            zip(*[sorted(choice.roles, key=lambda role: POSITIONS.index(role)
-                         if role in POSITIONS else len(POSITIONS))] * 2))
+                 for name, options in OF_ROBOT} if robot else {
+            role: role for role in sorted(choice.roles, key=lambda role: (
+                *POSITIONS, role).index(role))}
         blocks: dict[str, dict[str, Any]] = {}
         for name, role in roles.items():
-            if not role:
-                continue
-            candidate = choice.roles[role]
-            key = f'joints.{choice.joint}.{name}' if robot else f'signals.{name}'
-            block = blocks[name] = self._block(role, candidate, choice, key)
-            if role == 'motor_effort':
-                self._constant_of(block, candidate, choice.joint, key)
-            elif role == 'reference_torque' and block.get('unit') in units_of(EFFORT, 'input'):
-                if not self._stated(f'{key}.scale'):
-                    self._ask('scale', f'{candidate.meaning.label}: {block["unit"]}, and no '
-                              'torque of one in the file', f'--set {key}.scale=K (N m per unit)')
-            elif kind_of(role).quantity != EFFORT and role != 'motor_setpoint':
-                self._counts(block, candidate, self._axis(choice), key)
+            if role:
+                key = f'joints.{choice.joint}.{name}' if robot else f'signals.{name}'
+                blocks[name] = self._block(role, choice.roles[role], choice, key)
+                self._second_factor(blocks[name], role, choice.roles[role], choice, key)
         positions = [name for name in ('position', *POSITIONS) if name in blocks]
-        self._like_position(blocks, next((name for name in blocks if name.endswith('setpoint')),
-                                         ''), blocks[positions[0]] if positions else {})
+        self._like_position(blocks, 'setpoint' if robot else 'motor_setpoint',
+                            blocks[positions[0]] if positions else {})
         for name in positions:
             self._contradicted_velocity(blocks, choice, t, name,
                                         name.replace('position', 'velocity'))
         if len(positions) == 2:
-            self._ratio(data, blocks, choice)
+            self._ratio(blocks, choice)
         return blocks
 
     def _like_position(self, blocks: dict[str, dict[str, Any]], name: str,
@@ -482,13 +448,13 @@ class _Proposal:
             self.assumptions.append('The setpoint is in counts of no encoder that is used: left '
                                     'out.')
 
-    def _scale_of(self, block: Mapping[str, Any], quantity: str, axis: str) -> float | None:
-        """Return the factor of a block's column to SI, None: not known."""
+    def _scale_of(self, block: Mapping[str, Any], quantity: str, axis: str) -> float:
+        """Return the factor of a block's column to SI, NaN: not known."""
         factor, complete = unit_factor(block['unit'], quantity, axis) if 'unit' in block else \
             (1.0, True)
         if not complete:
-            factor = TURN / block['counts_per_rev'] if block.get('counts_per_rev') else np.nan
-        return float(factor * block.get('scale', 1.0)) if np.isfinite(factor) else None
+            factor = TURN / block.get('counts_per_rev', np.nan)
+        return float(factor * block.get('scale', 1.0))
 
     def _contradicted_velocity(self, blocks: dict[str, dict[str, Any]], choice: Choice, t: Array,
                                position: str, velocity: str) -> None:
@@ -497,61 +463,53 @@ class _Proposal:
 
         blocks: of the joint. t: times [N], s. position, velocity: their names in blocks.
         """
-        block = blocks.get(velocity)
-        if block is None or 'unit' in block or position not in blocks:
+        block, own, axis = blocks.get(velocity), blocks[position], self._axis(choice)
+        if block is None or 'unit' in block:
             return
-        axis, own = self._axis(choice), blocks[position]
-        scale = self._scale_of(own, POSITION, axis)
         per_second = f'{own["unit"]}/s' if own.get('unit') else ''
         if per_second in units_of(VELOCITY, axis):
             block['unit'] = per_second  # the unit of the position, per second
-        factor = self._scale_of(block, VELOCITY, axis)
-        by_column = {c.column: c.values for c in choice.roles.values()}
-        q, v = by_column[own['column']], by_column[block['column']]
+        factors = self._scale_of(own, POSITION, axis), self._scale_of(block, VELOCITY, axis)
+        by_column = {c.column: (role, c) for role, c in choice.roles.items()}
+        role, candidate = by_column[block['column']]
+        q, v = by_column[own['column']][1].values, candidate.values
         if not len(q) == len(v) == len(t):  # of clocks of their own
             return
         valid = np.isfinite(q) & np.isfinite(v)
         q, v, t = q[valid], v[valid], t[valid]
-        step = max(1, len(q) // 2000)
-        passed: Array = np.maximum(t[4 * step:] - t[:-4 * step], 1e-9)
-        moved: Array = np.abs(q[4 * step:] - q[:-4 * step]) / passed
-        still = len(q) < 20 or float(np.ptp(q)) < STILL * float(np.median(np.abs(np.diff(q))))
-        if scale is None or factor is None or len(moved) < 10 or still:
+        step = 4 * max(1, len(q) // 2000)
+        if len(q) < max(20, 10 + step) or float(np.ptp(q)) < STILL * float(np.median(np.abs(
+                np.diff(q)))):
             return
-        ratio = float(np.mean(np.abs(v))) * factor / max(float(np.mean(moved)) * scale, 1e-12)
-        if not 1.0 / APART < ratio < APART:
-            label = next(c.meaning.stem for c in choice.roles.values()
-                         if c.column == block['column'])
-            choice.left[block['column']] = (f'no unit, and {ratio:.3g} times the derivative of '
-                                            f'the position: --unit {label}=UNIT')
-            del blocks[velocity]
-            role = next(r for r, c in choice.roles.items() if c.column == block['column'])
-            del choice.roles[role]
+        moved: Array = np.abs(q[step:] - q[:-step]) / np.maximum(t[step:] - t[:-step], 1e-9)
+        ratio = float(np.mean(np.abs(v))) * factors[1] / max(
+            float(np.mean(moved)) * factors[0], 1e-12)
+        if ratio <= 1.0 / APART or ratio >= APART:
+            choice.left[candidate.column] = (
+                f'no unit, and {ratio:.3g} times the derivative of the position: '
+                f'--unit {candidate.meaning.stem}=UNIT')
+            del blocks[velocity], choice.roles[role]
 
-    def _ratio(self, data: dict[str, Any], blocks: dict[str, dict[str, Any]], choice: Choice
-               ) -> None:
+    def _ratio(self, blocks: dict[str, dict[str, Any]], choice: Choice) -> None:
         """Ask for the gear ratio and for a sign, where the two encoders do not move alike."""
-        scales = [self._scale_of(blocks[role], POSITION, self.kind) for role in POSITIONS]
-        motor, arm = (choice.roles[role].values for role in POSITIONS)
-        slope = robust_slope(arm, motor)
+        motor, arm = (choice.roles[role] for role in POSITIONS)
+        slope = robust_slope(arm.values, motor.values)
         if slope is None:
             return
         if slope < 0.0 and not any(self._stated(f'signals.{role}.sign') for role in POSITIONS):
-            self._ask('sign', f'{choice.roles["arm_position"].meaning.label} runs against '
-                      f'{choice.roles["motor_position"].meaning.label}',
+            self._ask('sign', f'{arm.meaning.label} runs against {motor.meaning.label}',
                       '--set signals.arm_position.sign=-1 (or 1 if it does so)')
-        if scales[0] is None or scales[1] is None or self._stated('gear_ratio'):
-            return
+        scales = [self._scale_of(blocks[role], POSITION, self._axis(choice)) for role in POSITIONS]
         ratio = abs(slope) * scales[0] / scales[1]
+        if np.isnan(ratio) or self._stated('gear_ratio'):
+            return
         unit = next((name for name, factor in units_of(POSITION, ROTARY).items() for ends in (
             factor, 1.0 / factor) if factor != 1.0 and abs(ratio / ends - 1.0) < 0.02), '')
-        if unit:
-            self._ask('ratio', f'the motor moves {ratio:.4g} times as much as the arm, which '
-                      'looks like a unit', f'--unit motor={unit} (or arm), or --set gear_ratio=N')
-        elif abs(ratio - 1.0) > GEARED:
-            self._ask('ratio', f'the motor moves {ratio:.4g} times as much as the arm',
-                      f'--set gear_ratio={round(ratio) if ratio > 1.5 else 1} (1: both are at the '
-                      'output)')
+        if unit or abs(ratio - 1.0) > GEARED:
+            self._ask('ratio', f'the motor moves {ratio:.4g} times as much as the arm' + (
+                ', which looks like a unit' if unit else ''), f'--unit motor={unit} (or arm), or '
+                '--set gear_ratio=N' if unit else '--set gear_ratio='
+                f'{round(ratio) if ratio > 1.5 else 1} (1: both are at the output)')
 
     def _grippers(self, data: dict[str, Any], choices: Sequence[Choice]) -> None:
         """Ask for the unit of a gripper in percent among joints whose unit was stated."""
@@ -561,37 +519,32 @@ class _Proposal:
             if not words & vocabulary()['grippers'] or not role or choice.roles[
                     role].meaning.unit:
                 continue
+            low, high = (f(choice.roles[role].values) for f in (np.nanmin, np.nanmax))
             if self.answers.units.get(choice.joint) == NONE:
-                self.used.add(f'--unit {choice.joint}')
                 del data['joints'][choice.joint]
-                continue
-            values = choice.roles[role].values
-            if choice.joint not in self.answers.units and np.nanmin(values) >= 0.0 and \
-                    WIDE < np.nanmax(values) <= 100.0:
-                self._ask('gripper', f'{choice.joint}: from {np.nanmin(values):.3g} to '
-                          f'{np.nanmax(values):.3g}, maybe percent of its travel', '--unit '
-                          f'{choice.joint}=none (left out), or --unit {choice.joint}=deg (or m)')
+            elif choice.joint not in self.answers.units and low >= 0.0 and WIDE < high <= 100.0:
+                self._ask('gripper', f'{choice.joint}: from {low:.3g} to {high:.3g}, maybe '
+                          f'percent of its travel', f'--unit {choice.joint}=none (left out), or '
+                          f'--unit {choice.joint}=deg (or m)')
 
     def _blanks(self, data: dict[str, Any], time: FoundTime) -> None:
         """Give each signal its own time where curves have their samples in different rows."""
         blocks = [block for signals in (data.get('joints') or {'': data['signals']}).values()
                   for block in signals.values()]
-        clocks = {self.columns[block['column']].clock for block in blocks}
-        other = found_time(self.table.path, [c for c in self.table.columns if c.name.startswith(
+        columns = [self.columns[block['column']] for block in blocks]
+        clocks = [self.columns[c.clock].values for c in columns if c.clock]
+        beside = found_time(self.table.path, [c for c in self.table.columns if c.name.startswith(
             BESIDE) and not c.clock], {})
-        if other is not None:
+        if beside is not None:
             for block in blocks:
                 if block['column'].startswith(BESIDE):
-                    block['time'] = other.block
-        elif clocks != {''}:
-            values = [self.columns[clock].values for clock in clocks if clock]
-            if all(np.array_equal(values[0], own) for own in values):
-                return
-            for block in blocks:
-                clock = self.columns[block['column']].clock
-                block['time'] = {**time.block, **({'column': clock} if clock else {})}
-        elif time.named and any(np.isnan(self.columns[block['column']].values.astype(
-                float)).mean() > BLANK for block in blocks):
+                    block['time'] = beside.block
+        elif clocks and not all(np.array_equal(clocks[0], own) for own in clocks):
+            for block, column in zip(blocks, columns):
+                own = {'column': column.clock} if column.clock else {}
+                block['time'] = {**time.block, **own}
+        elif not clocks and time.named and any(
+                np.isnan(c.values.astype(float)).mean() > BLANK for c in columns):
             for block in blocks:
                 block['time'] = dict(time.block)
             self.assumptions.append('Empty cells: each curve has its own samples; they are '
@@ -601,22 +554,23 @@ class _Proposal:
                         choices: Sequence[Choice], time: FoundTime) -> None:
         """Raise InputError: an answer was stated that nothing of `data` needs."""
         answers = self.answers
-        roles = {name for choice in choices for role in choice.roles for name in _names_of(role)}
-        names = {*time.labels, 'time', *roles, *(
-            n for m in listed for n in (m.label, m.stem, m.joint))}
-        for name, unit in answers.units.items():
-            if name not in names and not self.questions:
-                raise InputError(f'--unit {name}={unit}: no such role, joint or column, expected '
-                                 f'one of {", ".join(sorted(filter(None, names)))[:400]}')
         if self.questions:  # whose answers may need it
             return
-        for option, value, why in (
-                ('--counts-per-turn', answers.counts, 'no signal is in counts'),
-                ('--torque-constant', answers.torque_constants, 'no effort needs one')):
-            if value and option not in self.used:
+        names = {*time.labels, 'time', *(n for m in listed for n in (m.label, m.stem, m.joint)), *(
+            name for choice in choices for role in choice.roles for name in _names_of(role))}
+        for name, unit in answers.units.items():
+            if name not in names:
+                raise InputError(f'--unit {name}={unit}: no such role, joint or column, expected '
+                                 f'one of {", ".join(sorted(filter(None, names)))[:400]}')
+        for option, value, used, why in (
+                ('--counts-per-turn', answers.counts, '--counts-per-turn' in self.used,
+                 'no signal is in counts'),
+                ('--torque-constant', answers.torque_constants or None,
+                 '--torque-constant' in self.used, 'no effort needs one'),
+                ('--episode', answers.episode, 'segment' in data['time'],
+                 'no column tells episodes apart')):
+            if value is not None and not used:
                 raise InputError(f'{option}: {why}, expected no such option')
-        if answers.episode is not None and 'segment' not in data['time']:
-            raise InputError(f'--episode {answers.episode}: no column tells episodes apart')
 
     # --- table ----------------------------------------------------------------------------------
     def _rows(self, listed: Sequence[Meaning], choices: Sequence[Choice], time: FoundTime
@@ -645,10 +599,8 @@ class _Proposal:
             alike = re.sub(rf'\b{re.escape(meaning.joint)}\b', '', why) if meaning.joint else why
             families.setdefault((meaning.stem, role, unit, alike), (why, []))[1].append(
                 meaning.label)
-        for (_, role, unit, _), (why, labels) in families.items():
-            rows.append((labels[0] if len(labels) == 1 else f'{labels[0]} ... {labels[-1]}', role,
-                         unit, why))
-        return rows
+        return rows + [(labels[0] if len(labels) == 1 else f'{labels[0]} ... {labels[-1]}', role,
+                        unit, why) for (_, role, unit, _), (why, labels) in families.items()]
 
 
 def robust_slope(x: Array, y: Array) -> float | None:

@@ -120,10 +120,6 @@ class Mapping:
     text: TextFormat = FOUND
     joints: tuple[str, ...] = ()
 
-    def kind_of(self, name: str) -> SignalKind:
-        """Return the SignalKind of the signal `name`."""
-        return kind_of(name)
-
 
 def kind_of(name: str) -> SignalKind:
     """Return the SignalKind of the signal `name`, 'JOINT:QUANTITY' of a robot."""
@@ -329,24 +325,18 @@ def _signal(name: str, block: Any, source: str, axis: str) -> SignalMapping:
         raise InputError(f'{source}: {where}.bits: missing, expected the bits of this coding')
     values = dict(block)
     if 'unit' in block:
-        values['unit_scale'], values['complete'] = _unit(block, where, source, quantity, axis)
+        try:
+            values['unit_scale'], complete = unit_factor(block['unit'], quantity, axis)
+        except InputError as error:
+            raise InputError(f'{source}: {where}.unit: {error}') from None
+        second = [key for key in ('counts_per_rev', 'torque_constant') if key in block]
+        if complete and second:
+            raise InputError(f'{source}: {where}.{second[0]}: with unit {block["unit"]!r}, '
+                             'expected one of the two')
+        values['complete'] = complete or bool(second) or 'scale' in block
+        if quantity != EFFORT and not values['complete']:
+            raise InputError(f'{source}: {where}.unit: {block["unit"]!r} needs a factor to SI, '
+                             'expected counts_per_rev or scale')
     if 'time' in block:
         values['time'] = _time(block['time'], source, f'{where}.time')
     return SignalMapping(**values)
-
-
-def _unit(block: Table[str, Any], where: str, source: str, quantity: str, axis: str
-          ) -> tuple[float, bool]:
-    """Return (factor to SI, whether the unit and its constants make SI) of a block's unit."""
-    try:
-        factor, complete = unit_factor(block['unit'], quantity, axis)
-    except InputError as error:
-        raise InputError(f'{source}: {where}.unit: {error}') from None
-    second = [key for key in ('counts_per_rev', 'torque_constant') if key in block]
-    if complete and second:
-        raise InputError(f'{source}: {where}.{second[0]}: with unit {block["unit"]!r}, expected '
-                         'one of the two')
-    if not complete and not second and quantity != EFFORT and 'scale' not in block:
-        raise InputError(f'{source}: {where}.unit: {block["unit"]!r} needs a factor to SI, '
-                         'expected counts_per_rev or scale')
-    return factor, complete or bool(second) or 'scale' in block

@@ -10,7 +10,8 @@ which side of the gear, and the others are the name or number of the joint.
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, reduce
+from operator import and_
 import re
 from typing import Any
 
@@ -25,6 +26,7 @@ _GERMAN = re.compile(r'(?i)(?<![a-z])(ist|soll|motor|achs|gelenk)'
                      r'(position|winkel|lage|drehzahl|geschwindigkeit|moment|strom)')
 _WORD = re.compile(r'[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+|[^\W\d_]+')
 JOINT = re.compile(r'(?i)(joint|axis|j|a)[ _]?\d+')
+AXES = (('q_A', 'd_A'), ('i_q', 'i_d'))  # of a current
 ALL = 0.8  # share of the names of a file that a product of joints and signals makes up
 
 
@@ -57,17 +59,16 @@ class Meaning:
             frozenset()
 
     @property
-    def words(self) -> list[str]:
+    def words(self) -> tuple[str, ...]:
         """Words of the name without those of the joint."""
-        return [word for word in words_of(self.label) if word not in self.own_words]
+        return tuple(word for word in words_of(self.label) if word not in self.own_words)
 
     @property
     def stem(self) -> str:
         """The label without the words of its joint, as an option takes it."""
         if not self.joint:
             return self.label
-        plain = re.sub(r'[\[(<{]([^\])>}]*)[\])>}]', _inside, self.label)
-        return '_'.join(word for word in _WORD.findall(plain)
+        return '_'.join(word for word in _WORD.findall(_without_brackets(self.label))
                         if word.lower() not in self.own_words)
 
     @property
@@ -80,16 +81,14 @@ class Meaning:
 
 
 @lru_cache(65536)
-def _words_of(label: str) -> tuple[str, ...]:
-    plain = re.sub(r'[\[(<{]([^\])>}]*)[\])>}]', _inside, label)
-    plain = re.sub(r'(?i)feed[ _-]?back', 'feedback', plain)
-    plain = _GERMAN.sub(r'\1 \2', plain)
-    return tuple(word.lower() for word in _WORD.findall(plain))
-
-
-def words_of(label: str) -> list[str]:
+def words_of(label: str) -> tuple[str, ...]:
     """Return the words of a `label` in lower case; 'motorPos_rad[3]' is motor, pos, rad and 3."""
-    return list(_words_of(label))
+    plain = re.sub(r'(?i)feed[ _-]?back', 'feedback', _without_brackets(label))
+    return tuple(word.lower() for word in _WORD.findall(_GERMAN.sub(r'\1 \2', plain)))
+
+
+def _without_brackets(label: str) -> str:
+    return re.sub(r'[\[(<{]([^\])>}]*)[\])>}]', _inside, label)
 
 
 def _inside(match: re.Match[str]) -> str:
@@ -111,46 +110,38 @@ def meaning_of(label: str, unit: str = '') -> Meaning:
     The joint is left as the words that the vocabulary does not know; see `meanings`.
     """
     known = vocabulary()
-    words = words_of(label)
-    axis = _rotating_axis(words)
-    words = [word for word in words if word not in axis]
-    unit = standard_unit(unit) or unit_of_label(label)[1]
-    abbreviations: set[str] = set()
+    words, unit = list(words_of(label)), standard_unit(unit) or unit_of_label(label)[1]
+    axis = {'d', 'q'} & set(words) if known['rotating'] & set(words) else set()
+    if len(axis) == 1:  # of a current or voltage, as in 'q_current'
+        words = [word for word in words if word not in axis]
     quantity = _quantity(words, unit)
     leaf = words_of(re.split(r'[./]', label.rstrip('./'))[-1])
     sources = _kinds('sources', words, frozenset(words) - frozenset(leaf)) or _kinds(
         'sources', words)
-    if 'd' in words[1:] and quantity in (POSITION, VELOCITY, EFFORT, ACCELERATION):
-        sources.insert(0, SETPOINT)  # q_d, tau_J_d: desired
-        abbreviations.add('d')
-    if {'controller', 'input'} <= set(words) or ('as', 'pos') in zip(words, words[1:]):
-        sources = [SETPOINT]  # of an ODrive, of KUKA RSI
-    if 'd' in axis:
+    desired = 'd' in words[1:] and quantity in (POSITION, VELOCITY, EFFORT, ACCELERATION)
+    if axis == {'d'}:
         sources = [PART]  # makes no torque
-    if len(sources) > 1:
-        sources = [source for source in sources if source != MEASURED] or sources
+    elif {'controller', 'input'} <= set(words) or ('as', 'pos') in zip(words, words[1:]):
+        sources = [SETPOINT]  # of an ODrive, of KUKA RSI
+    elif desired:  # q_d, tau_J_d
+        sources = [SETPOINT]
+    source = next((own for own in sources if own != MEASURED), MEASURED if sources else '')
     implied = quantity == NOTHING and SETPOINT in sources
-    if implied:
+    if implied or quantity == NOTHING and {'observation', 'state'} <= set(words):
         quantity = POSITION
-    if 'current' in words and quantity in (POSITION, VELOCITY) and sources == [MEASURED]:
-        abbreviations.add('current')
-    source = sources[0] if sources else ''
     if quantity == EFFORT and source == MEASURED and not set(words) - {'current', 'currents'} & \
             known['sources'][MEASURED]:
         source = ''
     side = next(iter(_kinds('sides', words, frozenset(
         {'load', 'drive', 'input'} if quantity == EFFORT else {'drive'}))), '')
-    if 'observation' in words and 'state' in words and quantity == NOTHING:
-        quantity = POSITION
-    foreign = set(words) & known['foreign']
+    foreign = bool(set(words) & known['foreign'])
     if foreign and quantity != TIME:
         quantity = NOTHING
-    first = words[0] if words else ''
-    if quantity == NOTHING and first in ('p', 'v') and not foreign:
-        quantity, abbreviations = (POSITION if first == 'p' else VELOCITY), {first}
+    short = quantity == NOTHING and words[:1] in (['p'], ['v']) and not foreign
+    if short:
+        quantity = POSITION if words[0] == 'p' else VELOCITY
     unexplained = [word for k, word in enumerate(words) if word not in _all_words()
-                   and word not in abbreviations - {first} and not (
-                       k == 0 and word in abbreviations)]
+                   and not (desired and word == 'd' if k else short)]
     if quantity == NOTHING and source == MEASURED and {'joint', 'joints'} & set(words) and all(
             word.isdigit() for word in unexplained) and not foreign:
         quantity = POSITION  # feedBack.joints[3]: what is measured of a joint as such
@@ -180,13 +171,6 @@ def run_of(name: str) -> tuple[bool, tuple[str, ...]]:
         frozenset().union(*known['quantities'].values(), *known['sides'].values())
     return (not known['sources'][SETPOINT].isdisjoint(words),
             tuple(w for w in words if w not in common))
-
-
-def _rotating_axis(words: Sequence[str]) -> set[str]:
-    """Return which of 'd' and 'q' are the axes of a current or voltage, as in 'q_current'."""
-    return {'d', 'q'} & set(words) if set(words) & {
-        'current', 'currents', 'curr', 'voltage', 'voltages', 'id', 'vq', 'vd'} and not (
-        'q' in words and 'd' in words) else set()
 
 
 def _quantity(words: Sequence[str], unit: str) -> str:
@@ -354,20 +338,18 @@ def _by_notation(columns: Sequence[Meaning]) -> list[Meaning]:
     result = []
     for column in columns:
         words, axis = set(words_of(column.label)), column.label.rpartition('.')[2]
-        changes: dict[str, Any] = {}
-        for pair in (('q_A', 'd_A'), ('i_q', 'i_d')):
-            if axis in pair and set(pair) <= endings:
-                changes = {'quantity': EFFORT, 'unit': 'A', 'joint': '', 'why': f"'{axis}'",
-                           'source': '' if axis == pair[0] else PART, 'side': ''}
         moving = column.quantity in (POSITION, VELOCITY)
-        if not changes and estimated and 'input' in words and (moving
-                                                              or column.quantity == EFFORT):
+        pair = next((own for own in AXES if axis in own and set(own) <= endings), None)
+        changes: dict[str, Any] = {}
+        if pair is not None:
+            changes = {'quantity': EFFORT, 'unit': 'A', 'joint': '', 'why': f"'{axis}'",
+                       'source': '' if axis == pair[0] else PART, 'side': ''}
+        elif estimated and 'input' in words and (moving or column.quantity == EFFORT):
             changes = {'source': SETPOINT, 'side': ''}
-        elif not changes and elastic and not column.side and moving:
-            if words & {'theta', 'dtheta'}:
-                changes = {'side': 'motor', 'why': f'{column.why}; of the motor, with q'}
-            elif words & {'q', 'dq'}:
-                changes = {'side': 'arm', 'why': f'{column.why}; of the link, with theta'}
+        elif elastic and not column.side and moving and words & {'theta', 'dtheta'}:
+            changes = {'side': 'motor', 'why': f'{column.why}; of the motor, with q'}
+        elif elastic and not column.side and moving and words & {'q', 'dq'}:
+            changes = {'side': 'arm', 'why': f'{column.why}; of the link, with theta'}
         result.append(replace(column, **changes))
     return result
 
@@ -384,9 +366,7 @@ def _joints(columns: Sequence[Meaning]) -> list[tuple[str, ...]]:
         return []
     parts = [tuple(column.joint.split()) for column in columns]
     # What all names contain tells no joint; a number counts as often as all have it.
-    common = Counter(parts[0])
-    for part in parts:
-        common &= Counter(part)
+    common = reduce(and_, map(Counter, parts))
     distinct = [_without(part, common) for part in parts]
     signals = [(c.quantity, c.source, c.side, c.quantity == EFFORT and bool(
         c.unit in units_of(EFFORT, 'input') or set(words_of(c.label)) & set(
@@ -394,12 +374,10 @@ def _joints(columns: Sequence[Meaning]) -> list[tuple[str, ...]]:
     numbers = _counting(signals, distinct)
     none: list[tuple[str, ...]] = [()] * len(columns)
     several = len(set(signals)) > 1
-    signals_of: dict[str, set[object]] = {}
-    for signal, part in zip(signals, distinct):
-        for word in part:
-            signals_of.setdefault(word, set()).add(signal)
     # A word that one signal alone has is of that signal: 'process' in 'hip_process_value'.
-    shared = [tuple(word for word in part if len(signals_of[word]) > 1) for part in distinct]
+    signals_of_word = Counter(word for word, _ in {
+        (word, signal) for signal, part in zip(signals, distinct) for word in part})
+    shared = [tuple(word for word in part if signals_of_word[word] > 1) for part in distinct]
     # A word at one column alone tells an encoder from another, not a joint from no joint.
     readings = [none, *(keys for keys in (numbers, shared, distinct) if len(
         set(keys) - {()}) > 1 and (
@@ -409,13 +387,9 @@ def _joints(columns: Sequence[Meaning]) -> list[tuple[str, ...]]:
 
 def _without(words: Sequence[str], excluded: Mapping[str, int]) -> tuple[str, ...]:
     """Return `words` without the first so many of each word that is excluded."""
-    budget, result = Counter(excluded), []
-    for word in words:
-        if budget[word] > 0:
-            budget[word] -= 1
-        else:
-            result.append(word)
-    return tuple(result)
+    seen = Counter[str]()
+    return tuple(word for word in words if (
+        seen.update([word]) or seen[word]) > excluded.get(word, 0))
 
 
 def _filled(keys: Sequence[tuple[str, ...]], signals: Sequence[tuple[object, ...]]) -> float:
@@ -429,11 +403,10 @@ def _counting(signals: Sequence[tuple[object, ...]], parts: Sequence[tuple[str, 
               ) -> list[tuple[str, ...]]:
     """Return the numbers in each of `parts` that not all columns of its signal have."""
     numbers = [tuple(word for word in part if word.isdigit()) for part in parts]
-    fixed: dict[object, Counter[str]] = {}
-    counts = Counter(signals)
+    of_signal: dict[object, list[Counter[str]]] = {}
     for signal, own in zip(signals, numbers):
-        fixed[signal] = fixed.get(signal, Counter(own)) & Counter(own)
-    return [own if counts[signal] == 1 else _without(own, fixed[signal])
+        of_signal.setdefault(signal, []).append(Counter(own))
+    return [own if len(of_signal[signal]) == 1 else _without(own, reduce(and_, of_signal[signal]))
             for signal, own in zip(signals, numbers)]
 
 

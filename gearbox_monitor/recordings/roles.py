@@ -166,53 +166,43 @@ def correlation(a: Array, b: Array) -> float:
 # --- positions, velocities ----------------------------------------------------------------------
 def _positions(choice: Choice, columns: Sequence[NamedColumn], refused: set[str]) -> None:
     """Choose the encoders of motor and arm."""
-    measured, filtered = (_kind(columns, POSITION, *sources) for sources in (
-        (MEASURED, ''), (FILTERED, RELATIVE)))
-    candidates = measured or filtered
-    missing = [role for role in ('motor_position', 'arm_position')
-               if role not in choice.roles and role not in refused]
+    missing = [side for side in ('motor', 'arm')
+               if f'{side}_position' not in {*choice.roles, *refused}]
     own = [c for role, c in choice.roles.items() if role.endswith('_position')]
-    candidates = [c for c in _preferred(choice, [*own, *candidates]) if c not in own]
+    candidates = [c for c in _preferred(choice, [*own, *(
+        _kind(columns, POSITION, MEASURED, '') or _kind(columns, POSITION, FILTERED, RELATIVE))])
+        if c not in own]
     if not candidates or not missing:
         return
     by_side = {side: [c for c in candidates if c.meaning.side == side]
-               for side in ('motor', 'arm')}
-    silent = [c for c in candidates if not c.meaning.side]
+               for side in ('motor', 'arm', '')}
+    silent, labelled = by_side.pop(''), [c for c in candidates if c.meaning.side]
+    taken: list[tuple[str, NamedColumn, str]] = []
     if len(missing) == 1:
-        side = missing[0].partition('_')[0]
-        chosen = by_side[side] or (silent if own else []) or (
-            [] if own and 'as stated' in choice.reasons.values() else candidates)
-        if len(chosen) == 1:
-            choice.take(missing[0], chosen[0], 'the one without a role')
-        elif chosen:
-            choice.ask('positions', f'{", ".join(c.meaning.stem for c in chosen)}: positions of '
-                       f'one joint, and no name tells the {side}', *(
-                           use_option(side, c.meaning.stem) for c in chosen[:3]),
-                       use_option(side, NONE))
-        return
-    if len(candidates) == 1:
-        side = candidates[0].meaning.side or 'motor'
-        choice.take(f'{side}_position', candidates[0],
-                    'the only position' if side == 'motor' else 'the only position, of the arm')
-        return
-    labelled = [c for side in by_side.values() for c in side]
-    if len(labelled) <= 2 and all(len(side) <= 1 for side in by_side.values()) and not silent:
-        for c in labelled:
-            choice.take(f'{c.meaning.side}_position', c)
-        return
-    if len(silent) == 1 == len(labelled) and abs(correlation(
+        fitting = by_side[missing[0]] or (silent if own else candidates)
+        if len(fitting) > 1:
+            choice.ask('positions', f'{", ".join(c.meaning.stem for c in fitting)}: positions of '
+                       f'one joint, and no name tells the {missing[0]}', *(
+                           use_option(missing[0], c.meaning.stem) for c in fitting[:3]),
+                       use_option(missing[0], NONE))
+        taken = [(missing[0], c, 'the one without a role') for c in fitting * (len(fitting) == 1)]
+    elif len(candidates) == 1:
+        taken = [(candidates[0].meaning.side or 'motor', candidates[0], 'the only position')]
+    elif all(len(side) <= 1 for side in by_side.values()) and not silent:
+        taken = [(c.meaning.side, c, '') for c in labelled]
+    elif len(silent) == 1 == len(labelled) and abs(correlation(
             silent[0].values, labelled[0].values)) > TOGETHER:
         side = labelled[0].meaning.side
-        choice.take(f'{side}_position', labelled[0])
-        choice.take('arm_position' if side == 'motor' else 'motor_position', silent[0],
-                    'the other end')
-        return
-    names = ', '.join(c.meaning.stem for c in candidates)
-    spread = sorted(candidates, key=lambda c: -float(np.nanstd(c.values)))
-    choice.questions.append(OpenQuestion(
-        'positions', f'{names}: positions of one joint, and no name tells motor from arm',
-        f'{use_option("motor", spread[0].meaning.stem)} '
-        f'{use_option("arm", spread[1].meaning.stem)} (or none), or --columns'))
+        taken = [(side, labelled[0], ''),
+                 ('arm' if side == 'motor' else 'motor', silent[0], 'the other end')]
+    else:
+        names = ', '.join(c.meaning.stem for c in candidates)
+        spread = sorted(candidates, key=lambda c: -float(np.nanstd(c.values)))
+        choice.ask('positions', f'{names}: positions of one joint, and no name tells motor from '
+                   'arm', f'{use_option("motor", spread[0].meaning.stem)} '
+                   f'{use_option("arm", spread[1].meaning.stem)} (or none), or --columns')
+    for side, c, why in taken:
+        choice.take(f'{side}_position', c, why)
 
 
 def _velocities(choice: Choice, columns: Sequence[NamedColumn]) -> None:
@@ -234,68 +224,58 @@ def _velocities(choice: Choice, columns: Sequence[NamedColumn]) -> None:
 # --- efforts, setpoints -------------------------------------------------------------------------
 def _efforts(choice: Choice, columns: Sequence[NamedColumn], refused: set[str]) -> None:
     """Choose the motor's effort and the torque of a sensor."""
-    sensors = _kind(columns, EFFORT, SENSOR)
     measured = _kind(columns, EFFORT, MEASURED, '')
     of_arm = [c for c in measured if c.meaning.side == 'arm' and len(measured) > 1]
-    if of_arm and 'motor_position' not in choice.roles and not {'motor_effort'} & {
-            *choice.roles, *refused}:
+    is_open = not {'motor_effort'} & {*choice.roles, *refused}
+    if of_arm and 'motor_position' not in choice.roles and is_open:
         _ask_effort(choice, [*of_arm, *(c for c in measured if c not in of_arm)],
                     'a torque of the arm, of the drive or of a sensor, and another effort')
         return
-    sensors += of_arm
+    sensors = [*_kind(columns, EFFORT, SENSOR), *of_arm]
     measured = [c for c in measured if c not in sensors]
-    commanded = _kind(columns, EFFORT, SETPOINT)
-    filtered = _kind(columns, EFFORT, FILTERED)
+    commanded, filtered = (_kind(columns, EFFORT, source) for source in (SETPOINT, FILTERED))
     if sensors and 'reference_torque' not in {*choice.roles, *refused} and (
             measured or commanded or 'motor_effort' in choice.roles):
-        torques = [c for c in sensors if c.meaning.unit in units_of(
-            EFFORT, ROTARY, PRISMATIC)] or sensors
-        if torques[0].meaning.unit not in COUNTS:  # of which nothing tells the torque
-            choice.take('reference_torque', torques[0], f'a sensor: {torques[0].meaning.why}')
-    if 'motor_effort' in choice.roles or 'motor_effort' in refused:
-        return
-    if measured or commanded or filtered:
+        torque = next((c for c in sensors if c.meaning.unit in units_of(
+            EFFORT, ROTARY, PRISMATIC)), sensors[0])
+        if torque.meaning.unit not in COUNTS:  # of which nothing tells the torque
+            choice.take('reference_torque', torque, f'a sensor: {torque.meaning.why}')
+    if is_open and (measured or commanded or filtered):
         _drive_effort(choice, _preferred(choice, measured or filtered),
                       _preferred(choice, commanded))
-    elif sensors:
-        choice.ask('effort', f'{sensors[0].meaning.stem}: a torque sensor, and no effort of the '
-                   'motor', use_option('reference', sensors[0].meaning.stem),
-                   f'{use_option("effort", sensors[0].meaning.stem)} if it is the motor torque')
+    elif is_open and sensors:
+        stem = sensors[0].meaning.stem
+        choice.ask('effort', f'{stem}: a torque sensor, and no effort of the motor',
+                   use_option('reference', stem),
+                   f'{use_option("effort", stem)} if it is the motor torque')
 
 
 def _drive_effort(choice: Choice, measured: Sequence[NamedColumn],
                   commanded: Sequence[NamedColumn]) -> None:
     """Choose between measured and commanded efforts, torques and what needs a constant."""
     measured = [c for c in measured if np.nanmax(c.values) > np.nanmin(c.values)] or measured
-    torques = [c for c in measured if not c.meaning.is_input]
-    commanded_torques = [c for c in commanded if not c.meaning.is_input]
-    if torques:
-        _take_effort(choice, [c for c in torques if c.meaning.side == 'motor'] or torques,
-                     "torques of one joint, and no name tells which is the motor's")
-    elif measured and commanded_torques:
+    torques, commanded_torques = ([c for c in efforts if not c.meaning.is_input]
+                                  for efforts in (measured, commanded))
+    reason, question = '', "torques of one joint, and no name tells which is the motor's"
+    chosen: Sequence[NamedColumn] = torques or measured
+    chosen = [c for c in chosen if c.meaning.side == 'motor'] or chosen
+    if measured and not torques and commanded_torques:
         first, second = measured[0].meaning.stem, commanded_torques[0].meaning.stem
         choice.ask('effort', f'{first}, {second}: a measured current or duty, and a commanded '
                    'torque', f'{use_option("effort", first)} --torque-constant K (N m per A),',
                    use_option('effort', second))
-    elif measured:
-        of_motor = [c for c in measured if c.meaning.side == 'motor'] or measured
-        if len(of_motor) > 1:
-            of_unit = [c for c in of_motor if c.meaning.unit == 'A' or set(
-                c.meaning.words) & {'current', 'iq', 'i'}]
-            of_motor = of_unit if len(of_unit) == 1 else of_motor
-        _take_effort(choice, of_motor, 'inputs of one motor')
+        return
+    if measured and not torques:
+        currents = [c for c in chosen if c.meaning.unit == 'A'
+                    or {'current', 'iq', 'i'} & set(c.meaning.words)]
+        chosen, question = currents if len(currents) == 1 else chosen, 'inputs of one motor'
+    elif not measured:
+        chosen = commanded_torques or commanded
+        reason, question = 'commanded, the only effort', 'commanded efforts of one joint'
+    if len(chosen) > 1:
+        _ask_effort(choice, chosen, question)
     else:
-        _take_effort(choice, commanded_torques or commanded, 'commanded efforts of one joint',
-                     'commanded, the only effort')
-
-
-def _take_effort(choice: Choice, columns: Sequence[NamedColumn], question: str,
-                 reason: str = '') -> None:
-    """Choose the effort of the motor, or ask which of several `columns` it is."""
-    if len(columns) > 1:
-        _ask_effort(choice, columns, question)
-    else:
-        choice.take('motor_effort', columns[0], reason)
+        choice.take('motor_effort', chosen[0], reason)
 
 
 def _ask_effort(choice: Choice, columns: Sequence[NamedColumn], question: str) -> None:
@@ -313,17 +293,15 @@ def _setpoints(choice: Choice, columns: Sequence[NamedColumn], refused: set[str]
     loose = [c for c in candidates if not c.meaning.unit and c.meaning.implied and (
         position is not None and correlation(position.values, c.values) < FOLLOWED)]
     choice.left |= {c.column: 'a command that the position does not follow' for c in loose}
-    asked = any(question.topic == 'effort' for question in choice.questions)
-    if loose and 'motor_effort' not in {*choice.roles, *refused} and not asked:
+    is_open = 'motor_effort' not in choice.roles and not any(
+        question.topic == 'effort' for question in choice.questions)
+    if loose and is_open and 'motor_effort' not in refused:
         _ask_effort(choice, loose, 'a command that the position does not follow, maybe of the '
                     'torque')
-    candidates = [c for c in candidates if c not in loose]
-    if not candidates:
-        return
-    first, *rivals = _preferred(choice, candidates)
-    if rivals and 'motor_effort' not in choice.roles and not asked:
-        choice.ask('setpoint', f'{", ".join(c.meaning.stem for c in (first, *rivals))}: setpoints '
-                   'of one joint', *(use_option('setpoint', c.meaning.stem)
-                                     for c in (first, *rivals[:2])))
-        return
-    choice.take('motor_setpoint', first)
+    followed = _preferred(choice, [c for c in candidates if c not in loose])
+    if len(followed) > 1 and is_open:
+        stems = [c.meaning.stem for c in followed]
+        choice.ask('setpoint', f'{", ".join(stems)}: setpoints of one joint',
+                   *(use_option('setpoint', stem) for stem in stems[:3]))
+    elif followed:
+        choice.take('motor_setpoint', followed[0])

@@ -19,7 +19,8 @@ import numpy as np
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import AnyArray, Array, Flags, Integers
 from gearbox_monitor.recordings.log_units import EFFORT, standard_unit, TIME, units_of
-from gearbox_monitor.recordings.mapping import key_of, Mapping, SignalMapping, TimeMapping
+from gearbox_monitor.recordings.mapping import (
+    key_of, kind_of, Mapping, SignalMapping, TimeMapping)
 from gearbox_monitor.recordings.table import Table
 from gearbox_monitor.recordings.text import MIN_SAMPLES, RowBlock
 from gearbox_monitor.signals.stamps import evened
@@ -85,7 +86,7 @@ def signals_of(table: Table, mapping: Mapping) -> Signals:
 def signal_blocks(table: Table, mapping: Mapping) -> Iterator[Signals]:
     """Yield the Signals of a table that `is_streamed`, block by block. Raises InputError."""
     shift: int | None = None
-    for part in _parts(table, mapping, *_clocks(mapping)[0]):
+    for part, *_ in _parts(table, mapping, *_clocks(mapping)[0]):
         if not len(part.stamp_ns):
             continue
         if shift is None:
@@ -127,19 +128,9 @@ def _read(table: Table, mapping: Mapping, time: TimeMapping, names: Iterable[str
         yield block, {name: column.name for name, column in columns.items()}
 
 
-@dataclass(frozen=True)
-class _Part:
-    """Signals of one clock in some rows; segments: of each, None without; count: rows so far."""
-
-    stamp_ns: Integers
-    values: Dict[str, Array]
-    segments: AnyArray | None
-    count: int
-
-
 def _parts(table: Table, mapping: Mapping, time: TimeMapping, names: list[str]
-           ) -> Iterator[_Part]:
-    """Yield the signals `names` of one clock, block by block."""
+           ) -> Iterator[tuple[Signals, AnyArray, int]]:
+    """Yield (signals `names` of one clock, segment of each row, rows so far), block by block."""
     zeros: dict[str, float] = {}
     count, sparse = 0, len(_clocks(mapping)) > 1
     for block, columns in _read(table, mapping, time, names):
@@ -150,29 +141,29 @@ def _parts(table: Table, mapping: Mapping, time: TimeMapping, names: list[str]
         keep = np.full(len(rows), True)
         if sparse:  # empty cells where another curve has its samples
             keep = np.any([np.isfinite(converted[name]) for name in names], axis=0)[rows]
-        segments = block.values[columns['segment']][rows] if 'segment' in columns else None
-        if segments is not None and time.only is not None:
-            keep = keep & (segments == time.only)
-        yield _Part(stamps[keep], {name: x[rows[keep]] for name, x in converted.items()},
-                    None if segments is None else segments[keep], count)
+        segments = block.values[columns['segment']] if 'segment' in columns else np.zeros(
+            len(block.numbers))
+        if time.only is not None:
+            keep = keep & (segments[rows] == time.only)
+        yield Signals(stamps[keep], {name: x[rows[keep]] for name, x in converted.items()}), \
+            segments[rows[keep]], count
 
 
 def _one_clock(table: Table, mapping: Mapping, time: TimeMapping, names: list[str],
                notes: list[str]) -> Signals:
     """Return the signals `names` of one clock."""
-    parts = list(_parts(table, mapping, time, names))
-    stamps = np.concatenate([np.empty(0, np.int64), *(part.stamp_ns for part in parts)])
+    parts, segments, counts = zip(*_parts(table, mapping, time, names))
+    stamps = np.concatenate([part.stamp_ns for part in parts])
     if len(stamps) < MIN_SAMPLES:
         raise InputError(f'{table.path}: {len(stamps)} samples of {", ".join(names)[:200]}, '
                          f'expected at least {MIN_SAMPLES}')
     if time.segment is not None:
-        stamps, note = in_one_line(stamps, np.concatenate([
-            part.segments for part in parts if part.segments is not None]))
+        stamps, note = in_one_line(stamps, np.concatenate(segments))
         notes += note
     if time.stamps == 'even':
         stamps, note = even_stamps(table.path, stamps)
         notes += note
-    lost = parts[-1].count - len(stamps)
+    lost = counts[-1] - len(stamps)
     if lost and len(_clocks(mapping)) < 2 and time.only is None:
         notes.append(f'time: {lost} rows without a time are left out')
     return Signals(stamps, {name: np.concatenate([part.values[name] for part in parts])
@@ -367,7 +358,7 @@ def _converted(path: Path, mapping: Mapping, name: str, block: RowBlock, column:
             zeros[name] = float(value[~missing][0])
         zero = zeros.get(name, 0.0)
     value = ((value - float(zero)) * signal.scale + signal.offset) * signal.factor()
-    kind = mapping.kind_of(name)
+    kind = kind_of(name)
     if kind.motor_side:
         ratio = mapping.gear_ratio
         value = value * ratio if kind.quantity == EFFORT else value / ratio

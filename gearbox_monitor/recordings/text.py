@@ -217,30 +217,21 @@ def _named(text: TextFormat, rows: Sequence[tuple[int, list[str]]], lines: Seque
 def _scope_layout(text: TextFormat, rows: Sequence[tuple[int, list[str]]], width: int
                   ) -> TextLayout | None:
     """Return the layout of a TwinCAT scope: properties by row, each curve behind its time."""
-    by_key: dict[str, list[str]] = {}
-    first = 0
-    for number, cells in rows:
-        if len(cells) == width and is_number(cells[0], text) and by_key:
-            first = number
-            break
-        if len(cells) == width:
-            by_key[cells[0].strip()] = [cell.strip() for cell in cells]
+    whole = [(number, cells) for number, cells in rows if len(cells) == width]
+    first = next((number for number, cells in whole[1:] if is_number(cells[0], text)), 0)
+    by_key = {cells[0].strip(): [cell.strip() for cell in cells]
+              for number, cells in whole if number < first}
     names = by_key.get('Name', [])
     if not first or width < 2 or 'SampleTime[ms]' not in by_key:
         return None
     units = by_key.get('Unit', [''] * width)
-    clocks: dict[int, int] = {}
-    time = 0
-    for k, name in enumerate(names):
-        if name == 'Name':
-            time = k
-        else:
-            clocks[k] = time
-    labels = [f'time {names[k + 1] if k + 1 < width else k}' if name == 'Name' else name
+    times = [k for k, name in enumerate(names) if name == 'Name']
+    labels = [f'time {names[min(k + 1, width - 1)]}' if k in times else name
               for k, name in enumerate(names)]
     return TextLayout(text, tuple(labels), tuple(
-        'ms' if name == 'Name' else standard_unit(unit) for name, unit in zip(names, units)),
-        first, clocks=clocks)
+        'ms' if k in times else standard_unit(unit) for k, unit in enumerate(units)), first, {
+            k: max((time for time in times if time < k), default=0)
+            for k in range(len(names)) if k not in times})
 
 
 def _labels(rows: list[list[str]], width: int) -> tuple[list[str], list[str]]:
@@ -262,12 +253,10 @@ def _labels(rows: list[list[str]], width: int) -> tuple[list[str], list[str]]:
 
 def _preamble_units(rows: Sequence[tuple[int, list[str]]], width: int) -> list[str]:
     """Return the units in a row above the header with as many cells, most of them units."""
-    for _, cells in rows:
-        units = [standard_unit(cell) for cell in cells]
-        if len(cells) == width and 2 * sum(map(bool, units)) > sum(
-                bool(cell.strip()) for cell in cells):
-            return units
-    return [''] * width
+    above = ([standard_unit(cell) for cell in cells] for _, cells in rows if len(cells) == width
+             and 2 * sum(bool(standard_unit(cell)) for cell in cells) > sum(
+                 bool(cell.strip()) for cell in cells))
+    return next(above, [''] * width)
 
 
 def _echoed(row: Sequence[str], text: TextFormat) -> list[str]:

@@ -67,8 +67,7 @@ def found_time(path: Path, columns: Sequence[Column], units: Mapping[str, str], 
         name: of the column, as the user states it; '' for none.
     """
     meaning = {c.name: meaning_of(c.name, c.unit) for c in columns}
-    episode = next((c for c in columns if c.name in EPISODES and len(np.unique(c.values)) > 1),
-                   None)
+    episode = _episode(columns)
     candidates = [c for c in columns if c.name == name or not name and (
         _is_date(c) or c.values.dtype.kind in 'iuf' and meaning[c.name].quantity != COUNTER
         and c is not episode)]
@@ -77,9 +76,7 @@ def found_time(path: Path, columns: Sequence[Column], units: Mapping[str, str], 
     for column in candidates:
         is_named = meaning[column.name].quantity == TIME or _is_date(column) or (
             column.name == name)
-        if time is not None and not is_named:
-            break
-        if set(words_of(column.name)) & NANO and not name:
+        if set(words_of(column.name)) & NANO and not name or time is not None and not is_named:
             continue
         this = _as_time(path, column, columns, units.get(column.name, ''), is_named, episode)
         if this is not None and time is not None:
@@ -87,6 +84,21 @@ def found_time(path: Path, columns: Sequence[Column], units: Mapping[str, str], 
                                           f'{column.name}: another time, not used.'))
         time = time or this
     return time
+
+
+def at_rate(rate: float, columns: Sequence[Column]) -> FoundTime:
+    """Return the FoundTime of `columns` [N] that are sampled at a constant `rate`, Hz."""
+    block: dict[str, Any] = {'rate': rate}
+    episode = _episode(columns)
+    if episode is not None:
+        block['segment'] = episode.name
+    return FoundTime(np.arange(len(columns[0].values)) / rate, block, (
+        () if episode is None else (episode.name,)), named=False)
+
+
+def _episode(columns: Sequence[Column]) -> Column | None:
+    """Return the column that tells episodes apart, None without several."""
+    return next((c for c in columns if c.name in EPISODES and len(np.unique(c.values)) > 1), None)
 
 
 def _is_date(column: Column) -> bool:
@@ -155,7 +167,8 @@ def _is_usual(column: Column, unit: str) -> bool:
     """Return whether the sample time is that of a controller, if `column` is in `unit`."""
     if column.values.dtype.kind not in 'iuf':
         return True
-    step = np.diff(column.values[np.isfinite(column.values.astype(float))].astype(float))
+    values = column.values.astype(float)
+    step = np.diff(values[np.isfinite(values)])
     return len(step) > 0 and USUAL[0] <= float(np.median(step)) * units_of(TIME)[
         unit] * 1e-9 <= USUAL[1]
 

@@ -256,7 +256,7 @@ BAD_NUMBERS = [
     (('--counts-per-turn', '0'), '--counts-per-turn: 0, expected > 0'),
     (('--torque-constant', '0'), '--torque-constant: 0, expected > 0'),
     (('--counts-per-turn', '4096'), '--counts-per-turn: no signal is in counts'),
-    (('--episode', '2'), '--episode 2: no column tells episodes apart'),
+    (('--episode', '2'), '--episode: no column tells episodes apart'),
     (('--use', 'effort=none', '--torque-constant', '2'),
      '--torque-constant: no effort needs one'),
     (('--topic', 'x'), '--topic: no effect with a log as FILE'),
