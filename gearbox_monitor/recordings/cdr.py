@@ -14,6 +14,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
+from rosbags.typesys import get_typestore, Stores
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.kernel import entry, inline
@@ -22,7 +23,7 @@ from gearbox_monitor.kernels.types import Array, Bytes, Flags, Integers, Numbers
 MESSAGE = 5  # opcode
 MESSAGE_HEAD = 31  # opcode, length, channel, sequence, log time, publish time
 CHANNELS = 1 << 16
-U8, U9, U15, U23, U31 = (np.uint64(k) for k in (8, 9, 15, 23, 31))
+U9, U15, U23, U31 = (np.uint64(k) for k in (9, 15, 23, 31))
 Message: TypeAlias = tuple[str, int, int, bytes]  # topic, log_ns, publish_ns, CDR bytes
 
 
@@ -192,6 +193,7 @@ def block_of(topics: Sequence[str], messages: Sequence[Message]) -> MessageBlock
         np.array([publish_ns for *_, publish_ns, _ in messages], np.int64))
 
 
+STATE_TYPE = 'sensor_msgs/msg/JointState'
 FIELDS = ('position', 'velocity', 'effort')
 LITTLE_ENDIAN = b'\x00\x01\x00\x00'
 MAX_JOINTS = 4096   # no robot has more: a message of a million names would take minutes
@@ -480,34 +482,15 @@ def joint_state_rows(stamp_ns: npt.ArrayLike, names: Sequence[str],
 def _template(names: tuple[str, ...], present: tuple[str, ...], frame_id: str
               ) -> tuple[bytes, Any]:
     """Return (message of the joints `names` with zeros, dtype that finds its values)."""
-    head = bytearray(LITTLE_ENDIAN + bytes(8))
-    _put_text(head, frame_id)
-    _put_count(head, len(names))
-    for name in names:
-        _put_text(head, name)
-    offsets = {}
-    for field in FIELDS:
-        if field not in present:
-            _put_count(head, 0)
-            continue
-        _put_count(head, len(names))
-        head.extend(bytes(_aligned(len(head), 8) - len(head)))
-        offsets[field] = len(head)
-        head.extend(bytes(8 * len(names)))
-    return bytes(head), np.dtype({
-        'names': ['sec', 'nanosec', *offsets],
+    store, zeros = get_typestore(Stores.ROS2_JAZZY), np.zeros(len(names))
+    header = store.types['std_msgs/msg/Header'](
+        store.types['builtin_interfaces/msg/Time'](0, 0), frame_id)
+    head = bytes(store.serialize_cdr(store.types[STATE_TYPE](header, list(names), *(
+        zeros if field in present else zeros[:0] for field in FIELDS)), STATE_TYPE))
+    layout = read_layout(head)
+    assert layout is not None  # up to MAX_JOINTS
+    offsets = {field: layout.offsets[FIELDS.index(field)] for field in FIELDS if field in present}
+    return head, np.dtype({
+        'names': ['sec', 'nanosec', *offsets], 'offsets': [4, 8, *offsets.values()],
         'formats': ['<i4', '<u4', *(('<f8', (len(names),)) for _ in offsets)],
-        'offsets': [4, 8, *offsets.values()],
-        'itemsize': len(head),
-    })
-
-
-def _put_count(head: bytearray, count: int) -> None:
-    head.extend(bytes(_aligned(len(head), 4) - len(head)))
-    head.extend(struct.pack('<I', count))
-
-
-def _put_text(head: bytearray, text: str) -> None:
-    data = text.encode() + b'\x00'
-    _put_count(head, len(data))
-    head.extend(data)
+        'itemsize': len(head)})

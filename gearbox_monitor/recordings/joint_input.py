@@ -86,11 +86,8 @@ class StampMatcher:
             right: (stamps [M], values [M, right_width]).
         """
         for side, (stamps, values) in enumerate((left, right)):
-            own = self._sides[side]
-            self._sides[side] = _WaitingRows(
-                np.concatenate([own.stamps, stamps]), np.concatenate([
-                    own.arrival, np.full(len(stamps), log_ns)]),
-                np.concatenate([own.values, values]))
+            new = stamps, np.full(len(stamps), log_ns), values
+            self._sides[side] = _WaitingRows(*map(np.concatenate, zip(self._sides[side], new)))
 
     def skip_until(self, stamp: int) -> bool:
         """Drop the rows on the right that precede `stamp`; return whether it has arrived."""

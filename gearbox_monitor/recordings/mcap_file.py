@@ -34,7 +34,8 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import open_file
 from gearbox_monitor.recordings.cdr import (
     CHANNELS, empty_index, find_messages, gathered, MESSAGE, MESSAGE_HEAD, MessageBlock)
-from gearbox_monitor.recordings.storage import BagTopic, MAX_UNPACKED, unpack, unpacked_limit
+from gearbox_monitor.recordings.storage import (
+    BagTopic, MAX_UNPACKED, Part, unpack, unpacked_limit)
 
 MAGIC = b'\x89MCAP0\r\n'
 RECORD = struct.Struct('<BQ')
@@ -418,9 +419,9 @@ class McapWriter:
         self._chunk_span: Span | None = None
 
     @property
-    def count(self) -> int:
-        """Number of messages."""
-        return sum(self._counts.values())
+    def summary(self) -> Part:
+        """Its name, first and last log time, and number of messages."""
+        return self.path.name, self.span, sum(self._counts.values())
 
     @property
     def counts(self) -> dict[str, int]:
@@ -541,7 +542,7 @@ class McapWriter:
         return Statistics(
             attachment_count=0, channel_count=len(self._channels),
             channel_message_counts=self._counts, chunk_count=len(self._chunks),
-            message_count=self.count, message_end_time=end_ns,
+            message_count=sum(self._counts.values()), message_end_time=end_ns,
             message_start_time=start_ns, metadata_count=len(self._metadata),
             schema_count=len(self._schemas))
 

@@ -8,16 +8,18 @@ All become sensor_msgs/JointState, setpoints on a topic of their own. A bag is r
 for its joints and interfaces, then block by block. One topic tells the states, one the setpoint of
 each joint; the notes list the others, and interfaces that are not used.
 """
+from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from io import BytesIO
 from itertools import chain
 from pathlib import Path
-import struct
 from typing import Any, TypeAlias
 
 import numpy as np
-from rosbags.rosbag1 import Reader as Ros1File
+from rosbags.rosbag1 import Reader as Ros1File, ReaderError
+from rosbags.rosbag1.reader import Header, read_bytes, read_uint32, RecordType
 
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.parameters import EstimatorParameters
@@ -35,7 +37,6 @@ ABSOLUTE = 'absolute_position'  # of an encoder behind the gear
 SETPOINT = 'setpoint'
 OF_STATE = ('position', 'velocity', 'effort')
 STAMPS = ('recorded', 'received', 'even')
-MESSAGE_DATA = 2  # code of a record in a bag of ROS 1
 MAX_UNPACKED = 1 << 28  # bytes of one of its chunks
 
 
@@ -69,7 +70,7 @@ class Ros1Reader(BagReader):
         try:
             yield from blocks_of(names, self._messages({
                 c.id: c.topic for c in self._file.connections if c.topic in names}))
-        except (struct.error, OSError, LookupError, ValueError, EOFError, RuntimeError) as error:
+        except (ReaderError, OSError, LookupError, ValueError, EOFError, RuntimeError) as error:
             raise self._damaged(error) from None
 
     def _messages(self, topics: Mapping[int, str]) -> Iterator[Message]:
@@ -80,8 +81,7 @@ class Ros1Reader(BagReader):
             if not topics.keys().isdisjoint(info.connection_counts):
                 waiting += _records(self._file.unpacked(info.pos), topics)
                 waiting.sort(key=lambda message: message[1])
-            done = next((k for k, message in enumerate(waiting) if message[1] >= following),
-                        len(waiting))
+            done = bisect_left(waiting, following, key=lambda message: message[1])
             yield from waiting[:done]
             waiting = waiting[done:]
 
@@ -105,24 +105,13 @@ class _Chunks(Ros1File):
 
 def _records(data: bytes, topics: Mapping[int, str]) -> Iterator[Message]:
     """Yield the messages in the records `data` of a chunk on `topics` {connection: name}."""
-    size, offset = struct.Struct('<I'), 0
-    while offset < len(data):
-        (length,) = size.unpack_from(data, offset)
-        offset, end = offset + 4, offset + 4 + length
-        fields: dict[bytes, bytes] = {}
-        while offset < end:
-            (length,) = size.unpack_from(data, offset)
-            name, _, value = data[offset + 4:offset + 4 + length].partition(b'=')
-            fields[name] = value
-            offset += 4 + length
-        (length,) = size.unpack_from(data, end)
-        begin, offset = end + 4, end + 4 + length
-        if fields.get(b'op') == bytes([MESSAGE_DATA]):
-            (connection,) = size.unpack(fields[b'conn'])
-            if connection in topics:
-                seconds, ns = struct.unpack('<II', fields[b'time'])
-                log_ns = seconds * 1_000_000_000 + ns
-                yield topics[connection], log_ns, log_ns, data[begin:offset]
+    stream = BytesIO(data)
+    while stream.tell() < len(data):
+        header = Header.read(stream)
+        raw = read_bytes(stream, read_uint32(stream))
+        if header.get_uint8('op') == RecordType.MSGDATA and header.get_uint32('conn') in topics:
+            log_ns = header.get_time('time')
+            yield topics[header.get_uint32('conn')], log_ns, log_ns, raw
 
 
 # --- one topic ----------------------------------------------------------------------------------
@@ -258,9 +247,13 @@ def converted_bag(path: Path, topic: str = '', stamps: str = STAMPS[0]) -> Virtu
         notes += ['time: the times of receipt stand in for the header stamps'] * (
             stamps == 'received')
         if stamps == 'even':
-            whole, remarks = _evened(path, _joined(chain(*frames())))
-            notes += remarks
-            frames = partial(lambda all_frames: iter([all_frames]), whole)
+            whole = _joined(chain(*frames()))
+            pairs = [even_stamps(path, f.stamp_ns if f.stamp_ns.any() else f.log_ns)
+                     for f in whole]
+            notes += dict.fromkeys(note for _, remarks in pairs for note in remarks)
+            frames = partial(lambda parts: iter([parts]), [
+                replace(f, stamp_ns=times, log_ns=np.maximum.accumulate(times))
+                for f, (times, _) in zip(whole, pairs)])
         counts = {JOINT_TOPIC: sum(own.count for own in topics if own.states),
                   SETPOINT_TOPIC: sum(own.count for own in topics if own.setpoints)}
         bag = VirtualBag(path, {name: n for name, n in counts.items() if n}, frames, (
@@ -282,35 +275,33 @@ def _frames(reader: BagReader, topics: Sequence[_Topic], received: bool
             for part in own.columns(block.of(own.name), columns):
                 part = replace(part, stamp_ns=part.log_ns) if received else part
                 effort = 'effort' if 'effort' in part.values else 'torque'
-                frames += [_with_absolute(states, part, own.states) for states in _selected(
-                    part, JOINT_TOPIC, own.states,
-                    {'position': 'position', 'velocity': 'velocity', 'effort': effort},
-                    (ABSOLUTE,))]
+                frames += _selected(part, JOINT_TOPIC, own.states, {
+                    'position': 'position', 'velocity': 'velocity', 'effort': effort}, ABSOLUTE)
                 frames += _selected(part, SETPOINT_TOPIC, own.setpoints, {'position': SETPOINT})
         if frames:
             yield frames
 
 
 def _selected(part: Frames, topic: str, joints: Sequence[str], fields: Mapping[str, str],
-              extra: Sequence[str] = ()) -> list[Frames]:
-    """Return those of `joints` in `part` for a `topic`, whose `fields` are {field: its name}."""
+              behind: str = '') -> list[Frames]:
+    """
+    Return those of `joints` in `part` for a `topic`, whose `fields` are {field: its name}.
+
+    behind: positions of encoders behind the gear, which become joints JOINT_absolute.
+    """
     rows = [k for k, joint in enumerate(part.joints) if joint in joints]
-    if not rows or part.values.keys().isdisjoint((*fields.values(), *extra)):
+    if not rows or part.values.keys().isdisjoint((*fields.values(), behind)):
         return []
-    none = np.full((len(part.stamp_ns), len(part.joints)), np.nan)
-    return [Frames(topic, tuple(part.joints[k] for k in rows), part.stamp_ns, part.log_ns, {
-        field: part.values.get(name, none)[:, rows] for field, name in fields.items()})]
-
-
-def _with_absolute(states: Frames, part: Frames, joints: Sequence[str]) -> Frames:
-    """Return `states` with encoders behind the gear, as joints JOINT_absolute."""
-    absolute = _selected(part, '', joints, {'position': ABSOLUTE})
-    if not absolute:
-        return states
-    none = np.full_like(absolute[0].values['position'], np.nan)
-    return replace(states, joints=(*states.joints, *(f'{j}_absolute' for j in states.joints)),
-                   values={field: np.hstack([values, absolute[0].values.get(field, none)])
-                           for field, values in states.values.items()})
+    names = [part.joints[k] for k in rows]
+    none = np.full((len(part.stamp_ns), len(rows)), np.nan)
+    values = {field: part.values[name][:, rows] if name in part.values else none
+              for field, name in fields.items()}
+    if behind in part.values:
+        names += [f'{joint}_absolute' for joint in names]
+        values = {field: np.hstack([
+            own, part.values[behind][:, rows] if field == 'position' else none])
+            for field, own in values.items()}
+    return [Frames(topic, tuple(names), part.stamp_ns, part.log_ns, values)]
 
 
 def _joined(frames: Iterable[Frames]) -> list[Frames]:
@@ -322,14 +313,6 @@ def _joined(frames: Iterable[Frames]) -> list[Frames]:
                    np.concatenate([f.log_ns for f in own]),
                    {field: np.concatenate([f.values[field] for f in own])
                     for field in own[0].values}) for (topic, joints), own in parts.items()]
-
-
-def _evened(path: Path, frames: Sequence[Frames]) -> tuple[list[Frames], list[str]]:
-    """Return `frames` with even stamps, and notes about it."""
-    pairs = [even_stamps(path, f.stamp_ns if f.stamp_ns.any() else f.log_ns) for f in frames]
-    return [replace(f, stamp_ns=times, log_ns=np.maximum.accumulate(times))
-            for f, (times, _) in zip(frames, pairs)], list(dict.fromkeys(
-                note for _, notes in pairs for note in notes))
 
 
 # --- which topic tells what ---------------------------------------------------------------------

@@ -11,7 +11,7 @@ equal the live ones bit for bit.
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 import json
-from typing import Any, cast, Protocol, TypeAlias
+from typing import Any, cast, TypeAlias
 
 import numpy as np
 
@@ -60,12 +60,10 @@ class ReplayPart:
         return int(self.block.log_ns[-1])
 
 
-class ReplaySink(Protocol):
-    """Takes the parts of a replay."""
+class ReplaySink:
+    """Takes the parts of a replay. topics: those whose messages it needs."""
 
-    @property
-    def topics(self) -> Sequence[str]:
-        """Topics whose messages it needs."""
+    topics: Sequence[str] = ()
 
     def add(self, part: ReplayPart) -> None:
         """Take the next `part`."""

@@ -9,7 +9,7 @@ folder until the reader is closed.
 """
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 import heapq
 import math
@@ -29,11 +29,11 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings import storage
 from gearbox_monitor.recordings.cdr import (
     block_of, CHANNELS, compact, Decoder, empty_index, find_messages, joined_blocks, JointStates,
-    Message, MESSAGE_HEAD, MessageBlock)
+    Message, MESSAGE_HEAD, MessageBlock, STATE_TYPE)
 from gearbox_monitor.recordings.mcap_file import McapFile, ScannedChunk
 from gearbox_monitor.recordings.storage import PACKED, SqliteFile, unpack_message, unpacked_files
 
-JOINT_STATE = 'sensor_msgs/msg/JointState'
+JOINT_STATE = STATE_TYPE
 DYNAMIC, CONTROLLER = ('control_msgs/msg/DynamicJointState',
                        'control_msgs/msg/JointTrajectoryControllerState')
 # Definitions of messages that SQLite bags often lack.
@@ -289,16 +289,6 @@ class BagReader:
                         if other not in store.types})
 
 
-@dataclass(frozen=True)
-class _PlacedChunk:
-    """A chunk of the bag; file_number: place of its `file`; rank: its place in file order."""
-
-    file_number: int
-    file: McapFile
-    chunk: ScannedChunk
-    rank: int
-
-
 class McapReader(BagReader):
     """Bag `path` of one or more MCAP files, `files`: {path to read: path to show}."""
 
@@ -306,8 +296,8 @@ class McapReader(BagReader):
         super().__init__(path)
         self._files, self._unreadable = opened_files(files)
         undefined = 0  # messages
-        placed: list[_PlacedChunk] = []
-        for number, file in enumerate(self._files):
+        placed: list[tuple[McapFile, ScannedChunk]] = []
+        for file in self._files:
             self.metadata.update(file.metadata)
             for channel in file.channels.values():
                 schema = file.schemas.get(channel.schema_id)
@@ -324,26 +314,27 @@ class McapReader(BagReader):
                         continue
                     msgtype, total = self.topics[definition.topic]
                     self.topics[definition.topic] = (msgtype, total + count)
-            placed += [_PlacedChunk(number, file, chunk, len(placed) + k) for k, chunk in
-                       enumerate(sorted(file.chunks, key=lambda chunk: chunk.begin))]
-        # By log time; equal times stay in file order.
-        self._chunks = sorted(placed, key=lambda part: part.chunk.start_ns)
+            placed += [(file, chunk) for chunk in sorted(
+                file.chunks, key=lambda chunk: chunk.begin)]
+        # (Place in file order, file, chunk) by log time; equal times stay in file order.
+        self._chunks = sorted(((k, *part) for k, part in enumerate(placed)),
+                              key=lambda part: part[2].start_ns)
         if placed:
-            self.start_ns = self._chunks[0].chunk.start_ns
-            self.end_ns = max(part.chunk.end_ns for part in placed)
+            self.start_ns = self._chunks[0][2].start_ns
+            self.end_ns = max(chunk.end_ns for _, chunk in placed)
         self.truncated = bool(self._unreadable) or any(file.truncated for file in self._files)
         self.notice = self._notice(undefined)
 
     def _stored_blocks(self, topics: Iterable[str] | None) -> Iterator[MessageBlock]:
         names = tuple(self.topics if topics is None else topics)
-        tables = [_topic_numbers(file, names) for file in self._files]
+        tables = {file: _topic_numbers(file, names) for file in self._files}
         waiting: dict[int, MessageBlock] = {}  # by the place of its chunk in file order
         size = 0
-        for part, following in zip(self._chunks, [
-                *(part.chunk.start_ns for part in self._chunks[1:]), math.inf]):
-            if any(tables[part.file_number][channel] >= 0 for channel in part.chunk.counts):
-                waiting[part.rank] = _messages_of(part, names, tables[part.file_number])
-                size += part.chunk.unpacked_size
+        for (rank, file, chunk), following in zip(self._chunks, [
+                *(chunk.start_ns for *_, chunk in self._chunks[1:]), math.inf]):
+            if any(tables[file][channel] >= 0 for channel in chunk.counts):
+                waiting[rank] = _messages_of(file, chunk, names, tables[file])
+                size += chunk.unpacked_size
             if not waiting or following < math.inf and size < BLOCK_BYTES:
                 continue
             block = joined_blocks([own.take(np.flatnonzero(own.log_ns < following))
@@ -382,9 +373,10 @@ class McapReader(BagReader):
         return '; '.join(texts)
 
 
-def _messages_of(part: _PlacedChunk, topics: tuple[str, ...], numbers: Numbers) -> MessageBlock:
+def _messages_of(file: McapFile, chunk: ScannedChunk, topics: tuple[str, ...], numbers: Numbers
+                 ) -> MessageBlock:
     """Return the messages of a chunk on `topics`; numbers: see _topic_numbers."""
-    data = np.frombuffer(part.file.unpacked(part.chunk), np.uint8)
+    data = np.frombuffer(file.unpacked(chunk), np.uint8)
     index = empty_index(len(data) // MESSAGE_HEAD)
     rows, _ = find_messages(data, 0, len(data), numbers, False, 0, index)
     return MessageBlock(topics, data, index.offset[:rows], index.size[:rows], index.number[:rows],

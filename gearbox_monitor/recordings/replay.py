@@ -24,7 +24,7 @@ from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.cdr import Decoder
 from gearbox_monitor.recordings.joint_input import match_stamps, MATCH_WAIT, StampMatcher
-from gearbox_monitor.recordings.player import joined_estimates, Player, ReplayPart
+from gearbox_monitor.recordings.player import joined_estimates, Player, ReplayPart, ReplaySink
 from gearbox_monitor.recordings.read import BagReader, JOINT_STATE
 from gearbox_monitor.recordings.recorded_samples import joined_samples, NO_SAMPLES, RecordedSamples
 from gearbox_monitor.recordings.topics import (
@@ -84,7 +84,7 @@ class _Difference:
     close: Flags
 
 
-class Comparer:
+class Comparer(ReplaySink):
     """
     Takes the parts of a replay by `player` and fills `comparison`, complete after `finish`.
 
@@ -213,7 +213,7 @@ class Comparer:
 BURN_IN = 1_000_000_000  # ns at the start that do not count
 
 
-class ReplaySummary:
+class ReplaySummary(ReplaySink):
     """
     Takes the parts of a replay by `player`; `data` is complete after `finish`.
 
@@ -402,10 +402,8 @@ def replay(reader: BagReader, model: DriveModel | None = None,
     return collector.replay(comparison, summary.data(comparison))
 
 
-class ReplayCollector:
+class ReplayCollector(ReplaySink):
     """Takes the parts of `player` and keeps all samples and estimates."""
-
-    topics = ()
 
     def __init__(self, player: Player) -> None:
         self._player = player
@@ -417,9 +415,6 @@ class ReplayCollector:
         self._samples.append(part.samples)
         self._log_ns.append(part.log_ns)
         self._estimates.append(part.estimates)
-
-    def finish(self) -> None:
-        """Do nothing: all parts were added."""
 
     def replay(self, comparison: Comparison | None = None, summary: dict[str, Any] | None = None
                ) -> Replay:

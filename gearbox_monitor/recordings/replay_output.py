@@ -9,7 +9,6 @@ The bag holds the recorded topics and the estimates, as if published live.
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from functools import partial
 import json
 import os
 from pathlib import Path
@@ -29,7 +28,7 @@ from gearbox_monitor.kernels.kernel import KERNELS
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.recordings.cdr import block_of, compact, joined_blocks, MessageBlock
 from gearbox_monitor.recordings.joint_input import DIAGNOSTIC_ARRAY, GEARBOX
-from gearbox_monitor.recordings.player import Player, ReplayPart
+from gearbox_monitor.recordings.player import Player, ReplayPart, ReplaySink
 from gearbox_monitor.recordings.read import BagReader, JOINT_STATE
 from gearbox_monitor.recordings.topics import (
     ARM, DIAGNOSTICS, DRIFT_ALERTS, MOTOR, Signal, signal_values, SIGNALS, SNAPSHOT, TRANSMISSION)
@@ -47,7 +46,7 @@ ROW_GROUP = 1 << 17  # rows of a Parquet file that are packed together
 P = ParamSpec('P')
 
 
-class EstimateTable:
+class EstimateTable(ReplaySink):
     """
     Takes the parts of a replay and writes a row per estimate: stamp_ns, COLUMNS, LEARNED_COLUMNS.
 
@@ -62,8 +61,6 @@ class EstimateTable:
     Raises:
         InputError: the file cannot be written.
     """
-
-    topics = ()
 
     def __init__(self, path: str | Path, player: Player, smoothed: bool = False) -> None:
         self._path, self._part = Path(path), Path(f'{path}.part')
@@ -82,9 +79,6 @@ class EstimateTable:
         if rows is not None:
             columns += [rows[:, column] for column in SMOOTHED_COLUMNS.values()]
         self._guarded(self._write, estimates.stamp_ns, columns)
-
-    def finish(self) -> None:
-        """Do nothing: all parts were added."""
 
     def close(self) -> None:
         """Complete the file."""
@@ -115,32 +109,15 @@ class EstimateTable:
 
 
 class CsvTable(EstimateTable):
-    """
-    CSV file; its numbers are read back bit for bit.
-
-    pyarrow, where it is installed, prints them five times as fast: `1` then stands for `1.0`.
-    """
+    """CSV file; its numbers are read back bit for bit."""
 
     def _open(self, player: Player) -> None:
-        try:
-            import pyarrow
-            from pyarrow import csv
-            self._arrow: Any = pyarrow
-            self._print = partial(csv.write_csv, write_options=csv.WriteOptions(
-                include_header=False, batch_size=1 << 14))
-        except ImportError:
-            self._arrow = None
-        self._file = open(self._part, 'wb')
-        self._file.write((','.join(('stamp_ns', *self._names)) + '\n').encode())
+        self._file = open(self._part, 'w', encoding='utf-8')
+        self._file.write(','.join(('stamp_ns', *self._names)) + '\n')
 
     def _write(self, stamps: Integers, columns: Sequence[Array]) -> None:
-        if self._arrow:
-            names = ('stamp_ns', *self._names)
-            self._print(self._arrow.table([stamps, *columns], names=names), self._file)
-            return
         rows = zip(stamps.tolist(), *(column.tolist() for column in columns))
-        self._file.writelines(f'{stamp},{",".join(map(repr, row))}\n'.encode()
-                              for stamp, *row in rows)
+        self._file.writelines(','.join(map(repr, row)) + '\n' for row in rows)
 
     def _close(self) -> None:
         self._file.close()
@@ -193,7 +170,7 @@ class ParquetTable(EstimateTable):
 RECENT = 10_000_000_000  # ns of log time that is searched for the sample of a smoothed value
 
 
-class BagOutput:
+class BagOutput(ReplaySink):
     """
     Takes the parts of a replay by `player` and writes them to the new bag `path`.
 

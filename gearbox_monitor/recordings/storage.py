@@ -15,10 +15,11 @@ from pathlib import Path
 import shutil
 import sqlite3
 import tempfile
-from typing import Any, Protocol, TypeAlias
+from typing import Any, TypeAlias
 from urllib.parse import quote
 
 import lz4.frame
+from rosbags.rosbag2.metadata import dump_qos_v9, parse_qos
 import yaml
 import zstandard
 
@@ -131,23 +132,18 @@ def _unpack_file(source: Path, target: Path) -> None:
 
 def _unpack_piecewise(packed: bytes, compression: str, size: int) -> tuple[bytes, str | None]:
     """Return what `unpack` does, of damaged and cut frames, too."""
-    pieces: list[bytes] = []
-    total = 0
+    data = bytearray()
     read: Any
     try:
         if compression == 'zstd':
             read = zstandard.ZstdDecompressor().stream_reader(packed).read
         else:
             read = lz4.frame.LZ4FrameFile(BytesIO(packed)).read1
-        while total < size:
-            piece = read(min(PIECE, size - total))
-            if not piece:
-                break
-            pieces.append(piece)
-            total += len(piece)
+        while piece := read(min(PIECE, size - len(data))):
+            data += piece
     except DAMAGE as error:
-        return b''.join(pieces), str(error) or type(error).__name__
-    return b''.join(pieces), None
+        return bytes(data), str(error) or type(error).__name__
+    return bytes(data), None
 
 
 class SqliteFile:
@@ -257,28 +253,7 @@ MAX_BYTES = 16 << 20  # of it: thousands of files and topics are a tenth of that
 FOREVER = {'sec': 9223372036, 'nsec': 854775807}
 QosProfile: TypeAlias = dict[str, Any]
 
-# Names of the numbers that rosbag2 wrote before version 9.
-POLICIES = {
-    'history': ('system_default', 'keep_last', 'keep_all', 'unknown'),
-    'reliability': ('system_default', 'reliable', 'best_effort', 'unknown', 'best_available'),
-    'durability': ('system_default', 'transient_local', 'volatile', 'unknown', 'best_available'),
-    'liveliness': ('system_default', 'automatic', 'manual_by_node', 'manual_by_topic', 'unknown',
-                   'best_available'),
-}
-
-
-class BagFile(Protocol):
-    """One file of a bag."""
-
-    path: Path
-
-    @property
-    def span(self) -> tuple[int, int] | None:
-        """First and last log time, None without a message."""
-
-    @property
-    def count(self) -> int:
-        """Number of messages."""
+Part: TypeAlias = tuple[str, tuple[int, int] | None, int]  # file, its log times, its messages
 
 
 @dataclass
@@ -332,10 +307,9 @@ def qos_profile(depth: int = 10, reliability: str = 'reliable', durability: str 
 def read_qos(text: str) -> list[QosProfile]:
     """Return the profiles in `text`, as any version of rosbag2 wrote them; [] if damaged."""
     try:
-        profiles = parse_yaml(text, aliases=False)[0] or []
-        return [{**profile, **{name: values[profile[name]] for name, values in POLICIES.items()
-                               if isinstance(profile[name], int)}} for profile in profiles]
-    except (yaml.YAMLError, ValueError, KeyError, IndexError, TypeError):
+        content = parse_yaml(text, aliases=False)[0]
+        return [dict(profile) for profile in dump_qos_v9(parse_qos(content))]
+    except (yaml.YAMLError, ValueError, LookupError, TypeError, AttributeError):
         return []
 
 
@@ -363,7 +337,7 @@ def read_information(folder: Path) -> dict[str, Any]:
         return {}
 
 
-def bag_information(files: Sequence[BagFile], topics: Iterable[BagTopic],
+def bag_information(files: Sequence[Part], topics: Iterable[BagTopic],
                     custom_data: Mapping[str, str]) -> dict[str, Any]:
     """
     Describe a bag as ``metadata.yaml`` does.
@@ -392,20 +366,20 @@ def bag_information(files: Sequence[BagFile], topics: Iterable[BagTopic],
         } for topic in topics],
         'compression_format': '',  # of rosbag2's own compression; MCAP compresses its chunks
         'compression_mode': '',
-        'relative_file_paths': [file.path.name for file in files],
-        'files': [{'path': file.path.name, **_span([file])} for file in files],
+        'relative_file_paths': [name for name, *_ in files],
+        'files': [{'path': file[0], **_span([file])} for file in files],
         'custom_data': dict(custom_data) or None,
         'ros_distro': 'jazzy',
     }
 
 
-def _span(files: Sequence[BagFile]) -> dict[str, Any]:
+def _span(files: Sequence[Part]) -> dict[str, Any]:
     """Return time and messages of the `files` together."""
-    times = [time for file in files for time in file.span or ()]
+    times = [time for _, span, _ in files for time in span or ()]
     return {
         'duration': {'nanoseconds': max(times) - min(times) if times else 0},
         'starting_time': {'nanoseconds_since_epoch': min(times, default=0)},
-        'message_count': sum(file.count for file in files),
+        'message_count': sum(count for *_, count in files),
     }
 
 

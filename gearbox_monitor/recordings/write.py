@@ -288,7 +288,8 @@ class BagWriter:
             if self.error is None:
                 self._guarded(self._part.file.write, b'')  # raises the error of the syncer
                 info = storage.bag_information(
-                    self._parts, list(self._topics.values()), self.custom_data)
+                    [part.summary for part in self._parts], list(self._topics.values()),
+                    self.custom_data)
                 self._guarded(self._write_yaml, {'rosbag2_bagfile_information': info})
         finally:
             self._part.file.close()
@@ -331,7 +332,7 @@ class BagWriter:
         self._finish_chunk()
         part = self._part
         info = storage.bag_information(
-            [part], [replace(topic, count=part.counts[name])
+            [part.summary], [replace(topic, count=part.counts[name])
                      for name, topic in self._topics.items()], self.custom_data)
         part.add_metadata('rosbag2', {'serialized_metadata': storage.to_yaml(info)})
         part.finish()

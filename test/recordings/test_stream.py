@@ -312,16 +312,7 @@ STAMPS = np.array([2 ** 63 - 1, -1, 0, *[1_700_000_000_123_456_789] * 7])
 PLAYER = SimpleNamespace(estimator=SimpleNamespace(learned_curve=lambda: None))
 
 
-@pytest.fixture(params=[True, False], ids=['pyarrow', 'without'])
-def arrow(request, monkeypatch):
-    """Let CSV be printed by pyarrow, or without it."""
-    if request.param:
-        pytest.importorskip('pyarrow')
-    else:
-        monkeypatch.setitem(sys.modules, 'pyarrow', None)
-
-
-def test_csv_has_all_bits_of_any_number(arrow, tmp_path):
+def test_csv_has_all_bits_of_any_number(tmp_path):
     """In two parts, the second empty."""
     columns = {name: np.roll(NUMBERS, k) for k, name in enumerate(replay_output.COLUMNS)}
     table = replay_output.CsvTable(tmp_path / 'out', PLAYER)
@@ -338,7 +329,7 @@ def test_csv_has_all_bits_of_any_number(arrow, tmp_path):
 
 
 @pytest.mark.parametrize('rows', [1, 100_000], ids=['at the end', 'at once'])
-def test_csv_on_a_full_disk_is_refused_and_leaves_nothing(arrow, rows, tmp_path):
+def test_csv_on_a_full_disk_is_refused_and_leaves_nothing(rows, tmp_path):
     (tmp_path / 'out.part').symlink_to('/dev/full')
     table = replay_output.CsvTable(tmp_path / 'out', PLAYER)
     with pytest.raises(InputError, match='out: No space left on device, expected a new, writable'):
