@@ -9,7 +9,7 @@ from typing import Self
 
 from gearbox_monitor.health.backlash.change_tests import (
     ChangeTest, limits_of, ModelFriction, tests_of, WEAR)
-from gearbox_monitor.health.backlash.features import Backlash, Friction, NotExcited
+from gearbox_monitor.health.backlash.features import Backlash, NotExcited
 from gearbox_monitor.health.backlash.operating_point import Bins
 from gearbox_monitor.parameters import CURVES, EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
@@ -29,7 +29,7 @@ class HealthSettings:
     windows_per_false_alarm: mean number of windows between two false alarms, of all tests
     together. baseline_windows: how many a point learns. bins: of operating points.
     limits {test: (notice, warn, error)}: relative changes; below `notice` nothing is reported.
-    gap_limit: rad, 0 = none. viscous (N m s/rad), coulomb (N m): friction of the model; half_gap:
+    gap_limit: rad, 0 = none. friction: of the motor in the model file; half_gap:
     its half backlash (rad). motor_turn: of the motor's encoder, on the arm side (rad), 0 for an
     axis that is not rotary. window: s. follows_curve: whether the filter's torque follows the
     elastic curve of the model.
@@ -40,8 +40,7 @@ class HealthSettings:
     bins: Bins = field(default_factory=Bins)
     limits: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
     gap_limit: float = 0.0
-    viscous: float = 0.0
-    coulomb: float = 0.0
+    friction: ModelFriction = field(default_factory=ModelFriction)
     half_gap: float = 0.0
     motor_turn: float = 0.0
     window: float = 10.0
@@ -55,15 +54,11 @@ class HealthSettings:
         return cls(
             max(p.false_alarm_interval / p.drift_window, 20.0), p.baseline_windows,
             Bins(p.angle_bin, p.speed_bin, p.load_bin, p.temperature_bin, model.axis == 'rotary'),
-            limits_of(p), p.gap_limit, model.viscous_friction, model.coulomb_friction,
+            limits_of(p), p.gap_limit,
+            ModelFriction(model.viscous_friction, model.coulomb_friction),
             shape.half_gap + play,
             2.0 * math.pi / abs(model.gear_ratio) if model.axis == 'rotary' else 0.0,
             p.drift_window, p.tau_k_model in CURVES)
-
-    @property
-    def friction(self) -> ModelFriction:
-        """Friction of the motor in the model file."""
-        return ModelFriction(self.viscous, self.coulomb)
 
     @property
     def threshold(self) -> float:
@@ -106,7 +101,7 @@ class Window:
         return self.features.stamp_ns
 
     @property
-    def friction(self) -> Backlash | Friction | None:
+    def friction(self) -> Backlash | None:
         """What the window says of the friction, None for nothing."""
         features = self.features
         return features.friction if isinstance(features, NotExcited) else features

@@ -15,8 +15,8 @@ from typing import Any
 from gearbox_monitor import plain_data
 from gearbox_monitor.health.backlash.change import FeatureWear, Step, Tracker
 from gearbox_monitor.health.backlash.change_tests import (
-    COMPONENTS, FEATURES, GAP, LOST_MOTION, TESTS)
-from gearbox_monitor.health.backlash.features import Backlash, Friction, NotExcited
+    COMPONENTS, FEATURES, GAP, LOST_MOTION, ModelFriction, TESTS)
+from gearbox_monitor.health.backlash.features import Backlash, NotExcited
 from gearbox_monitor.health.backlash.operating_point import Bins, OperatingPoint
 from gearbox_monitor.health.backlash.wear_data import History
 from gearbox_monitor.health.health_record import (
@@ -142,8 +142,8 @@ def serviced(health: Health, stamp_ns: int, note: str) -> Health:
 
 
 CLASSES = plain_data.classes_of(
-    Alert, Backlash, Bins, FeatureWear, Friction, HealthSettings, History, NotExcited,
-    OperatingPoint, Slip, Step, Window, Zero)
+    Alert, Backlash, Bins, FeatureWear, HealthSettings, History, ModelFriction,
+    NotExcited, OperatingPoint, Slip, Step, Window, Zero)
 
 
 def to_data(health: Health) -> Any:

@@ -11,7 +11,7 @@ from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.backlash.change_tests import (
     ChangeTest, COMPONENTS, FEATURES, FRICTION, GAP, LOST_MOTION, size_name, STIFFNESS, TESTS,
     tests_of, VISCOUS_SHARE, WEAR, WEAR_FEATURES)
-from gearbox_monitor.health.backlash.features import Backlash, Friction, width_of
+from gearbox_monitor.health.backlash.features import Backlash, width_of
 from gearbox_monitor.health.backlash.wear import span, when
 from gearbox_monitor.health.checks.outcome import Group, Level, Outcome, Said
 from gearbox_monitor.health.health_record import GROSS
@@ -147,7 +147,7 @@ def _hidden(health: Health, columns: tuple[int, ...]) -> Said | None:
     return None
 
 
-def _healthy(health: Health, column: int, window: Backlash | Friction | None) -> Said:
+def _healthy(health: Health, column: int, window: Backlash | None) -> Said:
     """Return the Said of a feature without a change."""
     feature = health.features[column]
     size: tuple[Said, ...] = ()
@@ -186,7 +186,7 @@ def _against_model(health: Health, column: int) -> tuple[Said, ...]:
                                'side': 'above' if off > 0.0 else 'below'}),)
 
 
-def _measured(health: Health, component: str, window: Backlash | Friction) -> dict[str, Any]:
+def _measured(health: Health, component: str, window: Backlash) -> dict[str, Any]:
     values: dict[str, Any]
     if isinstance(window, Backlash) and component == 'backlash':
         values = {

@@ -16,7 +16,7 @@ from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, S_TWIST, S_X4
 from gearbox_monitor.files.baselines import (
     health_text, load_baseline, load_state, save_baseline, STATE, write_whole)
 from gearbox_monitor.health.backlash.change_tests import CONDITIONS, GAP, PRIORS, TESTS
-from gearbox_monitor.health.backlash.features import Backlash, Friction, lost_motion_of, NotExcited
+from gearbox_monitor.health.backlash.features import Backlash, lost_motion_of, NotExcited
 from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.health.health_record import (
     AT_ODDS, ERRORS_LARGER, FOUND, HealthSettings, TRUSTED, WARNED, Window)
@@ -294,8 +294,9 @@ def test_friction_is_followed_on_one_flank():
         found = []
         for _ in range(windows):
             stamp += WINDOW
-            found.append(gearbox.take(NotExcited(stamp, 'one_flank', friction=Friction(
-                0.0, 1e-4, coulomb + 1e-3 * random.standard_normal(), 1e-3, 0.0, 20.0, 6.0))))
+            found.append(gearbox.take(NotExcited(stamp, 'one_flank', friction=Backlash(
+                stamp, viscous=0.0, viscous_std=1e-4, angle=0.0, speed=20.0, load=6.0,
+                coulomb=coulomb + 1e-3 * random.standard_normal(), coulomb_std=1e-3))))
         return found
 
     healthy = go(20, 0.1)

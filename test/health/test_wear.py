@@ -126,7 +126,7 @@ def test_the_odds_of_a_step_are_those_of_one_more_column():
     o, inside, pull = observations(jump=0.3)
     parts = ((0, STEPS[:1]), (3, STEPS[1:2]))
     fit = Posterior(o).fit(columns(o, parts))
-    scanned = fit.scan()
+    scanned = fit.scan
     odds, steps = evidence(scanned.pull, scanned.free)
     *_, without = joint(o, inside, pull, columns(o, parts))
     shares = np.array([p.share for p in PRIORS])
@@ -168,7 +168,7 @@ def known_level(y, dof=1e9):
         np.arange(n), n, (), np.full((F, N_COMMON), 1e-12), np.zeros((F, 2, F, 2)),
         np.zeros((F, 2)))
     base = Posterior(o)
-    scanned = base.fit(columns(o, ())).scan()
+    scanned = base.fit(columns(o, ())).scan
     return limited_evidence(base, scanned, scanned, np.full(F, dof))
 
 
@@ -196,7 +196,3 @@ def test_false_alarms_are_no_more_often_than_asked_for():
                 alarms += 1
                 break
     assert times > windows * alarms > 0
-
-
-def test_ages_are_windows_since():
-    assert wear.ages([5_000, 9_000], 11_000, 2_000.0).tolist() == [3.0, 1.0]

@@ -22,9 +22,9 @@ from gearbox_monitor.health.backlash import wear
 from gearbox_monitor.health.backlash.change_tests import (
     ChangeTest, FEATURES, FRICTION, GAP, LOST_MOTION, PRIORS, TESTS, tests_of, VISCOUS_SHARE,
     WEAR, WEAR_FEATURES)
-from gearbox_monitor.health.backlash.features import Backlash, Friction
+from gearbox_monitor.health.backlash.features import Backlash
 from gearbox_monitor.health.backlash.operating_point import find_point, OperatingPoint
-from gearbox_monitor.health.backlash.wear import Columns, Fit, FIRST, Scan, SECOND_ONE
+from gearbox_monitor.health.backlash.wear import Columns, Fit, FIRST, SECOND_ONE
 from gearbox_monitor.health.backlash.wear_data import excess, History
 from gearbox_monitor.health.health_record import (
     Alert, FeatureHealth, FOUND, GROSS, HealthSettings, TRUSTED, WARNED, Window)
@@ -109,7 +109,7 @@ class Tracker:
     ended: Mapping[str, tuple[tuple[str, float], ...]] = field(default_factory=dict)
     window: Window | None = None
     backlash: Backlash | None = None
-    friction: Backlash | Friction | None = None
+    friction: Backlash | None = None
     point: int = -1
     trusted: bool = False
     compared: bool = False
@@ -179,7 +179,7 @@ class Tracker:
                              found_ns=alert.found_ns + by_ns)
                 for key, alert in self.alerts.items()})
 
-    def _taken(self, features: Backlash | Friction, window: Window) -> Self:
+    def _taken(self, features: Backlash, window: Window) -> Self:
         data, trust = self.data, window.trust
         points, point = find_point(data.points, features, window.temperature, self.settings.bins)
         values, variances = self._measure(features, points[point])
@@ -220,7 +220,7 @@ class Tracker:
                 | (variances <= (WEAR.precise * warn) ** 2)
         return result & (self.data.windows >= WEAR.min_baseline)
 
-    def _measure(self, window: Backlash | Friction, place: OperatingPoint
+    def _measure(self, window: Backlash, place: OperatingPoint
                  ) -> tuple[Array, Array]:
         """Return (values [F], variances [F]) of a window's features, as History takes them."""
         values, std = np.full(len(FEATURES), np.nan), np.full(len(FEATURES), np.nan)
@@ -508,7 +508,7 @@ class _Search:
         self.base = wear.Posterior(data.observations(growth, tracker.settings.friction))
         o = self.base.observations
         self.rows = o.stamps[len(o.stamps) - o.rows:]
-        self.age = np.append(wear.ages(o.stamps, tracker.stamp_ns, self.length), 0.0)
+        self.age = np.append((tracker.stamp_ns - o.stamps) / self.length, 0.0)  # windows
         point = int(data.where[-1])  # a newer window that was not compared has no row
         self.dof = data.dof(point)
         self.noise = np.sqrt(data.points[point].variance())
@@ -516,13 +516,6 @@ class _Search:
         precise = np.diag(o.weight[-1])
         self.sharp = np.where(precise > 0.0, np.maximum(precise, 1e-300) ** -0.5, self.noise)
         self.fit = self._fit()
-        self._scanned: tuple[Fit, Scan] = self.fit, self.fit.scan()
-
-    def _scan(self) -> Scan:
-        """Return the Scan of the fit."""
-        if self._scanned[0] is not self.fit:
-            self._scanned = self.fit, self.fit.scan()
-        return self._scanned[1]
 
     def _fit(self, course: dict[int, int] | None = None, closed: bool = False) -> Fit:
         """
@@ -559,9 +552,9 @@ class _Search:
 
     def _odds(self) -> Array:
         """Return the logarithmic odds [R, H] of one more step, the chance of one included."""
-        scanned = closed = self._scan()
+        scanned = closed = self.fit.scan
         if any(feature.pending for feature in self.wear):
-            closed = self._fit(closed=True).scan()
+            closed = self._fit(closed=True).scan
         odds = wear.limited_evidence(self.base, scanned, closed, self.dof)
         o = self.base.observations
         windows = (np.cumsum(o.counts, axis=0) - o.counts)[len(o.y) - o.rows:]
@@ -671,7 +664,7 @@ class _Search:
 
     def _score(self, likelier: dict[int, float]) -> None:
         """Keep the odds of a change of each feature, on the side to which it goes."""
-        pull = self._scan().pull
+        pull = self.fit.scan.pull
         threshold = self.tracker.settings.threshold
         for test in TESTS:
             side = test.sign * float(pull[max(len(pull) - RECENT, 0), test.column])
@@ -684,7 +677,7 @@ class _Search:
             if self.base.observations.weight[-1, f, f] > 0.0:
                 feature = replace(feature, compared_ns=self.tracker.stamp_ns)
             if not feature.found:
-                off = float(self._scan().residual[-1, f])
+                off = float(self.fit.scan.residual[-1, f])
                 strays = self.base.observations.weight[-1, f, f] > 0.0 and abs(off) > \
                     LIMITS.contradicted * self.noise[f]
                 feature = replace(
@@ -732,7 +725,7 @@ class _Search:
         trusted = np.flatnonzero(data.trust[-len(self.rows):] == TRUSTED)
         begin = trusted[-1] + 1 if len(trusted) else 0
         k = begin if begin <= measured[-1] else measured[-min(RECENT, (len(measured) + 1) // 2)]
-        value, std = self._scan().size(int(k), f)
+        value, std = self.fit.scan.size(int(k), f)
         return replace(feature, value=value, std=std)
 
     def reportable(self, column: int) -> bool:
@@ -752,5 +745,5 @@ class _Search:
         k = min(int(np.searchsorted(self.rows, feature.found[-1], 'right')), len(self.rows) - 1)
         friction = tracker_now.wear[FRICTION]
         growth = math.expm1(friction.value if friction.found else np.nan_to_num(
-            self._scan().size(k, FRICTION)[0]))
+            self.fit.scan.size(k, FRICTION)[0]))
         return abs(feature.value) - feature.std - abs(growth) >= tracker.settings.notice(column)

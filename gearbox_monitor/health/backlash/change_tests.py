@@ -8,7 +8,7 @@ import math
 from typing import NamedTuple, TypeAlias
 
 from gearbox_monitor.health.alert_limits import LIMITS
-from gearbox_monitor.health.backlash.features import Backlash, Friction
+from gearbox_monitor.health.backlash.features import Backlash
 from gearbox_monitor.health.checks.outcome import Condition, Level
 from gearbox_monitor.parameters import EstimatorParameters
 
@@ -81,10 +81,10 @@ WEAR = WearLimits()
 class ModelFriction(NamedTuple):
     """Friction of the motor in the model file: viscous (N m s/rad), coulomb (N m)."""
 
-    viscous: float
-    coulomb: float
+    viscous: float = 0.0
+    coulomb: float = 0.0
 
-    def at(self, window: Backlash | Friction) -> float:
+    def at(self, window: Backlash) -> float:
         """Return the friction (N m) at the speed of a `window`, or its load without friction."""
         friction = self.viscous * window.speed + self.coulomb
         return friction if friction > 0.0 else window.load
@@ -121,6 +121,7 @@ class FeaturePrior:
 
 
 Value: TypeAlias = tuple[float, float]  # with its standard deviation; NaN: not known
+Measure: TypeAlias = Callable[[Backlash, ModelFriction], Value]
 
 
 @dataclass(frozen=True)
@@ -136,7 +137,7 @@ class WearFeature:
     name: str
     noun: str
     component: str
-    measure: Callable[[Backlash | Friction, ModelFriction], Value]
+    measure: Measure
     up: str
     down: str
     limits: tuple[str, str, str]
@@ -149,17 +150,16 @@ _STIFFNESS = ('0.2 stiffness_warn', 'stiffness_warn', 'stiffness_error')
 _FRICTION = ('0.25 friction_warn', 'friction_warn', 'friction_error')
 
 
-def _in_windows(name: str, separable: bool | None = None
-                ) -> Callable[[Backlash | Friction, ModelFriction], Value]:
+def _in_windows(name: str, separable: bool | None = None) -> Measure:
     """Return what takes the field `name` of windows, only of those that are `separable` or not."""
-    def _measure(window: Backlash | Friction, friction: ModelFriction) -> Value:
-        if not isinstance(window, Backlash) or separable not in (None, window.separable):
+    def _measure(window: Backlash, friction: ModelFriction) -> Value:
+        if separable not in (None, window.separable):
             return UNKNOWN
         return getattr(window, name), getattr(window, f'{name}_std')
     return _measure
 
 
-def _friction(window: Backlash | Friction, friction: ModelFriction) -> Value:
+def _friction(window: Backlash, friction: ModelFriction) -> Value:
     """Return the friction at the speed of a window over that of the model."""
     healthy = friction.at(window)
     if not healthy > 0.0:
@@ -168,7 +168,7 @@ def _friction(window: Backlash | Friction, friction: ModelFriction) -> Value:
             math.hypot(window.viscous_std * window.speed, window.coulomb_std) / healthy)
 
 
-def _viscous_share(window: Backlash | Friction, friction: ModelFriction) -> Value:
+def _viscous_share(window: Backlash, friction: ModelFriction) -> Value:
     """Return the viscous share of a window's friction less that of the model."""
     w, change = window, window.viscous * window.speed
     total = friction.at(w) + change + w.coulomb

@@ -56,10 +56,10 @@ class Backlash:
     """
 
     stamp_ns: int
-    gap: float
-    gap_std: float
-    stiffness: float
-    stiffness_std: float
+    gap: float = math.nan
+    gap_std: float = math.nan
+    stiffness: float = math.nan
+    stiffness_std: float = math.nan
     hysteresis: float = math.nan
     hysteresis_std: float = math.nan
     zero: float = math.nan
@@ -82,39 +82,20 @@ class Backlash:
 
 
 @dataclass(frozen=True)
-class Friction:
-    """
-    Friction of a window that does not show the gap; fields as those of Backlash.
-
-    gain is NaN: changes of it are watched where the gap is seen.
-    """
-
-    viscous: float
-    viscous_std: float
-    coulomb: float
-    coulomb_std: float
-    angle: float
-    speed: float
-    load: float
-    gain: float = math.nan
-    gain_std: float = math.nan
-
-
-@dataclass(frozen=True)
 class NotExcited:
     """
     No gap in the window that ends at `stamp_ns`: `reason` is the code of what the motion lacks.
 
     numbers: of the reason, by name.
     lost_motion (rad): needs no torque and no stiffness; NaN where the motion does not show it.
-    friction: of a motion on one flank, None where there is none.
+    friction: of a motion on one flank, without gap and gain, None where there is none.
     """
 
     stamp_ns: int
     reason: str
     lost_motion: float = math.nan
     lost_motion_std: float = math.nan
-    friction: Friction | None = None
+    friction: Backlash | None = None
     numbers: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -152,7 +133,7 @@ def fit(rows: Array, model: DriveModel, stamp_ns: int) -> Backlash | NotExcited:
     def without_gap(reason: str) -> NotExcited:
         regression.weights[:] = weights
         return NotExcited(stamp_ns, reason, friction=_friction_on_one_flank(
-            rows, regression, expected, certain))
+            rows, stamp_ns, regression, expected, certain))
 
     if min(_loaded_shares(rows)) < LIMITS.flank:
         return without_gap('one_flank_loaded')
@@ -364,19 +345,20 @@ def fit_all(regression: Regression, theta: Array, variance: float, expected: Arr
     return _Fit(theta, covariance, theta_free, covariance_free, False, gain, loop)
 
 
-def _friction_on_one_flank(rows: Array, regression: Regression, expected: Array, certain: Array
-                           ) -> Friction | None:
+def _friction_on_one_flank(rows: Array, stamp_ns: int, regression: Regression, expected: Array,
+                           certain: Array) -> Backlash | None:
     """
     Return the friction of a motion on one flank; None where it does not determine the friction.
 
     Args:
         rows: of the window, see fit.
+        stamp_ns: its end.
         regression: of it; the other flank is put out of its reach.
         expected: standard deviations of the changes [N_SHAPE], see _expected.
         certain: weights of the samples, see _weights.
 
     Returns:
-        The Friction.
+        The features, without gap and gain.
 
     """
     twist, torque = regression.data[:, D_TWIST], regression.data[:, D_TORQUE]
@@ -394,10 +376,11 @@ def _friction_on_one_flank(rows: Array, regression: Regression, expected: Array,
     if not (np.isfinite(theta).all() and 0.0 < std[COULOMB]
             < LIMITS.identified * expected[COULOMB]):
         return None
-    return Friction(
-        float(theta[VISCOUS]), float(std[VISCOUS]), float(theta[COULOMB]), float(std[COULOMB]),
-        float(rows[:, S_X2].mean()), _rms(rows[:, S_X3]),
-        _rms(_transmitted(regression.data, theta), certain))
+    of, std_of = theta.tolist(), std.tolist()
+    return Backlash(
+        stamp_ns, viscous=of[VISCOUS], viscous_std=std_of[VISCOUS], coulomb=of[COULOMB],
+        coulomb_std=std_of[COULOMB], angle=float(rows[:, S_X2].mean()), speed=_rms(rows[:, S_X3]),
+        load=_rms(_transmitted(regression.data, theta), certain))
 
 
 def _features(rows: Array, stamp_ns: int, fitted: _Fit, flank: float, traversals: int,

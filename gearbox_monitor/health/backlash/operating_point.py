@@ -15,7 +15,7 @@ from typing import Self
 import numpy as np
 
 from gearbox_monitor.health.backlash.change_tests import FEATURES, HYSTERESIS, WEAR
-from gearbox_monitor.health.backlash.features import Backlash, Friction
+from gearbox_monitor.health.backlash.features import Backlash
 from gearbox_monitor.kernels.types import Array
 
 TINY = 1e-9
@@ -117,7 +117,7 @@ class Bins:
     turns: bool = True
 
 
-def find_point(points: tuple[OperatingPoint, ...], window: Backlash | Friction,
+def find_point(points: tuple[OperatingPoint, ...], window: Backlash,
                temperature: float | None, bins: Bins) -> tuple[tuple[OperatingPoint, ...], int]:
     """
     Return the operating points, with a new one if none is near, and the index of a window's.
@@ -137,7 +137,7 @@ def find_point(points: tuple[OperatingPoint, ...], window: Backlash | Friction,
         max(_number(window.load), TINY))), len(points)
 
 
-def distance(point: OperatingPoint, window: Backlash | Friction, temperature: float | None,
+def distance(point: OperatingPoint, window: Backlash, temperature: float | None,
              bins: Bins) -> float:
     """
     Return how far a window lies from an operating point, in bins: the largest of its coordinates.

@@ -11,7 +11,9 @@ Shiryaev and Roberts, so that false alarms are no more often than the prior prob
 change, however long one waits (e-detectors: Shin, Ramdas and Rinaldo, 2023).
 """
 from collections.abc import Sequence
+from dataclasses import dataclass
 from datetime import datetime, UTC
+from functools import cached_property
 import itertools
 import math
 from typing import NamedTuple
@@ -146,7 +148,8 @@ class Posterior:
             np.log(np.diag(root) / scale).sum()))
 
 
-class Fit(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Fit:
     """
     Posterior of the wear: mean [T] of its `columns`, and a root [T, T] of the covariance.
 
@@ -181,8 +184,9 @@ class Fit(NamedTuple):
         variance = np.diag(self.base.covariance) + ((gain @ self.covariance) * gain).sum(axis=1)
         return (self.base.mean - gain @ self.mean).reshape(shape), variance.reshape(shape)
 
+    @cached_property
     def scan(self) -> 'Scan':
-        """Return what each stretch of the newest windows says of one more step."""
+        """What each stretch of the newest windows says of one more step."""
         o, c = self.base.observations, self.columns
         mean, _ = self.without_wear()
         residual = o.y - np.einsum('fcb,fb->cf', o.design, mean)
@@ -354,12 +358,6 @@ def _from_end(values: Array) -> Array:
     """Return sums over each stretch from row k to the last one."""
     sums: Array = np.cumsum(values[::-1], axis=0)[::-1]
     return sums
-
-
-def ages(stamps: Sequence[int] | Integers, now_ns: int, window_ns: float) -> Array:
-    """Return how many windows of `window_ns` lie between `stamps` [N] and `now_ns`."""
-    result: Array = (now_ns - np.asarray(stamps, np.int64)) / window_ns
-    return result
 
 
 def reach(growth: float, growth_std: float, slope: float, slope_std: float, limit: float
