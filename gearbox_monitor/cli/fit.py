@@ -37,8 +37,6 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable, Mapping, Sequence
 import math
 from pathlib import Path
-import sys
-import time
 from typing import Any
 
 import numpy as np
@@ -51,7 +49,7 @@ from gearbox_monitor.diagnosis.joint.nominal import fit_nominal, FittedValue
 from gearbox_monitor.diagnosis.joint.unit_adaptation import Adapted
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import noise_search
-from gearbox_monitor.estimation.tune import expected_seconds, tune
+from gearbox_monitor.estimation.tune import tune
 from gearbox_monitor.files.opening import plain
 from gearbox_monitor.files.yaml_files import (
     error_words, expect_new_file, expect_outside_of_bag, load_parameters,
@@ -289,9 +287,6 @@ def _fit_noise(args: Namespace) -> int:
     notes = [NO_MODEL] * (not is_known) + list(filter(None, [reader.notice])) + notes
     with progress_bar('fit') as progress:
         try:
-            noise_search.describe(samples.stamp_ns, samples.u[:, 0], samples.y)  # refuses it
-            seconds = expected_seconds(model, parameters, samples, time.perf_counter)
-            print(f'fit: takes about {max(seconds, 1.0):.0f} s', file=sys.stderr)
             data = tune(model, parameters, [samples], reference, not args.fix_speeds,
                         args.smoother, lambda share: progress(share, 1))
         except InputError as error:

@@ -27,5 +27,5 @@ Public names, by module:
     sample_loop: BACKWARD, CONFIRM, DUPLICATE, ESTIMATE, HUGE, JUMP, LoopSettings, LoopState,
         Output, REASONS, SECOND, stamp_codes, START, Stream, ZERO_STAMP
     score: LAGS, ljung_box, MIN_SAMPLES, run_score
-    tune: expected_seconds, tune
+    tune: tune
 """

@@ -38,7 +38,6 @@ ReferenceTorque: TypeAlias = tuple[Integers, Array]  # stamps [T] ns, torque [T]
 SEARCH: dict[str, Any] = {'friction_linearisation': 'statistical', 'adapt': ['']}
 SMOOTHER_FACTOR = math.sqrt(5.0)
 FIRST = 0.7  # share of the time until the random walk of a mixture is tuned
-EVALUATIONS = 15  # of the criterion with its slopes, on a long part, until a search ends
 REFERENCE_WEIGHT = 1e3  # makes 0.1 % of error one unit of the criterion
 OPEN_WITHOUT_REFERENCE = (
     'a wrong torque constant scales tau_K, and an offset of the torque shifts it: no likelihood '
@@ -46,33 +45,6 @@ OPEN_WITHOUT_REFERENCE = (
 OPEN_WITH_REFERENCE = (
     'gain and offset of the reference over the estimate: {gain:.3f}, {offset:+.4g} N m (1 and 0 '
     'when torque constant and offset are right; not written)')
-
-
-def expected_seconds(model: DriveModel, parameters: EstimatorParameters, samples: Samples,
-                     clock: Callable[[], float]) -> float:
-    """
-    Return about how long (s) the search of tune takes: by one evaluation of its criterion.
-
-    Args:
-        model: of the drive.
-        parameters: in force.
-        samples: a recording.
-        clock: returns the time, s.
-
-    """
-    part = _liveliest(samples, noise_search.COARSE_SECONDS)
-    base = parameters.replace(**SEARCH)
-    if member_parameters(base):
-        base = base.replace(tau_k_model=RANDOM_WALK)
-    start = {name: getattr(base, name) for name in _free_names(model, base, True, False)}
-    slopes = _slopes(model, base, list(start), part)
-    slopes(start)  # compiles
-    begin = clock()
-    slopes(start)
-    whole = len(samples.stamp_ns) / max(len(part.stamp_ns), 1)
-    fine = min(whole, noise_search.FINE_SECONDS / noise_search.COARSE_SECONDS)
-    # With slopes it costs about what a trial of each parameter does.
-    return (EVALUATIONS * fine + noise_search.TRIALS * whole) * (clock() - begin)
 
 
 def tune(model: DriveModel, parameters: EstimatorParameters, recordings: Sequence[Samples],

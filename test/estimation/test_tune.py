@@ -4,7 +4,6 @@
 """Tuning through the command line and its parts; no ROS, no truth needed."""
 import json
 import math
-import re
 
 import numpy as np
 import pytest
@@ -170,8 +169,7 @@ def test_reference_fits_error_and_coverage(bag, tmp_path, capsys):
     start = params(tmp_path / 'start.yaml', q_std_tau_k=1.0)
     assert main(['fit', 'noise', str(bag), '--params', start, '--fix-speeds', '--reference',
                  'plant/transmission_state', '--out', str(out)]) == 0
-    text, told = capsys.readouterr()
-    assert re.search(r'^fit: takes about \d+ s$', told, re.M)
+    text = capsys.readouterr().out
     assert 'gain and offset' in text and 'within 1 sigma' in text
     values = yaml.safe_load(out.read_text())['estimator']['ros__parameters']
     assert 4.0 < values['q_std_tau_k'] < 20.0
