@@ -171,9 +171,10 @@ def _written(args: Namespace, reader: BagReader, source: Path, assumptions: Sequ
 def _say(args: Namespace, data: dict[str, Any]) -> int:
     """Print what was written; return the exit code."""
     rate = f', {data["rate_hz"]:.1f} Hz' if data['rate_hz'] else ''
-    lines = [*(f'assumed: {assumption}' for assumption in data['assumptions']),
-             f'{args.bag}: {data["samples"]} samples, {data["duration_s"]:.3f} s{rate}, joints '
-             f'{", ".join(data["joints"])}', *(f'note: {note}' for note in data['notes'])]
+    lines = [f'{args.bag}: {data["samples"]} samples, {data["duration_s"]:.3f} s{rate}, joints '
+             f'{", ".join(data["joints"])}',
+             *(f'assumed: {assumption}' for assumption in data['assumptions']),
+             *(f'note: {note}' for note in data['notes'])]
     if 'motor' not in data['joints']:
         lines.append(f'next: gearbox_monitor check {shlex.quote(args.bag)} --motor-joint '
                      f"{shlex.quote(data['joints'][0])} --arm-joint ''")

@@ -64,11 +64,12 @@ def run(args: Namespace) -> int:
         index.write_text(index_page(folder.resolve().name, recordings, pages), encoding='utf-8')
     except OSError as error:
         raise InputError(f'{index}: {error.strerror}, expected a writable file') from None
-    words = f'{counted(len(recordings), "recording")}, {counted(len(pages), "page")}'
+    answer = index_summary(recordings, pages).data['headline']
+    words = f'{counted(len(recordings), "recording")}, {counted(len(pages), "page")}: {index}'
     if not args.json and (os.environ.get('DISPLAY') or os.environ.get('WAYLAND_DISPLAY')):
         webbrowser.open(index.resolve().as_uri())
-    show(args, {'summary': words, 'page': str(index), 'recordings': list(map(str, recordings)),
-                'pages': [page._asdict() for page in pages]}, lambda: f'{words}\n{index}')
+    show(args, {'summary': answer, 'page': str(index), 'recordings': list(map(str, recordings)),
+                'pages': [page._asdict() for page in pages]}, lambda: f'{answer}\n{words}')
     return 0
 
 
@@ -94,6 +95,13 @@ def _pages(folder: Path) -> Iterator[WrittenPage]:
             yield WrittenPage(quote(path.relative_to(folder).as_posix()), *parts)
 
 
+def index_summary(recordings: Sequence[Path], pages: Sequence[WrittenPage]) -> Section:
+    """Return what the worst of `pages` says, or how many `recordings` there are."""
+    raised = [page for kind in ('error', 'warn') for page in pages if page.kind == kind]
+    return page_summary(raised[0].kind, f'{raised[0].title}: {raised[0].headline}') if raised \
+        else page_summary('', f'{counted(len(recordings), "recording")}; no page raises anything.')
+
+
 def index_page(name: str, recordings: Sequence[Path], pages: Sequence[WrittenPage]) -> str:
     """
     Return the index as HTML.
@@ -111,11 +119,7 @@ def index_page(name: str, recordings: Sequence[Path], pages: Sequence[WrittenPag
         linked.update(own)
         rows.append({'name': str(path), 'pages': own,
                      'command': f'gearbox_monitor report {shlex.quote(str(path))}'})
-    raised = [page for kind in ('error', 'warn') for page in pages if page.kind == kind]
-    first = raised[0] if raised else None
-    return render_page(Page(f'Index of {name}', page_summary(
-        first.kind if first else '', f'{first.title}: {first.headline}' if first else
-        f'{counted(len(recordings), "recording")}; no page raises anything.'), [
+    return render_page(Page(f'Index of {name}', index_summary(recordings, pages), [
             Section('index.html', {'pages': [p for p in pages if p not in linked], 'rows': ()},
                     'Fleets and other pages'),
             Section('index.html', {'pages': (), 'rows': rows}, 'Recordings')]))

@@ -79,12 +79,12 @@ def as_text(data: Mapping[str, Any]) -> str:
         return (f'{data["bag"]}: complete, {total["messages"]} messages in '
                 f'{total["seconds"]:.3f} s; nothing to recover, nothing was written')
     width = max(len('all'), *(len(row['topic']) for row in data['topics']))
-    lines = [*data['notes'], '',
+    kept, lost = data['kept'], data['lost']
+    lines = [f'{data["written"]}: {kept["messages"]} messages in {kept["seconds"]:.3f} s are '
+             f'rescued and read back; {lost["messages"]} are lost.', *data['notes'], '',
              f'{"topic":{width}s} {"kept":>10s} {"s":>10s} {"lost":>10s} {"s":>8s}']
-    rows = [*data['topics'], {'topic': 'all', 'kept': data['kept'], 'lost': data['lost']}]
-    for row in rows:
+    for row in [*data['topics'], {'topic': 'all', 'kept': kept, 'lost': lost}]:
         seconds = f'{row["lost"]["seconds"]:.3f}' if 'seconds' in row['lost'] else ''
         lines.append(f'{row["topic"]:{width}s} {row["kept"]["messages"]:10d} '
                      f'{row["kept"]["seconds"]:10.3f} {row["lost"]["messages"]:10d} {seconds:>8s}')
-    return '\n'.join([*lines, '', *([UNWRITTEN] if data['cut'] else []),
-                      f'{data["written"]}: written, read back, the same messages'])
+    return '\n'.join([*lines, *(['', UNWRITTEN] if data['cut'] else [])])
