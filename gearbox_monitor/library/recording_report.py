@@ -117,15 +117,15 @@ def _of_robot(bag: str, page: Path, estimators: Sequence[str],
         joints[name] = recorded(node, name)
         write_new(pages[name], recording_page(
             *joints[name], f'{_name(bag)}, {name}', bags[name]))
-    overview = robot_page(
+    html, said = robot_page(
         joints, {name: path.name for name, path in pages.items()}, _name(bag), bags)
-    write_new(page, overview.html)
+    write_new(page, html)
     rows = {name: {'page': str(pages[name]), 'headline': headline(timeline, facts)[0],
                    **figures(timeline, facts)} for name, (timeline, facts) in joints.items()}
     notes = dict.fromkeys(note for _, facts in joints.values() for note in facts.notes)
-    return ReportPages(page, overview.headline, plain({
-        'summary': overview.headline, 'bag': bag, 'page': str(page),
-        'headline': overview.headline, 'joints': rows}), pages, (
+    return ReportPages(page, said, plain({
+        'summary': said, 'bag': bag, 'page': str(page), 'headline': said,
+        'joints': rows}), pages, (
             f'{len(joints)} joints, each with its page: {page.stem}.JOINT.html'), tuple(notes))
 
 

@@ -29,17 +29,9 @@ TAIL = 0.5        # percent of the samples on either end that share the outermos
 FEWEST = 0.002    # share of the samples below which a bin says nothing
 
 
-@dataclass(frozen=True)
-class BinnedMap:
-    """A quantity over a motion variable: edges [B + 1], rms [B]; NaN where samples are few."""
-
-    edges: Array
-    rms: Array
-
-
-def binned(x: Array, value: Array, edges: Array) -> BinnedMap:
+def binned(x: Array, value: Array, edges: Array) -> Array:
     """
-    Return the Map of `value` [...] over x [...], or of value [..., C]: channels together.
+    Return the rms [B] of `value` [...] over x [...], or of value [..., C]; NaN: few samples.
 
     What lies beyond the edges counts in the outermost bins.
 
@@ -54,8 +46,7 @@ def binned(x: Array, value: Array, edges: Array) -> BinnedMap:
     count = np.bincount(at, minlength=bins)
     populated = count >= max(1.0, FEWEST * len(at))
     total = np.bincount(at, power, minlength=bins)
-    return BinnedMap(edges, np.sqrt(
-        np.where(populated, total / np.where(populated, count, 1), np.nan)))
+    return np.sqrt(np.where(populated, total / np.where(populated, count, 1), np.nan))
 
 
 def edges_of(x: Array) -> Array:
@@ -98,16 +89,16 @@ class DiagnosisEvidence:
     Arrays behind a verdict.
 
     axis: of the model; labels {quantity: words with unit}; overlay: nominal model first; windows:
-    (words, window) of those to show; maps {quantity: maps of the residual in sigma, one per run};
-    placed: whether the recording shows where an effect acts: both encoders, or one of a rigid
-    drive.
+    (words, window) of those to show; maps {quantity: (edges [B + 1] of bins, rms [B] of the
+    residual in sigma of each run)}; placed: whether the recording shows where an effect acts: both
+    encoders, or one of a rigid drive.
     """
 
     axis: str
     labels: Mapping[str, str]
     overlay: Overlay
     windows: Sequence[tuple[str, int]]
-    maps: Mapping[str, Sequence[BinnedMap]]
+    maps: Mapping[str, tuple[Array, Sequence[Array]]]
     placed: bool
 
 
@@ -131,9 +122,8 @@ def gather(verdict: Verdict, model: DriveModel) -> DiagnosisEvidence:
     laid = overlay(recording, models, data.level)
     motion = _motion(recording, model, laid.windows)
     residuals = [laid.residual(run) for run in laid.runs]
-    edges = {name: edges_of(value) for name, value in motion.items()}
-    maps = {name: [binned(value, r, edges[name]) for r in residuals]
-            for name, value in motion.items()}
+    maps = {name: (edges, [binned(value, r, edges) for r in residuals])
+            for name, value in motion.items() for edges in (edges_of(value),)}
     return DiagnosisEvidence(
         model.axis, {name: on_axis(_label(name, recording), model.axis) for name in motion}, laid,
         notable_windows(laid), maps, shows_place(recording, model))

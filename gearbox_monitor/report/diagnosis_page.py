@@ -156,12 +156,12 @@ def _location(data: VerdictData, evidence: DiagnosisEvidence) -> Section:
             rows.append(BarRow(place_text(place), '', part['explained'],
                                str(percent(part['explained'])), role))
     charts = []
-    for name, maps in evidence.maps.items():
-        label = evidence.labels[name]
-        traces = [Trace(residual.edges, residual.rms, run.name, role, step=True)
-                  for run, role, residual in zip(evidence.overlay.runs, RUN_ROLES, maps)]
-        panel = Panel('gap', traces, 1.0, 130, NOISE_RANGE)
-        charts.append(Chart(f'over {name}', [panel], label, zoom=False))
+    for name, (edges, maps) in evidence.maps.items():
+        panel = Panel('gap', [
+            Trace(edges, rms, run.name, role, step=True)
+            for run, role, rms in zip(evidence.overlay.runs, RUN_ROLES, maps)],
+            1.0, 130, NOISE_RANGE)
+        charts.append(Chart(f'over {name}', [panel], evidence.labels[name], zoom=False))
     return Section('diagnosis/where.html', {
         'placed': evidence.placed, 'places': Bars(rows, top=1.0),
         'effects': len(ids_of(data)), 'charts': charts}, 'Where', folded=True)

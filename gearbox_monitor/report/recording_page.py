@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 import json
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -347,15 +347,8 @@ def _robot_summary(joints: Mapping[str, tuple[Timeline, RecordingFacts]], rows: 
                            for note in facts.notes)))
 
 
-class RobotPage(NamedTuple):
-    """A page and its first sentence."""
-
-    html: str
-    headline: str
-
-
 def robot_page(joints: Mapping[str, tuple[Timeline, RecordingFacts]], links: Mapping[str, str],
-               name: str, bags: Mapping[str, str]) -> RobotPage:
+               name: str, bags: Mapping[str, str]) -> tuple[str, str]:
     """
     Return the page of a recording of several gearboxes.
 
@@ -374,5 +367,5 @@ def robot_page(joints: Mapping[str, tuple[Timeline, RecordingFacts]], links: Map
     summary, highest = _robot_summary(joints, rows), rows[0].name
     timeline, facts = joints[highest]
     steps = advice([f'{highest}: {step}' for step in next_steps(timeline, facts, bags[highest])])
-    return RobotPage(render_page(Page(f'Robot {name}', summary, (steps, joint_table(rows)),
-                                      facts.model.axis)), summary.data['headline'])
+    return render_page(Page(f'Robot {name}', summary, (steps, joint_table(rows)),
+                            facts.model.axis)), summary.data['headline']

@@ -6,8 +6,8 @@ The page of a watch: the answer, the robot with what was found at its joints, st
 
 It shows the data of watch_data and the description, live and offline alike.
 """
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -110,24 +110,8 @@ def _marks(data: WatchData, chain: Chain) -> dict[str, Dot]:
 
 
 # --- table --------------------------------------------------------------------------------------
-@dataclass(frozen=True)
-class StateRow:
-    """
-    A joint in the table: level in words and as a class, words of each state, and what is found.
-
-    why: it is not judged, in place of the states.
-    """
-
-    name: str
-    level: str
-    kind: str
-    cells: Sequence[tuple[str, str]]
-    found: str
-    why: str
-
-
-def _row(data: WatchData, name: str) -> StateRow:
-    """Return the row of the joint `name`."""
+def _row(data: WatchData, name: str) -> dict[str, Any]:
+    """Return the row of the joint `name`: level, states in words, what is found, or why not."""
     joint = data['joints'][name]
     found = [f for f in data['findings'] if f['joint'] == name]
     bad = {f['state'] for f in found}
@@ -135,10 +119,11 @@ def _row(data: WatchData, name: str) -> StateRow:
     cells = [('warn' if kind in bad else '', states.get(kind, '-').removesuffix(' %'))
              for kind in STATE_TITLES]
     level = joint['level']
-    return StateRow(
-        name, '' if level is None else LEVELS[level], ROLES[level], cells,
-        '; '.join(since_words(f['label'], f['since_ns']) for f in found),
-        f'{NOT_JUDGED}: {joint["why"]}' if level is None else '')
+    return {
+        'name': name, 'level': '' if level is None else LEVELS[level], 'kind': ROLES[level],
+        'cells': cells, 'found': '; '.join(
+            since_words(f['label'], f['since_ns']) for f in found),
+        'why': f'{NOT_JUDGED}: {joint["why"]}' if level is None else ''}
 
 
 # --- changes over time --------------------------------------------------------------------------

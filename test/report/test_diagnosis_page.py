@@ -164,10 +164,10 @@ def test_binned_over_a_motion():
     x = np.linspace(0.0, 1.0, 1000)
     value = np.stack([np.where(x > 0.5, 3.0, 1.0), np.where(x > 0.5, 3.0, 1.0)], axis=1)
     found = diagnosis_evidence.binned(x, value, np.linspace(0.0, 1.0, 11))
-    assert found.rms == pytest.approx(np.where(np.arange(10) < 5, 1.0, 3.0))
+    assert found == pytest.approx(np.where(np.arange(10) < 5, 1.0, 3.0))
     few = diagnosis_evidence.binned(np.append(x, 9.9), np.append(value[:, 0], 1.0),
                                  np.linspace(0.0, 10.0, 11))
-    assert np.isnan(few.rms[1:]).all() and np.isfinite(few.rms[0])
+    assert np.isnan(few[1:]).all() and np.isfinite(few[0])
 
 
 def test_curves_to_draw():

@@ -96,8 +96,8 @@ def test_wear_comes_before_a_lack_of_trust_of_the_same_level():
 def test_where_nothing_is_raised():
     assert page(base=timeline(), elbow=timeline())[1] == 'Nothing is raised.'
     nothing = page(base=timeline(windows=0), elbow=timeline(windows=0))
-    assert nothing.headline.startswith('Nothing was evaluated') and 'badge' not in nothing.html[
-        nothing.html.index('<main>'):]
+    assert nothing[1].startswith('Nothing was evaluated') and 'badge' not in nothing[0][
+        nothing[0].index('<main>'):]
 
 
 def test_live_page_has_the_rows_of_several_joints():
@@ -139,5 +139,5 @@ def test_a_replayed_page_has_the_load_by_the_description(tmp_path):
 def test_page_in_a_browser(browser, tmp_path, width):
     file = tmp_path / 'r.html'
     file.write_text(page(base=timeline(), shoulder_lift_joint=timeline(2, 0.12),
-                         wrist=timeline(windows=0)).html, encoding='utf-8')
+                         wrist=timeline(windows=0))[0], encoding='utf-8')
     assert not overflowing(browser, file.as_uri(), width)
