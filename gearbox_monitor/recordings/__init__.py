@@ -16,14 +16,14 @@ Public names, by module:
     from_bag: ANY, drive_recording, names_in_log, robot_recording
     guess: Answers, Guess, Unsettled
     innovations: innovation_topics, nis_of
-    joint_input: bag_arguments, DIAGNOSTIC_ARRAY, find_input, find_topic, GEARBOX, Joiner,
-        JointInput, match_stamps, PAYLOAD_CHANGE, recorded_inputs, topics_called
+    joint_input: bag_arguments, find_input, find_topic, GEARBOX, Joiner, JointInput,
+        match_stamps, PAYLOAD_CHANGE, recorded_inputs, topics_called
     messages: converted_bag, paired_bag
     player: Player
     read: BagReader, JOINT_STATE, natural, open_bag
     reading: BY_NAMES, is_bag, open_recording, read_mapping, ReadOptions
-    recorded_samples: joined_samples, NO_MODEL, NO_SERIAL, read_snapshots, RecordedSamples,
-        sample_parts, samples_of
+    recorded_samples: joined_samples, NO_MODEL, NO_SERIAL, read_snapshots, sample_parts,
+        samples_of
     recovery: recover, Recovery
     replay: Comparer, Comparison, interval_error, Replay, replay, ReplayCollector,
         ReplaySummary, smoothed
