@@ -135,7 +135,7 @@ def _of_names(table: Table) -> dict[str, Any]:
     if 't' not in names or table.joints:
         return {}
     time = {'column': 't'}
-    if set(names) & {'motor', 'arm'} and set(names) & set(OF_TABLE):
+    if {'motor', 'arm'} & set(names):
         if {'u', 'torque'} <= set(names):
             raise InputError(f'{table.path}: torque: stands with u, expected one of them')
         return {'time': time, 'signals': {OF_TABLE[name]: {'column': name} for name in names
@@ -147,13 +147,11 @@ def _of_names(table: Table) -> dict[str, Any]:
                 joint = name.removeprefix(prefix)
                 joints.setdefault(f'joint_{joint}' if joint.isdigit() else joint, {})[quantity] = {
                     'column': name, **({'unit': 'A'} if prefix == 'i_' else {})}
+    placed = {joint: own for joint, own in joints.items() if 'position' in own}
     driven = [joint for joint, own in joints.items() if {'effort', 'setpoint'} & set(own)]
-    plain = all('position' in own or not {'effort', 'setpoint'} & set(own)
-                for own in joints.values()) and all(
-        meaning_of(own['position']['column']).source in ('', 'measured')
-        for own in joints.values() if 'position' in own)
-    return {'time': time, 'joints': {joint: own for joint, own in joints.items()
-                                     if 'position' in own}} if driven and plain else {}
+    plain = set(driven) <= set(placed) and all(meaning_of(
+        own['position']['column']).source in ('', 'measured') for own in placed.values())
+    return {'time': time, 'joints': placed} if driven and plain else {}
 
 
 class _Proposal:

@@ -9,6 +9,7 @@ names of both differ only in words of the vocabulary: 'run3_state_motor.csv' and
 'run3_control.csv', 'joint_states.csv' and 'joint_commands.csv'.
 """
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -50,6 +51,11 @@ class FoundTime:
     remarks: tuple[str, ...] = ()
     start: float = 0.0
     named: bool = True
+
+    @property
+    def end(self) -> float:
+        """Last time on the recording's own clock, s."""
+        return self.start + float(self.t[-1])
 
 
 def found_time(path: Path, columns: Sequence[Column], units: Mapping[str, str], name: str = ''
@@ -117,18 +123,15 @@ def _rank(column: Column, meaning: Meaning) -> float:
 def _as_time(path: Path, column: Column, columns: Sequence[Column], stated: str, is_named: bool,
              episode: Column | None) -> FoundTime | None:
     """Return `column` as a time in the unit that makes sense, None: in none."""
-    dates = column.values.dtype.kind == 'U'
-    unit_of_name = stated or column.unit
-    units = ['iso8601'] if dates else list(dict.fromkeys(
-        unit for unit in (unit_of_name, *units_of(TIME)) if unit in units_of(TIME)))
-    if not dates and not stated:
-        units.sort(key=lambda unit: unit != unit_of_name and not _is_usual(column, unit))
+    dates, own = column.values.dtype.kind == 'U', stated or column.unit
+    units = ['iso8601'] if dates else [own] if stated in units_of(TIME) else sorted(
+        units_of(TIME), key=lambda unit: 0 if unit == own else 2 - _is_usual(column, unit))
     nano, words = None, words_of(column.name)
     if set(words) & SECONDS and is_named and not dates:
         stem = [word for word in words if word not in SECONDS]
         nano = next((other for other in columns if set(words_of(other.name)) & NANO and [
             w for w in words_of(other.name) if w not in NANO | SECONDS] == stem), None)
-    for unit in units[:1] if stated else units:
+    for unit in units:
         if nano is not None and unit != 's':
             continue
         found = _stamps(path, column, unit, nano)
@@ -141,25 +144,21 @@ def _as_time(path: Path, column: Column, columns: Sequence[Column], stated: str,
         even = _is_even(stamps, starts, is_named)
         if even is None:
             continue
+        others = {**({} if nano is None else {'nanosec': nano.name}), **(
+            {'segment': episode.name} if starts.any() and episode is not None else {})}
         block: dict[str, Any] = {'column': column.name, **({'unit': unit} if unit != 's' else {}),
-                                 **({'stamps': 'even'} if even else {})}
-        if nano is not None:
-            block['nanosec'] = nano.name
-        if starts.any() and episode is not None:
-            block['segment'] = episode.name
+                                 **({'stamps': 'even'} if even else {}), **others}
         how = 'by its name' if is_named else 'by its steady growth'
         step = np.median(np.diff(stamps)[~starts]) * 1e-9
         remarks = [f'Time: {column.name}, {how}, in {unit}: one sample per {step:.6g} s.']
-        if unit_of_name in units_of(TIME) and unit != unit_of_name:
-            remarks.append(f'Its name says {unit_of_name}, at which the sample time makes no '
-                           'sense.')
-        labels = (column.name, *([nano.name] if nano is not None else []),
-                  *([episode.name] if starts.any() and episode is not None else []))
+        if own in units_of(TIME) and unit != own:
+            remarks.append(f'Its name says {own}, at which the sample time makes no sense.')
         shift = np.zeros(len(stamps))
         shift[1:][starts] = -np.diff(stamps)[starts] + 1e9
         t = np.interp(np.arange(len(rows)), np.flatnonzero(rows), (
             stamps - stamps[0] + np.cumsum(shift)) * 1e-9)
-        return FoundTime(t, block, labels, tuple(remarks), float(stamps[0]) * 1e-9)
+        return FoundTime(t, block, (column.name, *others.values()), tuple(remarks),
+                         float(stamps[0]) * 1e-9)
     return None
 
 
@@ -226,28 +225,26 @@ Motion: TypeAlias = tuple[Table, FoundTime, dict[str, Column]]  # position of ea
 def _motion_of(table: Table, foreign: str | None = None) -> Motion | None:
     """Return the positions in a table; None: no time, or one whose source is `foreign`."""
     time = found_time(table.path, table.columns, {})
+    if time is None or not time.named:
+        return None
     columns = [c for c in table.columns if c.values.dtype.kind in 'iuf'
-               and (time is None or c.name not in time.labels)]
+               and c.name not in time.labels]
     listed = meanings([c.name for c in columns], [c.unit for c in columns], table.joints)
     positions = [(m, c) for m, c in zip(listed, columns) if m.quantity == POSITION]
-    if time is None or not time.named or any(m.source == foreign for m, _ in positions):
-        return None
-    return table, time, {m.joint: c for m, c in positions}
+    return None if any(m.source == foreign for m, _ in positions) else (
+        table, time, {m.joint: c for m, c in positions})
 
 
 def _motions_beside(table: Table, setpoints: bool) -> list[Motion]:
     """Return the motions of the same joints and time in files beside, of `setpoints` or states."""
     files, fitting = _files_beside(table.path, setpoints), []
     own = _motion_of(table, SETPOINT if setpoints else None) if files else None
-    for file in files if own else ():
-        try:
+    for file in files if own and len(own[2]) > 1 else ():
+        with suppress(InputError):
             sibling = _motion_of(load_table(file, whole=True))
-        except InputError:
-            continue
-        if own and sibling and len(own[2]) > 1 and set(sibling[2]) == set(own[2]):
-            (begin, end), (first, last) = (
-                (time.start, time.start + float(time.t[-1])) for time in (own[1], sibling[1]))
-            if min(last, end) - max(first, begin) >= OVERLAP * (end - begin):
+            if own and sibling and set(sibling[2]) == set(own[2]) and min(
+                    own[1].end, sibling[1].end) - max(own[1].start, sibling[1].start) >= (
+                    OVERLAP * (own[1].end - own[1].start)):
                 fitting.append(sibling)
     return fitting
 
@@ -270,11 +267,11 @@ def with_setpoints(table: Table) -> Table:
                         'expected --use setpoint=none, or one of the files')
     for sibling, time, positions in fitting:
         table = load_table(table.path, whole=True) if table.streamed else table
-        table = replace(table, rows=None, streamed=False, columns=(
-            *table.columns, *(replace(c, name=BESIDE + c.name) for c in sibling.columns
-                              if c.name in time.labels),
-            *(replace(c, name=BESIDE + c.name, clock=BESIDE + time.labels[0])
-              for c in positions.values())),
+        clocks = [c for c in sibling.columns if c.name in time.labels]
+        table = replace(table, rows=None, streamed=False, columns=(*table.columns, *(
+            replace(c, name=BESIDE + c.name) for c in clocks), *(
+            replace(c, name=BESIDE + c.name, clock=BESIDE + time.labels[0])
+            for c in positions.values())),
             notes=(*table.notes, f'setpoints: {names} beside it, on the same clock'))
     return table
 
