@@ -95,17 +95,12 @@ class Guess:
         return '\n'.join(lines) + '\n' + yaml.safe_dump(
             dict(self.data), sort_keys=False, default_flow_style=None, allow_unicode=True)
 
-    def require_answers(self) -> None:
-        """Raise Unsettled where something is open."""
-        if self.questions:
-            raise Unsettled(self, *(f'{self.source}: {question}' for question in self.questions))
-
 
 class Unsettled(Undecided):
-    """Questions about a recording; `guess` is what was recognised of it."""
+    """The questions of a `guess`, which is what was recognised of a recording."""
 
-    def __init__(self, guess: Guess, *problems: object) -> None:
-        super().__init__(*problems)
+    def __init__(self, guess: Guess) -> None:
+        super().__init__(*(f'{guess.source}: {question}' for question in guess.questions))
         self.guess = guess
 
 

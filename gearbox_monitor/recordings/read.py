@@ -8,7 +8,7 @@ What rosbag2 has compressed, files or messages one by one, is unpacked; files in
 folder until the reader is closed.
 """
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import replace
 from functools import cached_property
 import heapq
@@ -71,7 +71,7 @@ def open_bag(path: str | Path) -> 'BagReader':
         if len(kinds) > 1:
             raise InputError(f'{path}: holds .mcap and .db3 files, expected one kind')
         kind = SqliteReader if kinds == {True} else McapReader
-        reader = kind(path, dict(zip(local, files)))
+        reader = kind(path, dict(zip(local, files)), stack)
         reader.packed_messages = packed_messages
         reader.opened = stack.pop_all()
     return reader
@@ -115,7 +115,7 @@ def natural(path: str | Path) -> list[int | str]:
     return [int(part) if part.isdigit() else part for part in re.split(r'(\d+)', str(path))]
 
 
-class BagReader:
+class BagReader(AbstractContextManager['BagReader']):
     """
     The bag `path`: what all storage formats have in common.
 
@@ -175,9 +175,6 @@ class BagReader:
     def close(self) -> None:
         """Release the files."""
         self.opened.close()
-
-    def __enter__(self) -> 'BagReader':
-        return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
                  traceback: TracebackType | None) -> None:
@@ -292,12 +289,13 @@ class BagReader:
 class McapReader(BagReader):
     """Bag `path` of one or more MCAP files, `files`: {path to read: path to show}."""
 
-    def __init__(self, path: Path, files: Mapping[Path, Path]) -> None:
+    def __init__(self, path: Path, files: Mapping[Path, Path], opened: ExitStack) -> None:
         super().__init__(path)
         self._files, self._unreadable = opened_files(files)
         undefined = 0  # messages
         placed: list[tuple[McapFile, ScannedChunk]] = []
         for file in self._files:
+            opened.callback(file.close)
             self.metadata.update(file.metadata)
             for channel in file.channels.values():
                 schema = file.schemas.get(channel.schema_id)
@@ -350,12 +348,6 @@ class McapReader(BagReader):
                 raise InputError(f'{self.path}: the times of more than {MAX_HELD >> 20} MB of '
                                  'messages overlap, expected chunks in order of their times')
         self.notice = self._notice(0) or self.notice
-
-    def close(self) -> None:
-        """Close the files."""
-        for file in self._files:
-            file.close()
-        super().close()
 
     def _notice(self, undefined: int) -> str:
         """Return one line about what is missing; undefined: messages without a definition."""
@@ -428,14 +420,12 @@ def blocks_of(topics: tuple[str, ...], messages: Iterable[Message]) -> Iterator[
 class SqliteReader(BagReader):
     """Bag `path` of one or more SQLite files, `files`: {path to read: path to show}."""
 
-    def __init__(self, path: Path, files: Mapping[Path, Path]) -> None:
+    def __init__(self, path: Path, files: Mapping[Path, Path], opened: ExitStack) -> None:
         super().__init__(path)
         self._files: list[SqliteFile] = []
-        with ExitStack() as stack:
-            for file, shown in files.items():
-                self._files.append(SqliteFile(file, shown))
-                stack.callback(self._files[-1].close)
-            stack.pop_all()
+        for file, shown in files.items():
+            self._files.append(SqliteFile(file, shown))
+            opened.callback(self._files[-1].close)
         for content in self._files:
             for topic, (kind, count) in content.topics.items():
                 self.topics[topic] = (kind, self.topics.get(topic, ('', 0))[1] + count)
@@ -448,9 +438,3 @@ class SqliteReader(BagReader):
         names = tuple(self.topics if topics is None else topics)
         return blocks_of(names, heapq.merge(*(file.messages(names) for file in self._files),
                                              key=lambda message: message[1]))
-
-    def close(self) -> None:
-        """Close the databases."""
-        for file in self._files:
-            file.close()
-        super().close()

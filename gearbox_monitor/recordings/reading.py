@@ -7,7 +7,7 @@ from pathlib import Path
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import open_file
-from gearbox_monitor.recordings.guess import Answers, Guess, guessed, NO_ANSWERS
+from gearbox_monitor.recordings.guess import Answers, Guess, guessed, NO_ANSWERS, Unsettled
 from gearbox_monitor.recordings.mapping import load_mapping, Mapping, mapping_of, text_of
 from gearbox_monitor.recordings.messages import converted_bag, needs_conversion
 from gearbox_monitor.recordings.read import BagReader, FORMATS, is_ros1, open_bag, ROS1
@@ -121,7 +121,8 @@ def read_mapping(path: Path, reading: ReadOptions = BY_NAMES, constants: bool = 
     if reading.answers.use.get('setpoint') != NONE:
         table = with_setpoints(table)
     guess = guessed(table, reading.settings, reading.answers, constants)
-    guess.require_answers()
+    if guess.questions:
+        raise Unsettled(guess)
     return table, mapping_of(guess.data, f'guess of {path.name}', table.header), guess
 
 

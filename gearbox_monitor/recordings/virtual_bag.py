@@ -46,20 +46,15 @@ class VirtualBag(BagReader):
         chunks: yields the Frames of the recording in parts, in order of time.
         span: (start_ns, end_ns) as far as it is known.
         notes: sentences for the user.
-        arm_side: positions of the motor are at the output, whatever the model's gear ratio.
-        units: {joint: unit of its effort}, where that is no torque or force.
     """
 
     def __init__(self, path: Path, topics: Mapping[str, int],
                  chunks: Callable[[], Iterator[Sequence[Frames]]], span: tuple[int, int],
-                 notes: Sequence[str] = (), arm_side: bool = False,
-                 units: Mapping[str, str] | None = None) -> None:
+                 notes: Sequence[str] = ()) -> None:
         super().__init__(path)
         self.topics = {topic: (JOINT_STATE, count) for topic, count in topics.items()}
         self.start_ns, self.end_ns = span
         self.notes, self.notice = tuple(notes), '; '.join(notes)
-        self.arm_side = arm_side
-        self.effort_units = dict(units or {})
         self._chunks = chunks
 
     def _stored_blocks(self, topics: Iterable[str] | None) -> Iterator[MessageBlock]:
@@ -95,11 +90,9 @@ def block_of_frames(topics: Sequence[str], frames: Sequence[Frames], whole: bool
 
 def bag_of_table(table: Table, mapping: Columns) -> VirtualBag:
     """Return the bag of a table as `mapping` reads it. Raises InputError."""
-    units = {name.rpartition(':')[0] or 'motor': unit for name, signal in mapping.signals.items()
-             if name.endswith((':effort', 'motor_effort')) and (unit := effort_unit(signal))}
     topics = _signals_of_topics(mapping)
     if is_streamed(table, mapping):
-        count, begin, end = _extent(table, mapping)
+        notes, (count, begin, end) = table.notes, _extent(table, mapping)
 
         def chunks() -> Iterator[Sequence[Frames]]:
             latest = 0
@@ -107,13 +100,19 @@ def bag_of_table(table: Table, mapping: Columns) -> VirtualBag:
                 frames = _frames(part, topics, latest)
                 latest = int(frames[0].log_ns[-1])
                 yield frames
-        return VirtualBag(table.path, dict.fromkeys(topics, count), chunks, (begin, end),
-                          table.notes, True, units)
-    signals = signals_of(table, mapping)
-    frames = _frames(signals, topics, 0)
-    return VirtualBag(table.path, dict.fromkeys(topics, len(signals.stamp_ns)), lambda: iter(
-        [frames]), (int(frames[0].log_ns[0]), int(frames[0].log_ns[-1])), signals.notes, True,
-        units)
+    else:
+        signals = signals_of(table, mapping)
+        whole, notes, count = _frames(signals, topics, 0), signals.notes, len(signals.stamp_ns)
+        begin, end = int(whole[0].log_ns[0]), int(whole[0].log_ns[-1])
+
+        def chunks() -> Iterator[Sequence[Frames]]:
+            yield whole
+    bag = VirtualBag(table.path, dict.fromkeys(topics, count), chunks, (begin, end), notes)
+    bag.arm_side = True  # whatever the model's gear ratio
+    bag.effort_units = {
+        name.rpartition(':')[0] or 'motor': unit for name, signal in mapping.signals.items()
+        if name.endswith((':effort', 'motor_effort')) and (unit := effort_unit(signal))}
+    return bag
 
 
 def _signals_of_topics(mapping: Columns) -> dict[str, dict[str, dict[str, str]]]:

@@ -3,6 +3,7 @@
 
 """Write a rosbag2-compatible MCAP bag that a crash or a full disk leaves readable."""
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import AbstractContextManager
 from dataclasses import replace
 import os
 from pathlib import Path
@@ -31,7 +32,7 @@ class WriteError(InputError):
     """The bag cannot be continued (disk full, medium gone); what it holds stays readable."""
 
 
-class BagWriter:
+class BagWriter(AbstractContextManager['BagWriter']):
     """
     Writer of one bag directory ``<path>/<name>_0.mcap``, ... with ``metadata.yaml``.
 
@@ -336,9 +337,6 @@ class BagWriter:
                      for name, topic in self._topics.items()], self.custom_data)
         part.add_metadata('rosbag2', {'serialized_metadata': storage.to_yaml(info)})
         part.finish()
-
-    def __enter__(self) -> 'BagWriter':
-        return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
                  traceback: TracebackType | None) -> None:
