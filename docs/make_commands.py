@@ -16,10 +16,10 @@ HEAD = """\
 # Commands
 
 `docs/make_commands.py` generates this page. `gearbox_monitor COMMAND --help` shows options and
-examples. All but `export`, `live` and `play` take `--json [FILE]`, for programs.
+examples. All but `export` and `live` take `--json [FILE]`, for programs.
 
 Codes of every command: 0 success, 2 bad usage or bad input (one line on stderr), 130 Ctrl-C
-(`live` and `play`: 0). Code 1 is a finding that requires action, code 3 means undecided: the input
+(`live`: 0). Code 1 is a finding that requires action, code 3 means undecided: the input
 is valid but does not answer the question.
 
 | command | what | exit codes 1 and 3 |

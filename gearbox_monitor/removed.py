@@ -22,6 +22,7 @@ REMOVED = {
     'gearbox_monitor compare': _FILTER,
     'gearbox_monitor simulate': 'gearbox_monitor diagnose BAG --validate BAG2 states the gap of '
     'both models on another recording',
+    'gearbox_monitor play': 'ros2 bag play BAG --clock publishes a bag to live nodes',
     'gearbox_monitor adapt': 'gearbox_monitor fit unit BAG --model FILE --out FOLDER',
     'gearbox_monitor describe': 'gearbox_monitor check ROBOT',
     'gearbox_monitor fit-nominal': 'gearbox_monitor fit model BAG --model FILE',
@@ -68,6 +69,7 @@ REMOVED = {
     'unordered': 'stamps are kept as recorded',
     'start_stamp_ns': 'dates are kept, other times begin at 1 s',
     # names of the Python package
+    'Filter': "Estimator(model, {'smoother_lag': 0.0}).step(sample) filters a sample",
     'load_robot_logs': 'load_recording(path, robot) returns the log of a robot',
     'suggest_robot': _ROBOT_MOTION,
     'SuggestedRobotMotion': _ROBOT_MOTION,

@@ -27,7 +27,6 @@ EXIT_CODES = {
               3: 'still learning, or no joint could be judged'},
     'live': {0: 'ended by Ctrl-C'},
     'replay': {0: 'done', 1: 'replayed and recorded estimates differ'},
-    'play': {0: 'done, or ended by Ctrl-C'},
     'recover': {0: 'the new bag exists, or none is needed'},
     'import': {0: 'done', 3: 'something is asked for that the file does not say; nothing is '
                'written'},
@@ -65,7 +64,6 @@ GROUPS = {
         'watch': ('watch', 'learn a robot from its joint states, and say what changes'),
         'live': ('live', 'show a watched robot or an estimator in the browser'),
         'replay': ('replay', 'run a bag through the estimator, offline'),
-        'play': ('play', 'publish a bag to live nodes, with /clock'),
         'fleet': ('fleet', 'replay many bags and report which gearboxes wear'),
         'accept': ('accept', 'check the backlash and stiffness of a delivered gearbox')},
     'diagnose': {
@@ -82,8 +80,7 @@ GROUPS = {
 COMMANDS = {name: entry for group in GROUPS.values() for name, entry in group.items()}
 
 
-LIVE = ('live', 'play')  # print on their own what they do
-WITHOUT_JSON = (*LIVE, 'export')
+WITHOUT_JSON = ('live', 'export')
 
 
 ENDS = ('--', '--ros-args')  # end the options of the command
@@ -185,7 +182,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(f'gearbox_monitor: {command}: {gone}', file=sys.stderr)
         return BAD_INPUT
     return run_parsed(f'gearbox_monitor {command}', lambda: _parse(argv, command),
-                      '' if command in LIVE else str(command))
+                      '' if command == 'live' else str(command))
 
 
 def run_parsed(name: str, parse: Callable[[], argparse.Namespace], timed: str = '') -> int:

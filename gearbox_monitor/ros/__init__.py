@@ -11,7 +11,6 @@ Public names, by module:
 
     .: live_node
     middleware: Child, ChildFailed, cores, Interrupt, own_domain
-    playback: play
     watcher: Watcher
 """
 import os

@@ -12,7 +12,7 @@ import setuptools
 ROOT = Path(__file__).parents[2]
 FILES = sorted((ROOT / 'gearbox_monitor/ros/launch').glob('*.launch.py'))
 # One gearbox each.
-SINGLE = {'monitor.launch.py', 'replay.launch.py'}
+SINGLE = {'monitor.launch.py'}
 NAMES = {*SINGLE, 'robot.launch.py', 'watch.launch.py'}
 
 
@@ -77,11 +77,6 @@ def test_watch_starts_an_arm_if_asked_for():
     module = _load('watch.launch.py')
     assert set(_nodes(module)) == {'watch_node'}
     assert set(_nodes(module, plant='true')) == {'watch_node', 'arm_plant_node'}
-
-
-def test_replay_starts_estimator_and_player():
-    module = _load('replay.launch.py')
-    assert set(_nodes(module, bag='bag')) == {'estimator_node', 'gearbox_monitor'}
 
 
 def test_robot_starts_one_estimator_for_all_gearboxes(tmp_path):
