@@ -10,8 +10,8 @@ is one object that carries its equation, its words and its column.
 Public names, by module:
 
     .: batch
-    batch: Begin, Driving, free_runs, LANES, N_LANE_STATE, ON_MOTOR, RunResult, RunSpans,
-        step_form, step_lanes, steps_with_plugin, T, U
+    batch: Begin, Driving, LANES, N_LANE_STATE, ON_MOTOR, RunResult, RunSpans, step_form,
+        step_lanes, steps_with_plugin, T, U
     drive: ALPHA, arm_acceleration, ARM_ALPHA, arm_constraint, arm_load, arm_load_slopes, CAC,
         CAV, CC, CL, Controller, CV, D, DriveModel, expect_integrable, expect_model,
         expect_torque_input, fastest_eigenvalue, G, HALF_GAP, INVERSE_M1, INVERSE_M2, K_S,
@@ -41,8 +41,8 @@ Public names, by module:
     effects.torque_map: QUANTITIES, TORQUE_MAP
     equivalent_torque: equivalent_torque, gains, imbalance, imbalance_with, true_motion
     faults: EncoderFault, Excitation, Faults, FaultyPlant, JOINTS, KINDS
-    simulate: N_STATE, Noise, packed_drive, PackedDrive, Plant, plugin_of, ProcessNoise,
-        read_all, rebuilt, Schedule, simulate, Trajectory, with_plugin
+    simulate: N_STATE, Noise, packed_drive, PackedDrive, Plant, plugin_of, read_all, rebuilt,
+        Schedule, simulate, Trajectory
     transmission: ATAN, dead_zone, dead_zone_torque, elastic_torque, FrictionLaw, IMPEDANCES,
         play, RIGID, side, TWO_OVER_PI
 """

@@ -1,23 +1,28 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Free runs of the drive over windows of a recording, one after the other; see batch, too."""
-from collections.abc import Callable, Sized
+"""
+Free runs of the drive over windows of a recording, side by side in the lanes of a vector unit.
+
+Each lane has the bits of a run by itself (simulate.advance).
+"""
+from collections.abc import Callable
 from functools import cache, reduce
 from typing import Any, NamedTuple, TypeAlias
 
 from gearbox_monitor.kernels.kernel import apart, entry, inline, kernel
 from gearbox_monitor.kernels.types import Array, Cube, Integers, Matrix, Vector
 from gearbox_monitor.plant.drive import (
-    ALPHA, arm_acceleration, ARM_ALPHA, CAC, CC, CV, G, gravity, HALF_GAP, INTEGRATOR, KIND, LAW,
+    arm_acceleration, ARM_ALPHA, CAC, G, gravity, HALF_GAP, INTEGRATOR, KIND, LAW,
     motor_acceleration, steady_arm_load, STIFFNESS)
 from gearbox_monitor.plant.effects.composition import (
-    advanced_servo, late_fade, reading, servo, STEP_PLACES, stored_memories, term_of)
+    advanced_servo, base_friction, late_fade, reading, servo, STEP_PLACES, stored_memories,
+    term_of)
 from gearbox_monitor.plant.effects.effect import Effect, MotorFriction, Torques
 from gearbox_monitor.plant.effects.registry import (
     in_slot, INTEGRAL, N_MEMORY, SERVO_KI, SERVO_KP, SERVO_LATE)
 from gearbox_monitor.plant.simulate import (
-    advance, Four, integrator, N_STATE, PackedDrive, play_after, ProcessNoise, step, with_plugin)
+    Four, integrator, PackedDrive, play_after, rebuilt, step, with_plugin)
 from gearbox_monitor.plant.transmission import ATAN, DEAD_ZONE, dead_zone, RK4, side
 
 
@@ -65,80 +70,20 @@ class RunResult(NamedTuple):
     carry: Matrix
 
 
-@entry
-def free_runs(spans: RunSpans, start: Begin, driving: Driving, drive: PackedDrive,
-              noise: ProcessNoise, rows: Matrix, result: RunResult) -> None:
-    """
-    Run windows one after the other.
-
-    Args:
-        spans: the windows.
-        start: where they begin.
-        driving: what acts on the drive.
-        drive: PackedDrive.
-        noise: ProcessNoise of a sample, without any: numbers [1, n, 4] and std [4] are 0.
-        rows: room to work in [longest run + 1, N_STATE].
-        result: is filled in.
-    """
-    begin, first, length, carry_at, extra_at = spans
-    u, extra, dt = driving
-    y, carry = result
-    for w in range(len(begin)):
-        state = rows[0]
-        for i in range(4):
-            state[i] = start.states[w, i]
-        for i in range(N_STATE - 4):
-            state[4 + i] = start.memory[w, i]
-        path = rows[1:]
-        lead = first[w] - begin[w]
-        for k in range(begin[w], first[w] + length):
-            for i in range(N_STATE):
-                path[k - begin[w], i] = state[i]
-            if k == carry_at[w]:
-                for i in range(N_STATE):
-                    carry[w, i] = state[i]
-            row = extra[extra_at[w] + k - begin[w]]
-            external = (row[0], row[1], row[2])
-            advance(state, k * dt, dt, u[k], external, (noise.numbers[0], noise.std), drive,
-                    0.0)
-        if carry_at[w] == first[w] + length:
-            for i in range(N_STATE):
-                carry[w, i] = state[i]
-        for k in range(length):
-            y[w, k, 0] = reading(path, lead + k, 0, dt, drive.e)
-            y[w, k, 1] = reading(path, lead + k, 1, dt, drive.e)
-
-
 LANES = 16
-FEWEST = 3  # windows from which on lanes are faster than one run after the other
-PARTS = 24 + 2 * N_MEMORY
+PARTS = 25 + 2 * N_MEMORY
+OWN = -1  # row of the memory of an effect, for _added
 PLAIN, BY_TERM, ONE_BY_ONE = range(3)  # how lanes are stepped
 # State: motion, then memories, time. Then torque of the actuator and torques from outside.
 X1, X2, X3, X4, M = (LANES * i for i in range(5))
 T, U, ON_MOTOR, ON_ARM, IN_GEARBOX = (M + LANES * (N_MEMORY + i) for i in range(5))
 # A stage of a step with effects: where it is, its memories.
 Y1, Y2, Y3, Y4, YM = (IN_GEARBOX + LANES * (1 + i) for i in range(5))
-# Accelerations, sums over stages, parts of torques.
-RATE3, RATE4, SUM1, SUM2, SUM3, SUM4, TWIST, TAU_K, LOAD, MOTOR, FRICTION = (
-    YM + LANES * (N_MEMORY + i) for i in range(11))
+# Its time, accelerations, sums over stages, parts of torques.
+YT, RATE3, RATE4, SUM1, SUM2, SUM3, SUM4, TWIST, TAU_K, LOAD, MOTOR, FRICTION = (
+    YM + LANES * (N_MEMORY + i) for i in range(12))
 N_LANE_STATE = PARTS * LANES
 Loop: TypeAlias = Callable[..., None]
-
-
-def suited(spans: Sized, p: Array, plugin: object) -> bool:
-    """
-    Return whether `runs` can do the runs.
-
-    Args:
-        spans: the windows.
-        p: packed model.
-        plugin: effect of a plug-in, None for none.
-
-    Returns:
-        True if it is faster, too.
-    """
-    return bool(len(spans) >= FEWEST and plugin is None and p[KIND] == DEAD_ZONE
-                and p[LAW] == ATAN and p[INTEGRATOR] == RK4)
 
 
 # ---------------------------------------------------------------------- without effects
@@ -194,52 +139,23 @@ def _loops(slot: str, term: Callable[[Effect], Loop]) -> Loop:
     return reduce(joined, [term(effect) for effect in in_slot(slot)], nothing)
 
 
-def _friction(effect: Effect) -> Loop:
-    equation, read, place, memory = term_of(effect, 'friction')
-    row = YM + LANES * memory
+def _added(slot: str, total: int, *rows: int) -> Callable[[Effect], Loop]:
+    """
+    Return what makes loops of a `slot` whose equations add to the row `total`.
 
-    def term(s: Array, elapsed: float, p: Array, e: Array) -> None:
-        if e[place] != 0.0:
-            c, base = read(e), MotorFriction(p[CV], p[CC], p[ALPHA], p[LAW])
-            for i in range(len(s) // PARTS):
-                s[FRICTION + i] += equation(c, s[T + i] + elapsed, s[Y3 + i], s[row + i], base)
-    return term
+    rows: of the arguments of the equation; OWN stands for the memory of the effect.
+    """
+    def of(effect: Effect) -> Loop:
+        equation, read, place, memory = term_of(effect, slot)
+        own = tuple(YM + LANES * memory if row == OWN else row for row in rows)
 
-
-def _arm_torque(effect: Effect) -> Loop:
-    equation, read, place, memory = term_of(effect, 'arm_torque')
-    row = YM + LANES * memory
-
-    def term(s: Array, elapsed: float, e: Array) -> None:
-        if e[place] != 0.0:
-            c = read(e)
-            for i in range(len(s) // PARTS):
-                s[LOAD + i] += equation(c, s[T + i] + elapsed, s[Y2 + i], s[Y4 + i], s[row + i])
-    return term
-
-
-def _twist(effect: Effect) -> Loop:
-    equation, read, place, memory = term_of(effect, 'twist')
-    row = YM + LANES * memory
-
-    def term(s: Array, e: Array) -> None:
-        if e[place] != 0.0:
-            c = read(e)
-            for i in range(len(s) // PARTS):
-                s[TWIST + i] += equation(c, s[Y1 + i], s[Y2 + i], s[row + i])
-    return term
-
-
-def _elastic(effect: Effect) -> Loop:
-    equation, read, place, memory = term_of(effect, 'elastic')
-    row = YM + LANES * memory
-
-    def term(s: Array, p: Array, e: Array) -> None:
-        if e[place] != 0.0:
-            c = read(e)
-            for i in range(len(s) // PARTS):
-                s[TAU_K + i] += equation(c, s[TWIST + i], s[row + i], p[HALF_GAP])
-    return term
+        def term(s: Array, e: Array, *more: Any) -> None:
+            if e[place] != 0.0:
+                c = read(e)
+                for i in range(len(s) // PARTS):
+                    s[total + i] += equation(c, *(tuple(s[row + i] for row in own) + more))
+        return term
+    return of
 
 
 def _motor_torque(effect: Effect) -> Loop:
@@ -257,18 +173,18 @@ def _memory(effect: Effect) -> Loop:
     equation, read, place, memory = term_of(effect, 'memory')
     row, begin = YM + LANES * memory, M + LANES * memory
 
-    def term(s: Array, x3: int, x4: int, h: float, p: Array, e: Array) -> None:
+    def term(s: Array, x3: int, x4: int, h: float, base: MotorFriction, e: Array) -> None:
         if e[place] != 0.0:
-            c, base = read(e), MotorFriction(p[CV], p[CC], p[ALPHA], p[LAW])
+            c = read(e)
             for i in range(len(s) // PARTS):
                 s[row + i] = equation(c, s[begin + i], s[x3 + i], s[x4 + i], h, base)
     return term
 
 
-_friction_loops = _loops('friction', _friction)
-_arm_loops = _loops('arm_torque', _arm_torque)
-_twist_loops = _loops('twist', _twist)
-_elastic_loops = _loops('elastic', _elastic)
+_friction_loops = _loops('friction', _added('friction', FRICTION, YT, Y3, OWN))
+_arm_loops = _loops('arm_torque', _added('arm_torque', LOAD, YT, Y2, Y4, OWN))
+_twist_loops = _loops('twist', _added('twist', TWIST, Y1, Y2, OWN))
+_elastic_loops = _loops('elastic', _added('elastic', TAU_K, TWIST, OWN))
 _motor_loops = _loops('motor_torque', _motor_torque)
 # Memories of a stage: h s after the begin of the step at the speeds s[x3], s[x4].
 _effect_memories = _loops('memory', _memory)
@@ -277,7 +193,7 @@ IN_SERVO, OF_SERVO = YM + LANES * INTEGRAL, M + LANES * INTEGRAL  # rows in a st
 
 @inline
 def _memory_loops(s: Array, x3: int, x4: int, h: float, p: Array, e: Array) -> None:
-    _effect_memories(s, x3, x4, h, p, e)
+    _effect_memories(s, x3, x4, h, base_friction(p), e)
     if e[SERVO_KI] > 0.0 or e[SERVO_LATE] > 0.0:
         fade = late_fade(h, e)
         for i in range(len(s) // PARTS):
@@ -297,24 +213,25 @@ def _rates(s: Array, elapsed: float, p: Array, e: Array) -> None:
         s[FRICTION + i] = 0.0
         s[MOTOR + i] = s[U + i]
         s[LOAD + i] = steady_arm_load(s[Y4 + i], p)
+        s[YT + i] = s[T + i] + elapsed
     _twist_loops(s, e)
     for i in range(lanes):
         s[TAU_K + i] = p[STIFFNESS] * dead_zone(s[TWIST + i], p[HALF_GAP])
-    _elastic_loops(s, p, e)
+    _elastic_loops(s, e, p[HALF_GAP])
     if e[SERVO_KP] != 0.0:
         for i in range(lanes):
             s[MOTOR + i] = servo(s[U + i], e, s[Y1 + i], s[Y3 + i],
                                  (s[IN_SERVO + i], s[IN_SERVO + LANES + i],
                                   s[IN_SERVO + 2 * LANES + i], s[IN_SERVO + 3 * LANES + i]))
     _motor_loops(s, e)
-    _friction_loops(s, elapsed, p, e)
+    _friction_loops(s, e, base_friction(p))
     if p[CAC] != 0.0:
         for i in range(lanes):
             s[LOAD + i] += p[CAC] * side(p[ARM_ALPHA] * s[Y4 + i], ATAN)
     if p[G] != 0.0:
         for i in range(lanes):
             s[LOAD + i] += gravity(s[Y2 + i], p)
-    _arm_loops(s, elapsed, e)
+    _arm_loops(s, e)
     for i in range(lanes):
         u, tau_k = s[U + i], s[TAU_K + i] + s[IN_GEARBOX + i]
         motor = s[MOTOR + i] - u - s[FRICTION + i]
@@ -336,8 +253,7 @@ def _step_with_effects(s: Array, h: float, p: Array, e: Array) -> None:
     half = 0.5 * h
     for i in range(lanes):
         s[Y1 + i], s[Y2 + i], s[Y3 + i], s[Y4 + i] = s[X1 + i], s[X2 + i], s[X3 + i], s[X4 + i]
-    for i in range(N_MEMORY * lanes):
-        s[YM + i] = s[M + i]
+    s[YM:YM + N_MEMORY * lanes] = s[M:M + N_MEMORY * lanes]
     for stage in range(4):
         elapsed = 0.0 if stage == 0 else (half if stage < 3 else h)
         _rates(s, elapsed, p, e)
@@ -369,14 +285,13 @@ def _step_with_effects(s: Array, h: float, p: Array, e: Array) -> None:
         s[X3 + i] += h / 6.0 * s[SUM3 + i]
         s[X4 + i] += h / 6.0 * s[SUM4 + i]
         s[T + i] += h
-    for i in range(N_MEMORY * lanes):
-        s[M + i] = s[YM + i]
+    s[M:M + N_MEMORY * lanes] = s[YM:YM + N_MEMORY * lanes]
 
 
 @apart
-def _step_each(s: Array, h: float, drive: PackedDrive) -> None:
-    """Advance the LANES states in `s` by one step of `h` s each as simulate.advance does."""
-    for i in range(LANES):
+def _step_each(s: Array, h: float, taken: int, drive: PackedDrive) -> None:
+    """Advance the first `taken` states in `s` by one step of `h` s as simulate.advance does."""
+    for i in range(taken):
         state = s[i::LANES]
         change, m = step(s[T + i], (state[0], state[1], state[2], state[3]),
                          stored_memories(state), h,
@@ -404,13 +319,14 @@ def step_form(drive: PackedDrive) -> int:
 
 
 @inline
-def step_lanes(s: Array, h: float, form: int, drive: PackedDrive) -> None:
+def step_lanes(s: Array, h: float, taken: int, form: int, drive: PackedDrive) -> None:
     """
     Advance the LANES states in `s` by one Runge-Kutta step.
 
     Args:
         s: states and what acts on them [N_LANE_STATE]; plain models do not advance its row T.
         h: length of the step, s.
+        taken: number of states that count; the others may stay.
         form: see step_form.
         drive: PackedDrive.
     """
@@ -419,7 +335,7 @@ def step_lanes(s: Array, h: float, form: int, drive: PackedDrive) -> None:
     elif form == BY_TERM:
         _step_with_effects(s, h, drive.p, drive.e)
     else:
-        _step_each(s, h, drive)
+        _step_each(s, h, taken, drive)
 
 
 @cache
@@ -427,8 +343,8 @@ def steps_with_plugin(added: Torques) -> Loop:
     """Return step_lanes for drives with a plug-in; `added` are the torques of its Effect."""
     step_each, = with_plugin(added, _step_each)
 
-    def plugged_lanes(s: Array, h: float, form: int, drive: PackedDrive) -> None:
-        step_each(s, h, drive)
+    def plugged_lanes(s: Array, h: float, taken: int, form: int, drive: PackedDrive) -> None:
+        step_each(s, h, taken, drive)
     return plugged_lanes
 
 
@@ -436,13 +352,13 @@ def steps_with_plugin(added: Torques) -> Loop:
 def runs(spans: RunSpans, start: Begin, driving: Driving, drive: PackedDrive, s: Vector,
          path: Cube, result: RunResult) -> None:
     """
-    Run windows side by side, as free_runs.free_runs does one after the other.
+    Run windows side by side.
 
     Args:
         spans: the windows.
         start: where they begin.
         driving: what acts on the drive.
-        drive: PackedDrive, for which `suited` holds.
+        drive: PackedDrive.
         s: room to work in [N_LANE_STATE].
         path: room to work in [LANES, longest run, 4].
         result: is filled in.
@@ -453,36 +369,37 @@ def runs(spans: RunSpans, start: Begin, driving: Driving, drive: PackedDrive, s:
     h, last = dt / n, len(begin) - 1
     form = step_form(drive)
     for group in range(0, len(begin), LANES):
-        longest = 0
+        longest, taken = 0, min(LANES, last + 1 - group)
         for i in range(LANES):
             w = min(group + i, last)
             longest = max(longest, first[w] - begin[w])
-            for j in range(4):
-                s[X1 + LANES * j + i] = start.states[w, j]
-            for j in range(N_MEMORY):
-                s[M + LANES * j + i] = start.memory[w, j]
+            s[X1 + i:M:LANES] = start.states[w]
+            s[M + i:T:LANES] = start.memory[w]
         for k in range(longest + length + 1):
             for i in range(LANES):
                 w = min(group + i, last)
                 at = begin[w] + k
-                if at == carry_at[w]:
-                    for j in range(N_STATE):
-                        result.carry[w, j] = s[X1 + LANES * j + i]
+                if i < taken and at == carry_at[w]:
+                    result.carry[w] = s[X1 + i:T:LANES]
                 s[T + i] = at * dt
                 at = min(extra_at[w] + k, len(extra) - 1)
-                for j in range(3):
-                    s[ON_MOTOR + LANES * j + i] = extra[at, j]
+                s[ON_MOTOR + i:Y1:LANES] = extra[at]
             if k == longest + length:
                 break
-            for i in range(LANES):
-                for j in range(4):
-                    path[i, k, j] = s[X1 + LANES * j + i]
+            for i in range(taken):
+                path[i, k] = s[X1 + i:M:LANES]
             for part in range(n):
                 for i in range(LANES):
                     s[U + i] = u[min(begin[min(group + i, last)] + k, len(u) - 1), part]
-                step_lanes(s, h, form, drive)
-        for w in range(group, min(group + LANES, last + 1)):
+                step_lanes(s, h, taken, form, drive)
+        for w in range(group, group + taken):
             rows, lead = path[w - group], first[w] - begin[w]
             for k in range(length):
                 result.y[w, k, 0] = reading(rows, lead + k, 0, dt, drive.e)
                 result.y[w, k, 1] = reading(rows, lead + k, 1, dt, drive.e)
+
+
+@cache
+def runs_with_plugin(added: Torques) -> Any:
+    """Return `runs` around a plug-in, the torques of its Effect `added`."""
+    return rebuilt(runs, step_lanes=steps_with_plugin(added))

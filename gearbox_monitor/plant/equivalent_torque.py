@@ -15,12 +15,11 @@ import numpy as np
 
 from gearbox_monitor.kernels.kernel import entry, kernel
 from gearbox_monitor.kernels.types import Array, Matrix, Vector
-from gearbox_monitor.plant.drive import ALPHA, CC, CV, INVERSE_M1, INVERSE_M2, KIND, LAW
+from gearbox_monitor.plant.drive import INVERSE_M1, INVERSE_M2, KIND
 from gearbox_monitor.plant.effects import Three, Torques
 from gearbox_monitor.plant.effects.composition import (
-    advanced_memories, arm_corrected, arm_error, DELAY1, DELAY2, elastic_torque, motor_corrected,
-    motor_error, motor_gain, stored_memories)
-from gearbox_monitor.plant.effects.effect import MotorFriction
+    advanced_memories, arm_corrected, arm_error, base_friction, DELAY1, DELAY2, elastic_torque,
+    motor_corrected, motor_error, motor_gain, stored_memories)
 from gearbox_monitor.plant.simulate import (
     advance, derivative, PackedDrive, play_after, ProcessNoise, rebuilt, Schedule, torques)
 from gearbox_monitor.plant.transmission import RIGID
@@ -130,7 +129,7 @@ def imbalance(path: tuple[Vector, Matrix], step: float, sizes: tuple[float, floa
             the lacking twist, rad.
     """
     (t, motion), p, e = path, drive.p, drive.e
-    base = MotorFriction(p[CV], p[CC], p[ALPHA], p[LAW])
+    base = base_friction(p)
     for k in range(len(t)):
         m = stored_memories(state)
         x = (motion[k, 0], motion[k, 1], motion[k, 2], motion[k, 3])

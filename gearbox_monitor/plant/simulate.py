@@ -15,20 +15,20 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from gearbox_monitor.errors import expect_whole, InputError
-from gearbox_monitor.kernels.callback import address_of, called_back, compilable
-from gearbox_monitor.kernels.kernel import apart, bound, entry, inline, kernel
+from gearbox_monitor.kernels.kernel import (
+    address_of, apart, bound, called_back, compilable, entry, inline, kernel)
 from gearbox_monitor.kernels.types import Array, column, Cube, Matrix, Vector
 from gearbox_monitor.plant import effects
 from gearbox_monitor.plant.drive import (
-    ALPHA, arm_acceleration, arm_constraint, arm_load, braked, CC, CV, DriveModel, expect_model,
+    arm_acceleration, arm_constraint, arm_load, braked, DriveModel, expect_model,
     fastest_eigenvalue, HALF_GAP, K_S, KIND, LAW, motor_acceleration_by_law, rigid_torque,
     steps_of, STIFFNESS, WIDTH)
 from gearbox_monitor.plant.effects import (
     arm_profile, Effect, MAX_SETPOINT_DELAY, quantised, Three, Torques)
 from gearbox_monitor.plant.effects.composition import (
-    actuator, advanced_memories, arm_effects, DELAY, elastic_torque, friction_effects, LAG, lead,
-    motor_effects, reading, SERVO_DELAY, SERVO_LAG, step_damper, stored_memories)
-from gearbox_monitor.plant.effects.effect import MotorFriction
+    actuator, advanced_memories, arm_effects, base_friction, DELAY, elastic_torque,
+    friction_effects, LAG, lead, motor_effects, reading, SERVO_DELAY, SERVO_LAG, step_damper,
+    stored_memories)
 from gearbox_monitor.plant.effects.registry import in_slot, MEMORIES, PLACES
 from gearbox_monitor.plant.transmission import INTEGRATORS, RIGID, RK4, TANH, transmission_torque
 
@@ -209,7 +209,7 @@ def torques(t: float, x: Four, m: Any, u: float, drive: PackedDrive) -> Three:
     p, e = drive.p, drive.e
     tau_k = elastic_torque(x1, x2, m, p, e)
     motor = motor_effects(u, e, x1, x3, m) - u - friction_effects(
-        0.0, e, m, t, x3, MotorFriction(p[CV], p[CC], p[ALPHA], p[LAW]))
+        0.0, e, m, t, x3, base_friction(p))
     tau_arm = arm_effects(arm_load(x2, x4, p), e, m, t, x2, x4)
     on_motor, on_arm, in_gearbox = plugged(t, x1, x2, x3, x4, u, tau_k, drive.theta)
     if drive.call != 0:
@@ -266,9 +266,8 @@ def derivative(t: float, x: Four, m: Any, inputs: Inputs) -> Four:
 
 @inline
 def _memories(m: Any, x: Four, x3: float, x4: float, h: float, inputs: Inputs) -> Any:
-    p = inputs[2].p
-    return advanced_memories(m, (inputs[0], x[0], x[2]), x3, x4, h,
-                             MotorFriction(p[CV], p[CC], p[ALPHA], p[LAW]), inputs[2].e)
+    u, _, drive = inputs
+    return advanced_memories(m, (u, x[0], x[2]), x3, x4, h, base_friction(drive.p), drive.e)
 
 
 @inline
@@ -356,8 +355,7 @@ def _run(state: Vector, schedule: Schedule, noise: ProcessNoise, drive: PackedDr
          tau: Matrix, tolerance: float) -> None:
     t, u, extra, dt = schedule
     for k in range(u.shape[0]):
-        for i in range(4):
-            x[k, i] = state[i]
+        x[k] = state[:4]
         external = (extra[k, 0], extra[k, 1], extra[k, 2])
         at = (state[0], state[1], state[2], state[3])
         acting = torques(t[k], at, stored_memories(state), u[k, 0], drive)

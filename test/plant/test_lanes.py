@@ -5,13 +5,14 @@
 import math
 
 import numpy as np
+import pytest
 
 from gearbox_monitor.diagnosis.joint.shooting import N_MEMORY, shooting_windows, Simulator
 from gearbox_monitor.kernels.elementary import arctan, exponential, sine
-from gearbox_monitor.plant import batch
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.faults import Excitation
-from gearbox_monitor.plant.simulate import Noise, Plant
+from gearbox_monitor.plant.simulate import (
+    _run, Noise, packed_drive, Plant, ProcessNoise, read_all, Schedule)
 from gearbox_monitor.signals.uniform import UniformRecording
 
 DT = 2e-3
@@ -56,17 +57,37 @@ def test_sine():
 
 
 CASES = [
-    [],
-    [{'id': 'stiffness', 'K': 31.0}, {'id': 'load_friction', 'Cl': 0.1},
-     {'id': 'arm_viscous', 'Cav': 0.02}, {'id': 'load_torque', 'TL': 0.3}],
-    [{'id': 'actuator_lag', 'T': 0.004}, {'id': 'motor_encoder_delay', 'T': 0.003},
-     {'id': 'arm_encoder_eccentricity', 'A': 0.02, 'phi': 1.0}],
-    *MAPS, OWN_EQUATIONS,
+    {},
+    {'effects': [{'id': 'stiffness', 'K': 31.0}, {'id': 'load_friction', 'Cl': 0.1},
+                 {'id': 'arm_viscous', 'Cav': 0.02}, {'id': 'load_torque', 'TL': 0.3}]},
+    {'effects': [{'id': 'actuator_lag', 'T': 0.004}, {'id': 'motor_encoder_delay', 'T': 0.003},
+                 {'id': 'arm_encoder_eccentricity', 'A': 0.02, 'phi': 1.0}]},
+    *({'effects': effects} for effects in MAPS), {'effects': OWN_EQUATIONS},
+    # Of these each lane is stepped by itself.
+    {'transmission': {'kind': 'play', 'hysteresis_width': 0.05}},
+    {'transmission': {'kind': 'rigid'}, 'friction_law': {'kind': 'tanh'}},
+    {'friction_law': {'kind': 'mujoco'}, 'timestep': DT, 'integrator': 'implicitfast'},
 ]
 
 
-def same_bits(effects, monkeypatch):
-    model = model_from_dict({'effects': effects}, 'test')
+def alone(simulator, windows, model, states, memory, extra):
+    """Return what Simulator.run does, window by window as a Plant runs."""
+    e, drive = model.pack_effects(), packed_drive(model)
+    acting, ends, y = simulator.acting(e), [], np.empty((len(windows), windows.length, 2))
+    for w, (begin, first) in enumerate(zip(windows.begin, windows.first)):
+        span = slice(begin, first + windows.length)
+        state, n = np.concatenate([states[w], memory[w]]), span.stop - span.start
+        x, times = np.empty((n, 4)), DT * np.arange(span.start, span.stop)
+        _run(state, Schedule(times, acting[span], extra[span], DT), ProcessNoise(
+            np.zeros((n, acting.shape[1], 4)), np.zeros(4)), drive, x, np.empty((n, 2)), 0.0)
+        read_all(x, first - begin, DT, e, y[w])
+        ends.append(state)
+    return y, np.array(ends)
+
+
+@pytest.mark.parametrize('case', CASES)
+def test_lanes_have_the_bits_of_single_runs(case):
+    model = model_from_dict(case, 'test')
     u = Excitation().torque(DT * np.arange(5000))
     run = Plant(model, Noise(measurement=(0.005, 0.005)), 3).run(u, DT)
     recording = UniformRecording(run.t, u, run.y, DT)
@@ -75,22 +96,15 @@ def same_bits(effects, monkeypatch):
     windows = windows.take(np.array([3, 0, 3, *range(len(windows)), 1]))
     random = np.random.default_rng(1)
     states = run.x[windows.begin] + 1e-3 * random.standard_normal((len(windows), 4))
+    if model.transmission.kind == 'rigid':
+        states = states[:, [0, 0, 2, 2]]
     states[2, 2] = 1e308  # diverges
     memory = random.standard_normal((len(windows), N_MEMORY))
     extra = 0.05 * random.standard_normal((len(u), 3))
-    used = []
-    monkeypatch.setattr(batch, 'suited', lambda *args, of=batch.suited: (
-        used.append(of(*args)) or used[-1]))
+    single = alone(simulator, windows, model, states, memory, extra)
     together = simulator.run(windows, model, states, memory, extra)
-    monkeypatch.setattr(batch, 'suited', lambda *_: False)
-    alone = simulator.run(windows, model, states, memory, extra)
-    assert used == [True]
-    for one, other in zip(together, alone):
-        np.testing.assert_array_equal(one, other)
-    assert not np.isfinite(alone[0][2]).all() and np.isfinite(alone[0][3:]).all()
-
-
-def test_side_by_side_and_one_by_one_are_the_same_bits(monkeypatch):
-    for effects in CASES:
-        with monkeypatch.context() as patch:
-            same_bits(effects, patch)
+    first = simulator.run(windows.take(np.array([0])), model, states[:1], memory[:1], extra)
+    for expected, found, one in zip(single, together, first):
+        np.testing.assert_array_equal(found, expected)
+        np.testing.assert_array_equal(one, expected[:1])
+    assert not np.isfinite(single[0][2]).all() and np.isfinite(single[0][3:]).all()

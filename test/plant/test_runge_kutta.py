@@ -6,7 +6,6 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from gearbox_monitor.diagnosis.joint.shooting import N_MEMORY, ShootingWindows, Simulator
-from gearbox_monitor.plant import batch
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.signals.uniform import UniformRecording
 
@@ -29,25 +28,18 @@ def exact(model, cogging):
     return solve_ivp(rates, (0.0, t[-1]), START, 'DOP853', t, rtol=1e-12, atol=1e-13).y[:2].T
 
 
-CASES = [
-    False, True]
-
-
 def test_half_the_step_leaves_a_sixteenth_of_the_error():
-    for side_by_side in CASES:
+    for kind in ('dead_zone', 'play'):  # all lanes together, and each by itself
         for effects in ([], [COGGING]):
-            model = model_from_dict({**SMOOTH, 'effects': effects}, 'test')
+            model = model_from_dict({**SMOOTH, 'effects': effects}, 'test').with_(kind=kind)
             recording = UniformRecording(DT * np.arange(SAMPLES), np.full(SAMPLES, TORQUE),
                                          np.zeros((SAMPLES, 2)), DT)
-            count = batch.FEWEST if side_by_side else 1
-            zeros = np.zeros(count, int)
-            windows = ShootingWindows(zeros, SAMPLES, zeros)
-            assert batch.suited(windows, model.pack(), None) == side_by_side
+            windows = ShootingWindows(np.zeros(1, int), SAMPLES, np.zeros(1, int))
             expected = exact(model, COGGING['A'] if effects else 0.0)
             errors = []
             for finer in (2, 4):
                 y, _ = Simulator(recording, model, finer=finer).run(
-                    windows, model, np.tile(START, (count, 1)), np.zeros((count, N_MEMORY)))
+                    windows, model, START[None], np.zeros((1, N_MEMORY)))
                 errors.append(np.abs(y - expected).max())
             assert 1e-10 < errors[1] < 1e-4
             assert 12.0 < errors[0] / errors[1] < 20.0

@@ -17,13 +17,12 @@ import scipy
 
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant import batch
-from gearbox_monitor.plant.batch import Begin, Driving, free_runs, RunResult, RunSpans
+from gearbox_monitor.plant.batch import Begin, Driving, RunResult, RunSpans
 from gearbox_monitor.plant.drive import DriveModel, fastest_eigenvalue, steps_of
 from gearbox_monitor.plant.effects import MAX_DELAY, MAX_SETPOINT_DELAY
 from gearbox_monitor.plant.effects.composition import (
     actuator, COMMAND_PLACES, lead, steady_command)
-from gearbox_monitor.plant.simulate import (
-    N_STATE, packed_drive, plugin_of, ProcessNoise, with_plugin)
+from gearbox_monitor.plant.simulate import N_STATE, packed_drive, plugin_of
 from gearbox_monitor.signals.uniform import UniformRecording
 
 N_MEMORY = N_STATE - 4
@@ -126,7 +125,6 @@ class Simulator:
         u, past = between_stamps(recording, self._parts), self._keep * self._parts
         self._padded = np.concatenate([np.full(past, u[0]), u])
         self._acting: dict[Any, Array] = {}
-        self._noise = ProcessNoise(np.zeros((1, self.n, 4)), np.zeros(4))
 
     def loaded(self, torque: Array) -> 'Simulator':
         """Return the simulator with more `torque` [N], N m, on the arm."""
@@ -175,13 +173,7 @@ class Simulator:
         spans = RunSpans(windows.begin, windows.first, length, windows.first + length, extra_at)
         start = Begin(*map(np.ascontiguousarray, (states, memory)))
         driving = Driving(self.acting(e), extra.reshape(-1, 3), self.dt)
-        drive = packed_drive(model, e)
-        added = None if plugin is None else plugin.torques
-        if batch.suited(spans.begin, drive.p, added):
-            batch.runs(spans, start, driving, drive, np.empty(batch.N_LANE_STATE),
-                       np.empty((batch.LANES, length + self._keep, 4)), result)
-        else:
-            kernel = free_runs if added is None else with_plugin(added, free_runs)[0]
-            kernel(spans, start, driving, drive, self._noise,
-                   np.empty((length + self._keep + 1, N_STATE)), result)
+        kernel = batch.runs if plugin is None else batch.runs_with_plugin(plugin.torques)
+        kernel(spans, start, driving, packed_drive(model, e), np.empty(batch.N_LANE_STATE),
+               np.empty((batch.LANES, length + self._keep, 4)), result)
         return result.y, result.carry

@@ -18,11 +18,12 @@ from typing import Any, NamedTuple
 from gearbox_monitor.kernels.elementary import exponential
 from gearbox_monitor.kernels.kernel import entry, inline, kernel
 from gearbox_monitor.kernels.types import Array, Matrix, Vector
-from gearbox_monitor.plant.drive import HALF_GAP, K_S, KIND, STIFFNESS, WIDTH
+from gearbox_monitor.plant.drive import (
+    ALPHA, CC, CV, HALF_GAP, K_S, KIND, LAW, STIFFNESS, WIDTH)
 from gearbox_monitor.plant.effects.actuator import ACTUATOR_DELAY, ACTUATOR_LAG
 from gearbox_monitor.plant.effects.controller import (
     SERVO_DEADBAND, SERVO_LIMIT, SETPOINT_DELAY, SETPOINT_LAG)
-from gearbox_monitor.plant.effects.effect import Coefficients, Effect, Three
+from gearbox_monitor.plant.effects.effect import Coefficients, Effect, MotorFriction, Three
 from gearbox_monitor.plant.effects.encoder import ARM_ENCODER_DELAY, MOTOR_ENCODER_DELAY
 from gearbox_monitor.plant.effects.motor_side import LUGRE
 from gearbox_monitor.plant.effects.registry import (
@@ -371,6 +372,12 @@ def advanced_memories(m: Any, begin: Three, x3: float, x4: float, h: float, base
     """
     return _advanced((m[0],), e, m, x3, x4, h, base) + advanced_servo(
         (m[INTEGRAL], m[LATE_A], m[LATE_B], m[LATE_C]), begin, x3, h, late_fade(h, e), e)
+
+
+@inline
+def base_friction(p: Array) -> MotorFriction:
+    """Return the friction of the model `p`, packed, that effects act beside."""
+    return MotorFriction(p[CV], p[CC], p[ALPHA], p[LAW])
 
 
 @inline
