@@ -352,7 +352,10 @@ _TYPES: tuple[tuple[str, type, Any], ...] = (
     ('effects', tuple, (tuple, list)))
 _OF_TRANSMISSION = {f.name for f in fields(Transmission)}
 _OF_CONTROLLER = {'kp', 'kd', 'ki', 'feedforward', 'feedforward_inertia', 'delay', 'torque_limit'}
-_OF_LAW: dict[str, tuple[str, ...]] = {
+_PARTS: dict[str, tuple[Any, Sequence[str]]] = {  # of a model: dataclass, kinds
+    'transmission': (Transmission, KINDS), 'friction_law': (FrictionLaw, LAWS),
+    'controller': (Controller, CONTROLLERS)}
+_OF_LAW: dict[str, Collection[str]] = {
     **dict.fromkeys(LAWS, ()), 'mujoco': ('solref', 'solimp'), 'physx': ('static',)}
 
 # How far values may be off, either way, see estimation.consider; a file that states none has the
@@ -430,14 +433,30 @@ def _own_keys(data: Any, name: str, source: str, allowed: Collection[str], probl
     return {k: v for k, v in data.items() if k in allowed} if isinstance(data, dict) else {}
 
 
-def _block(data: Any, name: str, source: str, of: type, kinds: Sequence[str], problems: Problems
-           ) -> dict[str, Any]:
-    """Return the values in the block `name`, of the dataclass `of`, with a kind of `kinds`."""
-    values = _own_keys(data, name, source, {f.name for f in fields(of)}, problems)
-    values.setdefault('kind', kinds[0])
+def _part(data: Any, name: str, source: str, axis: str) -> Any:
+    """Return the part `name` of a model, of the dataclass and with a kind of _PARTS."""
+    of, kinds = _PARTS[name]
+    problems, own = Problems(), {f.name for f in fields(of)}
+    values = _own_keys(data, name, source, own, problems)
+    kind = values.setdefault('kind', kinds[0])
     with problems:
-        expect_choice(values['kind'], f'{name}.kind', source, kinds)
-    return values
+        expect_choice(kind, f'{name}.kind', source, kinds)
+    if name == 'controller' and 'kp' not in values:
+        problems.found.append(f'{source}: controller.kp: missing, expected a number > 0 '
+                              f'({on_axis("N m/rad", axis)})')
+    allowed = _OF_LAW[kind] if of is FrictionLaw and kind in LAWS else own
+    where = source if of is Transmission else f'{source}: {name}'
+    for key in values.keys() - {'kind'}:
+        with problems:
+            if key not in allowed:
+                raise InputError(f'{source}: {name}.{key}: not of the law {kind}, expected only '
+                                 + ', '.join(('kind', *allowed)))
+            if key in ('solref', 'solimp'):
+                values[key] = _pair(values[key], f'{source}: {name}.{key}')
+            elif values[key] is not None or of is not Controller:
+                values[key] = _number(values[key], key, where, axis)
+    problems.raise_all()
+    return of(**values)
 
 
 def model_from_dict(data: Any, source: str) -> DriveModel:
@@ -449,11 +468,10 @@ def model_from_dict(data: Any, source: str) -> DriveModel:
     problems = Problems()
     values = _own_keys(data, 'model', source, KEYS, problems)
     axis = str(values.get('axis'))
-    for name, reader in (('transmission', _transmission), ('friction_law', _friction_law),
-                         ('controller', _controller)):
+    for name in _PARTS:
         if name in values and (name != 'controller' or values[name] is not None):
             with problems:
-                values[name] = reader(values[name], source, axis)
+                values[name] = _part(values[name], name, source, axis)
     if 'effects' in values:
         with problems:
             values['effects'] = _effects(values['effects'], source, axis)
@@ -493,56 +511,12 @@ def _simulator_problems(values: dict[str, Any], source: str) -> list[str]:
     return problems
 
 
-def _friction_law(block: Any, source: str, axis: str) -> FrictionLaw:
-    problems = Problems()
-    block = _block(block, 'friction_law', source, FrictionLaw, LAWS, problems)
-    kind = block.pop('kind')
-    own = _OF_LAW[kind] if kind in LAWS else tuple(block)
-    for name in block:
-        where = f'{source}: friction_law.{name}'
-        if name not in own:
-            problems.found.append(f'{where}: not of the law {kind}, expected only kind'
-                                  + ''.join(f', {word}' for word in own))
-        elif name == 'static':
-            with problems:
-                block[name] = _number(block[name], name, f'{source}: friction_law', axis)
-        else:
-            with problems:
-                block[name] = _pair(block[name], where)
-    problems.raise_all()
-    return FrictionLaw(kind, **block)
-
-
 def _pair(value: Any, where: str) -> tuple[float, float]:
     good = isinstance(value, (list, tuple)) and len(value) >= 2 and all(
         isinstance(v, (int, float)) and math.isfinite(v) for v in value)
     if not good:
         raise InputError(f'{where}: {value!r}, expected two numbers, as in an MJCF file')
     return float(value[0]), float(value[1])
-
-
-def _transmission(block: Any, source: str, axis: str) -> Transmission:
-    problems = Problems()
-    values = _block(block, 'transmission', source, Transmission, KINDS, problems)
-    for name in [name for name in values if name != 'kind']:
-        with problems:
-            values[name] = _number(values[name], name, source, axis)
-    problems.raise_all()
-    return Transmission(**values)
-
-
-def _controller(block: Any, source: str, axis: str) -> Controller:
-    problems = Problems()
-    values = _block(block, 'controller', source, Controller, CONTROLLERS, problems)
-    if 'kp' not in values:
-        problems.found.append(f'{source}: controller.kp: missing, expected a number > 0 '
-                              f'({on_axis("N m/rad", axis)})')
-    for name in sorted(values.keys() - {'kind'}):
-        if values[name] is not None:
-            with problems:
-                values[name] = _number(values[name], name, f'{source}: controller', axis)
-    problems.raise_all()
-    return Controller(**values)
 
 
 def _check_input(items: Collection[Values], servo: bool, source: str) -> None:

@@ -201,46 +201,16 @@ class Encoders:
 
 class FaultyPlant:
     """
-    A simulated drive with faults; `model`, `noise` and `faults` may be replaced meanwhile.
+    A simulated drive with faults; `model`, plant.noise and `faults` may be replaced meanwhile.
 
     Without faults its samples are those of simulate.Plant (which has `seed`), bit for bit.
     """
 
     def __init__(self, model: DriveModel, noise: Noise | None = None, seed: int = 0,
                  faults: Faults | None = None) -> None:
-        self.plant = Plant(model, noise, seed)
-        self.encoders = Encoders(seed)
-        self.model = model
-        self.faults = faults or Faults()
-
-    @property
-    def model(self) -> DriveModel:
-        """The healthy DriveModel."""
-        return self._model
-
-    @model.setter
-    def model(self, model: DriveModel) -> None:
-        # Folded: a fault's factors act on values that effects have replaced, too.
-        self._model = model.folded()
-        self._in_force: tuple[bool, float] | None = None
-
-    @property
-    def faults(self) -> Faults:
-        """The Faults that are due."""
-        return self._faults
-
-    @faults.setter
-    def faults(self, faults: Faults) -> None:
-        self._faults, self._in_force = faults, None
-
-    @property
-    def noise(self) -> Noise:
-        """Noise of the plant, see simulate.Noise."""
-        return self.plant.noise
-
-    @noise.setter
-    def noise(self, noise: Noise) -> None:
-        self.plant.noise = noise
+        self.plant, self.encoders = Plant(model, noise, seed), Encoders(seed)
+        self.model, self.faults = model, faults or Faults()
+        self._in_force: object = None
 
     def run(self, u: Array, dt: float, t0: float = 0.0) -> Trajectory:
         """
@@ -264,7 +234,7 @@ class FaultyPlant:
 
     def _cuts(self, begin: int, end: int, dt: float) -> list[int]:
         """Return samples from `begin` to `end`, both included, between which nothing changes."""
-        f = self._faults
+        f = self.faults
         inner = {_sample(f.start, dt), _sample(f.start + f.duration, dt)}
         if f.gap_growth_rate > 0.0:
             # Only while it grows: from the start until the largest growth has been reached.
@@ -277,13 +247,14 @@ class FaultyPlant:
 
     def _part(self, u: Array, k: int, dt: float) -> Trajectory:
         """Run from sample `k` on; nothing changes meanwhile."""
-        f = self._faults
+        f = self.faults
         active = _sample(f.start, dt) <= k < _sample(f.start + f.duration, dt)
         step = max(1, round(GROWTH_STEP / dt))
-        state = (active, f.growth(k // step * step * dt))
+        state = (active, f.growth(k // step * step * dt), f, self.model)
         if state != self._in_force:
             self._in_force = state
-            self.plant.model = f.model(self._model, active, k // step * step * dt)
+            # Folded: a fault's factors act on values that effects have replaced, too.
+            self.plant.model = f.model(self.model.folded(), active, k // step * step * dt)
         run = self.plant.run(f.torque * u if active and f.torque != 1.0 else u, dt, k * dt)
         y = self.encoders.read(run.x[:, :2], run.y, dt, f, active)
         return replace(run, t=(k + np.arange(len(u))) * dt, y=y)

@@ -109,8 +109,8 @@ class PlantNode(PacedNode):
         values = self.values.replace(**changes)
         self._use(values)
         self.values = values
-        self.plant.model, self.plant.noise = self._model, self._noise
-        self.plant.faults = self._faults
+        self.plant.model, self.plant.faults = self._model, self._faults
+        self.plant.plant.noise = self._noise
 
     # ------------------------------------------------------------------ topics
 

@@ -30,7 +30,6 @@ def gain_of_command(c: Coefficients, x1: float) -> float:
 # What no working drive exceeds: beyond it, a fit imitates something else.
 GAIN_ERRORS = (-0.5, 1.0)  # of the torque: a factor of two either way
 LEAST_LIMIT = 0.3          # of the largest command: who commands thrice the limit sees no motion
-MOST_RIPPLE = 0.5          # of the torque
 
 TORQUE_GAIN = Effect(
     'torque_gain', 'actuator', 'u_act = (1 + g) u', (Parameter('g', '-', -1.0),),

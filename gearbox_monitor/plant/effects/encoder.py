@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Effects in the two encoders: what they read beside the position."""
+from collections.abc import Mapping
 import math
 
 from gearbox_monitor.kernels.kernel import inline
@@ -42,59 +43,45 @@ _AMPLITUDE, _PHASE = Parameter('A', 'rad'), Parameter('phi', 'rad')
 _DELAY = Parameter('T', 's', 0.0, MAX_DELAY)
 BOTH = 'no motion tells them apart with one encoder: record both'
 
-MOTOR_ENCODER_ECCENTRICITY = Effect(
-    'motor_encoder_eccentricity', 'motor_sensor', 'y1 = x1 + A sin(x1 + phi)',
-    (_AMPLITUDE, _PHASE),
-    noun='eccentricity',
-    shows='The reading of the motor is off by a sine of its own angle, once per turn, at any '
-          'speed and load.',
-    meaning='disc of the motor encoder is off centre',
-    encoder_error=eccentricity_error, starts=wave(_eccentricity_size, _most_off),
-    rotary_only=True,
-    separated_by={'arm_encoder_eccentricity': 'more than one turn of travel'})
 
-# Read from the lattice of the readings, not fitted.
-MOTOR_ENCODER_QUANTISATION = Effect(
-    'motor_encoder_quantisation', 'motor_sensor', 'y1 = q round((x1 + n1) / q)',
-    (positive('q', 'rad'),),
-    noun='step',
-    shows='Readings of the motor take only multiples of one step; in slow motion they form '
-          'stairs.',
-    meaning='motor encoder is coarse', lattice=True, starts=None)
+def _of(side: str, i: int, seems: str = '', apart: Mapping[str, str] | None = None
+        ) -> tuple[Effect, Effect, Effect]:
+    """
+    Return eccentricity, step and delay of an encoder.
 
-# Delays interpolate between samples: composition.reading has their equation.
-MOTOR_ENCODER_DELAY = Effect(
-    'motor_encoder_delay', 'motor_sensor', 'y1(t) = x1(t - T)', (_DELAY,),
-    noun='delay',
-    shows='The reading of the motor comes late by the same time; the difference is proportional '
-          'to its speed.',
-    meaning='reading of the motor encoder is late', starts=_delay_starts,
-    twin_alone='actuator_delay', separated_by={'actuator_delay': BOTH})
+    Args:
+        side: of the gearbox.
+        i: its number in the symbols.
+        seems: what its delay looks like, too.
+        apart: separated_by of its eccentricity.
+    """
+    place = f'{side}_sensor'
+    return Effect(
+        f'{side}_encoder_eccentricity', place, f'y{i} = x{i} + A sin(x{i} + phi)',
+        (_AMPLITUDE, _PHASE), noun='eccentricity',
+        shows=f'The reading of the {side} is off by a sine of its own angle, once per turn, at '
+              'any speed and load.',
+        meaning=f'disc of the {side} encoder is off centre',
+        encoder_error=eccentricity_error, starts=wave(_eccentricity_size, _most_off),
+        rotary_only=True, separated_by=apart or {},
+    ), Effect(  # read from the lattice of the readings, not fitted
+        f'{side}_encoder_quantisation', place, f'y{i} = q round((x{i} + n{i}) / q)',
+        (positive('q', 'rad'),), noun='step',
+        shows=f'Readings of the {side} take only multiples of one step; in slow motion they form '
+              'stairs.',
+        meaning=f'{side} encoder is coarse', lattice=True, starts=None,
+    ), Effect(  # interpolates between samples: composition.reading has its equation
+        f'{side}_encoder_delay', place, f'y{i}(t) = x{i}(t - T)', (_DELAY,), noun='delay',
+        shows=f'The reading of the {side} comes late by the same time; the difference is '
+              f'proportional to its speed{seems}.',
+        meaning=f'reading of the {side} encoder is late', starts=_delay_starts,
+        twin_alone='actuator_delay', separated_by={'actuator_delay': BOTH})
 
-ARM_ENCODER_ECCENTRICITY = Effect(
-    'arm_encoder_eccentricity', 'arm_sensor', 'y2 = x2 + A sin(x2 + phi)',
-    (_AMPLITUDE, _PHASE),
-    noun='eccentricity',
-    shows='The reading of the arm is off by a sine of its own angle, once per turn, at any speed '
-          'and load.',
-    meaning='disc of the arm encoder is off centre',
-    encoder_error=eccentricity_error, starts=wave(_eccentricity_size, _most_off),
-    rotary_only=True)
 
-ARM_ENCODER_QUANTISATION = Effect(
-    'arm_encoder_quantisation', 'arm_sensor', 'y2 = q round((x2 + n2) / q)',
-    (positive('q', 'rad'),),
-    noun='step',
-    shows='Readings of the arm take only multiples of one step; in slow motion they form stairs.',
-    meaning='arm encoder is coarse', lattice=True, starts=None)
-
-ARM_ENCODER_DELAY = Effect(
-    'arm_encoder_delay', 'arm_sensor', 'y2(t) = x2(t - T)', (_DELAY,),
-    noun='delay',
-    shows='The reading of the arm comes late by the same time; the difference is proportional to '
-          'its speed, and a twist seems to follow it.',
-    meaning='reading of the arm encoder is late', starts=_delay_starts,
-    twin_alone='actuator_delay', separated_by={'actuator_delay': BOTH})
+MOTOR_ENCODER_ECCENTRICITY, MOTOR_ENCODER_QUANTISATION, MOTOR_ENCODER_DELAY = _of(
+    'motor', 1, apart={'arm_encoder_eccentricity': 'more than one turn of travel'})
+ARM_ENCODER_ECCENTRICITY, ARM_ENCODER_QUANTISATION, ARM_ENCODER_DELAY = _of(
+    'arm', 2, ', and a twist seems to follow it')
 
 
 @inline
