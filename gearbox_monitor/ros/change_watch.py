@@ -4,10 +4,10 @@
 """
 Child processes that name what changed: one at a time, with limits, none that outlives its node.
 
-No ROS here. A thread waits for the child; it exists only while there is work.
+No ROS here. A thread waits for the child.
 """
-from collections import deque
 from collections.abc import Callable, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 import json
 import math
@@ -16,10 +16,9 @@ from pathlib import Path
 import signal
 import subprocess
 import sys
-from threading import Lock, Thread
+from threading import Lock
 from typing import Any
 
-import gearbox_monitor
 from gearbox_monitor.diagnosis.joint.verdict import kind_of, NONE
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.baselines import (
@@ -31,6 +30,7 @@ from gearbox_monitor.health.judgement import SLIP
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_VISCOUS
 from gearbox_monitor.report.sentences import CHANGES
+from gearbox_monitor.ros.middleware import child_environment
 from gearbox_monitor.ros.naming_child import FAILED, SHORT_OF_MEMORY
 from gearbox_monitor.ros.recording_export import RecordingBuffer
 
@@ -69,67 +69,29 @@ class Order:
         return json.dumps(data).encode() + b'\n' + b''.join((*self.reference.blocks, *later))
 
 
-@dataclass
-class NamingJob:
-    """An Order, and what became of it: a verdict as plain data, or why there is none."""
-
-    order: Order
-    verdict: dict[str, Any] | None = None
-    problem: str = ''
-    done: bool = False
-
-
 class ChangeNamer:
-    """Runs NamingJobs one after the other; those beyond `capacity` that wait are refused."""
+    """Carries out Orders in child processes, one after the other."""
 
-    def __init__(self, capacity: int) -> None:
-        self._capacity = capacity
+    def __init__(self) -> None:
+        self._pool = ThreadPoolExecutor(1)
         self._lock = Lock()
-        self._waiting: deque[NamingJob] = deque()
-        self._thread: Thread | None = None
         self._child: subprocess.Popen[bytes] | None = None
         self._ends = False
 
-    def submit(self, order: Order) -> NamingJob:
-        """Return the NamingJob of an `order`, done at once if too many wait."""
-        job = NamingJob(order)
-        with self._lock:
-            if self._ends or len(self._waiting) >= self._capacity:
-                job.problem, job.done = f'{self._capacity} diagnoses wait already', True
-                return job
-            self._waiting.append(job)
-            if self._thread is None:
-                self._thread = Thread(target=self._run, daemon=True)
-                self._thread.start()
-        return job
-
-    def _run(self) -> None:
-        """Run what waits; the thread."""
-        while True:
-            with self._lock:
-                if self._ends or not self._waiting:
-                    self._thread = None
-                    return
-                job = self._waiting.popleft()
-            try:
-                job.verdict = self._named(job.order)
-            except Exception as error:  # whatever it is, the estimates must go on
-                job.problem = str(error) or type(error).__name__
-            job.done = True
+    def submit(self, order: Order) -> Future[dict[str, Any]]:
+        """Return the verdict to come of an `order`, as plain data; or RuntimeError: why not."""
+        return self._pool.submit(self._named, order)
 
     def _named(self, order: Order) -> dict[str, Any]:
         """Return the verdict of a child. Raises RuntimeError with what ended it."""
         content = order.to_bytes()
-        root = str(Path(gearbox_monitor.__file__).resolve().parents[1])
-        path = os.pathsep.join(filter(None, [root, os.environ.get('PYTHONPATH')]))
         with self._lock:
             if self._ends:
                 raise RuntimeError('the node ends')
             child = self._child = subprocess.Popen(
                 [sys.executable, '-m', 'gearbox_monitor.ros.naming_child'],
                 stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                env={**os.environ, 'PYTHONPATH': path, 'OPENBLAS_NUM_THREADS': '1'},
-                start_new_session=True)
+                env=child_environment(), start_new_session=True)
         seconds = PATIENCE + SLOWEST * order.cpu_seconds
         try:
             output, errors = child.communicate(content, timeout=seconds)
@@ -139,8 +101,6 @@ class ChangeNamer:
         finally:
             child.kill()
             child.wait()
-            with self._lock:
-                self._child = None
         if child.returncode == 0:
             verdict: dict[str, Any] = json.loads(output)
             return verdict
@@ -167,11 +127,9 @@ class ChangeNamer:
         """Kill the child that runs, and wait for its end."""
         with self._lock:
             self._ends = True
-            thread = self._thread
             if self._child is not None:
                 self._child.kill()
-        if thread is not None:
-            thread.join()
+        self._pool.shutdown(cancel_futures=True)
 
 
 SECOND = 1_000_000_000
@@ -216,7 +174,7 @@ class ChangeWatch:
         self._mismatch_ns, self._mismatch_named_ns = 0, 0
         self._interval = MISMATCH_INTERVAL
         self._due: NamingAlert | None = None
-        self._job: NamingJob | None = None
+        self._job: tuple[Order, Future[dict[str, Any]]] | None = None
         self._alert: NamingAlert | None = None  # the newest one that had its turn
         self._problem = ''
         self._verdict: dict[str, Any] | None = None
@@ -291,7 +249,7 @@ class ChangeWatch:
         """Return what to say now, and the verdict if it has just come."""
         self._find_alert()
         new = self._finished()
-        if self._due is not None and (self._job is None or self._job.done):
+        if self._due is not None and (self._job is None or self._job[1].done()):
             self._begin(self._due)
         return self._outcome(), new
 
@@ -332,32 +290,34 @@ class ChangeWatch:
         self._mismatch_ns = self._monitor.model_lasts[1]  # one that stands is named with it
         # When a change began is an estimate; the newest rows show it for certain.
         since_ns = max(since_ns, newest_ns - round(HEALTHY * SECOND))
-        self._job = self._namer.submit(Order(
+        order = Order(
             reference, buffer.blocks(60.0 * p.keep_minutes),
             self._monitor.estimator.drive.arm_load, p.effort_delay, since_ns, COMPARED,
-            round(p.name_changes_cpu), p.name_changes_memory))
+            round(p.name_changes_cpu), p.name_changes_memory)
+        self._job = order, self._namer.submit(order)
 
     def _finished(self) -> dict[str, Any] | None:
         """Return the verdict of a job that has just ended, None without."""
-        job, alert = self._job, self._alert
-        if job is None or alert is None or not job.done:
+        alert = self._alert
+        if self._job is None or alert is None or not self._job[1].done():
             return None
-        self._job, self._problem = None, job.problem
+        (order, future), self._job = self._job, None
         if alert.reason == MISMATCH:
             self._interval = min(2.0 * self._interval, LONGEST_INTERVAL)
-        if job.verdict is None:
-            self._verdict = None
+        if (error := future.exception()) is not None:  # whatever it is, the estimates go on
+            self._verdict, self._problem = None, str(error) or type(error).__name__
             return None
+        verdict = future.result()
         self._verdict = {
-            'gearbox_serial': job.order.reference.gearbox_serial, 'alert': alert.reason,
+            'gearbox_serial': order.reference.gearbox_serial, 'alert': alert.reason,
             'since': when(alert.since_ns), 'since_ns': alert.since_ns,
-            'baseline_recording_ns': job.order.reference.stamp_ns, **job.verdict}
-        if alert.reason == MISMATCH and self._warmth_alone(job.verdict, job.order.since_ns):
+            'baseline_recording_ns': order.reference.stamp_ns, **verdict}
+        if alert.reason == MISMATCH and self._warmth_alone(verdict, order.since_ns):
             words = '(warm-up?)' if self._monitor.health.temperature is None else \
                 'as temperature has it'
             self._verdict |= {
-                'verdict': kind_of(False, job.verdict['remainder'] is not None), 'findings': [],
-                'text': f'no wear, friction {words}: {job.verdict["text"]}'}
+                'verdict': kind_of(False, verdict['remainder'] is not None), 'findings': [],
+                'text': f'no wear, friction {words}: {verdict["text"]}'}
         if self._verdict['findings']:
             self._interval = MISMATCH_INTERVAL
         return self._verdict

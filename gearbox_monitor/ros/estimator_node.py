@@ -55,7 +55,7 @@ class EstimatorNode(TableNode):
             for signal in SIGNALS]
         self._diagnostics = advertise(self, DiagnosticArray, DIAGNOSTICS, 10)
         alerts = advertise(self, DiagnosticArray, DRIFT_ALERTS, latched())
-        self._namer = ChangeNamer(len(settings))
+        self._namer = ChangeNamer()
         self._gearboxes: list[MonitoredGearbox] = []
         for k, gearbox in enumerate(settings):
             with located(gearbox.name):

@@ -356,8 +356,7 @@ class JointSubscriptions:
     """
     Subscribes for `node`, unpacks each message once and hands its samples to take(samples).
 
-    inputs: of the gearboxes. samples [(index of the input, TakenSample)]: of one message, at most
-    one of each input.
+    inputs: of the gearboxes. samples [(index of the input, TakenSample)]: of one message.
     """
 
     def __init__(self, node: Node, inputs: Sequence[GearboxInput],
@@ -416,23 +415,15 @@ class JointSubscriptions:
         return None
 
     def _take_message(self, raw: bytes, info: Info) -> None:
-        message = self._unpacked(raw)
-        if message is None:
-            return
-        if len(self._inputs) == 1:
-            self._take_each(self._inputs[0].samples(message, info))
-            return
-        samples = [(k, sample) for k, joint_input in enumerate(self._inputs)
-                   for sample in joint_input.samples(message, info)]
-        if samples:
-            self._take(samples)
+        if (message := self._unpacked(raw)) is not None:
+            self._take_all((k, sample) for k, joint_input in enumerate(self._inputs)
+                           for sample in joint_input.samples(message, info))
 
     def _take_arm(self, raw: bytes, info: Info) -> None:
-        message = self._unpacked(raw)
-        if message is not None:
-            self._take_each(self._inputs[0].arm_samples(message, info))
+        if (message := self._unpacked(raw)) is not None:
+            self._take_all((0, sample) for sample in self._inputs[0].arm_samples(message, info))
 
-    def _take_each(self, samples: Iterable[TakenSample]) -> None:
-        """Take the `samples` of a single gearbox one by one: a message may complete several."""
-        for sample in samples:
-            self._take([(0, sample)])
+    def _take_all(self, samples: Iterable[tuple[int, TakenSample]]) -> None:
+        """Hand over the `samples` of a message, if there are any."""
+        if taken := list(samples):
+            self._take(taken)

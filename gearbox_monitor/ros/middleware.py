@@ -101,6 +101,13 @@ PR_SET_PDEATHSIG = 1
 LOG_LINES = 10
 
 
+def child_environment(env: Mapping[str, str] = os.environ) -> dict[str, str]:
+    """Return `env` for a process of this package, whose matrices want no threads of BLAS."""
+    root = str(Path(gearbox_monitor.__file__).resolve().parents[1])
+    path = os.pathsep.join(filter(None, [root, env.get('PYTHONPATH')]))
+    return {**env, 'PYTHONPATH': path, 'OPENBLAS_NUM_THREADS': '1'}
+
+
 def cores() -> int:
     """Return how many cores this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, 'sched_getaffinity') else (
@@ -174,12 +181,10 @@ class Child:
                    '--disable-external-lib-logs']
         for key, value in parameters.items():
             command += ['-p', f'{key}:={json.dumps(value)}']
-        root = str(Path(gearbox_monitor.__file__).resolve().parents[1])
-        path = os.pathsep.join(filter(None, [root, env.get('PYTHONPATH')]))
         with open(self.log, 'xb') as output:
             self.process = subprocess.Popen(
                 command, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
-                env={**env, 'PYTHONPATH': path, PARENT: str(os.getpid())},
+                env={**child_environment(env), PARENT: str(os.getpid())},
                 start_new_session=True)
 
     @property

@@ -205,9 +205,8 @@ class MonitoredGearbox:
             f'/{self.name}' if self.name else '')
         self._state_file = StateFile(values.drift_state_file, self._component) \
             if values.drift_state_file else None
-        known, adaptation, recording_ns = self._state_at_start(values)
+        known, recording_ns = self._state_at_start(values)
         self.monitor = Monitor(model, values, known, settings.robot, phase_ns)
-        self._recall(adaptation)
         self.names = GearboxNames(
             {TRANSMISSION: self.name or TRANSMISSION, MOTOR: values.motor_joint,
              ARM: values.arm_joint}, model.gear_ratio)
@@ -265,9 +264,9 @@ class MonitoredGearbox:
             if text not in logged:
                 self._node.get_logger().warning(self._says + text)
 
-    def _state_at_start(self, values: EstimatorParameters) -> tuple[Any, dict[str, Any], int]:
+    def _state_at_start(self, values: EstimatorParameters) -> tuple[Any, int]:
         """
-        Return (what was known, adapted values, stamp of the baseline recording).
+        Return (what was known, stamp of the baseline recording).
 
         Of the state file, else of the baseline.
         """
@@ -276,26 +275,14 @@ class MonitoredGearbox:
             if problem:
                 self._node.get_logger().error(self._says + problem)
             if state is not None:
-                return state['health'], state['adaptation'], state['recording_ns']
+                return state['health'], state['recording_ns']
         if self._has_baseline(values):
             try:
-                return load_baseline(values.baseline_file, values.gearbox_serial), {}, 0
+                return load_baseline(values.baseline_file, values.gearbox_serial), 0
             except Damaged as error:
                 self._node.get_logger().error(
                     f'{self._says}{error}: {set_aside(values.baseline_file)}; {AGAIN}')
-        return None, {}, 0
-
-    def _recall(self, adaptation: Mapping[str, Any]) -> None:
-        """Let an adaptive filter continue from its saved `adaptation`."""
-        if not adaptation:
-            return
-        try:
-            if not self.monitor.estimator.recall(adaptation):
-                self._node.get_logger().info(
-                    f'{self._says}filter, model or start values are not those of the saved '
-                    'adaptation: it restarts')
-        except InputError as error:
-            self._node.get_logger().error(f'{self._says}{error}: the adaptation restarts')
+        return None, 0
 
     def _has_baseline(self, values: EstimatorParameters) -> bool:
         """Return whether a baseline file is named and exists; save_baseline may write it later."""
@@ -343,8 +330,6 @@ class MonitoredGearbox:
         since = estimate.stamp_ns - self._snapshot_stamp
         if not 0 <= since < self.monitor.parameters.snapshot_period * SECOND:
             self._publish_snapshot('period')
-            if self.monitor.estimator.learnt():  # goes on without windows, too
-                self._keep_state()
 
     def _on_temperature(self, message: Temperature) -> None:
         if math.isfinite(message.temperature):
@@ -357,7 +342,6 @@ class MonitoredGearbox:
         if self._state_file is not None:
             note = self._state_file.keep(health_text(
                 STATE, health, self.monitor.parameters.gearbox_serial,
-                adaptation=self.monitor.estimator.learnt(),
                 recording_ns=self._changes.recording_ns if self._changes is not None else 0))
             if note:
                 self._node.get_logger().warning(self._says + note)

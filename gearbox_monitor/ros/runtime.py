@@ -287,10 +287,7 @@ def spin_node(factory: Callable[[], Node | list[Node]], args: Sequence[str] | No
     except (InputError, ParameterException) as error:
         code = _refuse(name, error)
     except RCLError as error:
-        if rclpy.ok():  # otherwise a signal has ended the context while the node was being made
-            if 'error creating node' not in str(error):
-                raise
-            code = _refuse(name, _plain(error))
+        code = _ended_by(error, name)
     finally:
         # A terminal and ros2 launch send SIGINT twice: the second must not interrupt the end.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -306,6 +303,15 @@ def spin_node(factory: Callable[[], Node | list[Node]], args: Sequence[str] | No
                 node.destroy_node()
             rclpy.try_shutdown()
     return code
+
+
+def _ended_by(error: Exception, name: str) -> int:
+    """Return the exit code after an RCLError, which is raised again if input is not the reason."""
+    if not rclpy.ok():  # a signal has ended the context while the node was being made
+        return 0
+    if 'error creating node' not in str(error):
+        raise error
+    return _refuse(name, _plain(error))
 
 
 def _without_signals(unraisable: Any) -> None:

@@ -31,11 +31,11 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-import gearbox_monitor
 from gearbox_monitor.parameters import WATCH_NODE, WatchParameters
 from gearbox_monitor.recordings.topics import (
     DIAGNOSTICS, FINDINGS, JOINT_STATES, PAYLOAD, PAYLOAD_STD, ROBOT_DESCRIPTION)
 from gearbox_monitor.ros.convert import LEVELS, stamp_of, to_diagnostics, to_time
+from gearbox_monitor.ros.middleware import child_environment
 from gearbox_monitor.ros.paced_node import declare, TableNode
 from gearbox_monitor.ros.runtime import (
     advertise, best_effort, drain, latched, spin_node, steady_timer, subscribe, subscribe_polled)
@@ -53,14 +53,12 @@ class WatchChild:
     def __init__(self, state: Path) -> None:
         self.told: deque[dict[str, Any]] = deque(maxlen=100)
         self.dropped = 0
-        root = str(Path(gearbox_monitor.__file__).resolve().parents[1])
-        path = os.pathsep.join(filter(None, [root, os.environ.get('PYTHONPATH')]))
         self._orders: Queue[str | None] = Queue(WAITING)
         self._child = subprocess.Popen(
             [sys.executable, '-m', 'gearbox_monitor.ros.watch_child', str(state),
              str(os.getpid())], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-            env={**os.environ, 'PYTHONPATH': path, 'OPENBLAS_NUM_THREADS': '1',
-                 'MALLOC_MMAP_THRESHOLD_': '1000000'},   # what learning took goes back
+            # What learning took goes back.
+            env={**child_environment(), 'MALLOC_MMAP_THRESHOLD_': '1000000'},
             start_new_session=True)
         self._threads = [Thread(target=x, daemon=True) for x in (self._write, self._read)]
         for thread in self._threads:

@@ -47,12 +47,6 @@ def order(**changes):
         'since_ns': 0, 'seconds': 5.0, 'cpu_seconds': 300, 'memory': 4000, **changes})
 
 
-def ended(job):
-    while not job.done:
-        time.sleep(0.01)
-    return job
-
-
 def gone(number):
     """Return whether the process does not run any more."""
     try:
@@ -78,7 +72,7 @@ def child_of(parent):
 
 
 def test_a_change_is_named_from_raw_rows_of_both_sides_of_the_gear():
-    verdict = ended(ChangeNamer(1).submit(order())).verdict
+    verdict = ChangeNamer().submit(order()).result()
     (finding,) = verdict['findings']
     assert finding['effect'] == 'backlash_gap'
     assert finding['values'][0]['relative'] == pytest.approx(0.2, abs=0.01)
@@ -89,35 +83,30 @@ def test_a_change_is_named_from_raw_rows_of_both_sides_of_the_gear():
 
 
 def test_limits_end_the_child_by_name_and_the_next_order_is_tried():
-    """Two wait while one runs: each fails in its own way, and a fourth is refused."""
-    namer = ChangeNamer(2)
-    waiting = [order(memory=270), order(since_ns=T0 + 100 * SECOND), order()]
-    jobs = [namer.submit(order(cpu_seconds=1))]
-    child_of(os.getpid())
-    jobs += map(namer.submit, waiting)
-    assert jobs[3].done and jobs[3].problem == '2 diagnoses wait already'
-    said = [ended(job).problem for job in jobs[:3]]
+    """Two wait while one runs, and each fails in its own way."""
+    namer = ChangeNamer()
+    jobs = [namer.submit(one) for one in (
+        order(cpu_seconds=1), order(memory=270), order(since_ns=T0 + 100 * SECOND))]
+    said = [str(job.exception()) for job in jobs]
     assert said[0] == 'the diagnosis took more than 1 s of CPU time (name_changes_cpu)'
     assert said[1] == 'the diagnosis took more than 270 MB (name_changes_memory)'
     assert said[2].startswith('recording: no 4 s without a dropout')
     namer.close()
-    assert all(job.done for job in jobs[:3]) and not any(job.verdict for job in jobs[:3])
 
 
 def test_no_child_outlives_the_namer():
-    namer = ChangeNamer(1)
-    job = namer.submit(order())
+    namer = ChangeNamer()
+    jobs = [namer.submit(order()) for _ in range(2)]
     child = child_of(os.getpid())
     namer.close()
-    assert gone(child) and job.done and not job.verdict
-    assert ended(namer.submit(order())).problem
+    assert gone(child) and str(jobs[0].exception()) == 'the node ends' and jobs[1].cancelled()
 
 
 def test_no_child_outlives_a_killed_process():
     code = ('import sys, time\n'
             f'sys.path.insert(0, {os.path.dirname(__file__)!r})\n'
             'import test_change_naming as t\n'
-            'namer = t.ChangeNamer(1)\n'
+            'namer = t.ChangeNamer()\n'
             'job = namer.submit(t.order())\n'
             'time.sleep(600)\n')
     parent = subprocess.Popen([sys.executable, '-c', code])

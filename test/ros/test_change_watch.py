@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """When a change is named, against which recording, and what is said of it; no ROS."""
+from concurrent.futures import Future
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,7 +13,7 @@ from gearbox_monitor.health.backlash.change_tests import COMPONENTS, FEATURES, F
 from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.ros.change_watch import ChangeWatch, NamingJob
+from gearbox_monitor.ros.change_watch import ChangeWatch
 from gearbox_monitor.ros.recording_export import RecordingBuffer, SECOND, unpacked_rows
 
 T0 = 1_700_000_000 * SECOND
@@ -41,11 +42,14 @@ class Gearbox:
 
     def submit(self, order):
         self.orders.append(order)
-        self.job = NamingJob(order)
+        self.job = Future()
         return self.job
 
     def end(self, verdict=None, problem=''):
-        self.job.verdict, self.job.problem, self.job.done = verdict, problem, True
+        if problem:
+            self.job.set_exception(RuntimeError(problem))
+        else:
+            self.job.set_result(verdict)
 
     def stages(self):
         return {component: {test: change.stage for test, change in self.health.alerts.items()

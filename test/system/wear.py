@@ -17,6 +17,7 @@ usage examples:
   .venv/bin/python test/system/wear.py --seeds 0 8
   .venv/bin/python test/system/wear.py --healthy 24 --seeds 0 1
 """
+from concurrent.futures import wait
 from dataclasses import dataclass, field
 import json
 import math
@@ -313,8 +314,7 @@ class PromptNamer(ChangeNamer):
 
     def submit(self, order):
         job = super().submit(order)
-        while not job.done:
-            time.sleep(0.1)
+        wait([job])
         return job
 
 
@@ -380,7 +380,7 @@ class HealthyLife(History):
 
 def run_healthy(args):
     """Live through healthy hours, one gearbox per seed; returns 1 where anything is told."""
-    namer, begin, lives = PromptNamer(1), time.process_time(), []
+    namer, begin, lives = PromptNamer(), time.process_time(), []
     for seed in range(*args.seeds):
         life = HealthyLife(args, seed, namer)
         life.live()
