@@ -13,10 +13,10 @@ into an isolated build, an apt-installed Jazzy has it.
 
 Public names, by module:
 
-    callback: address_of, called_back, compilable
     elementary: arctan, cosine, DIFFERENCE_GAIN, exponential, fma, MAD_TO_SIGMA, noise_levels,
         quantisation_step, sine, white_noise_std
-    kernel: apart, bound, entry, folded, inline, kernel, KERNELS, prepared, Repeated
+    kernel: address_of, apart, bound, called_back, compilable, entry, folded, inline, kernel,
+        KERNELS, Repeated
     library: installed
     linalg: add_product, add_transposed_product, carry, multiply, multiply_symmetric,
         solve_positive, transposed_multiply_symmetric

@@ -22,9 +22,11 @@ from typing import Any, get_args, get_origin, get_type_hints, TypeVar
 
 import numpy as np
 
+from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels import library
 from gearbox_monitor.kernels.translate.values import (
-    Array, BOOL, FLOAT, form, INT, Known, NATURAL, Record, Type)
+    Array, BOOL, FLOAT, form, INT, Known, NATURAL, Record, Refused, Type)
+from gearbox_monitor.kernels.types import Triple, Vector
 
 Function = TypeVar('Function', bound=Callable[..., Any])
 INTERPRETED = os.environ.get('GEARBOX_MONITOR_KERNELS', '') == 'python'
@@ -208,56 +210,40 @@ class Entry:
             given = inspect.signature(self.__wrapped__).bind(*arguments, **named)
             given.apply_defaults()
             arguments = given.args
-        room, copies = self._room(arguments, self._slots)
+        room, copies = self._room(arguments)
         self.function(room)
         for copy, original in copies:
             if original.flags.writeable:
                 original[...] = copy
         return self._result(room)
 
-    def _room(self, arguments: tuple[Any, ...], slots: struct.Struct) -> tuple[Any, list[Any]]:
-        """Return room for a call that holds its first `arguments`, and the _flatten copies."""
+    def _room(self, arguments: tuple[Any, ...]) -> tuple[Any, list[Any]]:
+        """Return room for a call that holds its `arguments`, and the _flatten copies."""
         values: list[Any] = []
         copies: list[Any] = []
         try:
-            _flatten(self.types[0][:len(arguments)], arguments, values, copies)
+            _flatten(self.types[0], arguments, values, copies)
         except (TypeError, ValueError) as error:
             raise TypeError(f'{self.__name__}: {error}') from None
         room = ctypes.create_string_buffer(self._slots.size)
-        slots.pack_into(room, 0, *values)
+        self._slots.pack_into(room, 0, *values)
         return room, copies
 
     def prepared(self, *arguments: Any) -> Callable[..., Any]:
         """
         Return the call with these arguments: one foreign call, for a loop over samples.
 
-        Arrays among them stay where they are. What is missing at the end are numbers, which the
-        call takes.
+        Arrays among them stay where they are.
         """
-        given, missing = self.types[0][:len(arguments)], self.types[0][len(arguments):]
-        slots, rest = struct.Struct(f'<{RESULT}x{form(given)}'), struct.Struct('<' + form(missing))
-        room, copies = self._room(arguments, slots)
+        room, copies = self._room(arguments)
         if copies:
             raise TypeError(f'{self.__name__}: an array that is not contiguous')
         place, function, result = ctypes.addressof(room), self.function, self._result
-        at, write = slots.size, rest.pack_into
 
         def call(held: Any = (arguments, room)) -> Any:
             function(place)
             return result(room)
-
-        def call_with(*numbers: Any, held: Any = (arguments, room)) -> Any:
-            write(room, at, *numbers)
-            function(place)
-            return result(room)
-        return call_with if missing else call
-
-
-def prepared(kernel: Any, *arguments: Any) -> Callable[..., Any]:
-    """Return Entry.prepared of a kernel, which may be interpreted, with its first `arguments`."""
-    made: Callable[..., Any] = kernel.prepared(*arguments) if isinstance(
-        kernel, Entry) else partial(kernel, *arguments)
-    return made
+        return call
 
 
 class Repeated:
@@ -280,9 +266,54 @@ class Repeated:
         if call is None:
             if len(self._calls) >= self.MOST:
                 self._calls.clear()
-            call = self._calls[key] = prepared(self.kernel, *arguments)
+            call = self._calls[key] = self.kernel.prepared(*arguments) if isinstance(
+                self.kernel, Entry) else partial(self.kernel, *arguments)
         return call()
 
     def __deepcopy__(self, memo: object) -> 'Repeated':
         """Return one without prepared calls, which hold pointers into these arguments."""
         return Repeated(self.kernel)
+
+
+# ---------------------------------------------------------------------- functions of a user
+
+# C calls them back where they cannot be translated, or nothing can compile them. A call costs
+# half a microsecond, and what Python takes for the function.
+Torques = Callable[..., Triple]
+_Callback = ctypes.CFUNCTYPE(None, ctypes.POINTER(ctypes.c_double), ctypes.c_void_p,
+                             ctypes.c_int64, ctypes.POINTER(ctypes.c_double))
+N_ARGUMENTS = 7  # t, x1, x2, x3, x4, u, tau_k
+_called: dict[int, tuple[Torques, Any]] = {}  # both live as long as the process
+
+
+@cache
+def address_of(torques: Torques) -> int:
+    """Return the address at which C calls `torques` of an Effect; NaN if it raises."""
+    def call(numbers: Any, theta: Any, n: int, out: Any) -> None:
+        try:
+            values = (ctypes.c_double * n).from_address(theta) if n else ()
+            out[0], out[1], out[2] = torques(*numbers[:N_ARGUMENTS], np.array(values))
+        except Exception:  # C has no way to tell
+            out[0] = out[1] = out[2] = float('nan')
+    callback = _Callback(call)
+    address = ctypes.cast(callback, ctypes.c_void_p).value or 0
+    _called[address] = torques, callback
+    return address
+
+
+@instruction('gm_called', results=3)
+def called_back(address: int, numbers: tuple[float, ...], theta: Vector) -> Triple:
+    """Return the torques of the user's function at `address` for its arguments, theta the last."""
+    return _called[address][0](*numbers, theta)
+
+
+def compilable(function: Any, *annotations: Any) -> bool:
+    """Return whether a user's `function` of arguments with `annotations` can be compiled here."""
+    from gearbox_monitor.kernels import build
+    from gearbox_monitor.kernels.translate.program import Program
+    try:
+        build.compiler()
+        Program().instance(function, tuple(map(declared, annotations)))
+    except (InputError, Refused):
+        return False
+    return True

@@ -118,8 +118,8 @@ def negative_indices(z: Vector, i: int) -> tuple[float, float]:
 def slices(z: Vector, low: int, high: int) -> tuple[float, int, int, float]:
     part, stepped = z[low:high], z[1::2]
     total = 0.0
-    for value in part:
-        total += value
+    for i in range(len(part)):
+        total += part[i]
     return total, len(part), stepped.shape[0], stepped[-1]
 
 
@@ -132,9 +132,9 @@ def filled(z: Vector, m: Matrix) -> float:
 
 
 def reshaped(z: Vector) -> tuple[float, int, int]:
-    m = z.reshape(-1, 2)
+    m = z.reshape(len(z) // 2, 2)
     m[1, 0] = 9.0
-    return z[2], m.shape[0], m.ravel().size
+    return z[2], m.shape[0], m.shape[1]
 
 
 def matrices(m: Matrix, n: IntegerMatrix) -> float:

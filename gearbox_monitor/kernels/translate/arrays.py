@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 
 from gearbox_monitor.kernels.translate.frame import Frame
 from gearbox_monitor.kernels.translate.values import (
-    Array, constant, ELEMENTS, NATURAL, Object, OPEN, Refused, Scalar, Tuple, type_of, Value, View,
+    Array, constant, ELEMENTS, NATURAL, OPEN, Refused, Scalar, Tuple, type_of, Value, View,
     words)
 
 Slice: TypeAlias = tuple[Value | None, Value | None, int]  # from, to, step
@@ -129,34 +129,22 @@ class Arrays(Frame):
         """Return len(value)."""
         if isinstance(value, View):
             return self._natural(value.shape[0])
-        if isinstance(value, Object) and isinstance(value.value, str):
-            return constant(len(value.value))
         return constant(len(self.items(value)))
 
     def _natural(self, c: str) -> Scalar:
         return Scalar(NATURAL, c, int(c) if c.isdigit() else OPEN, True)
 
     def shape_of(self, array: View, name: str) -> Value:
-        """Return the attribute shape or size of an array."""
-        if name == 'shape':
-            return Tuple([self._natural(n) for n in array.shape])
-        if name == 'size':
-            return Scalar(NATURAL, f'({" * ".join(array.shape)})')
-        raise Refused(f'attribute {name} of an array')
+        """Return the attribute shape of an array."""
+        if name != 'shape':
+            raise Refused(f'attribute {name} of an array')
+        return Tuple([self._natural(n) for n in array.shape])
 
     def method(self, array: View, name: str, arguments: list[Value]) -> Value:
-        """Return what a method of an array returns: reshape, ravel, view as another element."""
+        """Return what a method of an array returns: reshape to numbers that are stated."""
+        if name != 'reshape':
+            raise Refused(f'method {name} of an array')
         if array.strides is not None:
             raise Refused(f'{name} of an array that is not contiguous')
-        total = ' * '.join(f'({n})' for n in array.shape)
-        if name == 'ravel':
-            return View(Array(array.type.element, 1), array.pointer, [self.whole(total)])
-        if name == 'reshape':
-            given = arguments[0].items if isinstance(arguments[0], Tuple) else arguments
-            numbers = list(map(self.number, given))
-            shape = [self.whole(n.c) for n in numbers if n.constant != -1]
-            if len(shape) < len(numbers):
-                rest = self.whole(f'({total}) / ({" * ".join(shape) or "1"})')
-                shape.insert([n.constant for n in numbers].index(-1), rest)
-            return View(Array(array.type.element, len(shape)), array.pointer, shape)
-        raise Refused(f'method {name} of an array')
+        shape = [self.whole(self.number(n).c) for n in arguments]
+        return View(Array(array.type.element, len(shape)), array.pointer, shape)

@@ -39,12 +39,7 @@ CASTS = {int: 'i', np.int64: 'i', np.uint64: 'u', float: 'f', np.float64: 'f'}
 # Of the C library; a filter needs none of them but sqrt and log.
 MATH = ('sqrt', 'exp', 'log', 'sin', 'cos', 'tan', 'atan', 'atan2', 'tanh', 'sinh', 'cosh', 'asin',
         'acos', 'hypot', 'pow', 'copysign', 'expm1', 'log1p', 'fabs')
-MAX_POWER = 16
-
-
-def _foreign(function: FunctionType) -> bool:
-    """Return whether a function is of numpy or scipy, whose code is no kernel."""
-    return function.__module__.partition('.')[0] in ('numpy', 'scipy')
+MAX_POWER, FOREIGN = 16, ('numpy', 'scipy')
 
 
 class Expressions(Arrays):
@@ -296,9 +291,8 @@ class Expressions(Arrays):
         if kind is None or isinstance(kind, Known):
             raise Refused(f'{words(type_of(a))} or {words(type_of(b))}')
         of_a, of_b = self.expression(a, kind), self.expression(b, kind)
-        if not lines_a and not lines_b:
-            return self.program.value(kind, f'({test.c} ? {of_a} : {of_b})') if isinstance(
-                kind, Number) else self._either(kind, test, (of_a, []), (of_b, []))
+        if isinstance(kind, Number) and not lines_a and not lines_b:
+            return self.program.value(kind, f'({test.c} ? {of_a} : {of_b})')
         return self._either(kind, test, (of_a, lines_a), (of_b, lines_b))
 
     def _either(self, kind: Any, test: Scalar, *ways: tuple[str, list[str]]) -> Value:
@@ -350,7 +344,8 @@ class Expressions(Arrays):
         instruction = getattr(function, 'instruction', None)
         if instruction:
             return self._instruction(instruction, function.results, values)
-        if isinstance(function, FunctionType) and not _foreign(function):
+        # The code of numpy and scipy is no kernel.
+        if isinstance(function, FunctionType) and function.__module__.split('.')[0] not in FOREIGN:
             return self._of_kernel(function, values, named)
         if isinstance(called, type) and hasattr(called, '_fields'):
             return self._named_tuple(called, dict(zip(called._fields, values)) | named)

@@ -8,7 +8,7 @@ from typing import Any
 from gearbox_monitor.kernels.translate.expressions import Expressions
 from gearbox_monitor.kernels.translate.values import (
     constant, join, Known, Number, Object, OPEN, Record, Scalar, stored, Tuple, Type, type_of,
-    Value, View, words)
+    Value, words)
 
 MOST_PASSES = 30
 KEYWORDS = {'inline': 'GM_INLINE', 'apart': 'GM_APART'}
@@ -247,11 +247,7 @@ class Function(Expressions):
             columns = [self.items(value) for value in self.several(over.args)]
             items = [Tuple(list(row)) for row in zip(*columns)]
         else:
-            value = self.e(over)
-            if isinstance(value, View):
-                self._elements(node, value)
-                return False
-            items = self.items(value)
+            items = self.items(self.e(over))
         self._unrolled(node, [self.settled(item) for item in items])
         return False
 
@@ -273,14 +269,6 @@ class Function(Expressions):
         if name != '_':
             self.declare(name, Number('i', natural), node)
             self.emit(f'    {name}_ = {k};')
-        self._turn(node.body)
-
-    def _elements(self, node: Any, value: View) -> None:
-        k = self.fresh('k')
-        self.emit(f'for (int64_t {k} = 0; {k} < {value.shape[0]}; {k}++) {{')
-        self.depth += 1
-        self._assign(node.target, self.element(value, [Scalar(Number('i', True), k)]))
-        self.depth -= 1
         self._turn(node.body)
 
     def _unrolled(self, node: Any, items: list[Value]) -> None:
