@@ -30,11 +30,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gearbox_monitor.estimation.filter_kind import Reading
+from gearbox_monitor.estimation.filter_kind import places, Reading, sensitivities
 from gearbox_monitor.estimation.process_model import (
     advance_beside, BESIDE, curve_count, EIGENVALUE, ENCODER_DELAY_STD, FACTOR_DELAY, FACTOR_GAIN,
     FACTORS, N_FACTORS, N_LANE, TAU_K, torque_slopes, UNIFORM, USUAL, X1, X2, X3, X4)
-from gearbox_monitor.estimation.step_record import places, sensitivities
 from gearbox_monitor.kernels.kernel import apart, folded, inline
 from gearbox_monitor.kernels.types import Array, Layout, Triple, Vector
 from gearbox_monitor.plant.drive import (
@@ -148,8 +147,7 @@ def accompany(layout: Layout, companions: Companions, z: Array, reading: Reading
         return True
     rate = (reading.u - last) / reading.dt if math.isfinite(last) else 0.0
     for j in range(n):
-        for i in range(BESIDE):
-            lanes[j * BESIDE + i] = z[j]
+        lanes[j * BESIDE:(j + 1) * BESIDE] = z[j]
         for i in range(count):
             lanes[j * BESIDE + 1 + i] += s[i * n + j]
     advance_beside(layout, lanes, count + 1, True, (reading.u, reading.load, rate), reading.dt,

@@ -238,21 +238,14 @@ def filtered(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, st
         for g in range(groups):
             c = min(pair + g, last)
             steps = max(steps, data.end[c] - data.begin[c] - 1)
-            for i in range(N_FILTER):
-                room[g, n + i, 0] = start.states[c, i]
-            for i in range(n):
-                for j in range(n):
-                    room[g, i, j] = start.covariance[i, j]
+            room[g, n:, 0] = start.states[c]
+            room[g, :n] = start.covariance
         for k in range(steps + 1):
             for g in range(groups):
                 c = min(pair + g, last)
                 at = min(data.begin[c] + k, data.end[c] - 1)
                 if data.begin[c] + k < data.end[c] and pair + g <= last:
-                    for i in range(N_FILTER):
-                        trace.begin[at, 0, i] = room[g, n + i, 0]
-                    for i in range(n):
-                        for j in range(n):
-                            trace.covariance[at, i, j] = room[g, i, j]
+                    trace.begin[at, 0], trace.covariance[at] = room[g, n:, 0], room[g, :n]
                 for i in range(width * g, width * (g + 1)):
                     s[T + i] = at * data.dt
                     for j in range(3):
@@ -266,7 +259,7 @@ def filtered(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, st
                     at = min(data.begin[c] + k, data.end[c] - 1)
                     for i in range(width * g, width * (g + 1)):
                         s[U + i] = data.u[at, schedule.part[q]]
-                step_lanes(s, schedule.length[q], form, drive)
+                step_lanes(s, schedule.length[q], LANES, form, drive)
                 m = schedule.ends[q]
                 if m < 0:
                     continue
@@ -321,8 +314,7 @@ def filtered(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, st
                         result += (innovation * innovation / variance - 1.0
                                    + math.log(variance / data.variance[channel]))
                     if m < len(schedule.span) - 1:
-                        for i in range(N_FILTER):
-                            trace.begin[at, m + 1, i] = room[g, n + i, 0]
+                        trace.begin[at, m + 1] = room[g, n:, 0]
                         _spread(g, width, room, start, s)
     return result if math.isfinite(result) else math.inf
 
@@ -333,8 +325,7 @@ def _spread(g: int, width: int, room: Array, start: FilterStart, s: Array) -> No
     n = len(start.places)
     for i in range(LASTING + 1):
         row = (ON_MOTOR if i == LASTING else LANES * i) + width * g
-        for j in range(width):
-            s[row + j] = room[g, n + i, 0]
+        s[row:row + width] = room[g, n + i, 0]
         for j in range(n):
             if start.places[j] == i:
                 s[row + 1 + j] += start.moves[j]
@@ -376,7 +367,7 @@ def sensitivity(drives: tuple[PackedDrive, PackedDrive], schedule: SampleSchedul
                         s[ON_MOTOR + i] = trace.begin[at, m, LASTING]
                 for i in range(LANES):
                     s[U + i] = data.u[min(first + i, data.end[c] - 2), schedule.part[q]]
-                step_lanes(s, schedule.length[q], form, drive)
+                step_lanes(s, schedule.length[q], min(LANES, data.end[c] - 1 - first), form, drive)
                 elapsed += schedule.length[q]
                 if schedule.ends[q] >= 0:
                     for i in range(min(LANES, data.end[c] - 1 - first)):
@@ -393,8 +384,7 @@ def _carry(F: Array, d: Array, moved: Array) -> None:
     for i in range(n):
         for j in range(n):
             moved[i] += F[i, j] * d[j]
-    for i in range(n):
-        d[i] = moved[i]
+    d[:] = moved
 
 
 @kernel
@@ -406,12 +396,10 @@ def _along(drives: tuple[PackedDrive, PackedDrive], schedule: SampleSchedule, da
     delays = (drives[1].e[DELAY1] - drives[0].e[DELAY1],
               drives[1].e[DELAY2] - drives[0].e[DELAY2])
     for c in range(len(data.begin)):
-        for i in range(n):
-            d[i] = 0.0
+        d[:] = 0.0
         for at in range(data.begin[c], data.end[c] - 1):
             for m in range(len(schedule.span)):
-                for i in range(n):
-                    moved[i] = ends[at, m, i]
+                moved[:] = ends[at, m]
                 _carry(trace.tangent[at, m], d, moved)
                 for channel in range(2):
                     if schedule.reads[m, channel] == 0:
@@ -455,15 +443,12 @@ def with_noise(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, 
     d, moved, gain = room[2 * n], room[2 * n + 1], room[2 * n + 2]
     result = 0.0
     for c in range(len(data.begin)):
-        for i in range(n):
-            d[i] = 0.0
-            for j in range(n):
-                P[i, j] = start.covariance[i, j]
+        d[:] = 0.0
+        P[:] = start.covariance
         for at in range(data.begin[c], data.end[c] - 1):
             for m in range(len(schedule.span)):
                 F = trace.tangent[at, m]
-                for i in range(n):
-                    moved[i] = 0.0
+                moved[:] = 0.0
                 _carry(F, d, moved)
                 _predict(F, P, product, schedule.span[m], data, drive, start.places)
                 for channel in range(2):
@@ -502,8 +487,7 @@ def smoothed(schedule: SampleSchedule, data: FilterInput, places: Integers, trac
     n = len(places)
     adjoint, moved = room[:n], room[n:2 * n]
     for c in range(len(data.begin)):
-        for i in range(n):
-            adjoint[i] = 0.0
+        adjoint[:] = 0.0
         for at in range(data.end[c] - 1, data.begin[c] - 1, -1):
             if at < data.end[c] - 1:
                 for m in range(len(schedule.span) - 1, -1, -1):
@@ -523,10 +507,8 @@ def smoothed(schedule: SampleSchedule, data: FilterInput, places: Integers, trac
                         for i in range(n):
                             total += trace.tangent[at, m, i, j] * adjoint[i]
                         moved[j] = total
-                    for j in range(n):
-                        adjoint[j] = moved[j]
-            for i in range(N_FILTER):
-                states[at, i] = trace.begin[at, 0, i]
+                    adjoint[:] = moved
+            states[at] = trace.begin[at, 0]
             for i in range(n):
                 for j in range(n):
                     states[at, places[i]] += trace.covariance[at, i, j] * adjoint[j]

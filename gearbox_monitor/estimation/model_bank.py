@@ -109,7 +109,7 @@ def member_parameters(parameters: EstimatorParameters) -> list[EstimatorParamete
     kind = filter_kind(parameters.filter)
     return [parameters.replace(
         tau_k_model=name, tau_k_stiffness=0.0,
-        filter=kind.name if name in kind.tau_k_models else 'ekf') for name in CURVES]
+        filter=parameters.filter if name in kind.tau_k_models else 'ekf') for name in CURVES]
 
 
 def mixture(mixed: bool) -> Mixture:
@@ -151,8 +151,7 @@ def outputs(ring: int) -> Outputs:
 def _remember(carried: Mixture, stamp: int) -> None:
     place = carried.places[WRITTEN] % KEPT
     carried.stamps[place] = stamp
-    for m in range(M):
-        carried.history[place, m] = carried.weights[m]
+    carried.history[place] = carried.weights
     carried.places[WRITTEN] += 1
 
 
@@ -318,8 +317,7 @@ def mix_smoothed(carried: Mixture, members: Outputs, output: Output) -> None:
             prior[m] = 0.0
             if j < n[m] and stamps[m, j] == stamp:
                 prior[m] = carried.history[places[READ] % KEPT, m]
-                for column in range(N_SMOOTHED):
-                    aligned[m, column] = members.smoothed[m, j, column]
+                aligned[m] = members.smoothed[m, j]
             total += prior[m]
         for m in range(M):
             prior[m] = prior[m] / total if total > 0.0 else (1.0 if m == 0 else 0.0)

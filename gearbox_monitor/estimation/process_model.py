@@ -189,18 +189,24 @@ WALKS = (Layout(6, False, -1, False), Layout(5, False, -1, False))
 USUAL = (*WALKS, Layout(6, False, 0, False), Layout(10, False, 4, False))
 
 
-class _Stages(NamedTuple):
+class _Stage(NamedTuple):
     """
-    What the tangent needs of the four stages of an RK4 step, and of the step.
+    What the tangent needs of a stage of an RK4 step.
 
-    slopes, shares: of the friction, on x3 and on tau_K; arms: of the load on the arm, on x2 and
-    x4; bends: of the curve; h: length of the step, s; first: phi is the unit matrix before it.
+    slope, share: of the friction, on x3 and on tau_K; arm: of the load on the arm, on x2 and x4;
+    bend: of the curve.
     """
 
-    slopes: Four
-    shares: Four
-    arms: Pairs
-    bends: tuple[Slopes, Slopes, Slopes, Slopes]
+    slope: float
+    share: float
+    arm: Pair
+    bend: Slopes
+
+
+class _Step(NamedTuple):
+    """The stages of an RK4 step of `h` s; first: phi is the unit matrix before it."""
+
+    stages: tuple[_Stage, _Stage, _Stage, _Stage]
     h: float
     first: bool
 
@@ -623,23 +629,33 @@ def _advanced(layout: Layout, x: Column, elastic: tuple[float, Curve], error: Fo
 
     elastic: memory and parameters of the curve; error: of friction, by stage.
     """
-    x1, x2, x3, x4, tau_k = x
     u, load = torques
-    half, sixth = 0.5 * h, h / 6.0
-    f1, g1 = _accelerations(layout, _bearing(layout, x, elastic), u - error[0], load, p)
-    b3, b4 = x3 + half * f1, x4 + half * g1
-    y = (x1 + half * x3, x2 + half * x4, b3, b4, tau_k + half * p[K_P] * (x3 - x4))
-    f2, g2 = _accelerations(layout, _bearing(layout, y, elastic), u - error[1], load, p)
-    c3, c4 = x3 + half * f2, x4 + half * g2
-    y = (x1 + half * b3, x2 + half * b4, c3, c4, tau_k + half * p[K_P] * (b3 - b4))
-    f3, g3 = _accelerations(layout, _bearing(layout, y, elastic), u - error[2], load, p)
-    d3, d4 = x3 + h * f3, x4 + h * g3
-    y = (x1 + h * c3, x2 + h * c4, d3, d4, tau_k + h * p[K_P] * (c3 - c4))
-    f4, g4 = _accelerations(layout, _bearing(layout, y, elastic), u - error[3], load, p)
-    moved1 = sixth * (x3 + 2.0 * (b3 + c3) + d3)
-    moved2 = sixth * (x4 + 2.0 * (b4 + c4) + d4)
-    return (x1 + moved1, x2 + moved2, x3 + sixth * (f1 + 2.0 * (f2 + f3) + f4),
-            x4 + sixth * (g1 + 2.0 * (g2 + g3) + g4), tau_k + p[K_P] * (moved1 - moved2))
+    f1 = _accelerations(layout, _bearing(layout, x, elastic), u - error[0], load, p)
+    y2 = _moved(x, 0.5 * h, x, f1, p)
+    f2 = _accelerations(layout, _bearing(layout, y2, elastic), u - error[1], load, p)
+    y3 = _moved(x, 0.5 * h, y2, f2, p)
+    f3 = _accelerations(layout, _bearing(layout, y3, elastic), u - error[2], load, p)
+    y4 = _moved(x, h, y3, f3, p)
+    f4 = _accelerations(layout, _bearing(layout, y4, elastic), u - error[3], load, p)
+    return _after((x, y2, y3, y4), (f1, f2, f3, f4), h / 6.0, p)
+
+
+@inline
+def _moved(start: Column, a: float, x: Column, f: Pair, p: Packed) -> Column:
+    """Return the state `a` s after `start` at the speeds of `x` and the accelerations `f`."""
+    return (start[0] + a * x[2], start[1] + a * x[3], start[2] + a * f[0], start[3] + a * f[1],
+            start[4] + a * p[K_P] * (x[2] - x[3]))
+
+
+@inline
+def _after(x: Columns, f: Pairs, sixth: float, p: Packed) -> Column:
+    """Return the state behind an RK4 step with the stages `x` and their accelerations `f`."""
+    moved1 = sixth * (x[0][2] + 2.0 * (x[1][2] + x[2][2]) + x[3][2])
+    moved2 = sixth * (x[0][3] + 2.0 * (x[1][3] + x[2][3]) + x[3][3])
+    return (x[0][0] + moved1, x[0][1] + moved2,
+            x[0][2] + sixth * (f[0][0] + 2.0 * (f[1][0] + f[2][0]) + f[3][0]),
+            x[0][3] + sixth * (f[0][1] + 2.0 * (f[1][1] + f[2][1]) + f[3][1]),
+            x[0][4] + p[K_P] * (moved1 - moved2))
 
 
 @inline
@@ -778,13 +794,6 @@ def _mean(lanes: Array, at: int, sixth: float) -> float:
 # load on the arm nothing depends on m2.
 
 @inline
-def _load_slopes(loaded: bool, x2: float, x4: float, p: Array) -> Pair:
-    if not loaded:
-        return 0.0, 0.0
-    return arm_load_slopes(x2, x4, p)
-
-
-@inline
 def answer(loaded: bool, arm: Pair, load: float, m: Column) -> float:
     """
     Return the derivative of the arm's load at a stage along a column of the tangent.
@@ -847,11 +856,11 @@ def _bent(curve: int, bend: Slopes, source: float, m: Column) -> Column:
 
 
 @inline
-def _four_bent(curve: int, bend: Slopes, memory: tuple[float, ...], m: Columns) -> Columns:
-    """Return four columns as _bent does; memory: how that of the curve answers to each."""
-    if curve < 0:
-        return m
-    return tuple(_bent(curve, bend, bend[1] * memory[j], m[j]) for j in range(4))
+def _stage_rates(layout: Layout, stage: _Stage, m: Column, source: float, error: float,
+                 load: float, p: Packed) -> Pair:
+    """Return `rates` of the column `m` at a `stage`; source: as of _bent."""
+    return rates(_bent(layout.curve, stage.bend, source, m), stage.slope, stage.share, error,
+                 answer(layout.loaded, stage.arm, load, m), p)
 
 
 @inline
@@ -864,9 +873,11 @@ def _memory_row(layout: Layout, phi: Array, j: int, first: bool) -> float:
 
 
 @inline
-def _four_rates(loaded: bool, m: Columns, slope: float, share: float, arm: Pair,
+def _four_rates(layout: Layout, stage: _Stage, m: Columns, rows: tuple[float, ...],
                 p: Array) -> Pairs:
-    return tuple(rates(one, slope, share, 0.0, answer(loaded, arm, 0.0, one), p) for one in m)
+    """Return `rates` of four columns; rows: how the memory of the curve answers to each."""
+    return tuple(_stage_rates(layout, stage, m[j], stage.bend[1] * rows[j], 0.0, 0.0, p)
+                 for j in range(4))
 
 
 @inline
@@ -911,7 +922,7 @@ def _end(layout: Layout, phi: Array, j: int, h: float, m: Columns, r: Pairs, p: 
 
 
 @inline
-def _column(layout: Layout, phi: Array, j: int, stages: _Stages, errors: Four, sources: Pair,
+def _column(layout: Layout, phi: Array, j: int, step: _Step, errors: Four, sources: Pair,
             p: Array, trace: Array | None) -> None:
     """
     Advance column `j` of phi by an RK4 step.
@@ -919,21 +930,16 @@ def _column(layout: Layout, phi: Array, j: int, stages: _Stages, errors: Four, s
     errors: of friction, in its four stages; sources: what the state adds to the load on the arm,
     and the place of its slope in those of the curve, 0 for none.
     """
-    loaded, curve = layout.loaded, layout.curve
-    slopes, shares, arms, bends, h, first = stages
+    (one, two, three, four), h, first = step
     load, own, memory = sources[0], int(sources[1]), _memory_row(layout, phi, j, first)
     m1 = _begin(layout.n, phi, j, first)
-    c1 = _bent(curve, bends[0], _source(bends[0], memory, own), m1)
-    r1 = rates(c1, slopes[0], shares[0], errors[0], answer(loaded, arms[0], load, m1), p)
+    r1 = _stage_rates(layout, one, m1, _source(one.bend, memory, own), errors[0], load, p)
     m2 = along(m1, 0.5 * h, m1, r1, p)
-    c2 = _bent(curve, bends[1], _source(bends[1], memory, own), m2)
-    r2 = rates(c2, slopes[1], shares[1], errors[1], answer(loaded, arms[1], load, m2), p)
+    r2 = _stage_rates(layout, two, m2, _source(two.bend, memory, own), errors[1], load, p)
     m3 = along(m1, 0.5 * h, m2, r2, p)
-    c3 = _bent(curve, bends[2], _source(bends[2], memory, own), m3)
-    r3 = rates(c3, slopes[2], shares[2], errors[2], answer(loaded, arms[2], load, m3), p)
+    r3 = _stage_rates(layout, three, m3, _source(three.bend, memory, own), errors[2], load, p)
     m4 = along(m1, h, m3, r3, p)
-    c4 = _bent(curve, bends[3], _source(bends[3], memory, own), m4)
-    r4 = rates(c4, slopes[3], shares[3], errors[3], answer(loaded, arms[3], load, m4), p)
+    r4 = _stage_rates(layout, four, m4, _source(four.bend, memory, own), errors[3], load, p)
     _end(layout, phi, j, h, (m1, m2, m3, m4), (r1, r2, r3, r4), p, trace)
 
 
@@ -944,13 +950,13 @@ def _source(bend: Slopes, memory: float, own: int) -> float:
 
 
 @inline
-def _column_of_x2(layout: Layout, phi: Array, stages: _Stages, p: Array,
+def _column_of_x2(layout: Layout, phi: Array, step: _Step, p: Array,
                   trace: Array | None) -> None:
     n = layout.n
     if layout.loaded or layout.curve >= 0:
-        _column(layout, phi, X2, stages, (0.0, 0.0, 0.0, 0.0), (0.0, 0.0), p, trace)
+        _column(layout, phi, X2, step, (0.0, 0.0, 0.0, 0.0), (0.0, 0.0), p, trace)
     else:  # nothing depends on x2
-        if stages.first:
+        if step.first:
             for i in range(n):
                 phi[i * n + X2] = 1.0 if i == X2 else 0.0
         if trace is not None:
@@ -959,11 +965,15 @@ def _column_of_x2(layout: Layout, phi: Array, stages: _Stages, p: Array,
 
 
 @inline
-def _slopes(law: bool, x3: float, tau_k: float, p: Array) -> Pair:
-    if law:
-        return (motor_friction_slope_by_law(x3, tau_k, p),
-                1.0 + motor_friction_load_slope(x3, tau_k, p))
-    return motor_friction_slope(x3, tau_k, p), 1.0 + motor_friction_load_slope(x3, tau_k, p)
+def _stage_at(layout: Layout, x: Column, elastic: tuple[float, Curve], torques: Pair,
+              p: Array) -> tuple[Pair, _Stage]:
+    """Return the accelerations at `x` and the _Stage; elastic: as of _advanced."""
+    total, bend = _total(layout.curve, x[0] - x[1], elastic[0], elastic[1], x[4])
+    slope = (motor_friction_slope_by_law(x[2], total, p) if layout.law
+             else motor_friction_slope(x[2], total, p))
+    arm = arm_load_slopes(x[1], x[3], p) if layout.loaded else (0.0, 0.0)
+    return (_accelerations(layout, (x[0], x[1], x[2], x[3], total), torques[0], torques[1], p),
+            _Stage(slope, 1.0 + motor_friction_load_slope(x[2], total, p), arm, bend))
 
 
 @inline
@@ -987,12 +997,13 @@ def rk4(layout: Layout, z: Array, phi: Array, first: bool, torques: Pair, h: flo
             their values: rows TRACE_*.
 
     """
-    n, loaded, curve = layout.n, layout.loaded, layout.curve
+    n, curve = layout.n, layout.curve
     u, load = torques
-    half, sixth = 0.5 * h, h / 6.0
-    x1, x2, x3, x4, tau_k = z[X1], z[X2], z[X3], z[X4], z[TAU_K]
+    half = 0.5 * h
+    x1 = z[X1], z[X2], z[X3], z[X4], z[TAU_K]
     at_curve = n - curve_count(curve)
-    law, memory = _curve(curve, z, 1, 0, at_curve, p), _memory(curve, z, at_curve, x1 - x2)
+    law = _curve(curve, z, 1, 0, at_curve, p)
+    memory = _memory(curve, z, at_curve, x1[0] - x1[1])
     rows = tuple(_memory_row(layout, phi, j, first) for j in ALONG)
     error = (0.0, 0.0, 0.0, 0.0, 0.0)
     if n > 5:
@@ -1000,49 +1011,25 @@ def rk4(layout: Layout, z: Array, phi: Array, first: bool, torques: Pair, h: flo
             load += z[int(p[LOAD_AT])]
         if p[FRICTION_AT] > 0.0:
             error = decay(z[int(p[FRICTION_AT])], half, h, p)
+    # Stage by stage: the state x and its accelerations f, the columns m and their rates r.
     m1 = tuple(_begin(n, phi, j, first) for j in ALONG)
-    # Stage by stage: the state y, its rates (f, g), the columns m and their rates r.
-    total, bend1 = _total(curve, x1 - x2, memory, law, tau_k)
-    slope1, share1 = _slopes(layout.law, x3, total, p)
-    arm1 = _load_slopes(loaded, x2, x4, p)
-    f1, g1 = _accelerations(layout, (x1, x2, x3, x4, total), u - error[0], load, p)
-    r1 = _four_rates(loaded, _four_bent(curve, bend1, rows, m1), slope1, share1, arm1, p)
-    y2, y3, y4 = x2 + half * x4, x3 + half * f1, x4 + half * g1
-    tau_y = tau_k + half * p[K_P] * (x3 - x4)
-    total, bend2 = _total(curve, x1 + half * x3 - y2, memory, law, tau_y)
-    slope2, share2 = _slopes(layout.law, y3, total, p)
-    arm2 = _load_slopes(loaded, y2, y4, p)
-    f2, g2 = _accelerations(layout, (x1 + half * x3, y2, y3, y4, total), u - error[1], load, p)
-    m2 = _four_along(m1, half, m1, r1, p)
-    r2 = _four_rates(loaded, _four_bent(curve, bend2, rows, m2), slope2, share2, arm2, p)
-    v2, v3, v4 = x2 + half * y4, x3 + half * f2, x4 + half * g2
-    tau_v = tau_k + half * p[K_P] * (y3 - y4)
-    total, bend3 = _total(curve, x1 + half * y3 - v2, memory, law, tau_v)
-    slope3, share3 = _slopes(layout.law, v3, total, p)
-    arm3 = _load_slopes(loaded, v2, v4, p)
-    f3, g3 = _accelerations(layout, (x1 + half * y3, v2, v3, v4, total), u - error[2], load, p)
-    m3 = _four_along(m1, half, m2, r2, p)
-    r3 = _four_rates(loaded, _four_bent(curve, bend3, rows, m3), slope3, share3, arm3, p)
-    w2, w3, w4 = x2 + h * v4, x3 + h * f3, x4 + h * g3
-    tau_w = tau_k + h * p[K_P] * (v3 - v4)
-    total, bend4 = _total(curve, x1 + h * v3 - w2, memory, law, tau_w)
-    slope4, share4 = _slopes(layout.law, w3, total, p)
-    arm4 = _load_slopes(loaded, w2, w4, p)
-    f4, g4 = _accelerations(layout, (x1 + h * v3, w2, w3, w4, total), u - error[3], load, p)
-    m4 = _four_along(m1, h, m3, r3, p)
-    r4 = _four_rates(loaded, _four_bent(curve, bend4, rows, m4), slope4, share4, arm4, p)
-    moved1 = sixth * (x3 + 2.0 * (y3 + v3) + w3)
-    moved2 = sixth * (x4 + 2.0 * (y4 + v4) + w4)
-    z[X1], z[X2] = x1 + moved1, x2 + moved2
-    z[X3] = x3 + sixth * (f1 + 2.0 * (f2 + f3) + f4)
-    z[X4] = x4 + sixth * (g1 + 2.0 * (g2 + g3) + g4)
-    z[TAU_K] = tau_k + p[K_P] * (moved1 - moved2)
+    f1, one = _stage_at(layout, x1, (memory, law), (u - error[0], load), p)
+    r1 = _four_rates(layout, one, m1, rows, p)
+    x2, m2 = _moved(x1, half, x1, f1, p), _four_along(m1, half, m1, r1, p)
+    f2, two = _stage_at(layout, x2, (memory, law), (u - error[1], load), p)
+    r2 = _four_rates(layout, two, m2, rows, p)
+    x3, m3 = _moved(x1, half, x2, f2, p), _four_along(m1, half, m2, r2, p)
+    f3, three = _stage_at(layout, x3, (memory, law), (u - error[2], load), p)
+    r3 = _four_rates(layout, three, m3, rows, p)
+    x4, m4 = _moved(x1, h, x3, f3, p), _four_along(m1, h, m3, r3, p)
+    f4, four = _stage_at(layout, x4, (memory, law), (u - error[3], load), p)
+    r4 = _four_rates(layout, four, m4, rows, p)
+    z[X1], z[X2], z[X3], z[X4], z[TAU_K] = _after((x1, x2, x3, x4), (f1, f2, f3, f4), h / 6.0, p)
     for i, j in enumerate(ALONG):
         _end(layout, phi, j, h, (m1[i], m2[i], m3[i], m4[i]), (r1[i], r2[i], r3[i], r4[i]), p,
              trace)
-    stages = _Stages((slope1, slope2, slope3, slope4), (share1, share2, share3, share4),
-                     (arm1, arm2, arm3, arm4), (bend1, bend2, bend3, bend4), h, first)
-    _column_of_x2(layout, phi, stages, p, trace)
+    step = _Step((one, two, three, four), h, first)
+    _column_of_x2(layout, phi, step, p, trace)
     if n > 5:
         if first:
             for i in range(5, n):
@@ -1050,42 +1037,36 @@ def rk4(layout: Layout, z: Array, phi: Array, first: bool, torques: Pair, h: flo
                     phi[i * n + j] = 1.0 if i == j else 0.0
         none = (0.0, 0.0, 0.0, 0.0)
         if p[LOAD_AT] > 0.0:
-            _column(layout, phi, int(p[LOAD_AT]), stages, none, (1.0, 0.0), p, trace)
+            _column(layout, phi, int(p[LOAD_AT]), step, none, (1.0, 0.0), p, trace)
         if p[FRICTION_AT] > 0.0:
             i = int(p[FRICTION_AT])
             z[i] = error[4]
             fades = decay(phi[i * n + i], half, h, p)
-            _column(layout, phi, i, stages, fades[:4], (0.0, 0.0), p, trace)
+            _column(layout, phi, i, step, fades[:4], (0.0, 0.0), p, trace)
             phi[i * n + i] = fades[4]
-        _columns_of_curve(layout, z, phi, memory, law, stages, p, trace)
+        _columns_of_curve(layout, z, phi, memory, law, step, p, trace)
     if trace is not None:
-        for q, value in enumerate((x3, y3, v3, w3)):
-            trace[TRACE_X3, q] = value
-        for q, value in enumerate((x4, y4, v4, w4)):
-            trace[TRACE_X4, q] = value
-        for q, value in enumerate((tau_k, tau_y, tau_v, tau_w)):
-            trace[TRACE_TAU_K, q] = value
-        for q in range(4):
-            trace[TRACE_SLOPE, q], trace[TRACE_SHARE, q] = stages.slopes[q], stages.shares[q]
-        if loaded:
-            for q, value in enumerate((x2, y2, v2, w2)):
-                trace[TRACE_X2, q] = value
-            for q in range(4):
-                trace[TRACE_ON_POSITION, q], trace[TRACE_ON_SPEED, q] = stages.arms[q]
+        for q, x in enumerate((x1, x2, x3, x4)):
+            trace[TRACE_X3, q], trace[TRACE_X4, q], trace[TRACE_TAU_K, q] = x[2], x[3], x[4]
+            if layout.loaded:
+                trace[TRACE_X2, q] = x[1]
+        for q, stage in enumerate(step.stages):
+            trace[TRACE_SLOPE, q], trace[TRACE_SHARE, q] = stage.slope, stage.share
+            if layout.loaded:
+                trace[TRACE_ON_POSITION, q], trace[TRACE_ON_SPEED, q] = stage.arm
 
 
 @inline
 def _columns_of_curve(layout: Layout, z: Array, phi: Array, memory: float, law: Curve,
-                      stages: _Stages, p: Array, trace: Array | None) -> None:
+                      step: _Step, p: Array, trace: Array | None) -> None:
     """Advance the columns of the curve's states, then the row of its memory; z: at the end."""
     n, count = layout.n, curve_count(layout.curve)
     at, none = n - count, (0.0, 0.0, 0.0, 0.0)
     if count > 0:
-        _column(layout, phi, at + W, stages, none, (0.0, 0.0), p, trace)
+        _column(layout, phi, at + W, step, none, (0.0, 0.0), p, trace)
     if count > 1:
-        _column(layout, phi, at + K, stages, none, (0.0, 2.0), p, trace)
-        _column(layout, phi, at + C, stages, none, (0.0, 3.0), p, trace)
-        _column(layout, phi, at + SHIFT, stages, none, (0.0, 4.0), p, trace)
+        for i, own in ((K, 2.0), (C, 3.0), (SHIFT, 4.0)):
+            _column(layout, phi, at + i, step, none, (0.0, own), p, trace)
     if count > 0:
         width = abs(law[2]) / law[0]
         z[at + W], end = play(z[X1] - z[X2], memory, width)
@@ -1140,13 +1121,11 @@ def propagate_numeric(layout: Layout, z: Vector, phi: Vector, torques: Pair, dt:
 
     """
     n = layout.n
-    for i in range(n):
-        start[i] = z[i]
+    start[:] = z
     advance(layout, z, torques, dt, n_substeps, p)
     for j in range(n):
         moved = phi[j * n:(j + 1) * n]  # column j, transposed below
-        for i in range(n):
-            moved[i] = start[i]
+        moved[:] = start
         moved[j] += DIFFERENCE * max(1.0, abs(start[j]))
         step = moved[j] - start[j]  # the increment as rounded
         advance(layout, moved, torques, dt, n_substeps, p)

@@ -14,7 +14,7 @@ from typing import NamedTuple
 from gearbox_monitor.estimation.consider import variances_of
 from gearbox_monitor.estimation.process_model import (
     motor_side, TAU_K_MODEL_STD, torque_of, USUAL, X1, X2, X3, X4)
-from gearbox_monitor.estimation.step_record import places, sensitivities
+from gearbox_monitor.estimation.filter_kind import places, sensitivities
 from gearbox_monitor.kernels.kernel import apart, entry, folded, kernel
 from gearbox_monitor.kernels.linalg import (
     add_product, multiply, solve_positive, transposed_multiply_symmetric)
@@ -86,18 +86,14 @@ def smooth(layout: Layout, ring: Matrix, span: Span, p: Vector, z: Vector, matri
     at_pred, at_P_pred, at_cross, at_z, at_P, _, _, _, _ = places(n)
     count, at_s_pred, at_s, at_smoothed = sensitivities(n, ring.shape[1])
     last = ring[newest % rows]
-    for i in range(n * count):
-        last[at_smoothed + i] = last[at_s + i]
-    for i in range(n):
-        z[i] = last[at_z + i]
-    for i in range(n * n):
-        P[i] = last[at_P + i]
+    last[at_smoothed:at_smoothed + n * count] = last[at_s:at_s + n * count]
+    z[:], P[:] = last[at_z:at_z + n], last[at_P:at_P + n * n]
     if newest <= keep_until:
         _write(layout, z, P, p, last, out[newest - oldest])
     for k in range(newest - 1, oldest - 1, -1):
         record, later = ring[k % rows], ring[(k + 1) % rows]
+        factor[:] = later[at_P_pred:at_P_pred + n * n]
         for i in range(n * n):
-            factor[i] = later[at_P_pred + i]
             change[i] = P[i] - later[at_P_pred + i]
         # G' = P_pred^-1 C
         if solve_positive(layout, factor, later[at_cross:at_cross + n * n], gain_t):
@@ -112,20 +108,15 @@ def smooth(layout: Layout, ring: Matrix, span: Span, p: Vector, z: Vector, matri
                 for m in range(n):
                     s += gain_t[m * n + i] * z[m]
                 product[i] = s
-            for i in range(n):
-                z[i] = product[i]
+            z[:] = product[:n]
             change_s = later[at_smoothed:at_smoothed + n * count]
             for i in range(n * count):
                 change_s[i] -= later[at_s_pred + i]
                 record[at_smoothed + i] = record[at_s + i]
             add_product(layout, change_s, gain_t, record[at_smoothed:at_smoothed + n * count])
         else:
-            for i in range(n * count):
-                record[at_smoothed + i] = record[at_s + i]
-            for i in range(n):
-                z[i] = record[at_z + i]
-            for i in range(n * n):
-                P[i] = record[at_P + i]
+            record[at_smoothed:at_smoothed + n * count] = record[at_s:at_s + n * count]
+            z[:], P[:] = record[at_z:at_z + n], record[at_P:at_P + n * n]
         if k <= keep_until:
             _write(layout, z, P, p, record, out[k - oldest])
 

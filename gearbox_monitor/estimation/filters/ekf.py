@@ -12,11 +12,10 @@ the integral of Phi Q Phi'; it needs no Phi, so every filter can share it.
 """
 import math
 
-from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, Reading, Scratch
+from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, places, Reading, Scratch
 from gearbox_monitor.estimation.process_model import (
     bound_curve, EIGENVALUE, noise, NUMERIC, propagate, propagate_numeric, R1, R2,
     softened_sharpness, STATISTICAL, USUAL, X3, X4)
-from gearbox_monitor.estimation.step_record import places
 from gearbox_monitor.kernels.elementary import fma
 from gearbox_monitor.kernels.kernel import apart, folded, inline
 from gearbox_monitor.kernels.linalg import carry
@@ -40,7 +39,7 @@ def step(layout: Layout, belief: Belief, reading: Reading, p: Vector, scratch: S
         reading: torques, held over the step, and positions at its end.
         p: process_model.pack [N_PACKED].
         scratch: of the size that the FilterKind states.
-        record: row of step_record.record_size(n) numbers, written.
+        record: row of filter_kind.record_size(n) numbers, written.
 
     Returns:
         False if the result is not finite or P has lost its positive diagonal; the belief is then

@@ -10,12 +10,11 @@ does.
 """
 import math
 
-from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, Reading, Scratch
+from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, places, Reading, Scratch
 from gearbox_monitor.estimation.filters import ukf
 from gearbox_monitor.estimation.filters.ekf import healthy, LOG_TWO_PI
 from gearbox_monitor.estimation.filters.ukf import cholesky, cross_covariance, N_LANES, transform
 from gearbox_monitor.estimation.process_model import noise, R1, R2, WALKS
-from gearbox_monitor.estimation.step_record import places
 from gearbox_monitor.kernels.kernel import apart, folded, inline
 from gearbox_monitor.kernels.types import Array, Layout, Vector
 
@@ -48,10 +47,8 @@ def step(layout: Layout, belief: Belief, reading: Reading, p: Vector, scratch: S
         if not cholesky(layout, P, factor):
             return False
     else:
-        for i in range(n * n):
-            factor[i] = memory[i]
-    for i in range(n):
-        mean[i] = z[i]
+        factor[:] = memory
+    mean[:] = z
     # First half of the process noise: [L'; sqrt(Q / 2)] -> upper triangle
     rows = matrices[1:4].reshape(3 * n, n)
     _upper(layout, factor, rows)
@@ -65,18 +62,15 @@ def step(layout: Layout, belief: Belief, reading: Reading, p: Vector, scratch: S
     triangularise(rows, n, 2 * n, 2 * n)
     _lower(layout, rows, factor)
     _square(layout, factor, record, at_P)
-    for i in range(n):
-        record[at_z + i] = mean[i]
+    record[at_z:at_z + n] = mean
     array = matrices[4:6].reshape(2 * n * n)[:4 * (n + 2)].reshape(4, n + 2)
     if not _update(layout, mean, factor, reading.y1, reading.y2, p, array, record):
         return False
     _square(layout, factor, P, 0)
-    for i in range(n):
-        z[i] = mean[i]
-        record[at_z_out + i] = z[i]
-    for i in range(n * n):
-        record[at_P_out + i] = P[i]
-        memory[i] = factor[i]
+    z[:] = mean
+    memory[:] = factor
+    record[at_z_out:at_z_out + n] = z
+    record[at_P_out:at_P_out + n * n] = P
     return healthy(layout, belief)
 
 

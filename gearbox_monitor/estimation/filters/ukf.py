@@ -18,11 +18,10 @@ weight is negative, nothing is ever subtracted from a factor, and large weights 
 """
 import math
 
-from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, Reading, Scratch
+from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, places, Reading, Scratch
 from gearbox_monitor.estimation.filters.ekf import healthy, update
 from gearbox_monitor.estimation.process_model import (
     advance_beside, BESIDE, EIGENVALUE, N_LANE, noise, UKF_ALPHA, UKF_BETA, UKF_KAPPA, WALKS)
-from gearbox_monitor.estimation.step_record import places
 from gearbox_monitor.kernels.kernel import apart, folded, inline
 from gearbox_monitor.kernels.linalg import add_transposed_product
 from gearbox_monitor.kernels.types import Array, Layout, Vector
@@ -105,8 +104,7 @@ def transform(layout: Layout, z: Array, factor: Array, reading: Reading, p: Arra
     shared = (1.0 - math.sqrt(1.0 + (p[UKF_BETA] - alpha2) * n * weight)) / n
     for j in range(n):  # n points ahead, n behind, the centre, and idle ones
         at, centre = j * BESIDE, z[j]
-        for i in range(BESIDE):
-            lanes[at + i] = centre
+        lanes[at:at + BESIDE] = centre
         for i in range(n):
             lanes[at + i] = centre + spread * factor[j * n + i]
             lanes[at + n + i] = centre - spread * factor[j * n + i]
@@ -150,8 +148,7 @@ def cross_covariance(layout: Layout, rows: Array, factor: Array, P: Array, slope
             for k in range(j + 1, n):
                 s -= slope[k * n + r] * factor[k * n + j]
             slope[j * n + r] = s * inverse
-    for i in range(n * n):
-        out[i] = 0.0
+    out[:] = 0.0
     add_transposed_product(layout, slope, P, n, out)
 
 
@@ -189,18 +186,17 @@ def predict(layout: Layout, belief: Belief, reading: Reading, p: Array, scratch:
     at_z, at_P, at_cross, _, _, _, _, _, _ = places(n)
     factor, slope, rows = matrices[0], matrices[1], matrices[2:4].reshape(2 * n, n)
     cross, P_pred = record[at_cross:at_cross + n * n], record[at_P:at_P + n * n]
+    slope[:] = P
     for i in range(n):
-        for j in range(n):
-            slope[i * n + j] = P[i * n + j]
         slope[i * n + i] += 0.5 * dt * noise(z, p, i)
     if not cholesky(layout, slope, factor):
         return False
     transform(layout, z, factor, reading, p, rows, matrices[4:])
     cross_covariance(layout, rows, factor, P, slope, cross)
+    record[at_z:at_z + n] = z
+    P_pred[:] = 0.0
     for i in range(n):
-        record[at_z + i] = z[i]
-        for j in range(n):
-            P_pred[i * n + j] = 0.5 * dt * noise(z, p, i) if i == j else 0.0
+        P_pred[i * n + i] = 0.5 * dt * noise(z, p, i)
     flat = matrices[2:4].reshape(2 * n * n)
     add_transposed_product(layout, flat, flat, 2 * n, P_pred)
     return True
