@@ -19,12 +19,11 @@ from scipy.optimize import brentq, least_squares
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Estimates, Samples
-from gearbox_monitor.estimation.filter_kind import Belief, Reading, Scratch
+from gearbox_monitor.estimation.filter_kind import Belief, Reading, record_size, Scratch
 from gearbox_monitor.estimation.filters import ekf
 from gearbox_monitor.estimation.process_model import (
     layout_of, P0, pack, state_names, TAU_K, X1, X2)
 from gearbox_monitor.estimation.sample_loop import Stream
-from gearbox_monitor.estimation.step_record import record_size
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.kernel import entry
 from gearbox_monitor.kernels.types import Array, Integers, Layout, Vector

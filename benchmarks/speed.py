@@ -28,7 +28,7 @@ from benchmarks import eigen_reference, filterpy_user, free_run, replay_cost, st
 from benchmarks.harness import add_json_option, bar_lines, BarTable, finish, require_whole
 from benchmarks.paper import drive, DT
 from benchmarks.replay_cost import FIXED
-from benchmarks.steps import caller, cpu_per_step, estimator, stepper
+from benchmarks.steps import cpu_per_step, estimator, stepper
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_folder_of
 from gearbox_monitor.plant.simulate import simulate
@@ -54,8 +54,6 @@ BARS: dict[str, tuple[Callable[[Mapping[str, float]], float], float, float]] = {
     'EKF / Eigen EKF': (lambda t: t['EKF'] / t['Eigen EKF'], 0.0, 0.9),
     'filterpy EKF / EKF': (lambda t: t['filterpy EKF'] / t['EKF'], 150.0, np.inf),
     'filterpy UKF / UKF': (lambda t: t['filterpy UKF'] / t['UKF'], 150.0, np.inf),
-    'filterpy EKF / EKF, a call per sample': (
-        lambda t: t['filterpy EKF'] / t['EKF, a call per sample'], 40.0, np.inf),
     'filterpy UKF / SRUKF': (lambda t: t['filterpy UKF'] / t['SRUKF'], 150.0, np.inf),
     'AEKF with 1 theta / Eigen EKF': (lambda t: t['AEKF, 1 theta'] / t['Eigen EKF'], 0.0, 2.6),
     'each further theta / Eigen EKF': (
@@ -112,8 +110,6 @@ def evaluate(rounds: int, eigen: str | None = None) -> dict[str, Any]:
         for name, law in LAWS.items():
             rows[name] = estimator(model, {**FIXED, 'tau_k_model': law}, run.u, y, DT)
             counts[name] = SAMPLES
-        rows['EKF, a call per sample'] = caller(model, {**FIXED, 'filter': 'ekf'}, run.u, y, DT)
-        counts['EKF, a call per sample'] = SAMPLES
         for functions, samples_of in (free_run.steppers(),
                                       stack.enter_context(replay_cost.steppers())):
             rows.update(functions)

@@ -9,7 +9,6 @@ import numpy as np
 
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
-from gearbox_monitor.estimation.filter import Filter
 from gearbox_monitor.estimation.filter_kind import Belief, filter_kind, Reading, Scratch
 from gearbox_monitor.estimation.filter_setup import loop_arrays
 from gearbox_monitor.estimation.filters.ekf import step as filter_step
@@ -54,7 +53,7 @@ def stepper(model: DriveModel, parameters: Values, u: Array, y: Array,
     model = model.with_(arm_load=complete.arm_load)
     n, p = len(state_names(model, complete)), pack(model, complete)
     kind, states = filter_kind(complete.filter), layout_of(p, n)
-    loop = bound(_loop, kind.name, filter_step=kind.step)
+    loop = bound(_loop, complete.filter, filter_step=kind.step)
 
     def run() -> int:
         belief, scratch, state = loop_arrays(kind, n, 1, model)
@@ -82,22 +81,6 @@ def estimator(model: DriveModel, parameters: Values, u: Array, y: Array,
 def _samples(u: Array, y: Array, dt: float) -> Samples:
     return Samples(np.round((1.0 + dt * np.arange(len(u))) * 1e9).astype(np.int64),
                    np.column_stack([u, np.full(len(u), np.nan)]), y)
-
-
-def caller(model: DriveModel, parameters: Values, u: Array, y: Array,
-           dt: float) -> Callable[[], None]:
-    """
-    Return a function that runs a Filter over a recording, one call per sample.
-
-    model, parameters, u, y, dt: as in stepper().
-    """
-    single, torques, readings = Filter(model, parameters), u.tolist(), y.tolist()
-
-    def run() -> None:
-        single.start(*readings[0])
-        for torque, (y1, y2) in zip(torques, readings[1:]):
-            single.step(dt, torque, y1, y2)
-    return run
 
 
 def cpu_per_step(steppers: Mapping[str, Callable[[], object]], n: float | Mapping[str, float],

@@ -46,11 +46,10 @@ of the package alone is cheap. docs/python.md shows them at work:
     InputError            the one exception that bad input raises
 
     Estimator             one sample in, one estimate out: stamp checks, filter, smoother
-    Filter                a filter alone, for a loop of one's own
     Monitor               trust and drift, judged on what an Estimator yields
     Sample, Samples       one stamped measurement; arrays of them
     Estimate, Estimates   what an Estimator gives for them
-    EstimatorParameters   parameters of Estimator, Filter and Monitor
+    EstimatorParameters   parameters of Estimator and Monitor
 """
 from importlib import import_module, metadata
 from pathlib import Path
@@ -60,10 +59,10 @@ from typing import Any
 # Public name -> module that defines it.
 _PUBLIC = {
     'DriveModel': 'plant.drive', 'simulate': 'plant.simulate',
-    'Estimator': 'estimation.estimator', 'Filter': 'estimation.filter',
-    'Monitor': 'health.monitor', 'Sample': 'estimation.estimates',
-    'Samples': 'estimation.estimates', 'Estimate': 'estimation.estimates',
-    'Estimates': 'estimation.estimates', 'EstimatorParameters': 'parameters',
+    'Estimator': 'estimation.estimator', 'Monitor': 'health.monitor',
+    'Sample': 'estimation.estimates', 'Samples': 'estimation.estimates',
+    'Estimate': 'estimation.estimates', 'Estimates': 'estimation.estimates',
+    'EstimatorParameters': 'parameters',
     'InputError': 'errors', 'NominalFit': 'diagnosis.joint.nominal',
     'Verdict': 'diagnosis.joint.verdict', 'load_model': 'library.simulator_file',
     'Recording': 'signals.recording', 'load_recording': 'library.recording',

@@ -99,3 +99,15 @@ def rts(z, P, z_pred, P_pred, phi):
         z[k] = z[k] + G @ (z[k + 1] - z_pred[k + 1])
         P[k] = P[k] + G @ (P[k + 1] - P_pred[k + 1]) @ G.T
     return z, P
+
+
+def correction(record, n):
+    """
+    Return views of the `record` of `n` states.
+
+    innovation [2], S [3] as s11, s12, s22, K [n, 2], [nis, loglik, dof].
+    """
+    start = 2 * n + 3 * n * n
+    return (record[start:start + 2], record[start + 2:start + 5],
+            record[start + 5:start + 5 + 2 * n].reshape(n, 2),
+            record[start + 5 + 2 * n:start + 8 + 2 * n])

@@ -17,7 +17,7 @@ from gearbox_monitor.estimation.consider import torque_errors_at_tolerance
 from gearbox_monitor.estimation.estimates import (
     ARM_COLUMNS, Batch, checked, Divergence, Estimate, Estimates, Sample, Samples,
     SMOOTHED_ARM_COLUMNS)
-from gearbox_monitor.estimation.filter_kind import filter_kind
+from gearbox_monitor.estimation.filter_kind import filter_kind, predicted, sensitivities
 from gearbox_monitor.estimation.filter_setup import (
     arm_load_of, COMPENSATED, described, drive_of, expect_effort, loop_arrays, model_warnings,
     settings_of)
@@ -25,9 +25,8 @@ from gearbox_monitor.estimation.process_model import (
     EIGENVALUE, layout_of, learned_length, LEARNT, pack, Q0, state_names, TAU_ARM, TAU_K)
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED
 from gearbox_monitor.estimation.sample_loop import DescribedLoad, Output, part_of, SECOND, Stream
-from gearbox_monitor.estimation.step_record import predicted, sensitivities
 from gearbox_monitor.kernels.kernel import Repeated
-from gearbox_monitor.kernels.types import Array, Integers, Values
+from gearbox_monitor.kernels.types import AnyArray, Array, Integers, Values
 from gearbox_monitor.parameters import (
     AT_ONCE, ESTIMATOR, EstimatorParameters, PAYLOAD, resolve, values_of, with_model_values)
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
@@ -59,30 +58,20 @@ def expect_format(snapshot: Values, source: str) -> None:
                             'model (--model), and the parameters (--params)')
 
 
-def numbers_text(a: Array) -> str:
+def _text(a: AnyArray) -> str:
     """Return the elements of `a` as text that reads back bit for bit."""
-    return json.dumps([float(v).hex() for v in np.ravel(a)])
+    return json.dumps([v if type(v) is int else v.hex() for v in a.ravel().tolist()])
 
 
-def read_numbers(snapshot: Values, arrays: Mapping[str, Array]) -> None:
-    """Fill `arrays` {name: of any shape} with what numbers_text wrote; see snapshot_errors."""
-    for name, array in arrays.items():
-        values = [float.fromhex(v) for v in json.loads(snapshot[name])]
-        array[:] = np.array(values).reshape(array.shape)
-
-
-def integers_text(a: Integers) -> str:
-    """Return the elements of `a` as text."""
-    return json.dumps([int(v) for v in a])
-
-
-def read_integers(snapshot: Values, arrays: Mapping[str, Integers]) -> None:
-    """Fill `arrays` {name: [N]} with what integers_text wrote; see snapshot_errors."""
+def _read(snapshot: Values, arrays: Mapping[str, AnyArray]) -> None:
+    """Fill `arrays` {name: of any shape} with what _text wrote; see snapshot_errors."""
     for name, array in arrays.items():
         values = json.loads(snapshot[name])
-        if len(values) != len(array) or any(type(value) is not int for value in values):
+        if array.dtype == float:
+            values = [float.fromhex(value) for value in values]
+        elif len(values) != len(array) or any(type(value) is not int for value in values):
             raise ValueError(f'{name}: {str(values)[:60]}, expected {len(array)} whole numbers')
-        array[:] = values
+        array[:] = np.array(values).reshape(array.shape)
 
 
 # The smoother keeps the step records of its lag at RING_RATE (Hz), but no more than RING.
@@ -266,26 +255,20 @@ class Estimator:
             **({} if self.robot is None else {'robot': json.dumps(self.robot.to_dict())}),
             'model': json.dumps(self.model.to_dict()),
             'parameters': json.dumps(self.parameters.to_dict()),
-            'members': json.dumps(members), 'weights': numbers_text(self._mixture.weights),
-            'alone': numbers_text(self._mixture.alone),
+            'members': json.dumps(members),
             'stamp_ns': str(self._gate[sample_loop.LAST]),
             'input_count': str(self._gate[sample_loop.INPUTS]),
-            **{name: integers_text(a) for name, a in self._integers().items()},
-            **{name: numbers_text(a) for name, a in self._numbers().items()}}
+            **{name: _text(a) for name, a in self._arrays().items()}}
 
-    def _numbers(self) -> dict[str, Array]:
+    def _arrays(self) -> dict[str, AnyArray]:
         """Return {name in a snapshot: array of the state}."""
-        companions = self._state.companions
+        load = {} if self._arm_load is None else {
+            'motion': self._arm_load.motion.joints, 'acting': self._acting,
+            'motion_clock': self._arm_load.motion.clock}
         return {**self._belief._asdict(), 'clock': self._state.clock,
-                'efforts': self._state.efforts, 'sensitivities': companions.s,
-                **({} if self._arm_load is None else {
-                    'motion': self._arm_load.motion.joints, 'acting': self._acting})}
-
-    def _integers(self) -> dict[str, Integers]:
-        """Return {name in a snapshot: integers of the state}."""
-        return {'gate': self._gate[:sample_loop.STOP_AT], 'counts': self.counts,
-                **({} if self._arm_load is None else {
-                    'motion_clock': self._arm_load.motion.clock})}
+                'efforts': self._state.efforts, 'sensitivities': self._state.companions.s,
+                'weights': self._mixture.weights, 'alone': self._mixture.alone,
+                'gate': self._gate[:sample_loop.STOP_AT], 'counts': self.counts, **load}
 
     @classmethod
     def restore(cls, snapshot: Values, source: str = 'snapshot',
@@ -315,15 +298,10 @@ class Estimator:
 
     def _recall(self, snapshot: Values) -> None:
         """Take over the state of a `snapshot`."""
-        read_integers(snapshot, self._integers())
+        _read(snapshot, self._arrays())
         self._gate[sample_loop.INPUTS] = int(snapshot['input_count'])
-        arrays = self._numbers()
-        if self.members:
-            arrays |= {'weights': self._mixture.weights, 'alone': self._mixture.alone}
-        read_numbers(snapshot, arrays)
-        if self.members:
-            for member, own in zip(self.members, json.loads(snapshot['members']), strict=True):
-                member._recall(own)
+        for member, own in zip(self.members, json.loads(snapshot['members']), strict=True):
+            member._recall(own)
         self._keep_belief_only()
 
     def divergence_notes(self) -> list[str]:
@@ -378,25 +356,6 @@ class Estimator:
         """Return {guard of the adaptation: how often it acted since the start}."""
         adaptation = self._kind.adaptation
         return adaptation.guards(self._belief.memory) if adaptation and self.adapted() else {}
-
-    def learnt(self) -> Values:
-        """Return what the filter has adapted, to be kept in a file; {} if nothing."""
-        adaptation = self._kind.adaptation
-        return adaptation.learnt(self._belief.memory, self.packed) if adaptation else {}
-
-    def recall(self, adapted: Any) -> bool:
-        """
-        Go on from what learnt() gave, `adapted`, until a parameter changes or reset().
-
-        Returns False, changing nothing, if it is of another filter or began from other
-        parameters. Raises InputError if it is damaged.
-        """
-        adaptation = self._kind.adaptation
-        try:
-            return adaptation is not None and adaptation.recall(
-                self._belief.memory, self.packed, adapted)
-        except ValueError as error:
-            raise InputError(str(error)) from None
 
     def learned_curve(self) -> dict[str, float]:
         """

@@ -1,17 +1,27 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What makes a module of estimation/filters a filter, and how it is found by its name."""
+"""
+What makes a module of estimation/filters a filter, and how it is found by its name.
+
+The step record is what every filter writes at every step, and all that trust and smoother read.
+One float64 row: z_pred [n], P_pred [n, n], C [n, n], z [n], P [n, n], innovation [2], S (s11,
+s12, s22), K [n, 2], nis, loglik, dof. C = cov(z_k+1 predicted, z_k), for an EKF Phi P. An absent
+measurement has an innovation of NaN and a zero column of K; dof counts the measurements used.
+Behind it, where the model has tolerances (see consider), stand the sensitivities, each [c, n]:
+predicted, updated and, behind a smoother, smoothed. Last of all the stream notes the motor torque
+that acted over the step.
+"""
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.estimation import filters
-from gearbox_monitor.kernels.kernel import inline
-from gearbox_monitor.kernels.types import Array, Layout, Matrix, Values, Vector
+from gearbox_monitor.kernels.kernel import inline, kernel
+from gearbox_monitor.kernels.types import Array, Layout, Matrix, Vector
 from gearbox_monitor.parameters import EstimatorParameters, FILTER_NAMES, RANDOM_WALK
 
 
@@ -60,17 +70,13 @@ class Adaptation(NamedTuple):
 
     values: {parameter: value in use}. packed: the packed parameters of the next step. at_bound:
     the adapted parameters at the bound of their range. guards: {guard: how often it acted}, of
-    the memory alone. learnt: what a file keeps, {} before the first step. recall(memory, p,
-    learnt): go on from that; False, changing nothing, if it began from other parameters;
-    ValueError if it is damaged.
+    the memory alone.
     """
 
     values: Callable[[Array, Array], dict[str, float]]
     packed: Callable[[Array, Array], Array]
     at_bound: Callable[[Array, Array], list[str]]
     guards: Callable[[Array], dict[str, int]]
-    learnt: Callable[[Array, Array], Values]
-    recall: Callable[[Array, Array, Any], bool]
 
 
 def no_memory(n: int) -> int:
@@ -119,11 +125,6 @@ class FilterKind:
     adaptation: Adaptation | None = None
     tau_k_models: tuple[str, ...] = (RANDOM_WALK,)
 
-    @property
-    def name(self) -> str:
-        """The name of its module, by which it is chosen."""
-        return self.step.__module__.rpartition('.')[2]
-
 
 @cache
 def filter_kind(name: str) -> FilterKind:
@@ -132,3 +133,48 @@ def filter_kind(name: str) -> FilterKind:
         raise InputError(f'filter: {name!r}, {unknown(name, FILTER_NAMES)}')
     kind: FilterKind = import_module(f'{filters.__name__}.{name}').FILTER
     return kind
+
+
+@kernel
+def record_size(n: int, considered: int = 0) -> int:
+    """Return the length of a step record with `n` states and as many sensitivities as stated."""
+    return 4 * n + 3 * n * n + 9 + 3 * n * considered
+
+
+@inline
+def sensitivities(n: int, length: int) -> tuple[int, int, int, int]:
+    """
+    Return the number of sensitivities, and the places of the predicted, updated, smoothed ones.
+
+    Args:
+        n: number of states.
+        length: of the record.
+
+    """
+    begin = 4 * n + 3 * n * n + 8
+    size = (length - begin - 1) // 3
+    return size // n, begin, begin + size, begin + 2 * size
+
+
+@inline
+def places(n: int) -> tuple[int, int, int, int, int, int, int, int, int]:
+    """
+    Return the places of z_pred, P_pred, C, z, P, innovation, S, K and (nis, loglik, dof).
+
+    n: number of states. For kernels, which index the record itself.
+    """
+    m = n * n
+    begin = 2 * n + 3 * m
+    return (0, n, n + m, n + 2 * m, 2 * n + 2 * m, begin, begin + 2, begin + 5, begin + 5 + 2 * n)
+
+
+def predicted(record: Array, n: int) -> tuple[Array, Array, Array]:
+    """Return views (z_pred [n], P_pred [n, n], C [n, n]) of the `record` of `n` states."""
+    m = n * n
+    return (record[:n], record[n:n + m].reshape(n, n), record[n + m:n + 2 * m].reshape(n, n))
+
+
+def updated(record: Array, n: int) -> tuple[Array, Array]:
+    """Return views (z [n], P [n, n]) of the `record` of `n` states."""
+    start = n + 2 * n * n
+    return record[start:start + n], record[start + n:start + n + n * n].reshape(n, n)

@@ -7,9 +7,8 @@ import numpy as np
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.consider import companions_of
-from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, Scratch
+from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, record_size, Scratch
 from gearbox_monitor.estimation.sample_loop import LoopSettings, LoopState, SECOND
-from gearbox_monitor.estimation.step_record import record_size
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel, expect_integrable, loads_arm
 from gearbox_monitor.plant.effects import not_in_filters

@@ -16,12 +16,11 @@ import numpy as np
 from gearbox_monitor.estimation import model_bank, sample_loop
 from gearbox_monitor.estimation.estimates import Samples, SMOOTHED_ARM_COLUMNS
 from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
-from gearbox_monitor.estimation.filter_kind import Belief, filter_kind
+from gearbox_monitor.estimation.filter_kind import Belief, filter_kind, sensitivities, updated
 from gearbox_monitor.estimation.filter_setup import loop_arrays, settings_of
 from gearbox_monitor.estimation.process_model import layout_of, pack, state_names
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, smooth, Span
 from gearbox_monitor.estimation.sample_loop import LoopState, Output, part_of, run, Stream
-from gearbox_monitor.estimation.step_record import sensitivities, updated
 from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel

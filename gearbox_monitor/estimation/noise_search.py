@@ -263,7 +263,7 @@ def first_guess(motion: EncoderMotion, free: Sequence[str]) -> dict[str, float]:
 
 
 def search(evaluate: Evaluate, guess: dict[str, float],
-           progress: Callable[[float], None] | None = None, likelihood: bool = True) -> Tuned:
+           progress: Callable[[float], object] = bool, likelihood: bool = True) -> Tuned:
     """
     Maximise a criterion over the logarithms of parameters, by Fisher scoring from three starts.
 
@@ -293,8 +293,7 @@ def search(evaluate: Evaluate, guess: dict[str, float],
         slopes = evaluate(values(x), coarse)
         result.evaluations += slopes.runs
         result.failed += slopes.failed
-        if progress:
-            progress(1.0 - 1.0 / (1.0 + 0.05 * result.evaluations))
+        progress(1.0 - 1.0 / (1.0 + 0.05 * result.evaluations))
         criterion = slopes.criterion if math.isfinite(slopes.criterion) else DIVERGED
         return x, Slopes(criterion - 0.5 * float(x @ ridge @ x),
                          np.nan_to_num(slopes.gradient) - ridge @ x,
@@ -338,8 +337,7 @@ def search(evaluate: Evaluate, guess: dict[str, float],
     result.parameters, result.value = values(x), here.criterion
     if likelihood:
         result.error = dict(zip(names, deviations.tolist()))
-    if progress:
-        progress(1.0)
+    progress(1.0)
     return result
 
 

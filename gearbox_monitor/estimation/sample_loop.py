@@ -11,15 +11,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gearbox_monitor.estimation import likelihood_ekf
 from gearbox_monitor.estimation.consider import (
     accompany, Companions, restart, variance_of, variances_of)
-from gearbox_monitor.estimation.filter_kind import Belief, filter_kind, Reading, Scratch
+from gearbox_monitor.estimation.filter_kind import (
+    Belief, filter_kind, places, Reading, record_size, Scratch, sensitivities)
+from gearbox_monitor.estimation.filters import aekf
 from gearbox_monitor.estimation.process_model import (
     begin_curve, curve_count, EIGENVALUE, FRICTION_AT, K_P, learned_length, LOAD_AT, motor_side,
     P0, Q0, R1, R2, TAU_ARM, TAU_K, TAU_K_MODEL_STD, torque_of, USUAL, X1, X2, X3, X4)
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K_NOISE_STD, S_TAU_K_STD, smooth, Span
-from gearbox_monitor.estimation.step_record import places, record_size, sensitivities
 from gearbox_monitor.kernels.kernel import apart, entry, folded, inline, kernel
 from gearbox_monitor.kernels.types import Array, Integers, Layout, Matrix, Vector
 from gearbox_monitor.parameters import FILTER_NAMES
@@ -32,8 +32,9 @@ class Chosen(NamedTuple):
     number: int
 
 
-KINDS = (*map(filter_kind, FILTER_NAMES), likelihood_ekf.FILTER)
-CHOICES = {kind.name: Chosen(i) for i, kind in enumerate(KINDS)}
+KINDS = (*map(filter_kind, FILTER_NAMES), aekf.LIKELIHOOD)
+CHOICES = {name: Chosen(i) for i, name in enumerate(FILTER_NAMES)}
+LIKELIHOOD = Chosen(len(FILTER_NAMES))
 # What became of a sample.
 (ESTIMATE, START, ZERO_STAMP, DUPLICATE, BACKWARD, JUMP, NO_EFFORT, NO_MEASUREMENT, DIVERGED,
  POSITION_JUMP,
@@ -358,25 +359,15 @@ def _described(described: DescribedLoad, measured: float, row: Array,
 @inline
 def _save(belief: Belief, saved: Array) -> None:
     z, P, memory = belief
-    n, m = z.shape[0], P.shape[0]
-    for i in range(n):
-        saved[i] = z[i]
-    for i in range(m):
-        saved[n + i] = P[i]
-    for i in range(memory.shape[0]):
-        saved[n + m + i] = memory[i]
+    n, m = z.shape[0], z.shape[0] + P.shape[0]
+    saved[:n], saved[n:m], saved[m:] = z, P, memory
 
 
 @inline
 def _put_back(belief: Belief, saved: Array) -> None:
     z, P, memory = belief
-    n, m = z.shape[0], P.shape[0]
-    for i in range(n):
-        z[i] = saved[i]
-    for i in range(m):
-        P[i] = saved[n + i]
-    for i in range(memory.shape[0]):
-        memory[i] = saved[n + m + i]
+    n, m = z.shape[0], z.shape[0] + P.shape[0]
+    z[:], P[:], memory[:] = saved[:n], saved[n:m], saved[m:]
 
 
 @inline
@@ -440,10 +431,7 @@ def start(layout: Layout, belief: Belief, y1: float, y2: float, p: Vector, recor
         P[X2 * n + X2] = 100.0
     begin_curve(layout, z, p)
     _, _, _, at_z, at_P, _, _, _, _ = places(n)
-    for i in range(n):
-        record[at_z + i] = z[i]
-    for i in range(n * n):
-        record[at_P + i] = P[i]
+    record[at_z:at_z + n], record[at_P:at_P + n * n] = z, P
     record[record_size(n) - 1:-1] = 0.0
 
 
@@ -547,9 +535,7 @@ def _write_estimate(layout: Layout, belief: Belief, record: Array, reading: Read
                     share: float, row: Array) -> None:
     n, z, P = layout.n, belief.z, belief.P
     _, _, at_s, _ = sensitivities(n, record.shape[0])
-    for i in range(7):
-        row[i] = math.nan
-        row[E_STD + i] = math.nan
+    row[:E_STD + 7] = math.nan
     for i in range(4):
         row[i] = z[i]
         row[E_STD + i] = math.sqrt(P[i * n + i] + variance_of(n, record, at_s, i))
@@ -561,8 +547,7 @@ def _write_estimate(layout: Layout, belief: Belief, record: Array, reading: Read
     row[E_STD + TAU_K] = math.sqrt(
         share * variance + of_torque + p[TAU_K_MODEL_STD] * p[TAU_K_MODEL_STD])
     row[E_ELASTIC_WEIGHT] = row[E_LEARNED_WEIGHT] = math.nan
-    for i in range(E_STIFFNESS, E_HYSTERESIS_STD + 1):
-        row[i] = math.nan
+    row[E_STIFFNESS:E_HYSTERESIS_STD + 1] = math.nan
     if curve_count(layout.curve) > 1:
         at = n - 3
         row[E_STIFFNESS], row[E_STIFFNESS_STD] = z[at], math.sqrt(P[at * n + at])

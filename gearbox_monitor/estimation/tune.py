@@ -22,10 +22,8 @@ from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.model_bank import member_parameters
 from gearbox_monitor.estimation.noise_search import EncoderMotion, Slopes, Tuned
 from gearbox_monitor.estimation.score import (
-    DIVERGENCE_COST, LAGS, reference_at, run_score, run_unsmoothed, Score, settled, torque_errors,
-    WHITE_LIMIT)
-from gearbox_monitor.estimation.slopes import (
-    by_sample, differenced, likelihood, LikelihoodSlopes, suited, Trial)
+    by_sample, differenced, DIVERGENCE_COST, LAGS, likelihood, LikelihoodSlopes, reference_at,
+    run_score, run_unsmoothed, Score, settled, suited, torque_errors, Trial, WHITE_LIMIT)
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, RANDOM_WALK
 from gearbox_monitor.plant.drive import DriveModel
@@ -49,7 +47,7 @@ OPEN_WITH_REFERENCE = (
 
 def tune(model: DriveModel, parameters: EstimatorParameters, recordings: Sequence[Samples],
          reference: ReferenceTorque | None = None, speeds: bool = True, smoother: bool = False,
-         progress: Callable[[float], None] | None = None) -> dict[str, Any]:
+         progress: Callable[[float], object] = bool) -> dict[str, Any]:
     """
     Tune Q and R by maximum likelihood of the innovations, or Q on a measured torque.
 
@@ -93,8 +91,7 @@ def tune(model: DriveModel, parameters: EstimatorParameters, recordings: Sequenc
         # Noise at rest is not that in motion, as of an encoder without noise on its lattice.
         noise = None
         result, values, last = searched()
-    if progress:
-        progress(1.0)
+    progress(1.0)
     most_likely = _criterion(last)
     unchanged = reference is None and most_likely < start
     tuned_values: dict[str, Any] = values
@@ -149,7 +146,7 @@ def tune(model: DriveModel, parameters: EstimatorParameters, recordings: Sequenc
 
 def _searched(model: DriveModel, parameters: EstimatorParameters, recordings: Sequence[Samples],
               reference: ReferenceTorque | None, guess: dict[str, float], smoother: bool,
-              progress: Callable[[float], None] | None) -> Tuned:
+              progress: Callable[[float], object]) -> Tuned:
     """
     Return the result of a search from a `guess`; the other arguments are as of tune.
 
@@ -173,7 +170,7 @@ def _searched(model: DriveModel, parameters: EstimatorParameters, recordings: Se
         del others[name]
     result = noise_search.search(
         _likelihood(model, base, recordings, others), others,
-        progress and (lambda share: progress(FIRST * share)))
+        lambda share: progress(FIRST * share))
     if len(others) < len(guess):
         return noise_search.with_another(result, as_it_is, name, guess[name])
     return result if smoother else noise_search.polished(result, as_it_is)

@@ -156,8 +156,8 @@ def load_state(path: str | Path, gearbox_serial: str) -> tuple[dict[str, Any] | 
     """
     Return (state or None, report or '') of the state file `path` of the gearbox `gearbox_serial`.
 
-    The state: {'health': what a Monitor takes, 'adaptation': what Estimator.recall takes or {},
-    'recording_ns': stamp of the baseline recording, 0: none}.
+    The state: {'health': what a Monitor takes, 'recording_ns': stamp of the baseline recording, 0:
+    none}.
     There may be no file yet. One that is damaged, of another version or of another gearbox is
     renamed to PATH.corrupt-DATE. Raises InputError where it cannot be read or renamed.
     """

@@ -219,7 +219,7 @@ def tune(recording: DriveRecording, model: DriveModel | None = None, *,
     measured = None if reference is None else (samples.stamp_ns, column(
         reference, 'reference', 'torque of the transmission in N m', len(recording)))
     try:
-        figures = tuned(drive, base, [samples], measured, speeds, smoother, progress)
+        figures = tuned(drive, base, [samples], measured, speeds, smoother, progress or bool)
     except InputError as error:
         raise InputError(f'{recording.name}: {error}') from None
     figures.update(bag=recording.name, notes=[*figures['notes'], *recording.notes, *notes])

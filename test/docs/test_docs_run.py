@@ -26,7 +26,7 @@ ROOT = Path(__file__).parents[2]
 DOCS = ROOT / 'docs'
 # What is run elsewhere, being long, on nodes or on recordings of others.
 ELSEWHERE = {
-    'demo': 'test_demo', 'play': 'test_play',
+    'demo': 'test_demo',
     'fit': 'test_walks', 'diagnose': 'test_walks',
     'export': 'test_walks', 'learn': 'test_robot_commands',
     'import': 'test_import',
@@ -134,13 +134,13 @@ def with_filter(folder):
 def test_the_filter_of_the_page_is_found_by_its_file(tmp_path):
     """A jump of the arm encoder moves the EKF, not the filter of the page."""
     ekf, gated = map(float, with_filter(tmp_path)('-c', textwrap.dedent("""\
-        from gearbox_monitor.estimation.filter import Filter
-        from gearbox_monitor.plant.drive import DriveModel
+        from gearbox_monitor import DriveModel, Estimator, Sample
         for name in ('ekf', 'gated'):
-            one = Filter(DriveModel(), {'filter': name})
-            one.start(0.0, 0.0)
-            assert all(one.step(2e-3, 0.0, 0.0, 3.0 * (k == 40)) for k in range(41))
-            print(abs(one.tau_k))
+            one = Estimator(DriveModel(), {'filter': name, 'smoother_lag': 0.0})
+            for k in range(42):  # 0.3 rad: no jump to the sample loop within 100 samples
+                found = one.step(Sample(10 ** 9 + k * 2_000_000, (0.0, 0.0), (
+                    0.0, 0.3 * (k == 41))))
+            print(abs(found.tau_k))
         """)).split())
     assert ekf > 1.0 and gated < 1e-6
 

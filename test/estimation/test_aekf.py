@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Adaptive filter: exact gradient, bars of convergence, refusals, and the same bits in replay."""
-import json
 
 import numpy as np
 import pytest
@@ -10,12 +9,11 @@ import pytest
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
-from gearbox_monitor.estimation.filter_kind import Belief, Reading, Scratch
+from gearbox_monitor.estimation.filter_kind import Belief, places, Reading, record_size, Scratch
 from gearbox_monitor.estimation.filters import aekf, ekf
 from gearbox_monitor.estimation.process_model import (
     ADAPT_AT, ADAPTABLE, layout_of, P0, pack, state_names)
 from gearbox_monitor.estimation.sample_loop import START
-from gearbox_monitor.estimation.step_record import places, record_size
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.kernel import Entry
 from gearbox_monitor.kernels.types import Layout
@@ -168,37 +166,18 @@ def test_finds_the_noise_from_a_wrong_start():
         assert values['adapted_q_std_tau_k'] == pytest.approx(found['q_std_tau_k'], rel=0.1)
 
 
-def test_what_was_adapted_survives_starts():
-    """A gap, and a restart of the process by way of a file; not a divergence."""
+def test_what_was_adapted_survives_a_start():
     out = simulated(8.0)
     data = samples(out)
     wrong = {**TUNED, 'r_std_motor': 3.0 * R_A[0], 'adapt': ['q_std_tau_k', 'r_std_motor']}
     estimator = Estimator(CASE_A, wrong)
     estimator.run(part(data, 0, 5000))
-    found, kept = estimator.adapted(), json.loads(json.dumps(estimator.learnt()))
+    found = estimator.adapted()
     assert found['r_std_motor'] < 2.0 * R_A[0]
     estimator.run(part(data, 5500, 5600))  # max_gap is 0.25 s
     assert estimator.counts[START] == 2 and estimator.adapted() == found
-    again = Estimator(CASE_A, wrong)
-    assert again.recall(kept) and again.adapted() == found and again.learnt() == kept
-    again.run(part(data, 5500, 5600))
-    assert again.adapted() == found
-    for run in (estimator, again):
-        run.run(part(data, 5600, 8000))
-        assert run.adapted()['r_std_motor'] == pytest.approx(R_A[0], rel=0.2)
-    other = Estimator(CASE_A, {**wrong, 'q_std_tau_k': 11.0})
-    assert not other.recall(kept) and other.adapted()['q_std_tau_k'] == pytest.approx(11.0)
-    assert not Estimator(CASE_A, {**wrong, 'filter': 'ekf'}).recall(kept)
-    farthest = kept['start']['r_std_motor'] - aekf.NOISE_RANGE
-    assert Estimator(CASE_A, wrong).recall(
-        {**kept, 'theta': {**kept['theta'], 'r_std_motor': farthest}})
-    for damage in ({'gain': 2.0}, {'information': [1.0]}, {'theta': None}, {'start': 5},
-                   {'theta': {**kept['theta'], 'r_std_motor': farthest - 0.01}},
-                   {'theta': {**kept['theta'], 'r_std_motor': float('nan')}}):
-        fresh = Estimator(CASE_A, wrong)
-        with pytest.raises(InputError, match='adaptation'):
-            fresh.recall({**kept, **damage})
-        assert fresh.learnt() == {}
+    estimator.run(part(data, 5600, 8000))
+    assert estimator.adapted()['r_std_motor'] == pytest.approx(R_A[0], rel=0.2)
 
 
 def test_finds_viscous_friction_from_twice_its_value():

@@ -11,14 +11,14 @@ from scipy import stats
 
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
-from gearbox_monitor.estimation.filter_kind import Belief, Reading, Scratch
+from gearbox_monitor.estimation.filter_kind import (
+    Belief, predicted, Reading, record_size, Scratch, updated)
 from gearbox_monitor.estimation.filters import ekf
 from gearbox_monitor.estimation.process_model import (
     EIGENVALUE, layout_of, N_PACKED, P0, pack, propagate, Q0, state_names)
 from gearbox_monitor.estimation.rts_smoother import (
     N_SMOOTHED, S_TAU_K, S_TAU_K_STD, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_RATE,
     S_TWIST_RATE_NOISE_STD, S_X2, S_X3, S_X4, smooth, Span)
-from gearbox_monitor.estimation.step_record import correction, predicted, record_size, updated
 from gearbox_monitor.kernels.kernel import Entry
 from gearbox_monitor.kernels.types import Layout
 from gearbox_monitor.parameters import EstimatorParameters
@@ -77,7 +77,7 @@ def filtered(p, n, z, P, dts, u, load, y):
 def unpack(records, n):
     """Return (z, P, innovation, nis, z_pred, P_pred, loglik) of step records."""
     z, P = zip(*(updated(row, n) for row in records))
-    innovation, _, _, scores = zip(*(correction(row, n) for row in records))
+    innovation, _, _, scores = zip(*(oracle.correction(row, n) for row in records))
     z_pred, P_pred, _ = zip(*(predicted(row, n) for row in records))
     scores = np.array(scores)
     return (np.array(z), np.array(P), np.array(innovation), scores[:, 0], np.array(z_pred),

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.estimation.score import run_score
-from gearbox_monitor.estimation.slopes import differenced, likelihood, LikelihoodSlopes, suited
+from gearbox_monitor.estimation.score import (
+    differenced, likelihood, LikelihoodSlopes, run_score, suited)
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation

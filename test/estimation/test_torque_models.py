@@ -10,7 +10,6 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import model_bank
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
-from gearbox_monitor.estimation.filter import Filter
 from gearbox_monitor.estimation.interval_smoother import smooth_interval
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K
 from gearbox_monitor.estimation.sample_loop import START
@@ -160,8 +159,6 @@ def test_without_an_arm_encoder_nothing_is_mixed():
     np.testing.assert_array_equal(mixed.packed, walk.packed)
     laws = Estimator(DriveModel(), {'filter': 'aekf', 'tau_k_model': 'mixed'}).members
     assert [law.parameters.filter for law in laws] == ['ekf', 'ekf']
-    with pytest.raises(InputError, match='tau_k_model: mixed, expected random_walk, elastic'):
-        Filter(DriveModel(), {'tau_k_model': 'mixed'})
 
 
 NOT_OFFERED = [

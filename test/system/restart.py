@@ -207,7 +207,7 @@ def _goes_on(kept, snapshot):
         return None
     began = Monitor.restore(snapshot)
     health = json.loads(json.dumps(to_data(began.health)))
-    return health == kept['health'] and began.estimator.learnt() == kept['adaptation']
+    return health == kept['health']
 
 
 def evaluate(times, seed):

@@ -26,9 +26,9 @@ on each theta (R = RIDGE): where the motion says nothing, theta rests.
 import math
 from typing import NamedTuple
 
-import numpy as np
 
-from gearbox_monitor.estimation.filter_kind import Adaptation, Belief, FilterKind, Reading, Scratch
+from gearbox_monitor.estimation.filter_kind import (
+    Adaptation, Belief, FilterKind, places, Reading, Scratch)
 from gearbox_monitor.estimation.filters import ekf
 from gearbox_monitor.estimation.process_model import (
     ADAPT_AT, ADAPT_COUNT, ADAPT_FORGETTING, ADAPT_RATE, ADAPT_START, along, answer, Column, decay,
@@ -37,11 +37,10 @@ from gearbox_monitor.estimation.process_model import (
     TRACE_ARM_POSITION, TRACE_ARM_SPEED, TRACE_ON_POSITION, TRACE_ON_SPEED, TRACE_SHARE,
     TRACE_SLOPE, TRACE_SPEED, TRACE_TAU_K, TRACE_TORQUE, TRACE_TWIST_RATE, TRACE_X2, TRACE_X3,
     TRACE_X4, WALKS, X1, X2, X3, X4)
-from gearbox_monitor.estimation.step_record import places
 from gearbox_monitor.kernels.elementary import fma
 from gearbox_monitor.kernels.kernel import apart, folded, inline, kernel
 from gearbox_monitor.kernels.linalg import multiply, multiply_symmetric
-from gearbox_monitor.kernels.types import Array, Layout, Pair, Values, Vector
+from gearbox_monitor.kernels.types import Array, Layout, Pair, Vector
 from gearbox_monitor.plant.drive import (
     ALPHA, ARM_ALPHA, CAV, CC, CL, CV, G, INVERSE_M1, INVERSE_M2, PHI, substeps)
 from gearbox_monitor.plant.transmission import TWO_OVER_PI
@@ -136,72 +135,6 @@ def resume(memory: Array) -> None:
     memory[SENSITIVITY:] = 0.0
 
 
-def learnt(memory: Array, p: Array) -> Values:
-    """Return the adaptation for a file, {} if nothing is adapted; memory, p: as of adapted."""
-    count = int(p[ADAPT_COUNT])
-    if not count or not memory[STARTED]:
-        return {}
-    names = list(adapted(memory, p))
-
-    def by_name(place: int) -> Values:
-        """Return {name: value} of the numbers from `place` on."""
-        return dict(zip(names, memory[place:place + count].tolist()))
-
-    return {'theta': by_name(THETA), 'start': by_name(START), 'gain': float(memory[GAIN]),
-            'forgetting': float(memory[FORGETTING]),
-            'information': memory[INFORMATION:INFORMATION + count * (count + 1) // 2].tolist()}
-
-
-def recall(memory: Array, p: Array, state: Values) -> bool:
-    """
-    Let the filter continue from a saved adaptation.
-
-    Args:
-        memory: of the filter, changed.
-        p: process_model.pack [N_PACKED].
-        state: as learnt returned it.
-
-    Returns:
-        False, with the memory unchanged, if the adaptation began from other parameters than p.
-
-    Raises:
-        ValueError: the state is damaged.
-
-    """
-    recalled = np.zeros(len(memory))
-    begin(recalled, p)
-    names, count = list(adapted(recalled, p)), int(p[ADAPT_COUNT])
-    size = count * (count + 1) // 2
-    try:
-        numbers = [[float(state[block][name]) for name in state['start']]
-                   for block in ('theta', 'start')]
-        numbers += [[float(state['gain']), float(state['forgetting'])],
-                    [float(value) for value in state['information']]]
-        same = list(state['start']) == names
-    except (KeyError, TypeError, AttributeError, OverflowError) as error:
-        raise ValueError(f'adaptation: {error!r}, expected what the filter has written') from None
-    theta, theta_at_start, (gain, forgetting), information = numbers
-    if not all(math.isfinite(value) for row in numbers for value in row) or not (
-            0.0 < gain <= 1.0 and 0.0 < forgetting <= 1.0):
-        raise ValueError(f'adaptation: gain {gain:g}, forgetting {forgetting:g}, expected finite '
-                         'numbers, these between 0 and 1')
-    if not same or theta_at_start != recalled[START:START + count].tolist():
-        return False
-    if len(information) != size:
-        raise ValueError(f'adaptation: information: {len(information)} numbers, expected {size}')
-    for i, value in enumerate(theta):
-        slot = int(p[ADAPT_AT + i])
-        if not abs(value - theta_at_start[i]) <= 1.000001 * _range(slot):
-            raise ValueError(f'adaptation: theta: {names[i]}: {value:g}, expected within '
-                             f'{_range(slot):g} of {theta_at_start[i]:g}')
-        recalled[IN_USE + slot] = math.exp(value)
-    recalled[THETA:THETA + count] = theta
-    recalled[INFORMATION:INFORMATION + size] = information
-    recalled[GAIN], recalled[FORGETTING] = gain, forgetting
-    memory[:] = recalled
-    return True
-
-
 @folded(*WALKS)
 @apart
 def step(layout: Layout, belief: Belief, reading: Reading, p: Vector, scratch: Scratch,
@@ -236,8 +169,7 @@ def begin(memory: Array, p: Array) -> None:
     """Set `memory`, all zero, to the parameters `p`; sensitivities start at zero."""
     memory[STARTED] = 1.0
     memory[GAIN], memory[FORGETTING] = 1.0, p[ADAPT_START]
-    for i in range(N_PACKED):
-        memory[IN_USE + i] = p[i]
+    memory[IN_USE:IN_USE + N_PACKED] = p
     for i in range(int(p[ADAPT_COUNT])):
         memory[THETA + i] = math.log(p[int(p[ADAPT_AT + i])])
         memory[START + i] = memory[THETA + i]
@@ -282,13 +214,10 @@ def differentiate(layout: Layout, belief: Belief, reading: Reading, p: Vector, s
     for i in range(count):
         if not _sound(layout, s[i], P_s[i]):
             memory[RESETS] += 1.0
-            for a in range(n):
-                s[i, a] = 0.0
-            for a in range(n * n):
-                P_s[i, a] = 0.0
+            s[i] = 0.0
+            P_s[i] = 0.0
             vectors[_GRADIENT + i, 0] = 0.0
-            for a in range(5):
-                vectors[_SCORE + i, a] = 0.0
+            vectors[_SCORE + i, :5] = 0.0
     return ekf.healthy(layout, belief)
 
 
@@ -502,8 +431,7 @@ def _predict(layout: Layout, belief: Belief, sensitivity: BeliefSensitivity, rea
                     product[i * n + j] = fma(phi[i * n + j], record[at_z + j], cross[i * n + j])
         else:
             multiply(layout, phi, cross, product)
-            for i in range(n * n):
-                cross[i] = product[i]
+            cross[:] = product
             multiply(layout, phi, P_pred, product)
         multiply_symmetric(layout, product, phi, P_pred)
         _answers(layout, (0.0, 0.0, 1.0, 0.0, 0.0), _G, h, current, vectors)
@@ -739,5 +667,61 @@ def _solve(memory: Array, count: int, ridge: float, vectors: Array, factor: Arra
     return True
 
 
+@folded(*WALKS)
+@apart
+def accumulate(layout: Layout, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
+         record: Array) -> bool:
+    """
+    Do as ekf.step, and add up gradient and information of the likelihood in the memory.
+
+    The arguments layout, belief, reading, p, scratch and record are as of ekf.step.
+
+    Returns:
+        False if the belief is unusable.
+
+    """
+    memory, vectors = belief.memory, scratch.vectors
+    if memory[STARTED] == 0.0:
+        memory[STARTED] = 1.0
+        memory[IN_USE:IN_USE + N_PACKED] = p
+    if memory[SAMPLES] == 0.0:
+        memory[SAMPLES] = 1.0
+        for i in range(int(p[ADAPT_COUNT])):
+            if p[ADAPT_AT + i] == R1:
+                _begin_noise(belief, i, (X1, X3), p[R1], reading.dt)
+            elif p[ADAPT_AT + i] == R2:
+                _begin_noise(belief, i, (X2, X4), p[R2], reading.dt)
+    if not differentiate(layout, belief, reading, p, scratch, record):
+        return False
+    for i in range(int(p[ADAPT_COUNT])):
+        memory[THETA + i] += gradient(vectors, i)
+        for j in range(i + 1):
+            memory[INFORMATION + i * (i + 1) // 2 + j] += information(vectors, i, j)
+    return True
+
+
+@inline
+def _begin_noise(belief: Belief, i: int, places: tuple[int, int], r: float, dt: float) -> None:
+    """
+    Write how a start answers to the noise of an encoder, see sample_loop.start and first_speed.
+
+    Args:
+        belief: before the first step of `dt` s.
+        i: number of theta.
+        places: of position and speed.
+        r: variance of the encoder, rad^2.
+        dt: s.
+
+    """
+    (z, P, memory), (x, v) = belief, places
+    n = z.shape[0]
+    of_P = r if P[x * n + x] == r else 0.0  # else not measured at the start
+    memory[SENSITIVITY + MAX_THETA * n + (i * n + x) * n + x] = of_P
+    memory[SENSITIVITY + i * n + v] = -z[v] * (of_P + r) / (
+        P[v * n + v] * dt * dt + P[x * n + x] + r)
+
+
 FILTER = FilterKind(step, N_VECTORS, N_MATRICES, memory_size, resume, used, adaptation=Adaptation(
-    adapted, in_use, at_bound, guards, learnt, recall))
+    adapted, in_use, at_bound, guards))
+# Not for users: the EKF that adds up slopes of its log-likelihood, see score.LikelihoodSlopes.
+LIKELIHOOD = FilterKind(accumulate, N_VECTORS, N_MATRICES, memory_size, resume)
