@@ -65,14 +65,16 @@ def flow(z, u, load, dt, substeps, c):
     return columns[0].real, np.stack([column.imag / step for column in columns], axis=1)
 
 
-def ekf(z, P, dts, u, load, y, Q, R, substeps, c):
+def ekf(start, inputs, y, noise, substeps, c):
     """
-    Run the filter over N steps; Q [n] spectral densities, R [2] variances, NaN in y = missing.
+    Run the filter from `start` (z, P) with `inputs` (dts, u, load) [N]; NaN in y = missing.
+
+    noise: (spectral densities [n], variances [2]).
 
     Returns (z [N, n], P [N, n, n], innovation [N, 2], nis [N], z_pred, P_pred, Phi).
     """
-    rows = ([], [], [], [], [], [], [])
-    z, P, half = np.array(z, float), np.array(P, float), 0.5 * np.diag(Q)
+    rows, (dts, u, load), (Q, R) = ([], [], [], [], [], [], []), inputs, noise
+    z, P, half = *(np.array(a, float) for a in start), 0.5 * np.diag(Q)
     for k, dt in enumerate(dts):
         z, phi = flow(z, u[k], load[k], dt, substeps, c)
         P = phi @ (P + half * dt) @ phi.T + half * dt

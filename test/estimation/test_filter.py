@@ -131,9 +131,9 @@ def test_equals_the_oracle():
         # the last bits of a state grow a million-fold within a second.
         for begin in range(10, len(y), 10):
             part = slice(begin, begin + 10)
-            expected = oracle.ekf(z[begin - 1], P[begin - 1], np.full(10, 1e-3), out.u[part],
-                                  load[part], y[part], p[Q0:Q0 + n], r,
-                                  substeps(1e-3, p[EIGENVALUE]), constants)
+            expected = oracle.ekf(
+                (z[begin - 1], P[begin - 1]), (np.full(10, 1e-3), out.u[part], load[part]),
+                y[part], (p[Q0:Q0 + n], r), substeps(1e-3, p[EIGENVALUE]), constants)
             for i, mine in enumerate((z, P, innovation, nis, z_pred, P_pred)):
                 np.testing.assert_allclose(mine[part], expected[i], rtol=1e-8, atol=1e-9)
 
@@ -233,8 +233,9 @@ def test_smoother_equals_the_oracle():
         out = data(1.0)
         z0, P_0 = prior(p, n)
         dts, none = np.full(len(out.y), 1e-3), np.zeros(len(out.y))
-        expected = oracle.ekf(z0, P_0, dts, out.u, none, out.y, p[Q0:Q0 + n],
-                              [TUNED['r_std_motor'] ** 2, TUNED['r_std_arm'] ** 2], 1, constants)
+        expected = oracle.ekf(
+            (z0, P_0), (dts, out.u, none), out.y,
+            (p[Q0:Q0 + n], [TUNED['r_std_motor'] ** 2, TUNED['r_std_arm'] ** 2]), 1, constants)
         records = filtered(p, n, z0, P_0, dts, out.u, none, out.y)
         z, P, _, _, z_pred, P_pred, phi = (a[600:901] for a in expected)
         zs, Ps = oracle.rts(z, P, z_pred, P_pred, phi)

@@ -29,9 +29,9 @@ KINDS = {'statistical': (ekf, {'friction_linearisation': 'statistical'}),
          'ukf': (ukf, {}), 'srukf': (srukf, {})}
 
 
-def filtered(module, p, n, z, P, dts, u, load, y):
-    """Run a filter; return its step records [N, record_size]."""
-    kind = module.FILTER
+def filtered(module, p, start, inputs, y):
+    """Run a filter from `start` (z, P) over (dts, u, load); return records [N, record_size]."""
+    kind, (z, P), (dts, u, load), n = module.FILTER, start, inputs, len(start[0])
     belief = Belief(np.array(z, float), np.array(P, float).ravel(),
                     np.zeros(kind.memory_size(n)))
     scratch = Scratch(np.zeros((kind.n_vectors, n)), np.zeros((max(kind.n_matrices, 5), n * n)))
@@ -77,7 +77,8 @@ def test_linear_drive_equals_the_kalman_filter(kind, rows):
         stock.H, stock.R = np.eye(n)[list(rows)], 25e-6 * np.eye(len(rows))
     seen = np.full_like(y, np.nan)
     seen[:, list(rows)] = y[:, list(rows)]
-    records = filtered(module, p, n, *prior(p, n), np.full(len(y), dt), u, np.zeros(len(y)), seen)
+    records = filtered(
+        module, p, prior(p, n), (np.full(len(y), dt), u, np.zeros(len(y))), seen)
     for k, record in enumerate(records):
         before = stock.P.copy()
         stock.predict(u=u[k])
@@ -116,8 +117,8 @@ def test_equals_filterpy_ukf():
         stock.x, stock.P = prior(p, n)
         stock.R = np.diag([TUNED['r_std_motor'] ** 2, TUNED['r_std_arm'] ** 2])
         stock.Q = 0.5e-3 * np.diag(p[Q0:Q0 + n])
-        ours = [filtered(module, p, n, *prior(p, n), np.full(len(out.y), 1e-3), out.u,
-                         np.zeros(len(out.y)), out.y) for module in (ukf, srukf)]
+        inputs = np.full(len(out.y), 1e-3), out.u, np.zeros(len(out.y))
+        ours = [filtered(module, p, prior(p, n), inputs, out.y) for module in (ukf, srukf)]
         for k, y in enumerate(out.y):
             stock.P = stock.P + stock.Q
             stock.predict(u=out.u[k])
@@ -140,7 +141,7 @@ def test_square_root_form_is_the_ukf(variant):
     y[rng.random(y.shape) < 0.2] = np.nan
     dts = np.full(len(y), 1e-3)
     dts[::50] = 4e-3
-    args = (p, n, *prior(p, n), dts, out.u, 0.3 * np.sin(out.t), y)
+    args = p, prior(p, n), (dts, out.u, 0.3 * np.sin(out.t)), y
     assert relative(filtered(srukf, *args), filtered(ukf, *args), n) < 1e-6
 
 
@@ -151,7 +152,7 @@ def test_sigma_points_feel_the_loads_of_the_model():
                     **{k: v for k, v in tuned.items() if k != 'arm_load'})
     p[CAC] = 0.0
     out = data(0.5)
-    args = (p, n, *prior(p, n), np.full(500, 1e-3), out.u, np.zeros(500), out.y)
+    args = p, prior(p, n), (np.full(500, 1e-3), out.u, np.zeros(500)), out.y
     assert 0.0 < relative(filtered(ukf, *args), filtered(ekf, *args), n) < 1e-5
 
 
@@ -190,8 +191,8 @@ def test_covariance_stays_positive_under_extremes():
         out = data(2.0)
         y = out.x[:, :2] + 1e-6 * np.random.default_rng(0).standard_normal(out.y.shape)
         y[::7, 0], y[::5, 1] = np.nan, np.nan
-        records = filtered(module, p, n, *prior(p, n), np.full(len(y), 1e-3), out.u,
-                           np.zeros(len(y)), y)
+        inputs = np.full(len(y), 1e-3), out.u, np.zeros(len(y))
+        records = filtered(module, p, prior(p, n), inputs, y)
         for record in records:
             _, P = updated(record, n)
             scale = np.sqrt(np.diag(P))
