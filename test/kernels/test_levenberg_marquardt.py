@@ -35,14 +35,8 @@ def test_a_step_of_equal_cost_helps_where_the_rule_says_so():
         assert theta[1, 0] == pytest.approx(1.9 if level else 2.2)
 
 
-def test_a_start_is_tried_nearer_and_nearer():
-    """The damping of a step is 0, 0.1 and 0.3 of the slope, as it was before one solver."""
-    tried = []
-
+def test_a_start_beside_which_runs_fail_gets_no_worse():
     def residual_of(start):
-        tried.append(float(start[0]))
         return np.array([1.0 - start[0] if abs(start[0]) < 0.01 else 2.0])
     start, residual = fitted_start(residual_of, np.zeros(1), np.array([1e-4]))
-    assert start[0] == 0.0 and residual[0] == 1.0
-    steps = [x for x in tried if x > 0.01]
-    assert steps[:3] == pytest.approx([1.0, 1.0 / 1.01, 1.0 / 1.09], rel=1e-6)
+    assert residual.tolist() == residual_of(start).tolist() and residual[0] <= 1.0
