@@ -237,7 +237,7 @@ def with_level_of_innovations(decision: Decision) -> Decision:
     """
     data = decision.recordings
     if (decision.remains or decision.bursts or data.correlation is not None or data.balances
-            or data.lasting or data.rough):
+            or data.model.lasting or data.rough):
         return decision
     run = evaluated(data.whole, decision.fit).run
     sigma = data.sigma.copy()

@@ -149,11 +149,6 @@ class DriveRecordings:
         return min(part.recording.dt / part.simulator.n for part in self.whole.parts)
 
     @property
-    def lasting(self) -> bool:
-        """Whether torque that no model explains lasts, as on a real drive."""
-        return self.model.lasting
-
-    @property
     def balances(self) -> bool:
         """Whether the motion is put in, so that the balance of torques is the evidence."""
         return self.recordings[0].motor is not None
@@ -162,7 +157,7 @@ class DriveRecordings:
     def noisy(self) -> bool:
         """Whether the model file says that values or the torque are not exact."""
         model = self.model
-        return model.tolerance > 0.0 or bool(model.process_torque) or self.lasting
+        return model.tolerance > 0.0 or bool(model.process_torque) or model.lasting
 
     @property
     def torque(self) -> float:
@@ -181,7 +176,7 @@ class DriveRecordings:
         allowed = self.whole.least_noise
         if self.model.process_torque:
             allowed = np.maximum(allowed, self.model.process_torque)
-        if self.lasting:
+        if self.model.lasting:
             allowed = np.maximum(allowed, THRESHOLDS.lasting_torque * self.torque)
         elif self.noisy:
             allowed = np.maximum(allowed, THRESHOLDS.torque_noise * self.torque)

@@ -273,7 +273,7 @@ class InnovationEvidence:
         if data.balances or h.name in self.about:
             return None
         data = reread(data, fit)
-        if data.lasting:
+        if data.model.lasting:
             data = self._in_its_time(data, fit)
         if remains.worth > CONTEST.margin:
             data = self._with_steps(data, fit, remains)

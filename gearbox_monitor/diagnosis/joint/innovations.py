@@ -93,7 +93,7 @@ class InnovationLikelihood:
     Likelihood of models for the parts `spans` of a Recording, noise `sigma` [2] rad.
 
     The parts are filtered side by side. coarse: on larger steps; finer: with so many times as many
-    steps.
+    steps. begin_variance [4]: of the positions and speeds in which the parts begin.
     """
 
     def __init__(self, recording: UniformRecording, model: DriveModel, sigma: Array,
@@ -110,7 +110,7 @@ class InnovationLikelihood:
         self.every = max(1, round(SPARSE / recording.dt)) if lasts > 0.0 else 1
         self.colour = np.array(WHITE)
         self._torque = max(float(np.std(recording.torque)), 1e-9)
-        begin_variance = self.variance
+        variance = self.variance
         self._lanes = np.zeros(N_LANE_STATE)
         count = max(4, round(BEGIN / recording.dt))
         for c, k in enumerate(self.begin):
@@ -118,22 +118,21 @@ class InnovationLikelihood:
             line = np.polyfit(t, self.y[k:k + len(t)], 2)
             self._states[c, :2], self._states[c, 2:4] = line[2], line[1]
             off = self.y[k:k + len(t)] - np.stack([np.polyval(row, t) for row in line.T], axis=1)
-            begin_variance = np.maximum(begin_variance, (off * off).mean(axis=0))
+            variance = np.maximum(variance, (off * off).mean(axis=0))
         # The same of all parts: a motion that no parabola follows may begin anywhere.
-        self._variance = np.concatenate([
-            4.0 * begin_variance + 1e-10,
-            SPEED_ERROR ** 2 + begin_variance / (0.25 * BEGIN) ** 2])
+        self.begin_variance = np.concatenate([
+            4.0 * variance + 1e-10, SPEED_ERROR ** 2 + variance / (0.25 * BEGIN) ** 2])
         for hidden in {0, 1} - set(recording.channels):
             # Readings of the other encoder stand in: off by the twist, in the gap by any speed.
             gear = model.transmission
             twist = gear.half_gap + float(np.std(recording.torque)) / gear.stiffness
             speed = float(np.std(np.gradient(self.y[:, hidden], recording.dt)))
-            self._variance[[hidden, 2 + hidden]] += twist ** 2, speed ** 2
+            self.begin_variance[[hidden, 2 + hidden]] += twist ** 2, speed ** 2
         if model.transmission.kind == 'rigid':
             pairs = self._states[:, :4].reshape(-1, 2, 2)[:, :, list(recording.channels)]
             self._states[:, :4] = np.repeat(pairs.mean(axis=2), 2, axis=1)
-            self._variance = np.repeat(
-                self._variance.reshape(2, 2)[:, list(recording.channels)].max(axis=1), 2)
+            self.begin_variance = np.repeat(
+                self.begin_variance.reshape(2, 2)[:, list(recording.channels)].max(axis=1), 2)
 
     def thinned(self, every: int) -> 'InnovationLikelihood':
         """Return the likelihood of one reading out of `every`."""
@@ -153,11 +152,6 @@ class InnovationLikelihood:
         out.simulator = self.simulator.loaded(torque)
         return out
 
-    @property
-    def begin_variance(self) -> Array:
-        """Variance [4] of the positions and speeds in which the parts begin."""
-        return self._variance
-
     def begun(self, states: Array, deviation: Array) -> 'InnovationLikelihood':
         """
         Return the likelihood whose parts begin elsewhere.
@@ -169,7 +163,7 @@ class InnovationLikelihood:
         out = copy(self)
         out._states = self._states.copy()
         out._states[:, :4] = states
-        out._variance = np.asarray(deviation, float) ** 2
+        out.begin_variance = np.asarray(deviation, float) ** 2
         return out
 
     @property
@@ -206,7 +200,7 @@ class InnovationLikelihood:
 
     def _start(self, model: DriveModel) -> FilterStart:
         places, moves = [0, 1, 2, 3], list(MOVES)
-        variance = self._variance.tolist()
+        variance = self.begin_variance.tolist()
         t, servo = model.transmission, model.folded().controller
         sizes = {LASTING: self._torque} if self.fade else {}
         sizes.update({COLOURED + c: math.sqrt(self.variance[c] * self.colour[c, 1])

@@ -9,12 +9,11 @@ from typing import TypeAlias
 import numpy as np
 
 from gearbox_monitor.diagnosis.joint.candidates import (
-    CandidateModel, NOT_FITTED, origin, PERIODIC, Starts)
+    CandidateModel, NOT_FITTED, origin, PERIODIC)
 from gearbox_monitor.diagnosis.joint.effect_scan import signature
 from gearbox_monitor.diagnosis.joint.drive_recordings import DriveRecordings
 from gearbox_monitor.diagnosis.joint.innovation_fit import (
-    coordinate_columns, evaluated, FilteredFit, InnovationFit)
-from gearbox_monitor.diagnosis.joint.innovations import Likelihood
+    coordinate_columns, evaluated, InnovationFit)
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.kernels.linear_least_squares import covariance
 from gearbox_monitor.kernels.types import Array
@@ -35,43 +34,6 @@ def twins(alone: bool = False) -> list[tuple[str, str]]:
     return [pair for name, effect in EFFECTS.items() for pair in (
         (name, effect.twin), *((name, effect.twin_alone), (effect.twin_alone, name)) * alone)
         if all(pair)]
-
-
-class InnovationSpace:
-    """
-    Changes of whitened innovations about one fit.
-
-    own [M, P]: by its coordinates; orders {id: N} of periodic effects.
-    """
-
-    def __init__(self, likelihood: Likelihood, at: FilteredFit, starts: Starts,
-                 orders: Mapping[str, int]) -> None:
-        self.likelihood, self.at, self.starts, self.orders = likelihood, at, starts, orders
-        self.own = coordinate_columns(likelihood, at)
-
-    def signature(self, name: str) -> Array:
-        """Return the changes [M, C] by a little of effect `name`, one column per way."""
-        order = self.orders.get(name, 1) if name in PERIODIC else None
-        return signature(self.likelihood, self.at, self.starts.candidates(name, order)[0])[0]
-
-    def separation(self, owner: int,
-                   signatures: Mapping[str, Array]) -> tuple[float, dict[str, float]]:
-        """
-        Return (power of the signature of an effect of the fit, {id: share of it that is left}).
-
-        The other coordinates of the fit, with their prior, give way.
-
-        Args:
-            owner: index of the effect in the candidate.
-            signatures: changes [M, C] by each other effect, by its id.
-        """
-        candidate, z = self.at.candidate, self.at.z
-        foreign = [k for k, c in enumerate(candidate.coordinates) if c.owner != owner]
-        nuisances, weight = self.own[:, foreign], candidate.prior(z)[1][foreign]
-        own = remove(direction(candidate, z, owner, self.own), nuisances, weight)
-        return float((own ** 2).sum()), {
-            name: share_left(own, remove(columns, nuisances, weight))
-            for name, columns in signatures.items()}
 
 
 def share_left(a: Array, b: Array) -> float:
@@ -157,11 +119,20 @@ def separations(evidence: DriveRecordings, fit: InnovationFit, fits: Sequence[In
               if name not in (*NOT_FITTED, TORQUE_MAP.id)]
     if not owners:
         return {}
-    space = InnovationSpace(evidence.fine, evaluated(evidence.fine, fit), evidence.starts, orders)
+    at = evaluated(evidence.fine, fit)
+    own, prior = coordinate_columns(evidence.fine, at), candidate.prior(fit.z)[1]
     names = [n for n in evidence.ids if n not in NOT_FITTED and n not in candidate.ids]
-    signatures = {name: space.signature(name) for name in names}
-    return {candidate.ids[owner]: (evidence_for(evidence, fit, fits, owner),
-                                   space.separation(owner, signatures)[1]) for owner in owners}
+    signatures = {name: signature(evidence.fine, at, evidence.starts.candidates(
+        name, orders.get(name, 1) if name in PERIODIC else None)[0])[0] for name in names}
+    out = {}
+    for owner in owners:
+        foreign = [k for k, c in enumerate(candidate.coordinates) if c.owner != owner]
+        nuisances, weight = own[:, foreign], prior[foreign]
+        effect = remove(direction(candidate, fit.z, owner, own), nuisances, weight)
+        out[candidate.ids[owner]] = evidence_for(evidence, fit, fits, owner), {
+            name: share_left(effect, remove(columns, nuisances, weight))
+            for name, columns in signatures.items()}
+    return out
 
 
 def rivals(evidence: DriveRecordings, fit: InnovationFit, fits: Sequence[InnovationFit],
@@ -180,7 +151,7 @@ def rivals(evidence: DriveRecordings, fit: InnovationFit, fits: Sequence[Innovat
         separation_table: result of `separations`.
     """
     ids, limit = fit.candidate.ids, THRESHOLDS.isolable
-    if evidence.lasting:
+    if evidence.model.lasting:
         none = min((f for f in fits if not f.candidate.ids), key=evidence.score)
         limit = max(limit, THRESHOLDS.isolable_share * (
             evidence.score(none) - evidence.score(fit)))

@@ -11,7 +11,6 @@ Occam factor of its marginal likelihood.
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 import math
-from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -66,13 +65,6 @@ class FreeFunction:
         return WORDS[self.table['place'], self.table['variable']]
 
 
-class FunctionTest(NamedTuple):
-    """Functions beside a fit, those that pay most first, and the dispersion that they show."""
-
-    functions: tuple[FreeFunction, ...]
-    dispersion: float
-
-
 @dataclass(frozen=True, eq=False)
 class Tested:
     """A fit where its filter was run, and derivatives [2 N, P] by its own coordinates."""
@@ -97,9 +89,12 @@ class Tested:
         return _without(columns, self.own, self.at.candidate.prior(self.at.z)[1])
 
 
-def functions_beside(tested: Tested, places: Sequence[str], torque: float) -> FunctionTest:
+def functions_beside(tested: Tested, places: Sequence[str], torque: float
+                     ) -> tuple[tuple[FreeFunction, ...], float]:
     """
-    Return the FunctionTest beside a fit; if it has a function, of the dispersion alone.
+    Return functions beside a fit, those that pay most first, and the dispersion that they show.
+
+    Beside a fit with a function there are none.
 
     Args:
         tested: the fit.
@@ -108,7 +103,7 @@ def functions_beside(tested: Tested, places: Sequence[str], torque: float) -> Fu
     """
     likelihood, residual = tested.likelihood, tested.residual
     if tested.at.candidate.tables:
-        return FunctionTest((), _dispersion(likelihood, [tested.own], residual))
+        return (), _dispersion(likelihood, [tested.own], residual)
     functions, blocks = [], []
     for table, columns in _columns(likelihood, tested.at, places):
         X = tested.without(columns)
@@ -117,8 +112,7 @@ def functions_beside(tested: Tested, places: Sequence[str], torque: float) -> Fu
         functions.append(FreeFunction(table, -values, gain, price))
         blocks.append(X)
     dispersion = _dispersion(likelihood, blocks, residual)
-    return FunctionTest(tuple(sorted(functions, key=lambda f: f.occam - f.gain / dispersion)),
-                        dispersion)
+    return tuple(sorted(functions, key=lambda f: f.occam - f.gain / dispersion)), dispersion
 
 
 def _columns(likelihood: JointLikelihood, at: FilteredFit,
