@@ -45,7 +45,8 @@ class Case:
     noise: float = 0.01
 
 
-def _body(rng, name, joint, axis, length, mass, slide=False, at=(0, 0, 0), inner=''):
+def _body(rng, names, axis, size, slide=False, at=(0, 0, 0), inner=''):
+    (name, joint), (length, mass) = names, size
     r = length / 6
     a, b = mass * (length ** 2 / 12 + r * r / 4), mass * r * r / 2
     centre = f'{rng.uniform(-.02, .02):.4f} {rng.uniform(-.02, .02):.4f} {length / 2:.4f}'
@@ -78,8 +79,8 @@ def _robot(rng):
         for i in reversed(range(len(rows))):
             axis, length, mass, slide = rows[i]
             at = base if i == 0 and base is not None else np.array(offsets[i]) * scale
-            inner = _body(rng, f'{prefix}link{i}', f'{prefix}j{i}', axis, length * scale,
-                          mass * scale ** 2, slide, at, inner)
+            inner = _body(rng, (f'{prefix}link{i}', f'{prefix}j{i}'), axis,
+                          (length * scale, mass * scale ** 2), slide, at, inner)
         names = [f'{prefix}j{i}' for i in range(len(rows))]
         return inner, names
     if kind != 'torso':
@@ -88,7 +89,7 @@ def _robot(rng):
             body = body.replace('<body', '<body quat="0 1 0 0"', 1)
         return kind, body, joints
     arms = [serial(p, np.array([0, y, .4]) * scale) for p, y in (('l_', .2), ('r_', -.2))]
-    body = _body(rng, 'waist', 'waist_j', '0 0 1', .45 * scale, 8 * scale ** 2, False,
+    body = _body(rng, ('waist', 'waist_j'), '0 0 1', (.45 * scale, 8 * scale ** 2), False,
                  (0, 0, .5), arms[0][0] + arms[1][0])
     return kind, body, ['waist_j', *arms[0][1], *arms[1][1]]
 
