@@ -9,7 +9,7 @@ records to the medium from a thread of its own.
 """
 from collections import Counter
 from collections.abc import Callable, Mapping
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from io import BytesIO
 import os
@@ -69,9 +69,9 @@ class McapFile:
     The chunks, channels and metadata of the file `path`, called `shown` in messages.
 
     `truncated`: the file has no footer. `damaged`: what could not be read. `torn`: {offset of the
-    packed data: (first, last log time)} of cut and damaged chunks, from their heads. The file is
-    read, not mapped: a mapping would count as memory in use, and a file that is cut while it is
-    mapped would end the process.
+    packed data: (first, last log time)} of cut and damaged chunks, from their heads. close:
+    releases the file. It is read, not mapped: a mapping would count as memory in use, and a file
+    that is cut while it is mapped would end the process.
     """
 
     def __init__(self, path: Path, shown: Path | None = None) -> None:
@@ -84,27 +84,18 @@ class McapFile:
         self.metadata: dict[str, dict[str, str]] = {}
         self.chunks: list[ScannedChunk] = []
         self._definitions = 0  # bytes
-        try:
-            self._file = open_file(path, WINDOW)
-        except OSError as error:
-            raise InputError(f'{self.path}: cannot read: {error.strerror}') from None
-        try:
-            self._size = self._file.seek(0, os.SEEK_END)
+        with ExitStack() as stack:
+            try:
+                self._file = stack.enter_context(open_file(path, WINDOW))
+                self._size = self._file.seek(0, os.SEEK_END)
+            except OSError as error:
+                raise InputError(f'{self.path}: cannot read: {error.strerror}') from None
             if not self._size:
                 raise InputError(f'{self.path}: the file is empty, expected an MCAP recording')
             if self._read(0, len(MAGIC)) != MAGIC:
                 raise InputError(f'{self.path}: not an MCAP file (no MCAP magic at its start)')
             self._scan()
-        except OSError as error:
-            self.close()
-            raise InputError(f'{self.path}: cannot read: {error.strerror}') from None
-        except InputError:
-            self.close()
-            raise
-
-    def close(self) -> None:
-        """Close the file."""
-        self._file.close()
+            self.close = stack.pop_all().close
 
     def unpacked(self, chunk: ScannedChunk) -> bytes:
         """Return the records of `chunk`; of a cut or damaged one as much as can be unpacked."""

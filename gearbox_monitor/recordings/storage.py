@@ -8,7 +8,7 @@ Metadata is version 9, as ROS 2 Jazzy writes it. Unpacking is bounded in memory:
 state and yield any size.
 """
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, ExitStack, suppress
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -151,8 +151,8 @@ class SqliteFile:
     The topics and messages of the file `path`, called `shown` in messages.
 
     topics: {topic: (message type, number of messages)}; definitions: {message type: (encoding,
-    text)}; log_times: of its first and last message on each topic (ns). Only tables are read: a
-    view can compute without an end. Raises InputError.
+    text)}; log_times: of its first and last message on each topic (ns). close: releases it. Only
+    tables are read: a view can compute without an end. Raises InputError.
     """
 
     def __init__(self, path: Path, shown: Path) -> None:
@@ -161,48 +161,39 @@ class SqliteFile:
         self.definitions: dict[str, tuple[str, str]] = {}
         self.log_times: list[int] = []
         self._names: dict[int, str] = {}
-        self._copy: tempfile.TemporaryDirectory[str] | None = None
-        try:
-            open_file(path).close()
-            path, how = self._with_log(path)
-            self._base = sqlite3.connect(f'file:{quote(str(path.absolute()))}{how}', uri=True)
-        except (OSError, sqlite3.Error) as error:
-            raise self._unreadable(getattr(error, 'strerror', None) or error) from None
-        try:
+        with ExitStack() as stack:
+            try:
+                open_file(path).close()
+                path, how = self._with_log(path, stack)
+                self._base = stack.enter_context(closing(sqlite3.connect(
+                    f'file:{quote(str(path.absolute()))}{how}', uri=True)))
+            except (OSError, sqlite3.Error) as error:
+                raise self._unreadable(getattr(error, 'strerror', None) or error) from None
             self._base.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MAX_UNPACKED)
             self._base.execute('PRAGMA trusted_schema = OFF')
             self._read_topics()
-        except BaseException:
-            self.close()
-            raise
+            self.close = stack.pop_all().close
 
-    def _with_log(self, path: Path) -> tuple[Path, str]:
+    def _with_log(self, path: Path, stack: ExitStack) -> tuple[Path, str]:
         """
         Return (database to open, query of its URI): a copy where a write-ahead log belongs to it.
 
-        The newest messages are in the log alone, and SQLite reads it where it can write.
+        stack: what releases the copy. The newest messages are in the log alone, and SQLite reads
+        it where it can write.
         """
         log = path.with_name(f'{path.name}-wal')
         if not log.is_file() or not log.stat().st_size:
             return path, '?immutable=1'
         size = path.stat().st_size + log.stat().st_size
-        self._copy = tempfile.TemporaryDirectory()
-        if shutil.disk_usage(self._copy.name).free < size + SPARE:
-            self._copy.cleanup()
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        if shutil.disk_usage(folder).free < size + SPARE:
             raise self._unreadable(
                 f'{log.name} holds its newest messages, and there is no room for a copy of both: '
                 f"sqlite3 {path.name} 'PRAGMA wal_checkpoint(TRUNCATE)' puts them into one file")
         for source in (path, log):
-            with open_file(source) as stream, open(Path(self._copy.name) / source.name,
-                                                   'wb') as target:
+            with open_file(source) as stream, open(folder / source.name, 'wb') as target:
                 shutil.copyfileobj(stream, target)
-        return Path(self._copy.name) / path.name, ''
-
-    def close(self) -> None:
-        """Close the database."""
-        self._base.close()
-        if self._copy is not None:
-            self._copy.cleanup()
+        return folder / path.name, ''
 
     def messages(self, topics: Sequence[str]) -> Iterator[Message]:
         """Yield the messages on `topics` by log time."""
