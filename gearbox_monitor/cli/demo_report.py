@@ -13,6 +13,7 @@ from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.replay import replay
 
 MAX_LOSS = 0.01  # of samples or estimates: a busy machine may miss the alarm
+SLOW = 'This machine was too busy and dropped samples or estimates: an alarm may be missing.'
 
 
 def evaluate(reader: BagReader, demo: Any) -> dict[str, Any]:
@@ -67,7 +68,7 @@ def text(data: Mapping[str, Any]) -> str:
                                for joint in joints.values()) for key in ('identical', 'compared'))
     verdicts = {joint.get('replay_identical', 'not compared') for joint in joints.values()}
     lines = [
-        data['summary'], '',
+        data['summary'], *([SLOW] if data['starved'] else []), '',
         f'samples      {data["samples"]} of {data["samples_expected"]} at {data["rate_hz"]:g} Hz, '
         f'filter {data["filter"]}; dropped: {data["samples_missing"]} samples, '
         f'{data["estimates_missing"]} estimates',
