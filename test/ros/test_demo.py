@@ -127,7 +127,7 @@ def test_robot_names_the_joint_of_the_fault(demo, tmp_path):
         assert joint['replay_identical'] == 'yes' and joint['comparison']['identical'] > 5_000
         assert joint['tau_k_error'] < 0.4 * joint['tau_k_rms']
     first, last = (data['joints']['joint1']['gap_rad'][k] for k in (0, -1))
-    assert first == pytest.approx(0.4e-3, rel=0.1) and (last > 1.2 * first or starved)
+    assert (first == pytest.approx(0.4e-3, rel=0.1) and last > 1.2 * first) or starved
     for command in re.findall(r'gearbox_monitor (replay .*)', output):
         subprocess.run([sys.executable, '-m', 'gearbox_monitor', *command.split()], check=True,
                        cwd=tmp_path, env={**os.environ, 'PYTHONPATH': str(ROOT)}, timeout=300)
