@@ -139,7 +139,17 @@ def features_of(log: RobotLog, robot: RobotModel, knowledge: Knowledge, groups: 
     rows = replace(rows, nuisance=(*rows.nuisance, *states))
     evidence = RobotEvidence([rows], prior, variance)
     fit = evidence.fit()
+    posterior, load = evidence.posterior(fit, knowledge.dispersion), dict[str, Deviation]()
+    for k in carrying.carries:
+        name = robot.chain.links[k].name
+        at = [i for i, label in enumerate(posterior.labels) if label.startswith(f'load {name} ')]
+        load[name] = posterior.mean[at], posterior.covariance[np.ix_(at, at)]
     deviations, gains = _deviations(evidence, fit, candidates, knowledge.dispersion)
+    if any(b @ np.linalg.solve(c, b) > WATCH_SETTINGS.taken for b, c in load.values()):
+        rival = max(x for x, g in zip(gains, groups) if g.kind != WEIGHT)
+        if empty := _weight_instead(rows, prior, fit, candidates, variance, rival):
+            deviations, gains = _deviations(empty, empty.fit(), candidates, knowledge.dispersion)
+            load = {name: (np.zeros_like(b), c) for name, (b, c) in load.items()}
     sizes, own = list[Array](), list[Array]()
     for g, c in zip(groups, candidates):
         simple = g.kind in (TILT, RIPPLE)
@@ -148,13 +158,34 @@ def features_of(log: RobotLog, robot: RobotModel, knowledge: Knowledge, groups: 
         own.append(robot.chain.links[g.index].theta if g.kind == WEIGHT else
                    np.array([rms[g.index] if g.kind == RIPPLE else 1.0, 0.0]) if simple else
                    np.ones(g.width))
-    posterior = evidence.posterior(fit, knowledge.dispersion)
-    load = {}
-    for k in carrying.carries:
-        name = robot.chain.links[k].name
-        at = [i for i, label in enumerate(posterior.labels) if label.startswith(f'load {name} ')]
-        load[name] = (posterior.mean[at], posterior.covariance[np.ix_(at, at)])
     return Features(deviations, gains, tuple(sizes), tuple(own), load)
+
+
+def _weight_instead(rows: Rows, prior: Prior, fit: RobotFit, candidates: Sequence[Candidate],
+                    variance: Array, rival: float) -> RobotEvidence | None:
+    """
+    Return the evidence without a load if a weight explains more than one, else None.
+
+    A link near the end that weighs more passes for a load of another centre: both move alike but
+    for the joints between. A true load explains far more than any weight.
+
+    Args:
+        rows: of the block.
+        prior: as of RobotEvidence.
+        fit: with a load.
+        candidates: states.
+        variance: as of RobotEvidence.
+        rival: deviance that a state of another kind explains beside a load.
+    """
+    bare = replace(rows, nuisance=tuple(
+        c for c in rows.nuisance if not c.label.startswith('load ')))
+    empty = RobotEvidence([bare], prior, variance)
+    weights = [c for c in candidates if c.effect == WEIGHT and c.acting.any()]
+    estimates = empty.estimates(empty.fit((), fit.weights), weights)
+    leads = [fit.deviance - empty.fit([weights[i]], fit.weights).deviance - weights[i].size
+             for i in np.argsort([-e.gain for e in estimates])[:2].tolist()]
+    lead = max(leads, default=-np.inf) + len(rows.nuisance) - len(bare.nuisance)
+    return empty if lead > max(WATCH_SETTINGS.lead, rival) else None
 
 
 def _deviations(evidence: RobotEvidence, fit: RobotFit, candidates: Sequence[Candidate],

@@ -3,6 +3,7 @@
 
 """The watch of an arm whose torques follow from its equations; no file knows its friction."""
 from copy import deepcopy
+from dataclasses import replace
 from hashlib import sha256
 import json
 from pathlib import Path
@@ -100,6 +101,20 @@ def test_a_change_that_lasts_is_raised_at_its_joint_and_ends(
     getattr(arm, attribute)[joint] = 1.0
     watch, events = watched(watch, messages(arm, 9))
     assert [e.place for e in events if e.kind == 'over'] == [NAMES[joint]] and not watch.standing
+
+
+def test_a_weight_near_the_end_is_no_load(settled, arm):
+    """A load of another centre explains nearly as much of it; a true load is one all the same."""
+    arm.added = 0.6
+    watch, events = watched(settled[1], messages(arm, 6))
+    change, = watch.standing
+    assert (change.kind, change.place) == (WEIGHT, NAMES[1]) and change.size > 0.1
+    assert not [e for e in events if e.kind == 'payload']
+    arm.load = LOAD
+    watch, _ = watched(watch, messages(arm, 6))
+    held, = watch.payloads
+    assert abs(held.mass - LOAD) < 3.0 * held.mass_std + 0.01 and watch.standing == (
+        replace(change, size=watch.standing[0].size, std=watch.standing[0].std),)
 
 
 def test_the_columns_of_a_weight_make_all_of_its_torque():
