@@ -29,6 +29,7 @@ from gearbox_monitor.kernels.kernel import Repeated
 from gearbox_monitor.kernels.types import AnyArray, Array, Integers, Values
 from gearbox_monitor.parameters import (
     AT_ONCE, ESTIMATOR, EstimatorParameters, PAYLOAD, resolve, values_of, with_model_values)
+from gearbox_monitor.plain_data import classes_of, from_data, to_data
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.robot.description import RobotDescription
 
@@ -252,7 +253,7 @@ class Estimator:
                 member.pop(name, None)
         return {
             'format': FORMAT,
-            **({} if self.robot is None else {'robot': json.dumps(self.robot.to_dict())}),
+            **({} if self.robot is None else {'robot': json.dumps(to_data(self.robot))}),
             'model': json.dumps(self.model.to_dict()),
             'parameters': json.dumps(self.parameters.to_dict()),
             'members': json.dumps(members),
@@ -292,7 +293,7 @@ class Estimator:
             robot = json.loads(snapshot.get('robot', 'null'))
             restored = cls(model_from_dict(json.loads(snapshot['model']), source),
                            {**json.loads(snapshot['parameters']), **(changes or {})},
-                           robot and RobotDescription.from_dict(robot))
+                           from_data(robot, classes_of(RobotDescription)))
             restored._recall(snapshot)
         return restored
 

@@ -25,6 +25,7 @@ from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.kernel import KERNELS
 from gearbox_monitor.kernels.types import Flags, Integers
 from gearbox_monitor.parameters import PAYLOAD
+from gearbox_monitor.plain_data import classes_of, from_data
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.cdr import JointStates, MessageBlock
 from gearbox_monitor.recordings.joint_input import find_input, PAYLOAD_CHANGE
@@ -332,7 +333,8 @@ def recorded_robot(settings: Mapping[str, Any], recorded: Mapping[str, Any],
     """
     path = settings.get('robot_description', '')
     if path and path == recorded.get('robot_description') and 'robot' in snapshots[0].content:
-        return RobotDescription.from_dict(json.loads(snapshots[0].content['robot']))
+        return cast(RobotDescription, from_data(json.loads(snapshots[0].content['robot']),
+                                                classes_of(RobotDescription)))
     return load_robot(path) if path else None
 
 

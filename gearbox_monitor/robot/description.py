@@ -8,7 +8,7 @@ Each link with mass is a body of the joint that moves it: a fixed joint only pla
 it. A joint that mimics another one moves by that one's position.
 """
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 import math
 from typing import Any, NoReturn
 from xml.etree import ElementTree
@@ -52,23 +52,6 @@ class RobotDescription:
     com: Array
     inertia: Array
     links: Mapping[str, tuple[int, Array, Array]]
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return plain values, from which from_dict makes the same description to the bit."""
-        return {**{f.name: getattr(self, f.name).tolist() for f in fields(self)
-                   if f.name not in ('joints', 'links')},
-                'joints': list(self.joints),
-                'links': {name: (joint, rotation.tolist(), origin.tolist())
-                          for name, (joint, rotation, origin) in self.links.items()}}
-
-    @classmethod
-    def from_dict(cls, data: Mapping[str, Any]) -> 'RobotDescription':
-        """Return the description that `data` of to_dict holds."""
-        arrays = {name: np.array(value) for name, value in data.items()
-                  if name not in ('joints', 'links')}
-        return cls(joints=tuple(data['joints']), **arrays, links={
-            name: (joint, np.array(rotation), np.array(origin))
-            for name, (joint, rotation, origin) in data['links'].items()})
 
 
 def parse(text: str, source: str, locked: Mapping[str, float] | None = None,

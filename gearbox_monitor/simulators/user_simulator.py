@@ -1,7 +1,7 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Where runs of another simulator start: positions and speeds that fit a window best."""
+"""A diagnosis in the simulator of the user, and what is read of each joint of a file."""
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 import importlib
@@ -35,41 +35,6 @@ from gearbox_monitor.simulators.mjcf_file import (
 STEPS = (1e-4, 1e-3)   # rad and rad/s: differences that make a slope
 ITERATIONS = 40        # residuals of a fit
 GAIN = 1e-3            # least relative gain of an iteration worth another
-
-
-def slopes(residual_of: Callable[[Array], Array], start: Array, steps: Array) -> Array:
-    """
-    Return the slopes of a residual over the start, by central differences.
-
-    Args:
-        residual_of: see fitted_start.
-        start: [n].
-        steps: differences [n].
-
-    Returns:
-        A column for each value of the start.
-    """
-    return np.column_stack([
-        (residual_of(start + step * e) - residual_of(start - step * e)) / (2.0 * step)
-        for step, e in zip(steps, np.eye(len(start)))])
-
-
-def fitted_start(residual_of: Callable[[Array], Array], start: Array, steps: Array
-                 ) -> tuple[Array, Array]:
-    """
-    Return the start that fits best, and its residual (Levenberg-Marquardt).
-
-    Args:
-        residual_of: function of a start [n] that runs a window: residual, in standard deviations.
-        start: where the search begins [n].
-        steps: differences that make a slope [n].
-
-    Returns:
-        (start [n], residual).
-    """
-    fit = scipy.optimize.least_squares(residual_of, start, lambda x: slopes(
-        residual_of, x, steps), method='lm', x_scale='jac', ftol=GAIN, max_nfev=ITERATIONS)
-    return fit.x, fit.fun
 
 
 FIXED = ('torque', 'start', 'dt')
@@ -274,7 +239,7 @@ def confirmation(simulator: UserSimulator, recording: UniformRecording,
         for w in windows:
             fits.append(_fitted(simulator, laid, int(w), run, (models[0], model)))
             progress(k * len(windows) + len(fits), 2 * len(windows))
-        gaps.append(gap_of(np.array([r @ r for _, r in fits]), size))
+        gaps.append(gap_of(np.array([2.0 * fit.cost for fit in fits]), size))
         ours.append(gap_of(run.chi2[windows], size))
     figures, own = ({'gap_before': g[0], 'gap_after': g[1], 'closed_fraction': closed_of(*g)}
                      for g in (gaps, ours))
@@ -283,7 +248,7 @@ def confirmation(simulator: UserSimulator, recording: UniformRecording,
 
 
 def _values(simulator: UserSimulator, laid: Overlay, windows: Integers,
-            models: tuple[DriveModel, DriveModel], fits: Sequence[tuple[Array, Array]]
+            models: tuple[DriveModel, DriveModel], fits: Sequence[Any]
             ) -> dict[str, dict[str, list[float]]]:
     """Return {id: {parameter: [value, standard deviation]}}: a Gauss-Newton step in theirs."""
     nominal, closed = models
@@ -291,18 +256,16 @@ def _values(simulator: UserSimulator, laid: Overlay, windows: Integers,
             for p in library()[e['id']].parameters
             if not (p.whole or p.listed or p.choices) and e.get(p.name)]
     normal, pull = np.zeros((len(free),) * 2), np.zeros(len(free))
-    for w, (start, r) in zip(windows, fits):
-        run = laid.runs[1]
-        residual = _residual_of(simulator, laid, int(w), run, models)
-        span = np.linalg.qr(slopes(residual, start, np.repeat(STEPS, 2)))[0]
-        columns = np.column_stack([
-            _residual_of(simulator, laid, int(w), run, (nominal, _scaled(closed, i, name)))(start)
-            - r for i, name in free]) / SHARE if free else np.zeros((len(r), 0))
+    for w, fit in zip(windows, fits):
+        r, span = fit.fun, np.linalg.qr(fit.jac)[0]
+        columns = np.column_stack([_residual_of(
+            simulator, laid, int(w), laid.runs[1], (nominal, _scaled(closed, i, name)))(fit.x) - r
+            for i, name in free]) / SHARE if free else np.zeros((len(r), 0))
         columns -= span @ (span.T @ columns)  # the start is free
         normal, pull = normal + columns.T @ columns, pull + columns.T @ r
     errors = covariance(normal)
     change = -errors @ pull
-    chi2 = max(1.0, sum(float(r @ r) for _, r in fits) / sum(len(r) for _, r in fits))
+    chi2 = max(1.0, sum(2.0 * fit.cost for fit in fits) / sum(len(fit.fun) for fit in fits))
     deviation = np.sqrt(chi2 * np.diag(errors))
     values: dict[str, dict[str, list[float]]] = {}
     for (i, name), x, d in zip(free, change, deviation):
@@ -328,12 +291,29 @@ def _states(run: ModelRun, w: int, model: DriveModel) -> Array:
 
 
 def _fitted(simulator: UserSimulator, laid: Overlay, w: int, run: ModelRun,
-            models: tuple[DriveModel, DriveModel]) -> tuple[Array, Array]:
-    """Return start and residual of window `w` where it fits best in the user's simulator."""
+            models: tuple[DriveModel, DriveModel]) -> Any:
+    """Return the fit of the start of window `w` in the user's simulator, by scipy."""
     residual = _residual_of(simulator, laid, w, run, models)
     start = min((_states(one, w, models[0]) for one in (laid.runs[0], run)),
                 key=lambda s: float(np.sum(residual(s) ** 2)))
     return fitted_start(residual, start, np.repeat(STEPS, 2))
+
+
+def fitted_start(residual_of: Callable[[Array], Array], start: Array, steps: Array) -> Any:
+    """
+    Return the fit of a start [n] by scipy.
+
+    Args:
+        residual_of: function of a start that runs a window: residual, in standard deviations.
+        start: where the search begins.
+        steps: differences that make a slope [n].
+    """
+    def slopes(start: Array) -> Array:
+        return np.column_stack([
+            (residual_of(start + step) - residual_of(start - step)) / (2.0 * step.sum())
+            for step in np.diag(steps)])
+    return scipy.optimize.least_squares(residual_of, start, slopes, method='lm', x_scale='jac',
+                                        ftol=GAIN, max_nfev=ITERATIONS)
 
 
 def _residual_of(simulator: UserSimulator, laid: Overlay, w: int, run: ModelRun,

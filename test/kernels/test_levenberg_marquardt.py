@@ -38,5 +38,5 @@ def test_a_step_of_equal_cost_helps_where_the_rule_says_so():
 def test_a_start_beside_which_runs_fail_gets_no_worse():
     def residual_of(start):
         return np.array([1.0 - start[0] if abs(start[0]) < 0.01 else 2.0])
-    start, residual = fitted_start(residual_of, np.zeros(1), np.array([1e-4]))
-    assert residual.tolist() == residual_of(start).tolist() and residual[0] <= 1.0
+    fit = fitted_start(residual_of, np.zeros(1), np.array([1e-4]))
+    assert fit.fun.tolist() == residual_of(fit.x).tolist() and fit.fun[0] <= 1.0

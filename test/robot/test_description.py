@@ -9,6 +9,7 @@ import pytest
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import config_path, load_robot
+from gearbox_monitor.plain_data import classes_of, from_data, to_data
 from gearbox_monitor.robot.description import parse, RobotDescription
 from gearbox_monitor.robot.dynamics import arrays_of, move, Payload, torque_on
 
@@ -54,7 +55,7 @@ def test_a_mimic_joint_loads_the_joint_that_it_follows():
 
 def test_a_description_survives_its_text():
     robot = load_robot(str(config_path('arm6.urdf')))
-    again = RobotDescription.from_dict(json.loads(json.dumps(robot.to_dict())))
+    again = from_data(json.loads(json.dumps(to_data(robot))), classes_of(RobotDescription))
     for name, value in vars(robot).items():
         if name != 'links':
             np.testing.assert_array_equal(getattr(again, name), value)
