@@ -196,3 +196,9 @@ def test_false_alarms_are_no_more_often_than_asked_for():
                 alarms += 1
                 break
     assert times > windows * alarms > 0
+
+
+def test_spans_are_told_in_the_largest_unit_that_holds_two():
+    told = [wear.span(seconds) for seconds in (0.0, 119.0, 120.0, 7199.0, 7200.0, 172800.0)]
+    assert told == ['0 s', '119 s', '2 min', '120 min', '2 h', '2 d']
+    assert wear.span(float('inf')) == 'never'
