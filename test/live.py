@@ -52,8 +52,12 @@ def write_inputs(writer, samples):
         writer.write('/joint_states', stamp, raw)
 
 
-def write_live(writer, samples):
-    """Write what a node with PARAMETERS would have published, once per second in one go."""
+def write_live(writer, samples, refused=(0, 0)):
+    """
+    Write what a node with PARAMETERS would have published, once per second in one go.
+
+    refused: first and last second in which it says that two publishers deliver.
+    """
     types = get_typestore(Stores.ROS2_JAZZY).types
 
     def array(name, statuses, stamp):
@@ -81,11 +85,15 @@ def write_live(writer, samples):
             stamps, values = signal_values(signal, estimates, 1.0)
             for stamp, raw in zip(stamps, encode_joint_states(stamps, signal.joints, **values)):
                 writer.write(f'/{signal.topic}', now, raw)
-        told = {name: (f.level, f.message, f.figures) for name, f in monitor.outcomes.items()}
+        told = {name: (f.level, f.message, {**f.figures, 'codes': ' '.join(f.codes)})
+                for name, f in monitor.outcomes.items()}
+        if refused[0] <= k < refused[1]:
+            told['input'] = (2, 'two publishers deliver the joint', {'codes': 'two_publishers'})
         array('/diagnostics', told, now)
         for name, stages in monitor.health.stages().items():
             if stages != alerted.get(name, {}):
                 alerted[name] = stages
                 array('/drift_alerts', {name: told[name]}, now)
     # The source has ended; the node goes on and says so.
-    array('/diagnostics', {'input': (2, 'no samples received', {})}, now + 2_000_000_000)
+    array('/diagnostics', {'input': (2, 'no samples received', {'codes': 'silent'})},
+          now + 2_000_000_000)

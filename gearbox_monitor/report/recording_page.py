@@ -23,10 +23,10 @@ from gearbox_monitor.report.recording_charts import (
     backlash_chart, CHANNELS, drawn_windows, errors_chart, input_chart, levels_chart, loop_plane,
     nis_chart, ROLES, time_axis, torque_chart)
 from gearbox_monitor.report.timeline import (
-    LEVELS, LevelSpans, RecordingFacts, State, Timeline, WindowBacklash)
+    LEVELS, LevelSpans, LIVE_NODE, RecordingFacts, State, Timeline, WindowBacklash)
 from gearbox_monitor.report.words import answer, JOINTS, sentence
 
-TRUST = ('observability', 'prediction error', 'covariance', 'model', 'input')
+TRUST = ('observability', 'prediction error', 'covariance', 'model', 'input', LIVE_NODE)
 WEAR = ('backlash', 'friction')
 TRUSTED = 0.9      # share of the time below which that is the headline
 LISTED = 200       # changes of level

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """The time line of a recording: its windows, levels and alerts, from a bag."""
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 import math
 from typing import Any, NamedTuple
@@ -22,9 +22,11 @@ from gearbox_monitor.kernels.kernel import KERNELS
 from gearbox_monitor.kernels.types import Array, Integers, Values
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.recordings.joint_input import DIAGNOSTIC_ARRAY, JointInput
 from gearbox_monitor.recordings.player import Player
 from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.recorded_samples import read_snapshots
+from gearbox_monitor.recordings.topics import DIAGNOSTICS
 
 SECOND_NS = 1e9
 MAX_BINS = 3000
@@ -33,6 +35,7 @@ CLOUD = 400            # points of a loop
 BRANCH_BINS, MIN_POINTS = 36, 12  # of the mean of a branch; points in a bin
 MOVING = 0.05          # of the rms rate of the twist: slower belongs to no branch
 LEVELS = ('OK', 'WARN', 'ERROR')
+LIVE_NODE = 'live node'  # its input, as recorded: of messages that it lost or refused
 # Codes of messages: of what was never evaluated, of wear without an earlier state, of changes.
 NO_DATA = frozenset(('no_data', 'no_data_yet'))
 UNCOMPARED = frozenset(('alone', 'learning', *(f'{name}_unmeasured' for name in COMPONENTS)))
@@ -449,10 +452,14 @@ def recorded_timeline(reader: BagReader, topic: str = 'joint_states',
     begin, seconds = reader.start_ns or 0, 1e-9 * ((reader.end_ns or 0) - (reader.start_ns or 0))
     timeline = Timeline(SHORT_SLICE if seconds < SHORT else
                         MINUTE * math.ceil(seconds / MINUTE / MAX_LOOPS))
-    player = Player(reader, model, parameters, topic, follow=MonitorFollower(timeline).take)
+    follower = MonitorFollower(timeline)
+    player = Player(reader, model, parameters, topic, follow=follower.take)
     for part in player.parts():
         if progress:
             progress(1e-9 * (part.end_ns - begin) / max(seconds, 1e-9))
+    for stamp, state in _of_live_node(reader, player.input, follower.codes):
+        if 0.0 <= timeline.second(stamp) <= timeline.last:
+            timeline.add_states(stamp, [state])
     timeline.finish()
     monitor, estimator = player.monitor, player.estimator
     snapshots = read_snapshots(reader, player.input, model is None)
@@ -469,17 +476,31 @@ def recorded_timeline(reader: BagReader, topic: str = 'joint_states',
          *filter(None, [reader.notice])])
 
 
+def _of_live_node(reader: BagReader, found: JointInput, known: Collection[str]
+                  ) -> Iterator[tuple[int, State]]:
+    """Yield (stamp, State) of a recorded node: OK but for codes not `known` of a replay."""
+    name, topics = '', [t for t in (found.snapshots, DIAGNOSTICS) if t in reader.topics]
+    for topic, log_ns, _, raw in reader.messages(topics) if len(topics) > 1 else ():
+        for status in reader.decode(DIAGNOSTIC_ARRAY, raw).status:
+            if topic == found.snapshots:
+                name = f'{status.name.partition(": ")[0]}: input'
+            elif status.name == name:
+                state = state_of(LIVE_NODE, int(status.level), status.message,
+                                 {v.key: v.value for v in status.values})
+                yield log_ns, state._replace(level=0) if known.issuperset(state.codes) else state
+
+
 def twist_std(parameters: EstimatorParameters) -> float:
     """Return the deviation of the twist (rad) by `parameters`; above it an encoder was missing."""
     return math.hypot(parameters.r_std_motor, parameters.r_std_arm)
 
 
 class MonitorFollower:
-    """Passes the results of a Monitor to a Timeline."""
+    """Passes the results of a Monitor to a Timeline; `codes` of its input so far."""
 
     def __init__(self, timeline: Timeline) -> None:
         """Follow into `timeline`."""
-        self._timeline = timeline
+        self._timeline, self.codes = timeline, set[str]()
         self._window: Backlash | None = None
         self._outcomes: Mapping[str, Outcome] = {}
         self._stages: dict[str, Any] = {}
@@ -492,6 +513,7 @@ class MonitorFollower:
         if monitor.outcomes is self._outcomes:
             return
         self._outcomes = monitor.outcomes
+        self.codes.update(self._outcomes['input'].codes)
         states = {name: State(outcome.level, name, outcome.message, outcome.codes)
                   for name, outcome in self._outcomes.items()}
         if timeline.spans or any(state.is_judged for state in states.values()):

@@ -103,7 +103,6 @@ WALKS = (
              REPLAYED)}),
     Walk('docs/mujoco.md', ('Tutorial',), fails=('diagnose',)),
     Walk('docs/simulator.md', ('Example: MuJoCo',), fails=('diagnose',)),
-    Walk('docs/watch.md'),
     Walk('docs/robot_gap.md', ('A walk without data',), fails=('diagnose',)),
     Walk(BENCHMARKS, ('A real arm',), fails=('diagnose jan31_load.csv',),
          brings={'ur10e.urdf': DATA / 'ur10e/ur10e.urdf',

@@ -175,6 +175,21 @@ def test_without_an_earlier_baseline_a_recording_is_grey(code, kind):
     assert ('accept a/bag' in steps) == (not kind)
 
 
+def test_a_page_tells_what_a_live_node_refused(tmp_path):
+    """A replay sees the samples alone, not who published them: its page alone was green."""
+    samples = worn(12, rate=0.0)
+    with BagWriter(tmp_path / 'bag') as writer:
+        write_inputs(writer, samples)
+        write_live(writer, samples, refused=(4, 10))
+    assert main(['report', str(tmp_path / 'bag'), '--out', str(tmp_path / 'page.html'), '--json',
+                 str(tmp_path / 'page.json')]) == 0
+    told = json.loads((tmp_path / 'page.json').read_text())
+    assert told['headline'] == ('The estimates were trusted 45 % of the time: two publishers '
+                                'deliver the joint.')
+    assert told['levels']['live node']['ERROR'] == pytest.approx(0.5, abs=0.1)
+    assert 'live node: ' in (tmp_path / 'page.html').read_text()
+
+
 def test_headline_names_what_is_most_wrong():
     line = Timeline(60.0)
     line.add_inputs(T0 + np.arange(10) * 1_000_000_000, np.zeros(10))
