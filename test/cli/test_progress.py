@@ -29,8 +29,8 @@ def terminal(monkeypatch):
 def test_time_of_a_bar_goes_on_without_steps(monkeypatch):
     stream = terminal(monkeypatch)
     with progress.shown_time('fit'), progress.progress_bar('fit'):
-        time.sleep(1.3)
-    assert '00:01' in stream.getvalue()
+        while '00:01' not in stream.getvalue():  # as long as a busy machine needs
+            time.sleep(0.1)
 
 
 def test_a_terminal_of_unknown_size_shows_the_bar():

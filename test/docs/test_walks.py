@@ -115,7 +115,8 @@ WALKS = (
                             '4. Find the missing effect', '5. The closed simulator'),
          brings={name: DATA / 'emps' / name for name in ('DATA_EMPS.mat', 'DATA_EMPS_PULSES.mat')},
          fails=('diagnose',),
-         claims={'`viscous_asymmetry` makes': '', 'limit of 129 N': '^ +saturation umax = .* N',
+         says={'`viscous_asymmetry` makes 95': '^values +viscous_asymmetry Cva = -3[78]'},
+         claims={'limit of 129 N': '^ +saturation umax = .* N',
                  'falls to 8 mm rms': r'\S+ rms after'}),
     Walk(BENCHMARKS, ('A light motor behind a gearbox',),
          fails=('diagnose run20 run23 --model davinci',), brings={

@@ -3,6 +3,7 @@
 
 """Damaged files: a fixed number of damages of every kind, and what fuzzing has found."""
 from pathlib import Path
+import re
 import time
 
 import fuzz
@@ -189,7 +190,7 @@ def test_damaged_files_of_drift(targets, tmp_path):
     path = write(tmp_path / 'baseline.yaml', good)
     assert load_baseline(path, 'joint3')
     cut = good[:good.index('parameters') - 40]
-    for text in (cut, good.replace('"format": 7', '"format": 1'), '\0', ''):
+    for text in (cut, re.sub(r'"format": \d+', '"format": 1', good), '\0', ''):
         with pytest.raises(Damaged):
             load_baseline(write(path, text), 'joint3')
     state = write(tmp_path / 'state.json', '[' * 100000)

@@ -284,7 +284,8 @@ def test_bad_recordings_get_no_verdict(folder, tmp_path, capsys):
     for k, (columns, says) in enumerate((
             ((t[:1500], u[:1500], y[:1500]), 'expected at least 4 s'),
             ((t, u, y[:, ::-1]), 'swapped'), ((t, u, -y), 'sign'),
-            ((t, u, np.degrees(y)), 'degrees'), ((t, u, holed), 'arm: nan for 200 samples'))):
+            ((t, u, np.degrees(y)), 'degrees'),
+            ((t, u, holed), 'arm at 3 s: nan for 200 samples'))):
         path = write_csv(tmp_path / f'{k}.csv', *columns)
         out = tmp_path / f'out{k}'
         assert call(folder, path, *FEW, '--out', str(out)) == 2
