@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """The time line of a recording: its windows, levels and alerts, from a bag."""
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 import math
 from typing import Any, NamedTuple
@@ -476,7 +476,7 @@ def recorded_timeline(reader: BagReader, topic: str = 'joint_states',
          *filter(None, [reader.notice])])
 
 
-def _of_live_node(reader: BagReader, found: JointInput, known: Collection[str]
+def _of_live_node(reader: BagReader, found: JointInput, known: set[str]
                   ) -> Iterator[tuple[int, State]]:
     """Yield (stamp, State) of a recorded node: OK but for codes not `known` of a replay."""
     name, topics = '', [t for t in (found.snapshots, DIAGNOSTICS) if t in reader.topics]
