@@ -29,6 +29,7 @@ from gearbox_monitor.watch.settings import (
 
 # A weight without its inertia would be blamed on the next link, at whose axis a mass has one.
 WIDTHS = {FRICTION: 2, SCALE: 1, ROTOR: 1, WEIGHT: PER_LINK, TILT: 2, RIPPLE: 2}
+POSTURES, WEIGHTLESS = 8, 1e-6  # drawn; N m per kg or kg m
 ORDERS = tuple(range(4, 41))  # of ripple, waves per turn: less come with links and loads
 
 
@@ -48,12 +49,18 @@ class Group:
 
 
 def groups_of(robot: RobotModel) -> tuple[Group, ...]:
-    """Return the states of a `robot`, ripples last."""
+    """
+    Return the states of a `robot`, ripples last.
+
+    A weight that gravity never shows (of a link that turns about the vertical) moves as a rotor.
+    """
     chain, tips = robot.chain, tips_of(robot)
-    joints = list(enumerate(chain.joints))
+    joints, q = list(enumerate(chain.joints)), np.random.default_rng(0).normal(
+        size=(POSTURES, len(chain.joints)))
+    heavy = {r.link for r in chain.regressors(q, 0.0 * q) if np.abs(r.g).max() > WEIGHTLESS}
     out = [Group(kind, name, j, WIDTHS[kind]) for j, name in joints
            for kind in (FRICTION, SCALE, ROTOR, WEIGHT)
-           if kind != WEIGHT or (j not in tips and chain.links[j].mass > 0.0)]
+           if kind != WEIGHT or (j in heavy and j not in tips and chain.links[j].mass > 0.0)]
     return (*out, Group(TILT, BASE, 0, WIDTHS[TILT]),
             *(Group(RIPPLE, name, j, WIDTHS[RIPPLE], n) for j, name in joints for n in ORDERS
               if not chain.links[j].slides))

@@ -29,12 +29,12 @@ from gearbox_monitor.report.watch_words import change_words, watch_data
 from gearbox_monitor.robot.chain import inertial
 from gearbox_monitor.ros.watch_child import DESCRIPTION, Watching
 from gearbox_monitor.watch.block import Cutter, raw_log
-from gearbox_monitor.watch.features import columns_of, Group
+from gearbox_monitor.watch.features import columns_of, Group, groups_of
 from gearbox_monitor.watch.fold import (
     begin, learn_again, robot_of, save_baseline, step, tare)
 from gearbox_monitor.watch.levels import levels_of, step_in, with_block
 from gearbox_monitor.watch.record import Change, WATCH
-from gearbox_monitor.watch.settings import SECOND, WEIGHT
+from gearbox_monitor.watch.settings import ROTOR, SECOND, WEIGHT
 
 LEARN, SETTLED = 9, 24  # blocks
 LOAD = 1.5
@@ -134,6 +134,13 @@ def test_the_columns_of_a_weight_make_all_of_its_torque():
         error = np.abs(x @ theta - torque).max()
         assert error < 0.02 * np.abs(torque).max()
         assert j == 0 or error < 0.2 * np.abs(x[:, :4] @ theta[:4] - torque).max()
+
+
+def test_a_link_that_turns_about_the_vertical_has_a_rotor_and_no_weight():
+    """Both have one column there: its drift was a false weight of healthy arms."""
+    states = {(g.kind, g.place) for g in groups_of(robot_of(urdf(), ())[0])}
+    upright = next(name for name in NAMES if (WEIGHT, name) not in states)
+    assert (ROTOR, upright) in states and upright == NAMES[0]
 
 
 @pytest.mark.parametrize('gains, found', [((100.0, 50.0), (3, 0, None)),
