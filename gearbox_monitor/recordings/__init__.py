@@ -16,8 +16,8 @@ Public names, by module:
     from_bag: ANY, drive_recording, names_in_log, robot_recording
     guess: Answers, Guess, Unsettled
     innovations: innovation_topics, nis_of
-    joint_input: bag_arguments, find_input, find_topic, GEARBOX, Joiner, JointInput,
-        match_stamps, PAYLOAD_CHANGE, recorded_inputs, topics_called
+    joint_input: bag_arguments, DIAGNOSTIC_ARRAY, find_input, find_topic, GEARBOX, Joiner,
+        JointInput, match_stamps, PAYLOAD_CHANGE, recorded_inputs, topics_called
     messages: converted_bag, paired_bag
     player: Player
     read: BagReader, JOINT_STATE, natural, open_bag
