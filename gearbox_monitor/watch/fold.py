@@ -389,8 +389,9 @@ def _with_states(watch: Watch, features: Features, groups: Sequence[Group]) -> W
             why = f'{" and ".join(unknown)} not known yet'
         level = Level.WARN if joint.name in bad else None if why else Level.OK
         joints.append(replace(joint, states=own, level=level, why=why))
-    levels = [j.level for j in joints if j.level is not None]
-    level = Level.WARN if bad else Level.OK if levels else None
+    # What one joint hides is not known of the robot.
+    levels = [j.level for j in joints if j.name not in watch.locked]
+    level = Level.WARN if bad else Level.OK if levels and None not in levels else None
     return replace(watch, joints=tuple(joints), tilt=states[BASE][0], level=level)
 
 
