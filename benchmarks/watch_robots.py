@@ -156,14 +156,14 @@ class WorkingRobot:
         t = (np.arange(n) + 0.5) / self.rate
         q, v, a = (np.zeros((n, len(self.q))) for _ in range(3))
         begin, now = 0.0, self.q.copy()
+        q[:] = now
         while begin < seconds:
             goal = self.postures[self.rng.integers(len(self.postures))] + self.rng.normal(
                 0, 0.15, len(now))
             span = goal - now
             take = float(np.clip(1.9 * np.abs(span).max() / self.rng.uniform(0.5, 1.4), 0.6, 5.0))
-            take = min(take, seconds - begin) if seconds - begin < 1.0 else take
-            if begin + take > seconds:
-                take = seconds - begin
+            if begin + take > seconds:  # it rests until the next block
+                break
             x = np.clip((t - begin) / take, 0, 1)
             rows = (t >= begin) & (t < begin + take + 0.3)
             shape = 10 * x ** 3 - 15 * x ** 4 + 6 * x ** 5
