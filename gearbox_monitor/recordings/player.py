@@ -16,7 +16,8 @@ from typing import Any, cast, TypeAlias
 import numpy as np
 
 from gearbox_monitor.estimation.estimates import Estimates, Samples
-from gearbox_monitor.estimation.estimator import Estimator, SnapshotError, unsmoothed
+from gearbox_monitor.estimation.estimator import (
+    Estimator, snapshot_errors, SnapshotError, unsmoothed)
 from gearbox_monitor.estimation.sample_loop import SECOND
 from gearbox_monitor.files.baselines import earlier
 from gearbox_monitor.files.opening import load_robot
@@ -124,7 +125,7 @@ class Player:
         if snapshots:
             recorded_model, recorded = snapshots[0].settings(str(reader.path))
         settings = {**recorded, **(parameters or {})}
-        self._robot = recorded_robot(settings, recorded, snapshots)
+        self._robot = recorded_robot(settings, recorded, snapshots, str(reader.path))
         self._is_fresh = model is not None or bool(parameters) or not snapshots
         self._engine = self._started(reader.referred(model or recorded_model), settings)
         self._names = (self.estimator.parameters.motor_joint,
@@ -315,7 +316,8 @@ class Player:
 
 
 def recorded_robot(settings: Mapping[str, Any], recorded: Mapping[str, Any],
-                   snapshots: Sequence[RecordedSnapshot]) -> RobotDescription | None:
+                   snapshots: Sequence[RecordedSnapshot], source: str
+                   ) -> RobotDescription | None:
     """
     Return the robot that an estimator is run with: that of the snapshots, else that of a file.
 
@@ -323,18 +325,20 @@ def recorded_robot(settings: Mapping[str, Any], recorded: Mapping[str, Any],
         settings: parameters {name: value} of the estimator now.
         recorded: those in the bag.
         snapshots: of the bag.
+        source: the name of the bag in messages.
 
     Returns:
         Its description, None without one.
 
     Raises:
-        InputError: the file is no URDF.
+        InputError: the snapshot is damaged, or the file is no URDF.
 
     """
     path = settings.get('robot_description', '')
     if path and path == recorded.get('robot_description') and 'robot' in snapshots[0].content:
-        return cast(RobotDescription, from_data(json.loads(snapshots[0].content['robot']),
-                                                classes_of(RobotDescription)))
+        with snapshot_errors(source):
+            return cast(RobotDescription, from_data(json.loads(snapshots[0].content['robot']),
+                                                    classes_of(RobotDescription)))
     return load_robot(path) if path else None
 
 

@@ -11,14 +11,17 @@ import pytest
 import yaml
 
 from gearbox_monitor.cli.main import main
+from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.recordings.cdr import encode_joint_states
+from gearbox_monitor.recordings.player import recorded_robot
 from gearbox_monitor.recordings.read import open_bag
-from gearbox_monitor.recordings.recorded_samples import NO_SAMPLES, RecordedSamples
+from gearbox_monitor.recordings.recorded_samples import (
+    NO_SAMPLES, RecordedSamples, RecordedSnapshot)
 from gearbox_monitor.recordings.replay import replay, truth
 from gearbox_monitor.recordings.write import BagWriter
 
@@ -194,6 +197,13 @@ def test_a_snapshot_of_another_version_is_told_and_replayed(bag, options, tmp_pa
     told = json.loads(capsys.readouterr().out)
     assert told['estimates'] == N - 1 and 'replay_identical' not in told
     assert 'not a snapshot of this version' in told['notes'][0]
+
+
+@pytest.mark.parametrize('robot', ['[', '{}', '{"=": "RobotDescription"}'])
+def test_a_damaged_robot_in_a_snapshot_is_refused(robot):
+    settings = {'robot_description': 'arm.urdf'}
+    with pytest.raises(InputError, match='^bag: not a snapshot of this version'):
+        recorded_robot(settings, settings, [RecordedSnapshot({'robot': robot}, 0)], 'bag')
 
 
 WRONG = [
