@@ -8,7 +8,7 @@ from gearbox_monitor.files.baselines import write_whole
 from gearbox_monitor.files.knowledge_file import packed, read_archive, unpacked
 from gearbox_monitor.watch.record import Watch
 
-FORMAT = 3
+FORMAT = 4
 
 
 def watch_bytes(watch: Watch) -> bytes:

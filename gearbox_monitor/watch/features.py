@@ -29,7 +29,6 @@ from gearbox_monitor.watch.settings import (
 
 # A weight without its inertia would be blamed on the next link, at whose axis a mass has one.
 WIDTHS = {FRICTION: 2, SCALE: 1, ROTOR: 1, WEIGHT: PER_LINK, TILT: 2, RIPPLE: 2}
-POSTURES, WEIGHTLESS = 8, 1e-6  # drawn; N m per kg or kg m
 ORDERS = tuple(range(4, 41))  # of ripple, waves per turn: less come with links and loads
 
 
@@ -52,15 +51,16 @@ def groups_of(robot: RobotModel) -> tuple[Group, ...]:
     """
     Return the states of a `robot`, ripples last.
 
-    A weight that gravity never shows (of a link that turns about the vertical) moves as a rotor.
+    Only gravity tells a weight from a rotor where no other joint moves the link: the first joint
+    needs more of it across (or, if it slides, along) its axis than a tilt that is no alarm gives.
     """
     chain, tips = robot.chain, tips_of(robot)
-    joints, q = list(enumerate(chain.joints)), np.random.default_rng(0).normal(
-        size=(POSTURES, len(chain.joints)))
-    heavy = {r.link for r in chain.regressors(q, 0.0 * q) if np.abs(r.g).max() > WEIGHTLESS}
+    joints, still = list(enumerate(chain.joints)), np.zeros((1, len(chain.joints)))
+    weighed = {r.link for r in chain.regressors(still, still) if r.joint != r.link
+               or np.linalg.norm(r.g) > WATCH_SETTINGS.kinds[TILT].limit}
     out = [Group(kind, name, j, WIDTHS[kind]) for j, name in joints
            for kind in (FRICTION, SCALE, ROTOR, WEIGHT)
-           if kind != WEIGHT or (j in heavy and j not in tips and chain.links[j].mass > 0.0)]
+           if kind != WEIGHT or (j in weighed and j not in tips and chain.links[j].mass > 0.0)]
     return (*out, Group(TILT, BASE, 0, WIDTHS[TILT]),
             *(Group(RIPPLE, name, j, WIDTHS[RIPPLE], n) for j, name in joints for n in ORDERS
               if not chain.links[j].slides))

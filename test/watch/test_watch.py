@@ -136,11 +136,17 @@ def test_the_columns_of_a_weight_make_all_of_its_torque():
         assert j == 0 or error < 0.2 * np.abs(x[:, :4] @ theta[:4] - torque).max()
 
 
-def test_a_link_that_turns_about_the_vertical_has_a_rotor_and_no_weight():
-    """Both have one column there: its drift was a false weight of healthy arms."""
-    states = {(g.kind, g.place) for g in groups_of(robot_of(urdf(), ())[0])}
-    upright = next(name for name in NAMES if (WEIGHT, name) not in states)
-    assert (ROTOR, upright) in states and upright == NAMES[0]
+@pytest.mark.parametrize('roll, kind, axis, weighed', [
+    (0.0, 'revolute', '0 1 0', NAMES[1:2]), (0.002, 'revolute', '0 1 0', NAMES[1:2]),
+    (1.57, 'revolute', '0 1 0', NAMES[:2]), (0.0, 'revolute', '0 0 1', NAMES[1:2]),
+    (0.0, 'prismatic', '0 1 0', NAMES[:2]), (1.57, 'prismatic', '0 1 0', NAMES[1:2])])
+def test_only_gravity_tells_a_weight_from_a_rotor_at_the_first_joint(roll, kind, axis, weighed):
+    """Without it both have one column: its drift was a false weight of healthy arms."""
+    text = urdf().replace('revolute', kind).replace('"0 1 0"', f'"{axis}"').replace(
+        'xyz="0 0 0.2"', f'xyz="0 0 0.2" rpy="{roll} 0 0"')
+    states = groups_of(robot_of(text, ())[0])
+    assert [g.place for g in states if g.kind == WEIGHT] == weighed
+    assert [g.place for g in states if g.kind == ROTOR] == NAMES
 
 
 @pytest.mark.parametrize('gains, found', [((100.0, 50.0), (3, 0, None)),
