@@ -154,7 +154,8 @@ def features_of(log: RobotLog, robot: RobotModel, knowledge: Knowledge, groups: 
     deviations, gains = _deviations(evidence, fit, candidates, knowledge.dispersion)
     if any(b @ np.linalg.solve(c, b) > WATCH_SETTINGS.taken for b, c in load.values()):
         rival = max(x for x, g in zip(gains, groups) if g.kind != WEIGHT)
-        if empty := _weight_instead(rows, prior, fit, candidates, variance, rival):
+        weights = [c for c in candidates if c.effect == WEIGHT]
+        if empty := _weight_instead(evidence, prior, fit, weights, knowledge.dispersion, rival):
             deviations, gains = _deviations(empty, empty.fit(), candidates, knowledge.dispersion)
             load = {name: (np.zeros_like(b), c) for name, (b, c) in load.items()}
     sizes, own = list[Array](), list[Array]()
@@ -168,8 +169,9 @@ def features_of(log: RobotLog, robot: RobotModel, knowledge: Knowledge, groups: 
     return Features(deviations, gains, tuple(sizes), tuple(own), load)
 
 
-def _weight_instead(rows: Rows, prior: Prior, fit: RobotFit, candidates: Sequence[Candidate],
-                    variance: Array, rival: float) -> RobotEvidence | None:
+def _weight_instead(evidence: RobotEvidence, prior: Prior, fit: RobotFit,
+                    weights: Sequence[Candidate], dispersion: Array, rival: float
+                    ) -> RobotEvidence | None:
     """
     Return the evidence without a load if a weight explains more than one, else None.
 
@@ -177,22 +179,21 @@ def _weight_instead(rows: Rows, prior: Prior, fit: RobotFit, candidates: Sequenc
     for the joints between. A true load explains far more than any weight.
 
     Args:
-        rows: of the block.
+        evidence: with a load.
         prior: as of RobotEvidence.
-        fit: with a load.
-        candidates: states.
-        variance: as of RobotEvidence.
+        fit: of `evidence`.
+        weights: states.
+        dispersion: as of _deviations.
         rival: deviance that a state of another kind explains beside a load.
     """
+    rows, = evidence.recordings
     bare = replace(rows, nuisance=tuple(
         c for c in rows.nuisance if not c.label.startswith('load ')))
-    empty = RobotEvidence([bare], prior, variance)
-    weights = [c for c in candidates if c.effect == WEIGHT and c.acting.any()]
-    estimates = empty.estimates(empty.fit((), fit.weights), weights)
-    leads = [fit.deviance - empty.fit([weights[i]], fit.weights).deviance - weights[i].size
-             for i in np.argsort([-e.gain for e in estimates])[:2].tolist()]
-    lead = max(leads, default=-np.inf) + len(rows.nuisance) - len(bare.nuisance)
-    return empty if lead > max(WATCH_SETTINGS.lead, rival) else None
+    empty = RobotEvidence([bare], prior, evidence.variance)
+    unexplained = empty.fit((), fit.weights)
+    gain = _deviations(empty, unexplained, weights, dispersion)[1].max(initial=-np.inf)
+    by_load = unexplained.deviance - fit.deviance - len(rows.nuisance) + len(bare.nuisance)
+    return empty if gain - by_load > max(WATCH_SETTINGS.lead, rival) else None
 
 
 def _deviations(evidence: RobotEvidence, fit: RobotFit, candidates: Sequence[Candidate],
