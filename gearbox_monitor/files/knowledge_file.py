@@ -56,11 +56,11 @@ def unpacked(content: bytes, path: str | Path, kind: type[T], version: int, writ
             value = from_data(text['value'], CLASSES, {
                 name: file[name] for name in file.files[1:]})
         if not isinstance(value, kind):
-            raise TypeError(type(value).__name__)
+            raise TypeError
     except InputError:
         raise
-    except Exception as error:  # zip, zlib, numpy and JSON raise many kinds for damaged files
-        raise InputError(f'{path}: {type(error).__name__}: {error}, expected a file that {writer} '
+    except Exception:  # of zip, zlib, numpy (which advises to load pickles) and JSON
+        raise InputError(f'{path}: damaged or of another kind, expected a file that {writer} '
                          'wrote') from None
     return value
 
