@@ -4,7 +4,7 @@
 """
 The files of drift: the baseline, the recording of the healthy gearbox, and the state.
 
-The baseline says what was healthy; its recording tells later what changed; the state goes on after
+The baseline says what was healthy; its recording shows later what changed; the state goes on after
 a restart. One process writes a state, from a thread of its own.
 """
 from collections.abc import Callable, Iterable, Mapping

@@ -4,8 +4,8 @@
 """
 The history of each gearbox: its bags in order of time, folded into one Health.
 
-The windows of a bag are those that its replay judged; the judgement is that of the live node. So a
-jump between two bags is a jump, all features are watched, and a date is that of the node.
+The windows of a bag are those that its replay judged, in the same way as the live node. So a
+jump between two bags is a jump, all features are watched, and dates agree with the node.
 """
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace

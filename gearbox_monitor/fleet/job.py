@@ -168,7 +168,7 @@ def content_hash(path: Path) -> str:
     return digest.hexdigest()
 
 
-FORMAT = 7  # of the rows
+FORMAT = 7  # of the rows and of the states of a watch in them
 DIAGNOSED = 14_000_000_000  # ns of a bag that are diagnosed
 COMBINED = ('gap', 'lost_motion', 'stiffness', 'hysteresis')
 TRUST = ('observability', 'prediction error', 'covariance', 'input')

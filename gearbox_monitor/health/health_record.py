@@ -131,7 +131,7 @@ class FeatureHealth:
 
     level: of the newest window that shows it, baseline: healthy, at the operating point of the
     newest window, both in the unit of the feature. change: against the baseline, relative;
-    compared_ns: the newest window that told it, 0 without any. rate: of the change per second
+    compared_ns: the newest window that shows it, 0 without any. rate: of the change per second
     while there is a trend, else 0; reach: (s, earliest, latest) until the change is an error, None
     without a trend; steady: whether it has stopped changing. is_open: whether a part of the change
     may belong to a new motion. newest: change of the newest window alone while it contradicts

@@ -67,7 +67,7 @@ JUDGED = COMPONENTS[:4]  # once per second, from the newest estimates
 IN_TIME = (sample_loop.ESTIMATE, sample_loop.START, sample_loop.NO_EFFORT,
            sample_loop.NO_MEASUREMENT)
 AT_BOUND = Condition('at_bound', 'covariance', Level.WARN, ('adapted_...',))
-# What smoothed torque and twist show, beside the prediction errors and in their component.
+# Checks of smoothed torque and twist, reported with the prediction errors.
 ROW_CHECKS = (PASSIVITY, TWIST_RANGE, elastic_curve.CHECK)
 CONDITIONS = (
     *usability.CONDITIONS, *observability.CONDITIONS, *innovation.CONDITIONS,
@@ -151,7 +151,7 @@ class Monitor:
 
     @property
     def model_lasts(self) -> tuple[Level, int]:
-        """Level of the model, and the stamp (ns) since which it stands; OK, 0 while unknown."""
+        """Level of the model, and the stamp (ns) since which it holds; OK, 0 while unknown."""
         alarm = self._alarms['model']
         return (alarm.level, alarm.since_ns) if alarm.judged and alarm.since_ns else (Level.OK, 0)
 

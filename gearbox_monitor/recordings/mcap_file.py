@@ -250,10 +250,10 @@ class McapFile:
 
 def _before_zeros(data: bytes, offset: int) -> bytes:
     """
-    Return what of `data`, which stands at `offset` of a file, precedes a SECTOR of zeros.
+    Return the part of `data`, read at `offset` of a file, before the first SECTOR of zeros.
 
-    Such a hole is what a crash leaves of a block that never reached the medium. Bytes in front of
-    it that are zero, too, are taken for part of it.
+    A crash leaves such a hole where a block never reached the medium. Zero bytes right before it
+    count as part of it.
     """
     first = -offset % SECTOR
     sectors = np.frombuffer(data, np.uint8)[first:]

@@ -288,9 +288,9 @@ def _has_signal_words(joint: str) -> bool:
 
 def _without_other_vectors(columns: Sequence[Meaning]) -> list[Meaning]:
     """
-    Return `columns`, of which those of a vector are of no joint that all joints have a rival of.
+    Return `columns`, with no joint for the short vectors of a signal that all joints have.
 
-    'base_pos 1' to 'base_pos 3' beside 'dof_pos 1' to 'dof_pos 12' are no joints' positions.
+    'base_pos 1' to 'base_pos 3' are no joints' positions if there are 'dof_pos 1' to 'dof_pos 12'.
     """
     vectors: dict[tuple[str, ...], set[str]] = {}
     own = [(column.quantity, column.source, column.side, column.stem) for column in columns]
@@ -356,16 +356,16 @@ def _by_notation(columns: Sequence[Meaning]) -> list[Meaning]:
 
 def _joints(columns: Sequence[Meaning]) -> list[tuple[str, ...]]:
     """
-    Return the words that tell the joint of each column, () where there is only one.
+    Return the words that name the joint of each column, () if there is only one.
 
-    Of the ways to read them (all words, those of several signals, numbers alone, none) that one is
-    right in which joints and signals fill a table: each joint has about the same signals, each of
-    them once.
+    All words may name it, or only words that several signals share, or numbers alone, or none. The
+    right reading fills a table of joints and signals: each joint has about the same signals, each
+    of them once.
     """
     if not columns:
         return []
     parts = [tuple(column.joint.split()) for column in columns]
-    # What all names contain tells no joint; a number counts as often as all have it.
+    # Words in all names do not name a joint; a number counts as often as all have it.
     common = reduce(and_, map(Counter, parts))
     distinct = [_without(part, common) for part in parts]
     signals = [(c.quantity, c.source, c.side, c.quantity == EFFORT and bool(
@@ -374,11 +374,11 @@ def _joints(columns: Sequence[Meaning]) -> list[tuple[str, ...]]:
     numbers = _counting(signals, distinct)
     none: list[tuple[str, ...]] = [()] * len(columns)
     several = len(set(signals)) > 1
-    # A word that one signal alone has is of that signal: 'process' in 'hip_process_value'.
+    # A word that only one signal has belongs to it: 'process' in 'hip_process_value'.
     signals_of_word = Counter(word for word, _ in {
         (word, signal) for signal, part in zip(signals, distinct) for word in part})
     shared = [tuple(word for word in part if signals_of_word[word] > 1) for part in distinct]
-    # A word at one column alone tells an encoder from another, not a joint from no joint.
+    # A word in a single column distinguishes two encoders, not two joints.
     readings = [none, *(keys for keys in (numbers, shared, distinct) if len(
         set(keys) - {()}) > 1 and (
         several or len(set(keys)) > 2 or all(any(map(str.isdigit, key)) for key in keys)))]

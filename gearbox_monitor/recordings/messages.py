@@ -5,7 +5,7 @@
 Joint states of bags of other robots: ROS 1 bags, and messages of ros2_control.
 
 All become sensor_msgs/JointState, setpoints on a topic of their own. A bag is read twice: first
-for its joints and interfaces, then block by block. One topic tells the states, one the setpoint of
+for its joints and interfaces, then block by block. One topic has the states, one the setpoint of
 each joint; the notes list the others, and interfaces that are not used.
 """
 from bisect import bisect_left
@@ -285,7 +285,7 @@ def _frames(reader: BagReader, topics: Sequence[_Topic], received: bool
 def _selected(part: Frames, topic: str, joints: Sequence[str], fields: Mapping[str, str],
               behind: str = '') -> list[Frames]:
     """
-    Return those of `joints` in `part` for a `topic`, whose `fields` are {field: its name}.
+    Return the columns of `joints` in `part` for a `topic` with `fields` {field: its name}.
 
     behind: positions of encoders behind the gear, which become joints JOINT_absolute.
     """

@@ -4,8 +4,8 @@
 """
 The column, or the two columns, that hold the time of a recording, and the unit they are in.
 
-A robot's setpoints may have a file of their own beside that of its states, on the same clock. The
-names of both differ only in words of the vocabulary: 'run3_state_motor.csv' and
+A robot's setpoints may be in a separate file next to its states, on the same clock. Both names
+differ only in words of the vocabulary: 'run3_state_motor.csv' and
 'run3_control.csv', 'joint_states.csv' and 'joint_commands.csv'.
 """
 from collections.abc import Mapping, Sequence

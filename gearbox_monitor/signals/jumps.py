@@ -27,9 +27,9 @@ class JumpLimits:
     below. around: times the third longest step of the eight around: two of them may be jumps of
     the same outlier. least_rows: readings without which nothing is judged. near: relative distance
     from a turn. alike: times that jumps of one size, against the motion, have to come to be turns
-    of an unknown period. away: rows that an outlier lasts at most. stranger: times that one and
-    the same value has to come between the readings to be those of a second publisher; share: of
-    all rows at most that may be its.
+    of an unknown period. away: rows that an outlier lasts at most. stranger: how often one value
+    must come between the readings to be a second publisher's; share: of all rows that may be its,
+    at most.
     """
 
     usual: float = 6.0

@@ -67,8 +67,8 @@ class UniformRecording:
     sampled acts later, None: it is held from t_k to t_k+1. begin: s, where t is 0 in the source.
 
     If the motor's motion drives the model (torque_domain), motor [N, 5] holds it: position, speed,
-    acceleration, whether it moves, and u without its noise. In y then stands u in place of the
-    motor's position. doubt: how else the recording may have to be read, None: as it is.
+    acceleration, whether it moves, and u without its noise; y then has u in place of the motor's
+    position. doubt: another way to read the recording, which may be the right one, or None.
     """
 
     t: Array
@@ -429,7 +429,7 @@ def _grid(t: Array) -> tuple[Integers, float, Array]:
     step = np.diff(t)
     dt, spread = _usual_step(t)
     count = np.maximum(1.0, np.rint(step / dt))
-    # Of a step that lateness may have made, its length does not tell whether a sample is lost.
+    # If lateness may have made a step, its length does not show whether a sample is lost.
     doubtful = (step > 1.5 * dt) & ((spread > LIMITS.jittery * dt)
                                     | (step < dt + LIMITS.latest * spread))
     for k in np.flatnonzero(doubtful).tolist():
@@ -535,8 +535,8 @@ def _follows_stamps(values: Mapping[str, Array], index: Integers, jitter: Array,
     """
     Return whether the readings were taken at the stamped times rather than evenly.
 
-    A reading taken late by the jitter r stands off its neighbours by speed times r: the regression
-    on that is 1 if so and 0 if the stamps only were late.
+    A reading taken late by the jitter r differs from its neighbours by speed times r: the slope of
+    a regression on it is 1, and 0 if only the stamps were late.
     """
     whole = np.flatnonzero(np.diff(index, 4) == 0)
     whole = whole[index[whole + 4] - index[whole] == 4]  # five samples without a lost one

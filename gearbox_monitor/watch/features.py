@@ -184,7 +184,7 @@ def _weight_instead(evidence: RobotEvidence, prior: Prior, fit: RobotFit,
         fit: of `evidence`.
         weights: states.
         dispersion: as of _deviations.
-        rival: deviance that a state of another kind explains beside a load.
+        rival: deviance that a state of another kind explains in addition to a load.
     """
     rows, = evidence.recordings
     bare = replace(rows, nuisance=tuple(

@@ -42,11 +42,11 @@ class StateHealth:
 @dataclass(frozen=True)
 class Change:
     """
-    A change of a state that was found, and stands until it is over.
+    A change of a state that was found, and lasts until it is over.
 
     kind, place: of what; place is a joint or `base`. size, std: in units as of KindLimits;
     since_ns: where it began; found_ns: where it was found; over_ns: where it ended, 0 while it
-    stands. before [k]: the state before it. order: of a ripple, waves per turn. rival: (kind,
+    lasts. before [k]: the state before it. order: of a ripple, waves per turn. rival: (kind,
     place) of what would explain it nearly as well, or ().
     """
 

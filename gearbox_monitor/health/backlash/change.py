@@ -53,7 +53,7 @@ class FeatureWear:
     The wear of a feature as it is known.
 
     steps: in order of time. value, std: logarithm of the wear, or of the newest windows while
-    there is no change; compared_ns: newest window that told it. slope, slope_std: per window;
+    there is no change; compared_ns: newest window that shows it. slope, slope_std: per window;
     moving: probability of a slope. course: the most probable of WearLimits.courses. newest: see
     FeatureHealth.
     """
@@ -574,7 +574,7 @@ class _Search:
         return int(self.rows[row - 1]) if row else int(self.rows[0]) - 1
 
     def move(self) -> None:
-        """Search the places of the newest steps again, now that more windows tell them."""
+        """Search the places of the newest steps again, now that more windows show them."""
         for f, feature in enumerate(self.wear):
             if not feature.found or feature.found[-1] < self.rows[0]:
                 continue
@@ -729,7 +729,7 @@ class _Search:
         return replace(feature, value=value, std=std)
 
     def reportable(self, column: int) -> bool:
-        """Return whether a change of a feature is large enough, and not told by another one."""
+        """Return whether a change of a feature is large enough, and explained by no other one."""
         tracker, feature = self.tracker, self.wear[column]
         tracker_now = replace(tracker, wear=tuple(self.wear))
         smallest = tracker.settings.notice(column) + tracker_now.missed(column)

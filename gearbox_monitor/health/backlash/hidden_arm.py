@@ -38,11 +38,11 @@ STEP = 2e-3         # s between the readings of a fit: resonances lie below 100 
 LONGEST = 20.0      # s of a window that are fitted, its last ones
 FIRST, LATER = 20, 8  # iterations of the fit from the model file, and from the window before
 SCAN = (0.35, 0.6, 1.0, 1.6, 2.5)  # of the gap so far: where a fit may begin
-BLOCKS = 20         # parts of a window whose scatter tells the deviation
+BLOCKS = 20         # parts of a window, whose scatter gives the deviation
 SHIFT = (-0.9, 10.0)  # relative, of values of the model
 # Relative standard deviations of values of the model file.
 SPREAD = {'m1': 0.1, 'm2': 0.3, 'D': 0.5, 'Cv': 0.5, 'Cc': 0.5, 'K': 0.5}
-# Effects that are fitted beside: (coordinates, scale, prior), both in the rms of the torque.
+# Effects that are fitted, too: (coordinates, scale, prior), both in the rms of the torque.
 LOADS = {GRAVITY.id: (('As', 'Ac'), 0.1, 1.0), LOAD_TORQUE.id: (('TL',), 0.1, 1.0),
          ARM_COULOMB.id: (('Cac',), 0.1, 0.3), TORQUE_OFFSET.id: (('u0',), 0.05, 0.1)}
 NOISE = 0.05        # of the torque's rms: torque noise at the start of the first fit

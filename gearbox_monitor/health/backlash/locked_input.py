@@ -5,7 +5,7 @@
 Backlash and stiffness of a lost-motion test: the input is locked, a torque turns the output.
 
 No drive moves, so no filter is asked: the torque that is measured at the output, or that holds the
-input, stands over the twist as
+input, depends on the twist as
 
     torque = K dz(twist - zero, gap / 2) + F direction
 

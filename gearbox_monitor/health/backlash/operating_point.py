@@ -5,7 +5,7 @@
 Operating points: where windows were measured, and how much they scatter there.
 
 A window belongs to the known point whose centre is nearest, if it lies within half a bin of it in
-every coordinate; otherwise it founds a new point with itself as the centre. So a drive that works
+every coordinate; otherwise it starts a new point with itself as the centre. So a drive that works
 around one point has one point, not two halves of neighbouring bins.
 """
 from dataclasses import dataclass, field, replace

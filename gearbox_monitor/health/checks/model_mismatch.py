@@ -69,7 +69,7 @@ def check(systematic: Systematic, stamp_ns: int, window: float, unknown_load: bo
 def learned_curve(values: Mapping[str, float], drive: DriveModel,
                   parameters: EstimatorParameters) -> list[Said]:
     """
-    Return the conditions on the learned curve that do not hold: it is that of the model file.
+    Return the broken conditions: the learned curve should be the curve of the model file.
 
     A load on the arm absorbs an error of the torque, but not the curve. Where the learned curve is
     not the likeliest model, what was learnt says nothing.

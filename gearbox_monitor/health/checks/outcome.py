@@ -102,7 +102,7 @@ def outcome_of(broken: Sequence[Said], fine: Said | None, values: Values) -> Out
     Args:
         broken: of the conditions that do not hold.
         fine: that all hold.
-        values: {key: value} to publish beside the message.
+        values: {key: value} to publish with the message.
     """
     if not broken:
         return Outcome(Level.OK, ((fine,),) if fine else (), values)
