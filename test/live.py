@@ -45,18 +45,20 @@ def worn(seconds, lost=(0, 0), seed=5, rate=0.05, half_gap=0.1):
                    np.column_stack([drive.u, np.full(n, np.nan)]), y)
 
 
-def write_inputs(writer, samples):
+def write_inputs(writer, samples, later=0):
+    """Write the `samples`, recorded so many ns `later` than they are stamped."""
     writer.add_topic('/joint_states', JOINT_STATE)
     raws = encode_joint_states(samples.stamp_ns, ['motor', 'arm'], samples.y, effort=samples.u)
     for stamp, raw in zip(samples.stamp_ns.tolist(), raws):
-        writer.write('/joint_states', stamp, raw)
+        writer.write('/joint_states', stamp + later, raw)
 
 
-def write_live(writer, samples, refused=(0, 0)):
+def write_live(writer, samples, refused=(0, 0), later=0):
     """
     Write what a node with PARAMETERS would have published, once per second in one go.
 
-    refused: first and last second in which it says that two publishers deliver.
+    refused: first and last second in which it says that two publishers deliver; later: see
+    write_inputs.
     """
     types = get_typestore(Stores.ROS2_JAZZY).types
 
@@ -68,7 +70,7 @@ def write_live(writer, samples, refused=(0, 0)):
                         types['diagnostic_msgs/msg/KeyValue'](key, str(value))
                         for key, value in values.items()])
                 for component, (level, text, values) in statuses.items()])
-        writer.write_message(name, stamp, message)
+        writer.write_message(name, stamp + later, message)
 
     monitor, alerted = Monitor(DriveModel(), PARAMETERS), {}
     for signal in SIGNALS:
@@ -84,7 +86,7 @@ def write_live(writer, samples, refused=(0, 0)):
         for signal in SIGNALS:
             stamps, values = signal_values(signal, estimates, 1.0)
             for stamp, raw in zip(stamps, encode_joint_states(stamps, signal.joints, **values)):
-                writer.write(f'/{signal.topic}', now, raw)
+                writer.write(f'/{signal.topic}', now + later, raw)
         told = {name: (f.level, f.message, {**f.figures, 'codes': ' '.join(f.codes)})
                 for name, f in monitor.outcomes.items()}
         if refused[0] <= k < refused[1]:

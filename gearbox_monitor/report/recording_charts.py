@@ -163,7 +163,7 @@ def errors_chart(timeline: Timeline, axis: str) -> Chart | None:
 def nis_chart(timeline: Timeline) -> Chart | None:
     """Return the NIS of `timeline` with the limits of its alarm, or None without any."""
     _, _, nis = timeline.nis.of(0)
-    finite = np.isfinite(nis)  # once per second if it comes from diagnostics
+    finite = np.isfinite(nis)
     if not finite.any():
         return None
     time = time_axis(timeline)

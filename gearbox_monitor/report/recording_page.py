@@ -93,7 +93,7 @@ def headline(timeline: Timeline, facts: RecordingFacts) -> tuple[str, str]:
         return sentence(words), ROLES[verdict]
     share = trusted_share(timeline.spans)
     if share is None:
-        return ('Nothing was evaluated: the recording is too short, or contains no estimates.',
+        return ('Nothing was evaluated: the recording is too short, or contains no readings.',
                 '')
     if share < TRUSTED:
         alarm = _longest_alarm(timeline)

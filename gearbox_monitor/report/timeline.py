@@ -22,11 +22,11 @@ from gearbox_monitor.kernels.kernel import KERNELS
 from gearbox_monitor.kernels.types import Array, Integers, Values
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.recordings.joint_input import DIAGNOSTIC_ARRAY, JointInput
+from gearbox_monitor.recordings.joint_input import DIAGNOSTIC_ARRAY
 from gearbox_monitor.recordings.player import Player
 from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.recorded_samples import read_snapshots
-from gearbox_monitor.recordings.topics import DIAGNOSTICS
+from gearbox_monitor.recordings.topics import DIAGNOSTICS, SNAPSHOT
 
 SECOND_NS = 1e9
 MAX_BINS = 3000
@@ -454,12 +454,14 @@ def recorded_timeline(reader: BagReader, topic: str = 'joint_states',
                         MINUTE * math.ceil(seconds / MINUTE / MAX_LOOPS))
     follower = MonitorFollower(timeline)
     player = Player(reader, model, parameters, topic, follow=follower.take)
+    clock: list[Integers] = []
     for part in player.parts():
+        times = np.stack([part.log_ns, part.samples.stamp_ns])
+        clock.append(times[:, ::max(times.shape[1] - 1, 1)])
         if progress:
             progress(1e-9 * (part.end_ns - begin) / max(seconds, 1e-9))
-    for stamp, state in _of_live_node(reader, player.input, follower.codes):
-        if 0.0 <= timeline.second(stamp) <= timeline.last:
-            timeline.add_states(stamp, [state])
+    for stamp, state in _of_live_node(player, np.concatenate(clock, axis=1), follower.codes):
+        timeline.add_states(stamp, [state])
     timeline.finish()
     monitor, estimator = player.monitor, player.estimator
     snapshots = read_snapshots(reader, player.input, model is None)
@@ -476,18 +478,29 @@ def recorded_timeline(reader: BagReader, topic: str = 'joint_states',
          *filter(None, [reader.notice])])
 
 
-def _of_live_node(reader: BagReader, found: JointInput, known: set[str]
+def _of_live_node(player: Player, clock: Integers, known: set[str]
                   ) -> Iterator[tuple[int, State]]:
-    """Yield (stamp, State) of a recorded node: OK but for codes not `known` of a replay."""
-    name, topics = '', [t for t in (found.snapshots, DIAGNOSTICS) if t in reader.topics]
-    for topic, log_ns, _, raw in reader.messages(topics) if len(topics) > 1 else ():
+    """
+    Yield (stamp, State) of the input as the recorded node stated it while samples came.
+
+    Args:
+        player: of the bag.
+        clock: log times and stamps [2, N] of some samples, ns; a driver may have its own clock.
+        known: codes that the replay raises as well, which are OK here.
+
+    """
+    reader, snapshots = player.reader, player.input.snapshots
+    if not snapshots or DIAGNOSTICS not in reader.topics:
+        return
+    name = f'{snapshots.removesuffix(f"/{SNAPSHOT}").lstrip("/")}: input'
+    for _, log_ns, _, raw in reader.messages([DIAGNOSTICS]):
+        stamp = float(np.interp(log_ns, clock[0], clock[1], left=math.nan, right=math.nan))
         for status in reader.decode(DIAGNOSTIC_ARRAY, raw).status:
-            if topic == found.snapshots:
-                name = f'{status.name.partition(": ")[0]}: input'
-            elif status.name == name:
+            if status.name == name and math.isfinite(stamp):
                 state = state_of(LIVE_NODE, int(status.level), status.message,
                                  {v.key: v.value for v in status.values})
-                yield log_ns, state._replace(level=0) if known.issuperset(state.codes) else state
+                yield int(stamp), (
+                    state._replace(level=0) if known.issuperset(state.codes) else state)
 
 
 def twist_std(parameters: EstimatorParameters) -> float:

@@ -175,12 +175,13 @@ def test_without_an_earlier_baseline_a_recording_is_grey(code, kind):
     assert ('accept a/bag' in steps) == (not kind)
 
 
-def test_a_page_tells_what_a_live_node_refused(tmp_path):
+@pytest.mark.parametrize('later', [0, 3_600_000_000_000])  # ns: the driver's clock is slow
+def test_a_page_tells_what_a_live_node_refused(tmp_path, later):
     """A replay sees the samples alone, not who published them: its page alone was green."""
     samples = worn(12, rate=0.0)
     with BagWriter(tmp_path / 'bag') as writer:
-        write_inputs(writer, samples)
-        write_live(writer, samples, refused=(4, 10))
+        write_inputs(writer, samples, later)
+        write_live(writer, samples, refused=(4, 10), later=later)
     assert main(['report', str(tmp_path / 'bag'), '--out', str(tmp_path / 'page.html'), '--json',
                  str(tmp_path / 'page.json')]) == 0
     told = json.loads((tmp_path / 'page.json').read_text())
