@@ -318,7 +318,7 @@ def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
     output = sys.stdout
     # With --json, standard output gets nothing else: progress goes to standard error.
-    with contextlib.redirect_stdout(sys.stderr if args.json else output), \
+    with contextlib.redirect_stdout(sys.stderr if args.json == '-' else output), \
             Interrupt() as interrupt:
         try:
             demo = (RobotDemo if args.robot else Demo)(args, interrupt)
@@ -327,7 +327,9 @@ def run(args: Namespace) -> int:
             interrupt.at_once()
             demo.check_interrupt()
             data, text = demo.evaluate()
-            print(json.dumps(data, indent=2) if args.json else text, file=output)
+            from gearbox_monitor.cli.options import show
+            with contextlib.redirect_stdout(output):
+                show(args, data, lambda: text)
             for problem in data['problems']:
                 print(f'problem: {problem}', file=sys.stderr)
             return 1 if data['problems'] else 0

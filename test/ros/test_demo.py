@@ -108,8 +108,9 @@ def test_growing_backlash_raises_its_alarm(demo, tmp_path):
 
 @pytest.mark.system
 def test_sound_gearbox_raises_none(demo, tmp_path):
-    data, output = run(demo, tmp_path / 'healthy', '--no-fault', '--json')
-    assert json.loads(output) == data
+    data, output = run(demo, tmp_path / 'healthy', '--no-fault', '--json', 'data.json')
+    assert json.loads((tmp_path / 'data.json').read_text()) == data
+    assert f'\n{data["summary"]}\n' in output
     assert data['planted'] == data['seen'] == data['joints']['']['alarms'] == []
 
 
