@@ -20,14 +20,15 @@ REMOVED = {
     'build the package',
     'gearbox_monitor benchmark': 'run benchmarks from a checkout: python -m benchmarks NAME',
     'gearbox_monitor compare': _FILTER,
-    'gearbox_monitor simulate': 'gearbox_monitor diagnose BAG --validate BAG2 states the gap of '
-    'both models on another recording',
-    'gearbox_monitor play': 'ros2 bag play BAG --clock publishes a bag to live nodes',
+    'gearbox_monitor simulate': 'gearbox_monitor diagnose BAG --model FILE --validate BAG2 states '
+    'the gap of both models on another recording',
+    'gearbox_monitor play': 'ros2 bag play BAG --clock --topics /joint_states publishes '
+    'the inputs to live nodes',
     'gearbox_monitor adapt': 'gearbox_monitor fit unit BAG --model FILE --out FOLDER',
     'gearbox_monitor describe': 'gearbox_monitor check ROBOT',
     'gearbox_monitor fit-nominal': 'gearbox_monitor fit model BAG --model FILE',
-    'gearbox_monitor suggest': 'the next steps of diagnose name the motion that distinguishes '
-    'effects',
+    'gearbox_monitor suggest': 'gearbox_monitor diagnose BAG --model FILE -v prints next steps, '
+    'with the motion that distinguishes effects',
     'gearbox_monitor tune': 'gearbox_monitor fit noise BAG --out FILE',
     # options and their values
     'fit --time-limit': 'timeout SECONDS gearbox_monitor fit ...',
@@ -48,7 +49,8 @@ REMOVED = {
     'diagnose --repeated': _FIRST,
     **{f'replay --{name}': _HELD for name in (
         'reference', 'values', 'root', 'recorded', 'prefix', 'convention', 'link', 'empty')},
-    'payload_node': 'watch_node publishes payload: ros2 launch gearbox_monitor watch.launch.py',
+    'gearbox_monitor payload_node': 'watch_node publishes payload: ros2 launch gearbox_monitor '
+    'watch.launch.py',
     # parameters
     'keep_after_error': 'set keep_folder: each ERROR of backlash or friction is kept at once',
     'keep_per_hour': 'set keep_newest: so many recordings stay in keep_folder',

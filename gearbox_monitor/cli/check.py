@@ -55,7 +55,7 @@ from gearbox_monitor.signals.finding import BAD, DataFinding, hurts, OK, PURPOSE
 
 WIDTH = 80
 INDENT = 24  # of the figures
-TUNED = 0.5  # share of missing readings up to which tune takes a recording
+TUNED = 0.5  # share of missing readings up to which fit noise takes a recording
 SUITS = {OK: 'yes', WARN: 'with care', BAD: 'no'}
 _OF = {words: verdict.name.lower() for verdict, words in SUITS.items()}
 NEXT = {'estimation': 'gearbox_monitor fit noise BAG --model FILE --out params.yaml',
@@ -240,7 +240,7 @@ def _next(data: Mapping[str, Any]) -> list[str]:
               for side in ('motor', 'arm'))
     short = values.get(('stamps', 'length'), {}).get('duration_s', MIN_SECONDS) < MIN_SECONDS or (
         values.get(('stamps', 'order'), {}).get('samples', MIN_SAMPLES) < MIN_SAMPLES)
-    if few or short:  # enough for a filter, too little for tune
+    if few or short:  # enough for a filter, too little for fit noise
         commands['estimation'] = WITHOUT_ARM['estimation']
     model, params = (shlex.quote(name) if name else 'FILE' for name in (
         options['model'], options['params']))

@@ -9,9 +9,9 @@ The drive stands still for --rest s and is then moved by the torque 6 cos(2 pi 0
 within 10 s. The encoders have noise (5 mrad), with --process-noise the torque has noise, too. The
 bag contains joint_states with the joints motor and arm and, for scoring, the true torque, as the
 plant node publishes them; --encoders leaves one encoder out. --wear widens the gap of the model
-file, --date sets the first stamp: several bags show a gearbox that wears. An effect in the model
-file makes a drive that the packaged model lacks. With a controller in it, a setpoint of 0.1 rad
-per N m takes the place of the torque, in the bag as well.
+file, --date sets the first stamp: several bags show a gearbox that wears. Effects in the
+model file act in the simulated drive. With a controller in it, a setpoint of 0.1 rad per N m takes
+the place of the torque, in the bag as well.
 
 Beside BAG it writes BAG.drive.yaml: the model of the drive that made the bag, with its wear, its
 effects and the noise of its torque. With this model, diagnose finds no gap.

@@ -178,7 +178,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 0
     words = [word for word in argv if not word.startswith('-')]
     command = words[0] if words else None
-    if gone := refusal(f'gearbox_monitor {command}') or refusal(command):
+    if gone := refusal(f'gearbox_monitor {command}'):
         print(f'gearbox_monitor: {command}: {gone}', file=sys.stderr)
         return BAD_INPUT
     return run_parsed(f'gearbox_monitor {command}', lambda: _parse(argv, command),

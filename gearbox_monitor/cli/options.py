@@ -1,7 +1,7 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The exit codes of all commands: --help shows them, docs/README.md and a test agree with them."""
+"""Options that commands share, and how commands open recordings, write files and print."""
 import argparse
 from argparse import Action, ArgumentParser, Namespace
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

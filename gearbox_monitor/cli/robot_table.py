@@ -1,5 +1,6 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
+
 """The joints of a robot's file as a table: what is read of each, what is refused and why."""
 from argparse import Namespace
 from collections.abc import Sequence

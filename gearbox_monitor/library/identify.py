@@ -157,7 +157,7 @@ class TunedParameters(Shown, Saved):
     Parameters of a filter as a recording has them.
 
     parameters: all of them, with the tuned values; before: those in force; model: of the drive;
-    figures {name: value}: of the search, as `tune --json` prints them.
+    figures {name: value}: of the search, as `fit noise --json` prints them.
     """
 
     parameters: EstimatorParameters
