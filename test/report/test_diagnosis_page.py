@@ -89,7 +89,7 @@ def test_one_encoder_has_no_charts_of_what_it_does_not_measure(folder, tmp_path,
 @pytest.mark.parametrize('width', [1400, 390])
 def test_nothing_is_cut_off(folder, browser, width):
     assert overflowing(browser, (folder / 'out/report.html').as_uri(), width) == []
-    assert 'gearbox_monitor export drive.closed.yaml' in browser.page_source
+    assert f'gearbox_monitor export {folder}/out/drive.closed.yaml' in browser.page_source
 
 
 @pytest.mark.parametrize('width', [1280, 390])
