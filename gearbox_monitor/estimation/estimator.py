@@ -33,7 +33,7 @@ from gearbox_monitor.plain_data import classes_of, from_data, to_data
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.robot.description import RobotDescription
 
-FORMAT = '3'  # of version 0.2: none
+FORMAT = '4'  # of version 0.2: none
 
 
 class SnapshotError(InputError):

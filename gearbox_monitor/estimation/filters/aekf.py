@@ -26,7 +26,6 @@ on each theta (R = RIDGE): where the motion says nothing, theta rests.
 import math
 from typing import NamedTuple
 
-
 from gearbox_monitor.estimation.filter_kind import (
     Adaptation, Belief, FilterKind, places, Reading, Scratch)
 from gearbox_monitor.estimation.filters import ekf
@@ -670,7 +669,7 @@ def _solve(memory: Array, count: int, ridge: float, vectors: Array, factor: Arra
 @folded(*WALKS)
 @apart
 def accumulate(layout: Layout, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
-         record: Array) -> bool:
+               record: Array) -> bool:
     """
     Do as ekf.step, and add up gradient and information of the likelihood in the memory.
 
