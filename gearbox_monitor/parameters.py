@@ -367,7 +367,7 @@ class EstimatorParameters(ParameterSet):
     temperature_topic: str = row(
         '', '', 'topic with the temperature of the gearbox (sensor_msgs/Temperature); empty: none')
     drift_state_file: str = row(
-        '', '', 'file that preserves baselines, test, alarms and adapted values over a restart, '
+        '', '', 'file that preserves baselines, test and alarms over a restart, '
         'written after each window; empty: none')
     snapshot_period: float = row(
         10.0, 's', 'period of the snapshots for replay', low=0.1, high=3600.0)

@@ -288,7 +288,7 @@ def test_drift_state_survives_a_restart(graph, drive, tmp_path):
         health = judge(health, Window(Backlash(
             T0 - (60 - k) * 10 ** 10, gap, 1e-3, 25.0, 0.1, angle=0.0, speed=18.0, load=3.6,
             flank=0.4)))
-    write_whole(file, health_text(STATE, health, serial, adaptation={}, recording_ns=0))
+    write_whole(file, health_text(STATE, health, serial, recording_ns=0))
     alerts, snapshots, diagnostics = [], [], []
     for kind, topic, got, qos in ((DiagnosticArray, 'drift_alerts', alerts, LATCHED),
                                   (DiagnosticArray, 'estimator/snapshot', snapshots, LATCHED),

@@ -38,7 +38,7 @@ def healthy(path):
         health = judge(health, Window(Backlash(
             10**9 * (1 + k), 0.1 + 1e-3 * random.standard_normal(), 1e-3, 25.0, 0.1, angle=0.0,
             speed=18.0, load=3.6, flank=0.4)))
-    write_whole(path, health_text(STATE, health, 'gearbox', adaptation={}, recording_ns=0))
+    write_whole(path, health_text(STATE, health, 'gearbox', recording_ns=0))
     return path
 
 
