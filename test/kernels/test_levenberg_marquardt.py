@@ -35,8 +35,19 @@ def test_a_step_of_equal_cost_helps_where_the_rule_says_so():
         assert theta[1, 0] == pytest.approx(1.9 if level else 2.2)
 
 
-def test_a_start_beside_which_runs_fail_gets_no_worse():
+def test_a_start_beside_which_runs_fail_is_tried_nearer_and_nearer():
+    tried = []
+
     def residual_of(start):
+        tried.append(float(start[0]))
         return np.array([1.0 - start[0] if abs(start[0]) < 0.01 else 2.0])
     fit = fitted_start(residual_of, np.zeros(1), np.array([1e-4]))
-    assert fit.fun.tolist() == residual_of(fit.x).tolist() and fit.fun[0] <= 1.0
+    assert max(tried) > 0.9  # the minimum of the line, where runs fail
+    assert 0.005 < fit.x[0] < 0.01 and fit.fun.tolist() == [1.0 - fit.x[0]]
+
+
+def test_a_start_of_straight_lines_is_fitted_exactly():
+    lines, start = np.array([[1.0, 2.0], [3.0, -1.0], [0.5, 4.0]]), np.array([0.3, -0.2])
+    fit = fitted_start(lambda s: lines @ (s - start), np.zeros(2), np.array([1e-4, 1e-3]))
+    np.testing.assert_allclose(fit.x, start, atol=1e-9)
+    np.testing.assert_allclose(fit.jac, lines, atol=1e-9)

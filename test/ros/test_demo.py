@@ -98,12 +98,21 @@ def run(demo, folder, *options):
     return data, output
 
 
+def expect_seen(data):
+    """Expect an alarm of what was planted alone; see MAX_LOSS for a machine without the time."""
+    if data['starved']:
+        pytest.skip(f'{data["samples_missing"]} samples and {data["estimates_missing"]} estimates '
+                    'are missing: the machine is too busy to see the fault')
+    assert data['seen'] == data['planted']
+
+
 @pytest.mark.system
 def test_growing_backlash_raises_its_alarm(demo, tmp_path):
     data, output = run(demo, tmp_path / 'a 100%d')
     assert 'export ROS_DOMAIN_ID=' in output
     assert f'\n{data["summary"]}\n' in output and 'next         ' in output
-    assert data['planted'] == [''] and (data['seen'] == [''] or data['starved'])
+    assert data['planted'] == ['']
+    expect_seen(data)
 
 
 @pytest.mark.system
@@ -122,19 +131,19 @@ def test_robot_names_the_joint_of_the_fault(demo, tmp_path):
     data = json.loads((tmp_path / 'arm' / 'summary.json').read_text())
     joints = {f'joint{k + 1}' for k in range(6)}
     assert set(data['joints']) == joints and data['problems'] == []
-    starved = data['starved']
-    assert data['planted'] == ['joint1'] and (data['seen'] == ['joint1'] or starved)
+    assert data['planted'] == ['joint1']
     for joint in data['joints'].values():
         assert joint['replay_identical'] == 'yes' and joint['comparison']['identical'] > 5_000
         assert joint['tau_k_error'] < 0.4 * joint['tau_k_rms']
-    first, last = (data['joints']['joint1']['gap_rad'][k] for k in (0, -1))
-    assert (first == pytest.approx(0.4e-3, rel=0.1) and last > 1.2 * first) or starved
     for command in re.findall(r'gearbox_monitor (replay .*)', output):
         subprocess.run([sys.executable, '-m', 'gearbox_monitor', *command.split()], check=True,
                        cwd=tmp_path, env={**os.environ, 'PYTHONPATH': str(ROOT)}, timeout=300)
-    page = (tmp_path / 'arm' / 'report.html').read_text()
-    assert 'joint1: Backlash has grown by' in page or starved
     assert len(list((tmp_path / 'arm').glob('report.joint*.html'))) == 6
+    expect_seen(data)
+    first, last = (data['joints']['joint1']['gap_rad'][k] for k in (0, -1))
+    assert first == pytest.approx(0.4e-3, rel=0.1) and last > 1.2 * first
+    page = (tmp_path / 'arm' / 'report.html').read_text()
+    assert 'joint1: Backlash has grown by' in page
 
 
 @pytest.mark.system
