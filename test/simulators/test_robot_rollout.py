@@ -149,15 +149,16 @@ def test_an_unchanged_arm_with_friction_has_no_findings(tmp_path):
         assert verdict.kind == 'none', (setpoints, verdict.findings, verdict.remainders)
 
 
-@pytest.mark.parametrize('sample', [0, -1])
-def test_setpoints_weigh_a_load_and_its_file_runs(tmp_path, sample):
-    """Gains made up for the load: 0.5 kg were 0.35, and the closed file was half as good."""
+@pytest.mark.parametrize('sample, mass', [(0, 0.5), (-1, 1.5)])
+def test_setpoints_weigh_a_load_and_its_file_runs(tmp_path, sample, mass):
+    """Gains made up for the load: 0.5 kg were 0.35, 1.5 kg 1.27 with a false friction of turn."""
     file, robot = rubbing_robot(tmp_path)
-    loaded = rubbing(1.5).replace('</body></body>', f'{LOAD}</body></body>')
+    load = LOAD.replace('mass=".5"', f'mass="{mass:g}"')
+    loaded = rubbing(1.5).replace('</body></body>', f'{load}</body></body>')
     verdict = diagnose(robot, [sampled(loaded, file.chain.joints, sample, True)])
     found = {f.effect: (f.values, f.deviations) for f in verdict.findings}
     assert set(found) == {'payload', 'motor_coulomb'} and not verdict.remainders
-    for effect, name, true in (('payload', 'm', 0.5), ('motor_coulomb', 'Cc_change', 1.2)):
+    for effect, name, true in (('payload', 'm', mass), ('motor_coulomb', 'Cc_change', 1.2)):
         values, deviations = found[effect]
         assert values[name] == pytest.approx(true, abs=2.0 * deviations[name])
     gaps = rollouts(file, verdict)['joints'].values()

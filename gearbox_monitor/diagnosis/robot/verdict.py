@@ -40,7 +40,7 @@ KNOWN_MASS = 0.25  # of a link's: a load that is known so well did not change
 LARGER = 1.5       # bursts of healthy references that were as large are none
 OF_SETPOINT = (SERVO_GAIN.id, SETPOINT_DELAY.id, SERVO_DEADBAND.id)  # before the gain
 OF_BODIES = (PAYLOAD.id, LINK_INERTIA.id, BASE_TILT.id, JOINT_ZERO.id)  # in the true scale
-MOST_SCALES = 4    # of the gains, each of the findings with the last one; steps overshoot twice
+MOST_SCALES = 4    # verdicts, each with the gains that the last one found: gains scale loads
 LEAST_SCALE = 0.1  # gain of the model over that of the servo: it may be 10 times as large
 LEAST_SEEN = 0.05  # of a motion: what is new all over is no evidence, but a limit has to be
 HELD_SHARE = 0.25   # of the period, which shifts a sampled torque by half of it
@@ -113,12 +113,11 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
     recordings = [rows_of(log, robot, shapes, mean) for log in logs]
     if not recordings[0].setpoint:
         return _verdict_on(recordings, knowledge, effects)
-    evidence = RobotEvidence(recordings, knowledge.prior if knowledge else None)
-    scale = np.maximum(_servo_scales(evidence, evidence.fit())[0], LEAST_SCALE)
+    # Of the model, not of a fit without findings, whose gains make up for a load.
+    scale = np.ones(len(robot.chain.joints))
     for k in range(MOST_SCALES):
         verdict = _verdict_on([in_scale(rows, scale, shapes) for rows in recordings], knowledge,
                               effects)
-        # A gain may have made up for a load that is found now.
         found, unsure = _servo_scales(verdict.evidence, verdict.fit)
         if np.all(np.abs(found - scale) < np.sqrt(np.diag(unsure))):
             break
