@@ -47,6 +47,7 @@ REMOVED = {
         ('motor-joint', 'recorded-motor'), ('arm-joint', 'recorded-arm'),
         ('setpoint-joint', 'recorded-setpoint'))},
     'diagnose --repeated': _FIRST,
+    'fit --repeated': _FIRST,
     **{f'replay --{name}': _HELD for name in (
         'reference', 'values', 'root', 'recorded', 'prefix', 'convention', 'link', 'empty')},
     'gearbox_monitor payload_node': 'watch_node publishes payload: ros2 launch gearbox_monitor '

@@ -65,9 +65,11 @@ from gearbox_monitor.report.words import counted
 from gearbox_monitor.signals.examine import measured_samples
 
 MODEL, NOISE, UNIT = WHAT = ('model', 'noise', 'unit')
-# Options that not all of them take: those that do.
-OF = {MODEL: ('free', 'validate', 'windows'),
-      NOISE: ('filter', 'smoother', 'fix_speeds', 'reference')}
+# Options that not all of them take, by those that do; fit noise reads joints by --params.
+OF = {(MODEL,): ('free', 'validate', 'windows'),
+      (NOISE,): ('filter', 'smoother', 'fix_speeds', 'reference'), (NOISE, UNIT): ('params',),
+      (MODEL, UNIT): ('joint', 'model_arm_joint', 'keyframe', 'actuator', 'root', 'values',
+                      'motor_joint', 'arm_joint', 'setpoint_joint')}
 FIGURES = 'correlated', 'covariance', 'gap_before', 'gap_after', 'method', 'validation'
 SECONDS = 1.0
 CERTAIN = 3.0  # errors by which a value differs from the model file
@@ -105,11 +107,10 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
-    for what, names in OF.items():
-        if args.what != what:
-            refuse(args, names, f'of fit {what}, expected none with fit {args.what}')
-    if args.what == MODEL:
-        refuse(args, ['params'], 'of fit noise, expected none with fit model')
+    for takers, names in OF.items():
+        if args.what not in takers:
+            refuse(args, names, f'of fit {" and fit ".join(takers)}, expected none with fit '
+                   f'{args.what}')
     if args.what != NOISE and args.model is None:
         raise InputError(f'--model: missing, fit {args.what} needs it')
     if args.what != MODEL and args.out is None:

@@ -47,6 +47,8 @@ def test_folder_of_a_result_is_checked_first(capsys, tmp_path):
 
 
 WRONG_USE = [
+    (['fit', 'noise', 'BAG', '--recorded-motor', 'm1', '--out', 'new.yaml'],
+     '--recorded-motor: of fit model and fit unit, expected none with fit noise'),
     *((['live', '--estimator', name], f'--estimator: {name!r}, expected the name of a node, such '
        'as estimator or /left/estimator') for name in ('', 'a b', '/', 'left//arm', '2nd')),
     (['diagnose', 'BAG', '--model', 'M', '--validate', 'BAG'],
