@@ -14,7 +14,6 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
-from rosbags.typesys import get_typestore, Stores
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.kernel import entry, inline
@@ -482,6 +481,7 @@ def joint_state_rows(stamp_ns: npt.ArrayLike, names: Sequence[str],
 def _template(names: tuple[str, ...], present: tuple[str, ...], frame_id: str
               ) -> tuple[bytes, Any]:
     """Return (message of the joints `names` with zeros, dtype that finds its values)."""
+    from rosbags.typesys import get_typestore, Stores  # not there when kernels are compiled
     store, zeros = get_typestore(Stores.ROS2_JAZZY), np.zeros(len(names))
     header = store.types['std_msgs/msg/Header'](
         store.types['builtin_interfaces/msg/Time'](0, 0), frame_id)

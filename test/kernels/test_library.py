@@ -5,6 +5,8 @@
 from importlib import import_module
 import math
 import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -50,6 +52,21 @@ def test_the_library_has_every_entry_of_the_package():
     for one in library.ENTRIES:
         if one.__module__.startswith('gearbox_monitor'):
             assert hasattr(library.installed(), one.symbol), one.symbol
+
+
+def test_kernels_are_imported_with_numpy_alone_as_installation_does():
+    code = """
+import sys
+class Missing:
+    def find_spec(name, path=None, target=None):
+        if name.partition('.')[0] not in {*sys.stdlib_module_names, 'numpy', 'gearbox_monitor'}:
+            raise ModuleNotFoundError(name)
+sys.meta_path.insert(0, Missing)
+from gearbox_monitor.kernels import build
+for module in build.EVERYTHING:
+    build.import_module('gearbox_monitor.' + module)
+"""
+    subprocess.run([sys.executable, '-c', code], check=True)
 
 
 def test_a_library_of_other_sources_is_not_used(tmp_path, monkeypatch):
