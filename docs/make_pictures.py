@@ -254,11 +254,10 @@ def worn_gearbox(seconds: int) -> Iterator[tuple[Samples, Estimates, Monitor]]:
 @contextmanager
 def report(folder: Path) -> Iterator[str]:
     """Yield the address of the page of a worn gearbox."""
-    line, follower = Timeline(10.0), None
+    line = Timeline(10.0)
+    follower = MonitorFollower(line)
     for samples, estimates, monitor in worn_gearbox(90):
-        follower = follower or MonitorFollower(monitor, line)
-        line.add_inputs(samples.stamp_ns, samples.u[:, 0])
-        follower.take(estimates)
+        follower.take(monitor, samples, estimates)
     line.finish()
     facts = RecordingFacts(monitor.model, monitor.parameters)
     (folder / 'page.html').write_text(

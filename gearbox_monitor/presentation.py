@@ -2,15 +2,17 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Results that show themselves, as a line, table, picture or page; the names of their units.
+Results that show themselves, as a line, table, picture or page; codes that become sentences.
 
-What they show is made in `library.views`, which knows words, pictures and pages. It is imported
-when a result is first shown: the core computes and draws nothing.
+What they show is made in `library.views`, and the sentence of a code in `report.sentences`. Both
+are imported when a result is first shown: the core computes, and neither words nor draws.
 """
+from collections.abc import Mapping
 from importlib import import_module
 import math
 from pathlib import Path
 import re
+from types import MappingProxyType
 from typing import Any, NamedTuple, TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -20,6 +22,41 @@ if TYPE_CHECKING:
 
 def _views() -> Any:
     return import_module('gearbox_monitor.library.views')
+
+
+def _sentences() -> Any:
+    return import_module('gearbox_monitor.report.sentences')
+
+
+class Said(NamedTuple):
+    """
+    One thing that a result says: a code of the table of sentences, and its numbers.
+
+    numbers: of the sentence, by name; tuples of Said are parts of it. level: of this alone, as of
+    health.checks.outcome.Level.
+    """
+
+    code: str
+    numbers: Mapping[str, Any] = MappingProxyType({})
+    level: int = 0
+
+    def __str__(self) -> str:
+        return str(_sentences().phrase(self))
+
+    @property
+    def remedy(self) -> str:
+        """What to do about it, '' for nothing."""
+        return str(_sentences().remedy(self))
+
+
+def said(code: str, **numbers: object) -> Said:
+    """Return a `code` of the table of sentences with its `numbers`."""
+    return Said(code, numbers)
+
+
+def say(code: str, **numbers: object) -> str:
+    """Return the sentence of a `code` with its `numbers`."""
+    return str(Said(code, numbers))
 
 
 class Shown:

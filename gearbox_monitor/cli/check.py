@@ -43,7 +43,7 @@ from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.library.robot import check_robot
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.presentation import on_axis
+from gearbox_monitor.presentation import on_axis, said
 from gearbox_monitor.recordings.innovations import innovation_topics, nis_of
 from gearbox_monitor.recordings.joint_input import bag_arguments, find_input
 from gearbox_monitor.recordings.read import BagReader
@@ -51,7 +51,7 @@ from gearbox_monitor.recordings.recorded_samples import sample_parts
 from gearbox_monitor.robot.description import SUFFIXES
 from gearbox_monitor.signals.examine import (
     Examination, examine, examined, joined, SAMPLES, WINDOWS)
-from gearbox_monitor.signals.finding import BAD, DataFinding, hurts, OK, PURPOSES, WARN
+from gearbox_monitor.signals.finding import BAD, DataFinding, hurts, judged, OK, PURPOSES, WARN
 
 WIDTH = 80
 INDENT = 24  # of the figures
@@ -136,11 +136,9 @@ def of_filters(reader: BagReader) -> list[DataFinding]:
         nis = sum(mean * count for mean, count in ratios.values()) / total
         each = ', '.join(f'{name} {mean:.3g}' for name, (mean, _) in ratios.items())
         right = LIMITS.nis_low <= nis <= LIMITS.nis_high
-        found.append(DataFinding(
-            'filter', 'NIS', f'{topic}: {nis:.3g} over {total} readings, expected 1 ({each})',
-            '' if right else 'its R and Q state too ' + (
-                'little' if nis > 1.0 else 'much') + ' noise: tune them',
-            {} if right else hurts(WARN),
+        found.append(judged(
+            'filter', 'NIS', said('nis_small' if nis < 1.0 else 'nis_large', topic=topic,
+                                  nis=nis, count=total, each=each), {} if right else hurts(WARN),
             {'nis': nis, **{f'nis_{name}': mean for name, (mean, _) in ratios.items()}}))
     return found
 

@@ -28,7 +28,7 @@ from gearbox_monitor.health.backlash.wear import when
 from gearbox_monitor.health.checks import (
     covariance, elastic_curve, innovation, model_mismatch, observability, usability)
 from gearbox_monitor.health.checks.outcome import (
-    Alarm, Condition, DEBOUNCE, joined, Level, Outcome, outcome_of, Said, with_more)
+    Alarm, Condition, DEBOUNCE, joined, Level, Outcome, outcome_of, with_more)
 from gearbox_monitor.health.checks.row_check import middle, PASSIVITY, thinned, TWIST_RANGE
 from gearbox_monitor.health.health_record import (
     AT_ODDS, ERRORS_LARGER, HealthSettings, TRUSTED, Window)
@@ -37,6 +37,7 @@ from gearbox_monitor.health.judgement import from_data, Health, judge, to_data
 from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
 from gearbox_monitor.parameters import CURVES, EstimatorParameters, PAYLOAD
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.presentation import Said
 from gearbox_monitor.robot.description import RobotDescription
 
 if TYPE_CHECKING:  # it brings the diagnosis with it

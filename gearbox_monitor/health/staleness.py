@@ -5,9 +5,10 @@
 from gearbox_monitor.estimation.sample_loop import REASONS, SECOND
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.checks import usability
-from gearbox_monitor.health.checks.outcome import Level, Outcome, Said
+from gearbox_monitor.health.checks.outcome import Level, Outcome
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.types import Integers
+from gearbox_monitor.presentation import Said
 
 
 class Silence:

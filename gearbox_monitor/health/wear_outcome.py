@@ -13,10 +13,10 @@ from gearbox_monitor.health.backlash.change_tests import (
     tests_of, VISCOUS_SHARE, WEAR, WEAR_FEATURES)
 from gearbox_monitor.health.backlash.features import Backlash, width_of
 from gearbox_monitor.health.backlash.wear import span, when
-from gearbox_monitor.health.checks.outcome import Group, Level, Outcome, Said
+from gearbox_monitor.health.checks.outcome import Group, Level, Outcome
 from gearbox_monitor.health.health_record import GROSS
 from gearbox_monitor.health.judgement import Health
-from gearbox_monitor.presentation import percent, Quantity
+from gearbox_monitor.presentation import percent, Quantity, Said
 
 NOUNS = tuple(feature.noun for feature in WEAR_FEATURES)
 PUBLISHED = ('stiffness', 'stiffness_std', 'hysteresis', 'hysteresis_std', 'separable', 'flank',
@@ -68,7 +68,7 @@ def outcome(health: Health, component: str) -> Outcome:
         says.append((Said('follows_curve'),))
     elif not says:
         says.append((_healthy(health, column, window),))
-    level = max(group[0].level for group in says)
+    level = Level(max(group[0].level for group in says))
     if active and health.cause:
         values['cause'] = health.cause
     says += [(Said(f'{test}_over' if test else 'saved', {'size': percent(size)}),)

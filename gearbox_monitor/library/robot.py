@@ -25,7 +25,7 @@ from gearbox_monitor.files.knowledge_file import load_knowledge, SUFFIX
 from gearbox_monitor.files.opening import plain
 from gearbox_monitor.library.simulator_file import expect_path
 from gearbox_monitor.plant.effects import EFFECTS
-from gearbox_monitor.presentation import Paged, Saved
+from gearbox_monitor.presentation import Paged, said, Saved
 from gearbox_monitor.recordings.from_bag import ANY
 from gearbox_monitor.recordings.reading import BY_NAMES, ReadOptions
 from gearbox_monitor.recordings.robot_values import (
@@ -35,7 +35,7 @@ from gearbox_monitor.report.robot_gap_page import by_effect, RobotContext
 from gearbox_monitor.report.robot_words import finding_words, reading_words, robot_headline
 from gearbox_monitor.report.words import counted
 from gearbox_monitor.robot.description import SUFFIXES
-from gearbox_monitor.signals.finding import BAD, DataFinding, hurts, WARN
+from gearbox_monitor.signals.finding import BAD, DataFinding, hurts, judged, WARN
 from gearbox_monitor.signals.recording import conventions_of
 from gearbox_monitor.simulators.mujoco_run import rollouts
 from gearbox_monitor.simulators.robot_model import ChainFile, read_robot
@@ -320,31 +320,28 @@ def check_robot(log: str | Path, robot: Robot, *, recorded: Mapping[str, str] | 
     """
     read = robot_logs(log, robot, recorded=recorded, topic=topic, reading=reading)
     checked = read[0]
-    findings = [DataFinding(
-        'log', 'length', f'{checked.seconds:.4g} s of {checked.kind} at {checked.rate:.4g} '
-        f'samples/s in {counted(len(checked.sections), "part")}', values={
-            'seconds': checked.seconds, 'rate_hz': checked.rate,
-            'parts': len(checked.sections)})]
+    parts = len(checked.sections)
+    findings = [judged(
+        'log', 'length', said('log_length', seconds=checked.seconds, kind=checked.kind,
+                              rate=checked.rate, parts=counted(parts, 'part')), values={
+            'seconds': checked.seconds, 'rate_hz': checked.rate, 'parts': parts})]
     for note in (*_remarks(robot.file), *checked.notes):
         joint, colon, words = note.partition(': ')
         of_joint = bool(colon) and joint in robot.joints
-        advice, grade = '', WARN
-        if 'beyond the range' in note:
-            advice = ('check zero, direction and unit of the joint (--convention '
-                      f'{joint}=zero:RAD, reversed or deg), or the range in the model')
-        findings.append(DataFinding(joint if of_joint else 'log', 'note', words if of_joint else
-                                    note, advice, hurts(diagnosis=grade)))
+        findings.append(judged(
+            joint if of_joint else 'log', 'note', said(
+                'beyond_range' if 'beyond the range' in note else 'as_written',
+                text=words if of_joint else note, place=joint), hurts(diagnosis=WARN)))
     model = robot_model(robot.file, robot.values, False)
     if checked.kind == TORQUE and model.kp is not None:
         evidence = RobotEvidence([rows_of(checked, model)])
-        findings += [DataFinding('log', 'held setpoint', words, '', hurts(diagnosis=WARN))
-                     for words in balance.held_setpoints(evidence, evidence.fit())]
+        findings += [judged('log', 'held setpoint', held, hurts(diagnosis=WARN))
+                     for held in balance.held_setpoints(evidence, evidence.fit())]
     _, doubts = as_named(read, robot, reading)
-    findings += [DataFinding('conventions', 'reading', doubt.partition(': ')[2], '',
-                             hurts(diagnosis=BAD)) for doubt in doubts]
+    findings += [judged('conventions', 'reading', said(
+        'as_written', text=doubt.partition(': ')[2]), hurts(diagnosis=BAD)) for doubt in doubts]
     if not doubts:
-        findings.append(DataFinding('conventions', 'reading', 'direction, zero, unit and order of '
-                                    'all joints contradict no weight and inertia of the model'))
+        findings.append(judged('conventions', 'reading', said('conventions_agree')))
     places = ['log', 'conventions', *robot.joints]
     return sorted(findings, key=lambda finding: places.index(finding.group))
 

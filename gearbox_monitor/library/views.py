@@ -62,7 +62,7 @@ def words(result: Any) -> str:
     return '\n'.join([brief(result)] if written is None else written(result))
 
 
-def _notes(notes: Iterable[str]) -> list[str]:
+def _notes(notes: Iterable[object]) -> list[str]:
     return [f'note: {note}' for note in notes]
 
 

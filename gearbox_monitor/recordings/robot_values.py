@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.diagnosis.robot.robot_log import (
-    checked_log, continuous, CURRENT, RawLog, read_by, RobotLog, TORQUE, TURNED)
+    checked_log, continuous, CURRENT, RawLog, read_by, RobotLog, TORQUE)
 from gearbox_monitor.diagnosis.robot.rows import RobotModel
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.errors import (
@@ -165,8 +165,8 @@ def beyond_range(raw: RawLog, file: ChainFile) -> dict[str, str]:
     notes = {}
     for joint, low, high in zip(file.chain.joints, file.low, file.high):
         q = raw.position[joint][np.isfinite(raw.position[joint])]
-        turned = any(note.startswith(f'{joint}: {TURNED}') for note in raw.notes)
-        if len(q) and not turned and (q.min() < low - BEYOND or q.max() > high + BEYOND):
+        if len(q) and joint not in raw.turned and (
+                q.min() < low - BEYOND or q.max() > high + BEYOND):
             share = float(((q < low) | (q > high)).mean())
             notes[joint] = (f'{joint}: from {q.min():.4g} to {q.max():.4g}, {100.0 * share:.2g} % '
                             f'beyond the range of the model ({low:.4g} to {high:.4g})')

@@ -16,9 +16,8 @@ from gearbox_monitor.diagnosis.robot.robot_effects import JOINT, ROBOT_EFFECTS
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN
 from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB
-from gearbox_monitor.health.checks.outcome import Said
-from gearbox_monitor.presentation import change, number, on_axis, percent, Quantity
-from gearbox_monitor.report.sentences import say, TABLE
+from gearbox_monitor.presentation import change, number, on_axis, percent, Quantity, Said, say
+from gearbox_monitor.report.sentences import TABLE
 from gearbox_monitor.report.words import counted
 
 OF_CHANGES = {'Cc_change': 'N m', 'Cv_change': 'N m s/rad', 'm1_change': 'kg m^2',

@@ -4,33 +4,20 @@
 """
 The one table of sentences: the meaning of each code of a result.
 
-The core says codes and numbers (health.checks.outcome.Said). Texts, pages, JSON and /diagnostics
-print them by this table, `explain` prints the table itself.
+The core says codes and numbers (presentation.Said). Texts, pages, JSON and /diagnostics print them
+by this table, `explain` prints the table itself.
 """
 from collections.abc import Iterable
-from typing import NamedTuple
 
 from gearbox_monitor.estimation.score import LAGS, MIN_SAMPLES
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.backlash.change_tests import COMPONENTS, limit_names, TESTS, WEAR
 from gearbox_monitor.health.checks.innovation import LJUNG_BOX_LIMIT, MEAN_LIMIT
-from gearbox_monitor.health.checks.outcome import Group, Level, Said
-
-
-class Sentence(NamedTuple):
-    """
-    What a code means.
-
-    says: template of the phrase, with the numbers of the code; remedy: of the user. For `explain`:
-    when: the exact condition; window: the time that it judges; name: the name that users know, ''
-    for the phrase.
-    """
-
-    says: str
-    remedy: str = ''
-    when: str = ''
-    window: str = ''
-    name: str = ''
+from gearbox_monitor.health.checks.outcome import Group, Level
+from gearbox_monitor.presentation import Said
+from gearbox_monitor.report.diagnosis_sentences import DOUBTS, JOINT, ROBOT
+from gearbox_monitor.report.recording_sentences import CHECKS, NOTES
+from gearbox_monitor.report.sentence import Sentence
 
 
 _SECOND, _CURVE = 'the last second', f'{LIMITS.curve_window:g} s'
@@ -342,91 +329,6 @@ MOTION = {
     'locked_flank': Sentence('the input stands still, and the torque on the output does not load '
                              'both flanks: turn the output to and fro')}
 
-# The verdict on one joint: what differs, its size, its share. _1: of one finding, _n: of several.
-_NOISE = ' (misfit {misfit}, where 1 is noise alone).'
-_REST = ' {part} of the difference; the rest has no known cause ({place}).'
-JOINT = {
-    'small_residual': Sentence('No effect is found: the residual is as small as on a real drive '
-                               'without a known fault' + _NOISE),
-    'within_tolerances': Sentence('No gap beyond the tolerances: with values of the model moved '
-                                  'within them, noise alone is left' + _NOISE),
-    'unshown': Sentence('Undecided: noise alone is left, but this motion would not show a change '
-                        'of {changes}.'),
-    'no_gap': Sentence('No gap: the model explains the recording down to the noise of the '
-                       'encoders' + _NOISE),
-    'unexplained': Sentence('The recording differs from the model by {misfit} times the noise, '
-                            'and no known effect explains it{place}.'),
-    'at': Sentence(': {place}'), 'no_place': Sentence('; its place is not clear either'),
-    'acts': Sentence('{effect} acts on the drive.'),
-    'effect': Sentence('{owner} {noun} is {size}{doubt}{turns}{nominal}.'),
-    'doubt': Sentence(' (not well determined by this recording)'),
-    'turns': Sentence(', {count:.0f} per turn'),
-    'model_has_none': Sentence('; the model has none'),
-    'beyond_model': Sentence(' beyond the {size} of the model'),
-    'not_model': Sentence(', not {size} ({change})'),
-    'bursts': Sentence('{bursts} of {torque} on the arm, the largest {size} at {time}.'),
-    'all_1': Sentence('This explains the whole difference.'),
-    'all_n': Sentence('Together they explain the whole difference.'),
-    'part_1': Sentence('This explains' + _REST),
-    'part_n': Sentence('Together they explain' + _REST),
-    'rivals_1': Sentence('This motion does not distinguish it from {rivals}.'),
-    'rivals_n': Sentence('This motion does not distinguish them from {rivals}.')}
-
-_SETTLES = ': read so, weight and inertia of the model leave {left} of the effort there, as ' \
-    'recorded {recorded} even with any load, friction or mounting; {options} settles it'
-ROBOT = {
-    'load_moved': Sentence('{place}: the centre of its load moved by {size}'),
-    'load_moment': Sentence('a load at {place} whose mass times distance is {size}: this motion '
-                            'does not distinguish mass and distance'),
-    'load_unknown': Sentence('a load at {place} that this motion does not weigh'),
-    'load': Sentence('{size} {side} at {place}, {centre}'),
-    'centre': Sentence('centre {size} out'),
-    'no_centre': Sentence('this motion does not show where'),
-    'tilt': Sentence('the base is tilted by {size} against the model'),
-    'inertia': Sentence('{place}: inertia of the link differs from the model'),
-    'factor': Sentence('{place}: {noun} {size} times the value of the model{more}'),
-    'value': Sentence('{place}: {noun} {size}{more}'),
-    'change': Sentence('{place}: {noun} {size:+}{nominal}{more}'),
-    'none_in_model': Sentence(', none in the model'),
-    'whole': Sentence(': {size}, not {nominal} ({change})'),
-    'one_way': Sentence(', {size} more one way than the other'),
-    'begins': Sentence(' from {size} on'), 'channel': Sentence(' ({channel})'),
-    'remains_bursts': Sentence('{place}: {size} rms in bursts, at {times}'),
-    'remains_noise': Sentence('{place}: {size} rms without a pattern, {factor} times the '
-                              'remainder of healthy parts'),
-    'remains': Sentence('{place}: {size} rms over {over}, by no law of the library'),
-    'exchanged': Sentence('{place} are exchanged in the log' + _SETTLES),
-    'reversed': Sentence('{place} counts the other way in the log than in the model' + _SETTLES),
-    'effort:-1': Sentence('the effort of {place} has the other sign than in the model'
-                          + _SETTLES),
-    'reversed,effort:-1': Sentence('the position of {place} has the other sign than in the '
-                                   'model, the effort has not' + _SETTLES),
-    'deg': Sentence('the position of {place} is in degrees' + _SETTLES),
-    'mm': Sentence('the position of {place} is in mm' + _SETTLES),
-    'zero': Sentence('the log has {place} at {zero:.3g} rad where the model is at 0' + _SETTLES),
-    'effort_factor': Sentence('the effort of {place} is {factor:.3g} times the torque of the '
-                              'model{sign}, as of another unit or a current' + _SETTLES),
-    'other_sign': Sentence(' with the other sign'),
-    'read_so': Sentence('{readings}. Read so: {answer}'),
-    'as_said': Sentence('The robot is as {reference}: no joint differs by more than noise '
-                        '({place}, the largest: {size} rms).'),
-    'undecided': Sentence('Nothing differs from {reference} as far as this motion shows: {why}.'),
-    'drift_above': Sentence('{place}: friction {size} above the references; usual between '
-                            'days: {usual}'),
-    'drift_below': Sentence('{place}: friction {size} below the references; usual between '
-                            'days: {usual}'),
-    'drift_alone': Sentence('{drifts}: another temperature, or wear. Nothing else differs from '
-                            '{reference} as far as this motion shows.'),
-    'differs': Sentence('The robot differs from {reference}, {cause}: {remainder}.'),
-    'no_effect': Sentence('and no known effect explains it'),
-    'unvisited': Sentence('or they do not know this motion'),
-    'found_all_1': Sentence('{findings}. This explains the whole difference.'),
-    'found_all_n': Sentence('{findings}. Together they explain the whole difference.'),
-    'found_part': Sentence('{findings}. The rest has no known cause: {remainder}.'),
-    'not_explained': Sentence('no reference explains the effort of {joints}'),
-    'short_reference': Sentence('the reference is too short to judge the remainder'),
-    'not_shown': Sentence('it would not show {change} at {place}{more}')}
-
 NODE = {
     'as_written': Sentence('{text}'),  # by another program or a user
     'state_not_kept': Sentence('the state of drift is not kept: {problem}'),
@@ -441,7 +343,8 @@ NODE = {
     'needs_baseline': Sentence(
         'no alert; a baseline recording needs {seconds:g} s of healthy windows'),
     'no_alert': Sentence('no alert, nothing to name')}
-TABLE = {**INPUT, **TRUST, **MODEL, **WEAR_SENTENCES, **MOTION, **JOINT, **ROBOT, **NODE}
+PARTS = INPUT, TRUST, MODEL, WEAR_SENTENCES, MOTION, JOINT, ROBOT, DOUBTS, CHECKS, NOTES, NODE
+TABLE = {code: sentence for part in PARTS for code, sentence in part.items()}
 
 
 class _Open:
@@ -468,9 +371,9 @@ def phrase(said: Said) -> str:
     return TABLE[said.code].says.format_map(numbers)
 
 
-def say(code: str, **numbers: object) -> str:
-    """Return the phrase of a `code` with its `numbers`."""
-    return phrase(Said(code, numbers))
+def remedy(said: Said) -> str:
+    """Return what to do about what is `said`, '' for nothing."""
+    return TABLE[said.code].remedy.format_map(said.numbers)
 
 
 def message(groups: Iterable[Group]) -> str:
@@ -486,6 +389,5 @@ def message(groups: Iterable[Group]) -> str:
 def _group(group: Group) -> str:
     text = ', '.join(map(phrase, group))
     gravest = max(group, key=lambda said: said.level, default=None)
-    remedy = TABLE[gravest.code].remedy.format_map(gravest.numbers) \
-        if gravest is not None and gravest.level else ''
-    return f'{text}: {remedy}' if remedy else text
+    todo = remedy(gravest) if gravest is not None and gravest.level else ''
+    return f'{text}: {todo}' if todo else text

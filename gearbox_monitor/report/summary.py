@@ -11,9 +11,7 @@ from typing import Any
 
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
-from gearbox_monitor.health.checks.outcome import Said
-from gearbox_monitor.presentation import change, number, on_axis, percent, Quantity
-from gearbox_monitor.report.sentences import say
+from gearbox_monitor.presentation import change, number, on_axis, percent, Quantity, Said, say
 
 NEAR_FLOOR = 1.5  # misfit that may be noise of the encoders
 OWNERS = {

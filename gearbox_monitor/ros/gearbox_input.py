@@ -21,9 +21,10 @@ from sensor_msgs.msg import JointState
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Sample
-from gearbox_monitor.health.checks.outcome import Level, Said
+from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.presentation import Said
 from gearbox_monitor.recordings.joint_input import Joiner
 from gearbox_monitor.recordings.topics import JOINT_STATES, PAIRED_JOINT_STATES
 from gearbox_monitor.report.sentences import phrase

@@ -4,7 +4,7 @@
 """
 What an even segment of a recording says of encoders, motion, signs and torque, check by check.
 
-A check is a function that returns one DataFinding or none. Those with a code are the diagnosis',
+A check is a function that returns one DataFinding or none. Those with a fault are the diagnosis',
 too, by which it refuses a recording or says what it cannot show; see finding.FATAL.
 """
 from collections.abc import Sequence
@@ -15,6 +15,7 @@ import numpy as np
 from gearbox_monitor.estimation.noise_search import at_rest
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.presentation import said
 from gearbox_monitor.signals.finding import (
     BAD, DataFinding, everything, hurts, judged, OK, WARN)
 from gearbox_monitor.signals.recording_limits import LIMITS
@@ -34,17 +35,14 @@ def measured(y: Array, without_arm: bool = False) -> list[DataFinding]:
         share, neither = float(np.isnan(values).mean()), bool(np.isnan(y).all())
         grade = (BAD if share > LIMITS.missing_many
                  else WARN if share > LIMITS.missing_notice else OK)
-        figure, advice, grades = (f'{100 * share:.2g} % missing or NaN' if share else 'all there',
-                                  'check cable, driver and joint name of this encoder',
-                                  hurts(min(grade, WARN), grade, grade))
+        code, grades = 'readings' if share else 'all_readings', hurts(min(grade, WARN), grade,
+                                                                     grade)
         if share == 1.0 and without_arm and name == 'arm':
-            figure, advice, grades = ('no arm encoder', 'expect torque, trust and backlash; no '
-                                      'twist', hurts(WARN, WARN))
+            code, grades = 'no_arm', hurts(WARN, WARN)
         elif share == 1.0:
-            figure, grades = 'never measured', hurts(BAD, BAD, BAD if neither else WARN)
-            advice = ('without a position there is neither estimate nor diagnosis' if neither else
-                      'without it there is no estimate; diagnose takes one encoder')
-        findings.append(judged(name, 'readings', figure, grades, advice,
+            code = 'nothing_measured' if neither else 'never_measured'
+            grades = hurts(BAD, BAD, BAD if neither else WARN)
+        findings.append(judged(name, 'readings', said(code, percent=100.0 * share), grades,
                                {'missing_share': share}))
     return findings
 
@@ -63,28 +61,26 @@ def noise(stamps: Integers, y: Array, noises: Noises, swing: float | None,
     """
     channels = [i for i in (0, 1) if noises[i] is not None]
     rest = at_rest(stamps, y[:, [channels[0], channels[-1]]])
-    findings = [DataFinding(
-        'motion', 'standstill', 'none of half a second: tune will find the noise in motion'
-        if rest is None else f'{rest[1]:.3g} s: tune measures the noise there',
-        values={'rest_s': 0.0 if rest is None else rest[1]})]
+    seconds = 0.0 if rest is None else rest[1]
+    findings = [judged('motion', 'standstill', said(
+        'no_rest' if rest is None else 'rest', seconds=seconds), values={'rest_s': seconds})]
     for i in channels:
         sigma, quantum = noises[i] or (0.0, 0.0)
-        figure, values = f'{sigma:.3g} rad', {'noise_rad': sigma, 'quantum_rad': quantum}
+        code, values = 'noise', {'noise_rad': sigma, 'quantum_rad': quantum}
         if rest is not None:
-            sigma = values['noise_at_rest_rad'] = rest[0][channels.index(i)]
-            figure = f'{sigma:.3g} rad at rest ({figure} throughout)'
+            code, sigma = 'noise_at_rest', rest[0][channels.index(i)]
+            values['noise_at_rest_rad'] = sigma
         right = stated[i] / LIMITS.noise_off <= sigma <= LIMITS.noise_off * stated[i]
         findings.append(judged(
-            NAMES[i], 'noise', f'{figure}; r_std_{NAMES[i]} is {stated[i]:.3g}',
-            {} if right else hurts(WARN, WARN), 'find R and Q with gearbox_monitor fit noise',
-            values))
+            NAMES[i], 'noise', said(code, noise=sigma, throughout=values['noise_rad'],
+                                    side=NAMES[i], stated=stated[i]),
+            {} if right else hurts(WARN, WARN), values))
         if quantum > 0.0:
             coarse = swing is not None and quantum > LIMITS.coarse * swing
+            share = (said('of_swing', share=quantum / swing),) if swing else ()
             findings.append(judged(
-                NAMES[i], 'resolution', f'steps of {quantum:.3g} rad'
-                + (f', {quantum / swing:.2g} of the swing of the twist' if swing else ''),
-                hurts(OK, WARN, WARN) if coarse else {}, 'read the encoder finer (interpolation, '
-                'both edges), or use one with more lines', values))
+                NAMES[i], 'resolution', said('resolution', step=quantum, swing=share),
+                hurts(OK, WARN, WARN) if coarse else {}, values))
     return findings
 
 
@@ -102,10 +98,9 @@ def broken(part: UniformRecording, noises: Noises, model: DriveModel | None = No
     for i in part.channels:
         own, opposite, dt = part.y[:, i], part.y[:, 1 - i], part.dt
         if np.ptp(own) == 0.0:
-            found.append(DataFinding(
-                NAMES[i], 'sticks', f'the position of the {NAMES[i]} never changes: '
-                f'{own[0]:.6g} rad throughout', 'check encoder, cable and driver',
-                everything(BAD), {'stuck_s': part.duration}, 'frozen'))
+            found.append(judged(
+                NAMES[i], 'sticks', said('frozen', side=NAMES[i], value=own[0]), everything(BAD),
+                {'stuck_s': part.duration}, 'frozen'))
             continue
         if len(part.channels) < 2:
             continue
@@ -116,15 +111,12 @@ def broken(part: UniformRecording, noises: Noises, model: DriveModel | None = No
         if not runs:
             continue
         run, seconds = runs[0], sum(run.stop - run.start for run in runs) * dt
-        clipped = own[run.start] in (own.min(), own.max())
-        cause = ('the reading is clipped, or the joint stands at an end stop' if clipped else
-                 'the encoder is frozen')
-        found.append(DataFinding(
-            NAMES[i], 'sticks', f'the position of the {NAMES[i]} stays exactly the same for '
-            f'{(run.stop - run.start) * dt:.3g} s from t = {part.begin + run.start * dt:.4g} s '
-            f'while the {NAMES[1 - i]} travels {np.ptp(opposite[run]):.3g} rad: {cause}',
-            'check encoder, cable and driver; leave end stops out of the motion', everything(BAD),
-            {'stuck_s': seconds}, 'clipped' if clipped else 'frozen'))
+        fault = 'clipped' if own[run.start] in (own.min(), own.max()) else 'frozen'
+        found.append(judged(
+            NAMES[i], 'sticks', said(
+                f'sticks_{fault}', side=NAMES[i], other=NAMES[1 - i],
+                seconds=(run.stop - run.start) * dt, begin=part.begin + run.start * dt,
+                travel=np.ptp(opposite[run])), everything(BAD), {'stuck_s': seconds}, fault))
     return found
 
 
@@ -182,8 +174,8 @@ def motion(moved: SmoothedMotion, half_gap: float | None, drift_window: float
         return travels
     v, i = moved.v[:, moved.i], moved.i
     fast, rms = float(np.abs(v).max()), float(np.sqrt(np.mean(v ** 2)))
-    speed = DataFinding('motion', f'speed, {NAMES[i]}', f'rms {rms:.3g}, largest {fast:.3g} rad/s',
-                        values={'speed_rms': rms, 'speed_max': fast})
+    speed = judged('motion', f'speed, {NAMES[i]}', said('speed', rms=rms, largest=fast),
+                   values={'speed_rms': rms, 'speed_max': fast})
     found = [*travels, speed, reverses(moved)]
     if len(part.channels) == 2:
         found.append(_ratio(moved))
@@ -195,14 +187,13 @@ def motion(moved: SmoothedMotion, half_gap: float | None, drift_window: float
 def travel(moved: SmoothedMotion, i: int) -> DataFinding:
     """Return the finding about how far side `i` travels: a filter sees less than a diagnosis."""
     size, noise = float(np.ptp(moved.p[:, i])), max(float(moved.sigma[i]), 1e-300)
-    figure, grades = f'{size:.4g} rad', {}
+    code, grades = 'travel', {}
     if size <= LIMITS.travel * noise:
-        figure = (f'the {NAMES[i]} travels {size:.3g} rad, {size / noise:.1f} times its noise of '
-                  f'{noise:.2g} rad: expected at least {LIMITS.travel:g} times')
         rests = size <= LIMITS.travel * float(moved.noise[i])
-        grades = everything(BAD) if rests else hurts(diagnosis=BAD)
-    return judged('motion', f'travel, {NAMES[i]}', figure, grades, 'move the joint; check unit '
-                  'and joint name of this encoder', {'travel_rad': size}, 'unexcited')
+        code, grades = 'rests', everything(BAD) if rests else hurts(diagnosis=BAD)
+    return judged('motion', f'travel, {NAMES[i]}', said(
+        code, side=NAMES[i], travel=size, ratio=size / noise, noise=noise), grades,
+        {'travel_rad': size}, 'unexcited')
 
 
 def reverses(moved: SmoothedMotion) -> DataFinding:
@@ -210,12 +201,11 @@ def reverses(moved: SmoothedMotion) -> DataFinding:
     v, i, seconds = moved.v[:, moved.i], moved.i, moved.recording.duration
     count = len(reversals(v, max(LIMITS.slow_noise * float(moved.noise_v[i]),
                                  LIMITS.slow_share * float(np.abs(v).max()))))
-    times = {0: 'never', 1: 'only once'}.get(count, f'{count} times')
-    figure = f'the {NAMES[i]} speed reverses {times}, {60 * count / seconds:.3g} per minute'
     return judged(
-        'motion', 'reversals', figure, {} if count >= LIMITS.reversals else hurts(OK, BAD, WARN),
-        'move to and fro, else friction that depends on the direction, torque offset and load '
-        'cannot be distinguished', {'reversals': count}, 'no_reversal')
+        'motion', 'reversals', said(('never_reverses', 'reverses_once', 'reverses')[min(count, 2)],
+                                    side=NAMES[i], count=count, pace=60.0 * count / seconds),
+        {} if count >= LIMITS.reversals else hurts(OK, BAD, WARN), {'reversals': count},
+        'no_reversal')
 
 
 def _ratio(moved: SmoothedMotion) -> DataFinding:
@@ -226,18 +216,11 @@ def _ratio(moved: SmoothedMotion) -> DataFinding:
     same = float(motor @ arm) / max(lengths[0] * lengths[1], 1e-300)
     # Noise and backlash flatten the slope of one on the other, not that of their sizes.
     size = lengths[1] / lengths[0]
-    figure = f'arm moves {np.sign(slope) * size:.4g} x the motor, correlation {same:.3f}'
-    advice = ''
-    if abs(same) < 0.5:
-        figure += ': not one drive'
-        advice = 'check the joint names: motor and arm must be the two ends of one gearbox'
-    elif slope < 0.0:
-        advice = 'turn the sign of one encoder, or make gear_ratio in the model file negative'
-    elif not LIMITS.ratio_low < size < LIMITS.ratio_high:
-        advice = (f'multiply gear_ratio in the model file by {1.0 / size:.4g} (--model), or check '
-                  'the units')
-    return DataFinding('signs', 'motor and arm', figure, advice,
-                       everything(BAD) if advice else {}, {'slope': slope, 'correlation': same})
+    code = ('two_drives' if abs(same) < 0.5 else 'ratio_negative' if slope < 0.0 else
+            'ratio' if LIMITS.ratio_low < size < LIMITS.ratio_high else 'ratio_off')
+    return judged('signs', 'motor and arm', said(
+        code, ratio=np.sign(slope) * size, correlation=same, factor=1.0 / max(size, 1e-300)),
+        {} if code == 'ratio' else everything(BAD), {'slope': slope, 'correlation': same})
 
 
 def crossings(moved: SmoothedMotion, half_gap: float | None) -> Integers:
@@ -253,21 +236,17 @@ def _traversals(moved: SmoothedMotion, half_gap: float | None, drift_window: flo
     """Return the finding about how often the twist goes from one flank to the other."""
     width, seconds = moved.swing[1], moved.recording.duration
     if width is None:
-        return judged('motion', 'gap traversals', 'no twist seen above the noise',
-                      hurts(OK, BAD, WARN), 'load the joint to and fro; backlash below the noise '
-                      'of the encoders cannot be watched', {'traversals': 0})
+        return judged('motion', 'gap traversals', said('twist_hidden'), hurts(OK, BAD, WARN),
+                      {'traversals': 0})
     at = crossings(moved, half_gap)
     windows = max(1, int(seconds / drift_window))
     per_window = np.bincount((at * moved.dt / drift_window).astype(int), minlength=windows)
     share = float((per_window[:windows] >= 2).mean())
-    figure = (f'{len(at)}, {60 * len(at) / seconds:.3g} per minute; the twist swings '
-              f'{width:.3g} rad')
-    if share < 1.0:
-        figure += f'; in {100 * share:.0f} % of the windows there and back'
+    part = (said('in_windows', percent=100.0 * share),) if share < 1.0 else ()
     return judged(
-        'motion', 'gap traversals', figure, {} if share == 1.0 else hurts(
-            OK, WARN if share >= 0.5 else BAD, OK if len(at) else WARN),
-        f'load both flanks in every {drift_window:g} s: reverse under load',
+        'motion', 'gap traversals', said('traversals', count=len(at), swing=width, windows=part,
+                                         pace=60.0 * len(at) / seconds, window=drift_window),
+        {} if share == 1.0 else hurts(OK, WARN if share >= 0.5 else BAD, OK if len(at) else WARN),
         {'traversals': len(at), 'swing_rad': width, 'windows_share': share})
 
 
@@ -279,9 +258,8 @@ def _excitation(moved: SmoothedMotion) -> DataFinding:
     columns /= np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
     condition = float(np.linalg.cond(columns))
     return judged(
-        'motion', 'excitation', f'condition {condition:.3g} of acceleration, speed, friction, '
-        'offset', {} if condition < LIMITS.excited else hurts(OK, OK, WARN), 'move at several '
-        'speeds, in both directions, with quick starts and stops',
+        'motion', 'excitation', said('excitation', condition=condition),
+        {} if condition < LIMITS.excited else hurts(OK, OK, WARN),
         {'condition': min(condition, 1e300)})
 
 
@@ -298,25 +276,20 @@ def torques(u: Array, known: bool, has_setpoint: bool = False) -> list[DataFindi
     share, limits = float(np.isnan(u).mean()), list[DataFinding]()
     values, torque = {'missing_share': share}, u[np.isfinite(u)]
     if share == 1.0 and has_setpoint:
-        figure, grades = 'none, but a setpoint is recorded', hurts(BAD, BAD, WARN)
-        advice = ('for diagnose give a model file with the key controller, for estimation record '
-                  'the torque')
+        code, grades = 'setpoint_alone', hurts(BAD, BAD, WARN)
     elif share > LIMITS.missing_many or not known:
-        figure, grades = 'none' if share == 1.0 else f'{100 * share:.3g} % missing or NaN', \
-            everything(BAD)
-        advice = 'publish the commanded torque as effort of the motor joint'
+        code, grades = 'no_torque' if share == 1.0 else 'torque_missing', everything(BAD)
     else:
         low, high, rms = float(torque.min()), float(torque.max()), float(np.sqrt(np.mean(
             torque ** 2)))
         values.update(rms=rms, low=low, high=high)
-        figure = f'rms {rms:.3g} N m, {low:.3g} to {high:.3g} N m' + (
-            f'; {100 * share:.2g} % missing or NaN' if share else '')
+        code, limits = 'torque', torque_limits(torque)
         grades = hurts(WARN, WARN, BAD) if share > LIMITS.missing_notice else {}
-        advice, limits = 'publish effort with every position', torque_limits(torque)
         if low == high:
-            figure, grades, limits = f'{low:.4g} N m throughout', everything(BAD), []
-            advice = 'check that effort is the commanded torque; then move'
-    return [judged('torque', 'readings', figure, grades, advice, values), *limits]
+            code, grades, limits = 'same_torque', everything(BAD), []
+    missing = (said('and_missing', percent=100.0 * share),) if share else ()
+    return [judged('torque', 'readings', said(code, **values, percent=100.0 * share,
+                                              missing=missing), grades, values), *limits]
 
 
 def torque_limits(u: Array) -> list[DataFinding]:
@@ -329,11 +302,9 @@ def torque_limits(u: Array) -> list[DataFinding]:
     # Steps rest everywhere, a clipped command on its limits only.
     if not LIMITS.limit_share <= share < LIMITS.relay_share or rests > 0.2:
         return []
-    return [DataFinding('torque', 'limits', 'the commanded torque stands on its limits '
-                        f'{low:.4g} and {high:.4g} N m for {100 * share:.0f} % of the time',
-                        'log the torque behind the limiter; if it is logged before, expect the '
-                        'effect saturation', hurts(WARN, OK, WARN), {'limited_share': share},
-                        'torque_limit')]
+    return [judged('torque', 'limits', said('at_limits', low=low, high=high,
+                                            percent=100.0 * share),
+                   hurts(WARN, OK, WARN), {'limited_share': share}, 'torque_limit')]
 
 
 def stuck(u: Array, y: Array, seconds: Array, noises: Noises) -> list[DataFinding]:
@@ -370,12 +341,12 @@ def stuck(u: Array, y: Array, seconds: Array, noises: Noises) -> list[DataFindin
     longest = max(runs, key=lambda run: run.stop - run.start)
     value = float(u[longest.start])
     clamped = value in (u.min(), u.max()) and value != 0.0
-    return [DataFinding(
-        'torque', 'sticks', f'{len(runs)} times the same value while the {NAMES[i]} moves, '
-        f'{100 * share:.2g} % of the time; longest from {t[longest.start]:.4g} s to '
-        f'{t[longest.stop - 1]:.4g} s: {value:.4g} N m' + (', clamped' if clamped else ''),
-        'check that the drive is on and writes its effort there; leave these times out',
-        everything(BAD) if share > 0.5 else hurts(WARN, WARN, WARN), {'stuck_share': share})]
+    return [judged(
+        'torque', 'sticks', said(
+            'torque_sticks', count=len(runs), side=NAMES[i], percent=100.0 * share,
+            begin=t[longest.start], end=t[longest.stop - 1], value=value,
+            clamped=(said('clamped'),) if clamped else ()),
+        everything(BAD if share > 0.5 else WARN), {'stuck_share': share})]
 
 
 def setpoint(moved: SmoothedMotion) -> list[DataFinding]:
@@ -392,9 +363,7 @@ def setpoint(moved: SmoothedMotion) -> list[DataFinding]:
             slope = float(x @ y) / max(float(x @ x), 1e-300)
             if (abs(slope - 1.0) < LIMITS.setpoint_share
                     and np.std(y - slope * x) < LIMITS.setpoint_share * np.std(y)):
-                return [DataFinding(
-                    'torque', 'setpoint', f'the torque equals the position of the {NAMES[i]} '
-                    f'{late * moved.dt:.2g} s later (slope {slope:.3f}): a setpoint',
-                    'log the commanded torque as effort, not the reference position',
+                return [judged('torque', 'setpoint', said(
+                    'is_setpoint', side=NAMES[i], seconds=late * moved.dt, slope=slope),
                     everything(BAD), {'slope': slope})]
     return []

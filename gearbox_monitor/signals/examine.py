@@ -9,7 +9,6 @@ is another reading of the recording, which the diagnosis lets compete with the e
 """
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -21,10 +20,10 @@ from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import simulate
-from gearbox_monitor.presentation import on_axis
+from gearbox_monitor.presentation import on_axis, said
 from gearbox_monitor.signals import checks, stamps, torque, wiring
 from gearbox_monitor.signals.finding import (
-    BAD, DataFinding, everything, Grade, hurts, OK, PURPOSES, WARN)
+    BAD, DataFinding, everything, Grade, hurts, judged, OK, PURPOSES, WARN)
 from gearbox_monitor.signals.jumps import (
     counted_on, OUTLIER, SLIP, strangers, TURNS, without_jumps)
 from gearbox_monitor.signals.recording_limits import LIMITS
@@ -87,9 +86,7 @@ def examine(samples: Samples, parameters: EstimatorParameters,
     part = stamps.segment(clock, samples.u[:, 0], y)
     if model is not None and model.controller is not None:
         part = replace(part, u=np.full(len(part.u), np.nan))
-        lines.append(DataFinding('torque', 'readings', 'none: the model has a controller, whose '
-                                 'setpoint is read', 'for estimation record the torque and give a '
-                                 'model without controller', hurts(BAD, BAD)))
+        lines.append(judged('torque', 'readings', said('setpoint_read'), hurts(BAD, BAD)))
     if part.channels:
         lines += _moved(samples, clock, part, parameters, model, has_setpoint)
     lines += _diagnosis(samples, model, parameters.effort_is) if not publishers else []
@@ -140,11 +137,8 @@ def of_one_publisher(samples: Samples) -> tuple[Samples, list[DataFinding], bool
         y[:, 1] = np.interp(samples.stamp_ns[motor], samples.stamp_ns[arm][order],
                             samples.y[arm, 1][order])
         rates = [count / seconds for count in (motor.sum(), arm.sum())]
-        return Samples(samples.stamp_ns[motor], samples.u[motor], y), [DataFinding(
-            'stamps', 'publishers', f'motor and arm are never in one message: two publishers on '
-            f'one topic, the motor at {rates[0]:.4g} Hz, the arm at {rates[1]:.4g} Hz',
-            'set arm_topic to this topic in the parameter file (docs/ros.md); gearbox_monitor '
-            'import BAG --arm-topic joint_states NEW pairs this recording', everything(BAD),
+        return Samples(samples.stamp_ns[motor], samples.u[motor], y), [judged(
+            'stamps', 'publishers', said('apart', motor=rates[0], arm=rates[1]), everything(BAD),
             {'motor_hz': rates[0], 'arm_hz': rates[1]})], True
     foreign = strangers(samples.y, samples.stamp_ns)
     if not foreign.any():
@@ -152,11 +146,10 @@ def of_one_publisher(samples: Samples) -> tuple[Samples, list[DataFinding], bool
     first = float(samples.stamp_ns[foreign][0] - samples.stamp_ns[0]) * 1e-9
     posture = ', '.join(f'{x:.4g}' for x in samples.y[foreign][0] if np.isfinite(x))
     keep = ~foreign
-    return Samples(samples.stamp_ns[keep], samples.u[keep], samples.y[keep]), [DataFinding(
-        'stamps', 'publishers', f'two publishers on one topic: the positions jump to {posture} '
-        f'rad and back {foreign.sum()} times, first at {first:.4g} s', 'stop the second one, as '
-        'joint_state_publisher beside the driver, then record', everything(BAD),
-        {'foreign': int(foreign.sum()), 'first_s': first})], False
+    return Samples(samples.stamp_ns[keep], samples.u[keep], samples.y[keep]), [judged(
+        'stamps', 'publishers', said('foreign', posture=posture, count=int(foreign.sum()),
+                                     first=first),
+        everything(BAD), {'foreign': int(foreign.sum()), 'first_s': first})], False
 
 
 def of_physical_numbers(samples: Samples) -> tuple[Samples, list[DataFinding]]:
@@ -168,16 +161,13 @@ def of_physical_numbers(samples: Samples) -> tuple[Samples, list[DataFinding]]:
         if len(wild):
             seconds = float(samples.stamp_ns[wild[0]] - samples.stamp_ns[0]) * 1e-9
             share = len(wild) / len(values)
-            findings.append(DataFinding(
-                name, 'unphysical', f'{len(wild)} numbers infinite or beyond 1e9, the first '
-                f'{values[wild[0]]:.3g} at {seconds:.4g} s: they count as not measured',
-                'look for memory that the driver does not write', everything(
-                    BAD if share > 0.01 else WARN), {'share': share}))
+            findings.append(judged(
+                name, 'unphysical', said('wild', count=len(wild), first=values[wild[0]],
+                                         at=seconds),
+                everything(BAD if share > 0.01 else WARN), {'share': share}))
         elif is_uninitialised(values):
-            findings.append(DataFinding(
-                name, 'unphysical', 'dead: uninitialised memory, the largest amount is '
-                f'{np.nanmax(np.abs(values)):.2g}', 'look for a value that the driver never '
-                'writes', everything(BAD)))
+            findings.append(judged(name, 'unphysical', said(
+                'dead', largest=np.nanmax(np.abs(values))), everything(BAD)))
     if not findings:
         return samples, []
     return replace(samples, u=physical_columns(u)[0], y=physical_columns(y)[0]), findings
@@ -192,20 +182,12 @@ def _jumping(samples: Samples) -> tuple[Samples, list[DataFinding]]:
         for jump in (*turned, *without_jumps(y[:, i], samples.stamp_ns)[1]):
             seconds = float(samples.stamp_ns[jump.row] - samples.stamp_ns[0]) * 1e-9
             many = jump.count > LIMITS.max_repaired * len(y)
-            line, figure, advice, grades = {
-                TURNS: ('wraps', f'{jump.count} jumps of one turn ({jump.size:.4g} rad), the '
-                        f'first at {seconds:.4g} s', 'count the position over turns (unwrap it) '
-                        'before it is published; the diagnosis counts them on',
-                        hurts(BAD, BAD, WARN)),
-                OUTLIER: ('outliers', f'{jump.count}, the first one {jump.size:.4g} rad off at '
-                          f'{seconds:.4g} s', 'check cable, connector and driver of this encoder',
-                          everything(BAD if many else WARN)),
-                SLIP: ('slips', f'the position jumps by {jump.size:.4g} rad at {seconds:.4g} s '
-                       f'and stays there, {jump.count} such jumps', 'look for an encoder that '
-                       'slips or counts wrong, a hub that has come loose, or a zero that is set '
-                       'while recording', everything(BAD))}[jump.kind]
-            findings.append(DataFinding(name, line, figure, advice, grades, {
-                'count': jump.count, 'first_s': seconds, 'size_rad': jump.size}))
+            line, grades = {TURNS: ('wraps', hurts(BAD, BAD, WARN)),
+                            OUTLIER: ('outliers', everything(BAD if many else WARN)),
+                            SLIP: ('slips', everything(BAD))}[jump.kind]
+            findings.append(judged(name, line, said(
+                f'reading_{line}', count=jump.count, size=jump.size, first=seconds), grades,
+                {'count': jump.count, 'first_s': seconds, 'size_rad': jump.size}))
     return replace(samples, y=y) if wrapped else samples, findings
 
 
@@ -240,11 +222,9 @@ def _moved(samples: Samples, clock: stamps.StampClock, part: UniformRecording,
 def _diagnosis(samples: Samples, model: DriveModel | None, effort_is: str) -> list[DataFinding]:
     """Return what diagnose itself says of the recording, and what the effort is."""
     if model is None:
-        return [DataFinding('model', 'model file', 'none', 'use --model to check signs, units '
-                            'and motion against it', hurts(OK, OK, WARN))]
-    rigid = [DataFinding('model', 'model file', 'transmission.kind is rigid',
-                         'for estimation use the model of a drive with two encoders',
-                         hurts(BAD, BAD))] if model.transmission.kind == 'rigid' else []
+        return [judged('model', 'model file', said('no_model'), hurts(OK, OK, WARN))]
+    rigid = [judged('model', 'model file', said('rigid_model'), hurts(BAD, BAD))
+             ] if model.transmission.kind == 'rigid' else []
     rows, repeats = usable_rows(samples.stamp_ns)
     u, y = samples.u[rows], samples.y[rows]
     load = u[:, 1] if model.arm_load == 'measured' else None
@@ -254,25 +234,24 @@ def _diagnosis(samples: Samples, model: DriveModel | None, effort_is: str) -> li
         recording, _ = without_slip(recording.with_servo(model.controller))
     except InputError as error:
         one_encoder = not takes_one_encoder(model) and np.isnan(samples.y).all(axis=0).any()
-        return [*rigid, DataFinding('model', 'diagnose', f'refuses it: {error}',
-                                    f'with one encoder give a model with {ONE_ENCODER}'
-                                    if one_encoder else 'see above', hurts(diagnosis=BAD))]
+        return [*rigid, judged('model', 'diagnose', said(
+            'refused_encoder' if one_encoder else 'refused', remarks=error,
+            expected=ONE_ENCODER), hurts(diagnosis=BAD))]
     found = check(recording, model)
     fatal = [f for f in found if f.fatal]
-    doubts = [f for f in found if f.code in (*READ_OTHERWISE, 'implausible')]
-    sentences = [f.text for f in fatal or found] or ['accepted without remarks']
-    wired = everything(BAD) if doubts else \
-        hurts(diagnosis=BAD) if fatal else hurts(diagnosis=WARN) if found else {}
-    advice = '' if not found else 'check model file, channels, signs and units' if doubts else \
-        'see above'
+    doubts = [f for f in found if f.fault in (*READ_OTHERWISE, 'implausible')]
+    code, wired = ('doubted', everything(BAD)) if doubts else (
+        'refused', hurts(diagnosis=BAD)) if fatal else (
+        'remarked', hurts(diagnosis=WARN)) if found else ('accepted', {})
     if model.controller is None and len(recording.channels) == 2 and not rigid and not any(
-            f.code in ('sign', 'swapped') for f in doubts):
+            f.fault in ('sign', 'swapped') for f in doubts):
         rigid = [wiring.effort(SmoothedMotion(recording, noise_levels(recording.y)[0]), model,
                                effort_is)]
-    word = 'refuses it: ' if fatal else 'accepted; ' if found else ''
-    return [*rigid,
-            DataFinding('model', 'diagnose', word + '; '.join([
-                *sentences, *([repeats] if repeats else []), *notes]), advice, wired)]
+    remarks = [*(f.text for f in fatal or found), *filter(None, [repeats]), *notes]
+    return [*rigid, judged('model', 'diagnose', (
+        said(code, remarks='; '.join(remarks)),
+        *([said('with_remarks', remarks='; '.join(remarks))] if remarks and not found else [])),
+        wired)]
 
 
 def check(recording: UniformRecording, model: DriveModel) -> list[DataFinding]:
@@ -287,33 +266,30 @@ def check(recording: UniformRecording, model: DriveModel) -> list[DataFinding]:
         recording: recording of the drive.
         model: model of the drive.
     """
-    return [replace(finding, figure=on_axis(finding.figure, model.axis),
-                    advice=on_axis(finding.advice, model.axis))
-            for finding in _checked(recording, model)]
+    return [replace(finding, axis=model.axis) for finding in _checked(recording, model)]
 
 
-def _said(code: str, text: str, **reading: Any) -> DataFinding:
-    """Return a DataFinding of the diagnosis alone; reading: how else to read, as a Doubt does."""
-    return DataFinding('model', 'diagnose', text, values=reading, code=code)
+def _found(fault: str, code: str, **numbers: object) -> DataFinding:
+    """Return the DataFinding of a `fault` for the diagnosis alone, said by a `code`."""
+    return DataFinding('model', 'diagnose', (said(code, **numbers),), fault=fault)
 
 
 def _checked(recording: UniformRecording, model: DriveModel) -> list[DataFinding]:
     found = _rate_and_length(recording, model)
     if not np.isfinite(recording.y).all() or not np.isfinite(recording.u).all():
-        found.append(_said('not_finite', 'a value is not finite, expected numbers throughout'))
+        found.append(_found('not_finite', 'not_finite'))
     if any(f.fatal for f in found):
         return found
     sigma, quantum = noise_levels(recording.y)
     found += checks.broken(recording, list(zip(sigma.tolist(), quantum.tolist())), model)
-    fatal = {f.code for f in found if f.fatal}
+    fatal = {f.fault for f in found if f.fatal}
     if (np.ptp(recording.y, axis=0) == 0.0).any():
         return found
     smooth = SmoothedMotion(recording, sigma)
-    still = [f for i in recording.channels if (f := checks.travel(smooth, i)).code][:1]
+    still = [f for i in recording.channels if (f := checks.travel(smooth, i)).fault][:1]
     if not still and np.ptp(recording.u) == 0.0:
-        label = 'torque u' if recording.servo_torque is None else 'setpoint'
-        still = [_said('unexcited', f'the {label} is {recording.u[0]:.4g} throughout: expected '
-                       'one that changes')]
+        still = [_found('unexcited', 'same_input', value=recording.u[0], input=(
+            'torque u' if recording.servo_torque is None else 'setpoint'))]
     if still and not fatal:  # noise tells nothing of channels, signs and units
         return found + still
     doubts = (_setpoint(recording, model) if model.controller is not None else
@@ -321,9 +297,9 @@ def _checked(recording: UniformRecording, model: DriveModel) -> list[DataFinding
               _read_otherwise(recording, sigma, smooth, model))
     if fatal:
         # In wrong units, a coarse encoder that stands still looks frozen or clipped.
-        return doubts if quantum.any() and any(f.code == 'units' for f in doubts) else found
+        return doubts if quantum.any() and any(f.fault == 'units' for f in doubts) else found
     found += doubts
-    if any(f.code in (*READ_OTHERWISE, 'implausible') for f in doubts):
+    if any(f.fault in (*READ_OTHERWISE, 'implausible') for f in doubts):
         return found
     limits = checks.torque_limits(recording.u) if recording.servo_torque is None else []
     return found + limits + _shown(recording, smooth, model)
@@ -336,25 +312,20 @@ def _rate_and_length(r: UniformRecording, model: DriveModel) -> list[DataFinding
     rate, lowest = 1.0 / r.dt, held_rate(model)
     rows = max(stamps.held_rows(r.y[:, i]) for i in r.channels)
     if rows > 1 and rate / rows < lowest * 0.99:
-        return [_said('rate', f'{rate:.4g} samples/s, but positions are held for {rows} rows: '
-                      f'measured at {rate / rows:.4g} Hz, expected {lowest:g} or more, or one row '
-                      'for each measurement')]
+        return [_found('rate', 'held_too_long', rate=rate, rows=rows, measured=rate / rows,
+                       lowest=lowest)]
     if not slowest * 0.99 <= rate <= fastest * 1.01:
-        hint = ''
+        hint = []
         if model.driven_by == 'position' and rate >= LIMITS.diagnosis_slowest * 0.99:
-            hint = (' with driven_by: position, which needs the acceleration of the motor; log '
-                    'faster, or state driven_by: torque, which takes '
-                    f'{LIMITS.diagnosis_slowest:g} or more')
+            hint = [said('needs_acceleration')]
         for unit, factor in (('ms', 1e3), ('us', 1e6), ('ns', 1e9)):
             if slowest * 0.99 <= rate * factor <= fastest * 1.01:
-                hint = f'; is t in {unit}? It must be in s'
-        return [_said('rate', f'{rate:.4g} samples/s, expected {slowest:g} to {fastest:g}{hint}')]
+                hint = [said('time_unit', unit=unit)]
+        return [_found('rate', 'unusable_rate', rate=rate, slowest=slowest, fastest=fastest,
+                       hint=tuple(hint))]
     if r.duration < LIMITS.min_duration * 0.999:
-        return [_said('too_short', f'{r.duration:.3g} s, expected at least '
-                      f'{LIMITS.min_duration:g} s: the verdict is tested on windows of 1 s that '
-                      'are not fitted')]
-    return [_said('short', f'{r.duration:.3g} s: few windows are left for the test, intervals '
-                  'will be wide; 10 s or more are better')] if r.duration < LIMITS.short else []
+        return [_found('too_short', 'too_short', seconds=r.duration)]
+    return [_found('short', 'short', seconds=r.duration)] if r.duration < LIMITS.short else []
 
 
 def _read_otherwise(recording: UniformRecording, sigma: Array, smooth: SmoothedMotion,
@@ -367,21 +338,19 @@ def _read_otherwise(recording: UniformRecording, sigma: Array, smooth: SmoothedM
             kinds = kinds[:3]
         recorded, reading, fit = wiring.better(smooth, model, kinds)
         if reading is not None and fit is not None:
-            as_is, changed = (
-                f'{100 * np.sqrt(f.unexplained):.3g} % of the torque and '
-                f'{100 * np.sqrt(f.untransmitted):.3g} % of what is transmitted'
-                for f in (recorded, fit))
-            code, text = wiring.words(model, reading)
-            return [_said(code, f'{text}: with that changed, {changed} stay unexplained '
-                          f'instead of {as_is}', swap=reading.swap, scale=reading.scale,
-                          torque=reading.torque)]
+            as_is, changed = (said('unexplained_parts', torque=100.0 * np.sqrt(f.unexplained),
+                                   transmitted=100.0 * np.sqrt(f.untransmitted))
+                              for f in (recorded, fit))
+            fault, wrong = wiring.words(model, reading)
+            return [replace(_found(fault, 'reads_otherwise', wrong=(wrong,), as_is=(as_is,),
+                                   changed=(changed,)),
+                            values={'swap': reading.swap, 'scale': reading.scale,
+                                    'torque': reading.torque})]
         if recorded.unexplained < LIMITS.strange:
             return []
     share = recorded.unexplained
-    return [_said('implausible' if share > LIMITS.implausible else 'strange',
-                  'the torque that motion and model leave unexplained is '
-                  f'{np.sqrt(share):.3g} times the commanded one; check model file, channels, '
-                  'signs and units')]
+    return [_found('implausible' if share > LIMITS.implausible else 'strange', 'strange_torque',
+                   factor=np.sqrt(share))]
 
 
 def _setpoint(r: UniformRecording, model: DriveModel) -> list[DataFinding]:
@@ -404,14 +373,12 @@ def _setpoint(r: UniformRecording, model: DriveModel) -> list[DataFinding]:
                 correlation, ratio = as_model, float(np.std(position) / np.std(expected))
             against = max(against, as_model)
     if correlation < LIMITS.follows and against < -LIMITS.follows:
-        return [_said('sign', 'the sign of the setpoint is wrong: the position runs against it',
-                      torque=-1.0)]
+        return [replace(_found('sign', 'setpoint_turned'), values={'torque': -1.0})]
     if correlation < LIMITS.follows:
-        return [_said('strange', 'the position does not follow the setpoint (correlation '
-                      f'{correlation:.2g}); check that it is the setpoint of this drive')]
+        return [_found('strange', 'setpoint_not_followed', correlation=correlation)]
     if not 1.0 / LIMITS.other_unit < ratio < LIMITS.other_unit:
-        return [_said('units', f'the setpoint is {1.0 / ratio:.3g} times the motion that follows '
-                      'it, expected both in rad on the arm side', torque=ratio)]
+        return [replace(_found('units', 'setpoint_unit', factor=1.0 / ratio),
+                        values={'torque': ratio})]
     return []
 
 
@@ -421,23 +388,18 @@ def _shown(r: UniformRecording, smooth: SmoothedMotion, model: DriveModel) -> li
     moving = sum(np.ptp(smooth.p[windows == w, 0]) > LIMITS.travel * smooth.noise[0]
                  for w in range(n) if (windows == w).any())
     if moving < LIMITS.min_moving:
-        return [_said('unexcited', f'the motor moves in {moving} of {n} s, expected at least '
-                      f'{LIMITS.min_moving}')]
+        return [_found('unexcited', 'moves_little', moving=moving, seconds=n)]
     turned, half_gap = checks.reverses(smooth), model.transmission.half_gap
     crossed = len(checks.crossings(smooth, half_gap)) if half_gap > 0.0 else 0
     if not turned.values['reversals'] and not crossed:
-        return [_said('unexcited', 'the motor speed never reverses and the teeth stay on one '
-                      'flank: friction, load and offsets are one number then; expected motion '
-                      'in both directions')]
-    found = [turned] if turned.code else []
+        return [_found('unexcited', 'one_direction')]
+    found = [turned] if turned.fault else []
     if not crossed and half_gap > 0.0 and len(r.channels) == 2 and (
             model.transmission.kind != 'rigid'):
-        found.append(_said('gap_not_crossed', 'the drive never crosses the gap: its width and an '
-                           'offset between the encoders cannot be seen'))
+        found.append(_found('gap_not_crossed', 'gap_not_crossed'))
     inertia = model.motor_inertia + model.arm_inertia * (model.transmission.kind == 'rigid')
     if np.abs(smooth.a[:, 0]).max() * inertia < 0.01 * np.abs(smooth.u).max():
-        found.append(_said('no_acceleration', 'the motor hardly accelerates: inertia cannot be '
-                           'seen'))
+        found.append(_found('no_acceleration', 'no_acceleration'))
     return found
 
 
@@ -531,8 +493,8 @@ def admitted(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, 
                          'measured')
     if model.arm_load != 'measured':
         if measured and arm_torque is not None and np.nanmax(np.abs(arm_torque)) > 0.0:
-            notes.append(on_axis('the torque measured on the arm is not used: ', model.axis)
-                         + f'arm_load in {model_name} is {model.arm_load}, not measured')
+            notes.append(str(said('arm_torque_unused', model=model_name, load=model.arm_load,
+                                  input=on_axis('torque', model.axis))))
         arm_torque = None
     missing = [side for side, column in zip(checks.NAMES, np.asarray(y, float).T)
                if np.isnan(column).all()]
@@ -541,14 +503,14 @@ def admitted(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, 
                          f'{model_name} {ONE_ENCODER}')
     recording, repaired = prepare(t, u, y, arm_torque, name, kind_of(model))
     recording, slips = without_slip(recording.with_servo(model.controller))
-    notes += [f'{slip.figure}: counted on' for slip in slips]
+    notes += [str(said('counted_on', finding=slip.figure)) for slip in slips]
     found = check(recording, model)
     fatal = [f.text for f in found if f.fatal]
     if fatal:
         raise InputError(f'{name}: ' + '; '.join(fatal))
-    doubts = [Doubt(f.text, **f.values) for f in found if f.code in READ_OTHERWISE]
+    doubts = [Doubt(f.text, **f.values) for f in found if f.fault in READ_OTHERWISE]
     return (replace(recording, doubt=doubts[0] if doubts else None),
-            [*notes, *repaired, *(f.text for f in found if f.code not in READ_OTHERWISE)])
+            [*notes, *repaired, *(f.text for f in found if f.fault not in READ_OTHERWISE)])
 
 
 # --- parts of a long recording ------------------------------------------------------------------
@@ -593,8 +555,8 @@ def _worst(candidates: Sequence[tuple[float, DataFinding]], start: float, count:
         line = stamps.counted(line, [(part - start, finding) for part, finding in candidates])
     if sum(candidate.verdict() == line.verdict() for _, candidate in candidates) == count:
         return line
-    where = f'{"worst in the " if counted else ""}part from {begin - start:.0f} s on'
-    return replace(line, figure=f'{line.figure} ({where})',
+    where = said('worst_in_part' if counted else 'in_part', begin=begin - start)
+    return replace(line, says=(*line.says, where),
                    values={**line.values, 'part_from_s': begin - start})
 
 

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 import enum
 from typing import Any
 
+from gearbox_monitor.presentation import on_axis, Said
+
 PURPOSES = ('estimation', 'drift', 'diagnosis')
 
 
@@ -30,18 +32,30 @@ class DataFinding:
     """
     One finding.
 
-    group, name: where it stands; figure: what was found, in words with units; advice: what to do
-    next, '' where nothing is; hurts {purpose: Grade}: what it spoils, purposes that are not
-    named are fine; values {name: number}: the figure for programs, SI units.
+    group, name: of its line; says: what was found, as codes of the table of sentences with their
+    numbers; hurts {purpose: Grade}: what it spoils, purposes that are not named are fine;
+    values {name: number}: for programs, SI units; fault: of a recording, by which the diagnosis
+    refuses it, '' where nothing is spoilt; axis: of the drive.
     """
 
     group: str
     name: str
-    figure: str
-    advice: str = ''
+    says: tuple[Said, ...]
     hurts: dict[str, Grade] = field(default_factory=dict)
     values: dict[str, Any] = field(default_factory=dict)
-    code: str = ''
+    fault: str = ''
+    axis: str = 'rotary'
+
+    @property
+    def figure(self) -> str:
+        """What was found, in words with units."""
+        return on_axis(''.join(map(str, self.says)), self.axis)
+
+    @property
+    def advice(self) -> str:
+        """What to do next, '' where nothing is spoilt."""
+        remedies = (said.remedy for said in self.says) if self.hurts else ()
+        return on_axis(next(filter(None, remedies), ''), self.axis)
 
     @property
     def text(self) -> str:
@@ -51,7 +65,7 @@ class DataFinding:
     @property
     def fatal(self) -> bool:
         """Whether a verdict would be about the recording, not about the drive."""
-        return self.code in FATAL
+        return self.fault in FATAL
 
     def verdict(self, purposes: Iterable[str] = PURPOSES) -> Grade:
         """Return the worst Grade for any of `purposes`."""
@@ -76,19 +90,19 @@ def everything(verdict: Grade) -> dict[str, Grade]:
     return hurts(*(verdict for _ in PURPOSES))
 
 
-def judged(group: str, name: str, figure: str, grades: dict[str, Grade], advice: str = '',
-           values: dict[str, Any] | None = None, code: str = '') -> DataFinding:
+def judged(group: str, name: str, says: Said | tuple[Said, ...],
+           grades: dict[str, Grade] | None = None, values: dict[str, Any] | None = None,
+           fault: str = '') -> DataFinding:
     """
-    Return a DataFinding, with advice and code only where something is spoilt.
+    Return a DataFinding, with the fault only where something is spoilt.
 
     Args:
         group: of the finding.
         name: of the finding.
-        figure: what was found, in words.
-        grades: what it spoils, {} for nothing.
-        advice: what to do then.
-        values: the figure for programs.
-        code: of the fault.
+        says: what was found.
+        grades: what it spoils, None or {} for nothing.
+        values: for programs.
+        fault: of the recording.
     """
-    return DataFinding(group, name, figure, advice if grades else '', grades, values or {},
-                       code if grades else '')
+    return DataFinding(group, name, (says,) if isinstance(says, Said) else says, grades or {},
+                       values or {}, fault if grades else '')

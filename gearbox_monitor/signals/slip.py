@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.signals.finding import BAD, DataFinding, hurts, WARN
+from gearbox_monitor.presentation import said
+from gearbox_monitor.signals.finding import BAD, DataFinding, hurts, judged, WARN
 from gearbox_monitor.signals.recording_limits import LIMITS
 from gearbox_monitor.signals.uniform import UniformRecording
 
@@ -42,9 +43,8 @@ def without_slip(part: UniformRecording) -> tuple[UniformRecording, list[DataFin
     y = part.y.copy()
     y[row:, 0] -= size
     seconds = part.begin + row * part.dt
-    return replace(part, y=y), [DataFinding(
-        'motion', 'slip', f'motor and arm slip by {size:.3g} rad at {seconds:.4g} s, and stay '
-        'there', 'check clutch, hub and couplings; diagnose counts on over it',
+    return replace(part, y=y), [judged(
+        'motion', 'slip', said('drive_slips', size=size, at=seconds),
         hurts(WARN, WARN, BAD if scatter > 0.5 * abs(size) else WARN),
         {'slip_rad': size, 'slip_s': seconds})]
 

@@ -11,6 +11,7 @@ import numpy as np
 from gearbox_monitor.estimation.sample_loop import (
     BACKWARD, CONFIRM, DUPLICATE, ESTIMATE, JUMP, stamp_codes, START, ZERO_STAMP)
 from gearbox_monitor.kernels.types import Array, Flags, Integers
+from gearbox_monitor.presentation import said, Said
 from gearbox_monitor.signals.finding import (
     BAD, DataFinding, everything, Grade, hurts, judged, OK, WARN)
 from gearbox_monitor.signals.recording_limits import LIMITS
@@ -176,29 +177,28 @@ def _order(stamps: Integers, clock: StampClock, max_gap: float) -> DataFinding:
     zero, repeated, backward, jumps = (int((codes == code).sum()) for code in (
         ZERO_STAMP, DUPLICATE, BACKWARD, JUMP))
     refused, restarts = zero + repeated + backward + jumps, len(clock.restarts)
-    swapped = backward - (CONFIRM - 1) * restarts
     values = {'samples': len(stamps), 'zero': zero, 'repeated': repeated, 'backward': backward,
               'refused': refused, 'restarts': restarts}
     share = refused / len(stamps)
     grade = BAD if share > LIMITS.refused else WARN
     spoilt = {} if refused == jumps and not restarts else hurts(
         grade, grade, BAD if share > LIMITS.max_repaired else grade)
-    advice = 'let one publisher stamp each message with the time of its measurement'
-    if restarts and not (zero or repeated or swapped > 0):
-        advice = 'record each run of a simulation by itself; diagnose uses the longest one'
-    return judged(_GROUP, 'order', _order_figure(values), spoilt, advice, values)
+    return judged(_GROUP, 'order', _order_said(values), spoilt, values)
 
 
-def _order_figure(values: Mapping[str, Any]) -> str:
-    """Return the figure of the counts `values` of `_order`."""
-    counts = [f'{values[key]} {words}' for key, words in (
-        ('zero', 'zero'), ('repeated', 'repeated'), ('backward', 'backward'),
-        ('restarts', 'restarts of the clock')) if values[key]]
-    if counts:
-        return (f'{", ".join(counts)}; {values["refused"]} of {values["samples"]} samples are '
-                'refused')
-    return f'{values["samples"]}, all increasing' + (
-        f'; {values["refused"]} are refused after gaps' if values['refused'] else '')
+def _order_said(values: Mapping[str, Any]) -> Said:
+    """Return what the counts `values` of `_order` say."""
+    parts = [said(f'{key}_stamps', count=values[key]) for key in (
+        'zero', 'repeated', 'backward') if values[key]]
+    swapped = values['backward'] > (CONFIRM - 1) * values['restarts']
+    if values['restarts']:
+        parts.append(said('clock_restarts', count=values['restarts']))
+    if not parts:
+        after = (said('after_gaps', count=values['refused']),) if values['refused'] else ()
+        return said('in_order', count=values['samples'], refused=after)
+    stamped = not (values['zero'] or values['repeated'] or swapped)
+    return said('order_of_runs' if stamped else 'order', counts=tuple(parts),
+                refused=values['refused'], samples=values['samples'])
 
 
 def held(clock: StampClock, y: Array, lowest: float = LIMITS.held_rate) -> list[DataFinding]:
@@ -216,9 +216,8 @@ def held(clock: StampClock, y: Array, lowest: float = LIMITS.held_rate) -> list[
         if rows > 1:
             rate = 1.0 / (rows * clock.period)
             findings.append(replace(
-                _rate_of(rate, lowest), group=name, name='held',
-                figure=f'each value is held for {rows} rows: '
-                f'measured at {rate:.4g} Hz, not at {1.0 / clock.period:.5g} Hz'))
+                _rate_of(rate, lowest), group=name, name='held', says=(said(
+                    'held', rows=rows, rate=rate, stamped=1.0 / clock.period, lowest=lowest),)))
     return findings
 
 
@@ -244,24 +243,21 @@ def _rate_of(rate: float, lowest: float = LIMITS.diagnosis_slowest) -> DataFindi
     highest = LIMITS.diagnosis_fastest
     fits = lowest <= rate * 1.01 and rate <= highest * 1.01
     return judged(
-        _GROUP, 'rate', f'{rate:.5g} Hz', hurts(estimation, estimation, OK if fits else BAD),
-        f'record {LIMITS.slowest:g} to {LIMITS.fastest:g} Hz, for diagnose {lowest:g} to '
-        f'{highest:g} Hz', {'rate_hz': rate})
+        _GROUP, 'rate', said('rate_of_samples', rate=rate, lowest=lowest),
+        hurts(estimation, estimation, OK if fits else BAD), {'rate_hz': rate})
 
 
 def _jitter(clock: StampClock) -> DataFinding:
     if clock.burst > 1:
-        return judged(
-            _GROUP, 'bursts', f'{1.0 / clock.period:.4g} samples/s on average, stamped in bursts '
-            f'of {clock.burst} on receipt', everything(BAD), 'use stamps: even: gearbox_monitor '
-            'import BAG --stamps even NEW lays an even grid through them', {'burst': clock.burst})
+        return judged(_GROUP, 'bursts', said('bursts_of', rate=1.0 / clock.period,
+                                             count=clock.burst),
+                      everything(BAD), {'burst': clock.burst})
     share = clock.jitter / clock.period
     grade = BAD if share > LIMITS.jitter_bad else WARN if share > LIMITS.jitter_notice else OK
     return judged(
-        _GROUP, 'jitter', 'below 1 us' if clock.jitter < 1e-6 else
-        f'{clock.jitter * 1e3:.2g} ms rms, {100 * share:.2g} % of the period', everything(grade),
-        'stamp where the encoders are read, not where the message is made or received',
-        {'jitter_s': clock.jitter})
+        _GROUP, 'jitter', said('no_jitter' if clock.jitter < 1e-6 else 'jitter',
+                               ms=1e3 * clock.jitter, percent=100.0 * share),
+        everything(grade), {'jitter_s': clock.jitter})
 
 
 def _gaps(clock: StampClock, max_gap: float) -> DataFinding:
@@ -276,21 +272,19 @@ def _gaps(clock: StampClock, max_gap: float) -> DataFinding:
     share = lost / (lost + len(clock.seconds))
     grade = (BAD if share > LIMITS.lost_many
              else WARN if share > LIMITS.lost_notice or restarts else OK)
-    finding = judged(_GROUP, 'gaps', _gaps_figure(values), hurts(
-        grade, grade, _for_diagnosis(clock)) if lost else {}, 'look for a busy network or '
-        'recorder: raise the depth of its queue, record locally', values)
-    return finding if grade else replace(finding, advice='')
+    return judged(_GROUP, 'gaps', _gaps_said(values), hurts(
+        grade, grade, _for_diagnosis(clock)) if lost else {}, values)
 
 
-def _gaps_figure(values: Mapping[str, Any]) -> str:
-    """Return the figure of the counts `values` of `_gaps`."""
-    longest, lost = values['longest_gap_s'], values['lost']
-    if not lost:
-        return f'none; longest step {longest * 1e3:.3g} ms'
+def _gaps_said(values: Mapping[str, Any]) -> Said:
+    """Return what the counts `values` of `_gaps` say."""
+    longest, lost, restarts = (values[key] for key in ('longest_gap_s', 'lost', 'restarts'))
     share = lost / (lost + values['samples'])
-    figure = (f'{values["gaps"]} with {lost} samples ({100 * share:.2g} %), the longest '
-              f'{longest:.3g} s at {values["longest_gap_at_s"]:.4g} s')
-    return figure + (f'; {values["restarts"]} restart the filter' if values['restarts'] else '')
+    return said(
+        'no_gaps' if not lost else 'gaps' if share > LIMITS.lost_notice or restarts else
+        'few_gaps', count=values['gaps'], lost=lost, percent=100.0 * share, longest=longest,
+        ms=1e3 * longest, at=values['longest_gap_at_s'],
+        restarts=(said('restart_filter', count=restarts),) if restarts else ())
 
 
 def counted(line: DataFinding, parts: Sequence[tuple[float, DataFinding]]) -> DataFinding:
@@ -305,11 +299,11 @@ def counted(line: DataFinding, parts: Sequence[tuple[float, DataFinding]]) -> Da
     values = {key: sum(finding.values[key] for _, finding in parts) for key in line.values}
     values['samples'] -= len(parts) - 1
     if line.name == 'order':
-        return replace(line, figure=_order_figure(values), values=values)
+        return replace(line, says=(_order_said(values),), values=values)
     begin, longest = max(parts, key=lambda pair: pair[1].values['longest_gap_s'])
     values['longest_gap_s'] = longest.values['longest_gap_s']
     values['longest_gap_at_s'] = begin + longest.values['longest_gap_at_s']
-    return replace(line, figure=_gaps_figure(values), values=values)
+    return replace(line, says=(_gaps_said(values),), values=values)
 
 
 def _for_diagnosis(clock: StampClock) -> Grade:
@@ -333,11 +327,7 @@ def length(seconds: float, drift_window: float) -> DataFinding:
              else WARN if windows < LIMITS.drift_windows_few else OK)
     diagnosis = BAD if seconds < LIMITS.min_duration * 0.999 else \
         WARN if seconds < LIMITS.short else OK
-    advice = []
-    if drift:
-        advice.append(f'for drift record {LIMITS.drift_windows_few} windows of {drift_window:g} '
-                      f's or more')
-    if diagnosis or estimation:
-        advice.append('for all else 10 s or more')
-    return DataFinding(_GROUP, 'length', f'{seconds:.4g} s', '; '.join(advice),
-                       hurts(estimation, drift, diagnosis), {'duration_s': seconds})
+    code = ('length_of_all' if drift and (diagnosis or estimation) else
+            'length_of_drift' if drift else 'length')
+    return judged(_GROUP, 'length', said(code, seconds=seconds, window=drift_window),
+                  hurts(estimation, drift, diagnosis), {'duration_s': seconds})

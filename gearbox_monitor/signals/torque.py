@@ -8,8 +8,8 @@ from typing import TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.presentation import percent, Quantity
 from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.presentation import percent, Quantity, said
 from gearbox_monitor.signals.checks import NAMES
 from gearbox_monitor.signals.finding import (
     BAD, DataFinding, everything, Grade, hurts, judged, OK, WARN)
@@ -171,43 +171,37 @@ def answered(response: TorqueResponse | None, dt: float, stated: int, i: int = 0
         i: encoder that was used, 0 or 1.
     """
     if response is None:
-        return [DataFinding('torque', 'effort delay', 'too short', 'record 10 s or more',
-                            hurts(WARN, OK, WARN))]
+        return [judged('torque', 'effort delay', said('delay_short'), hurts(WARN, OK, WARN))]
     return [_delay(response, dt, stated), _sign(response, NAMES[i])]
 
 
 def _delay(response: TorqueResponse, dt: float, stated: int) -> DataFinding:
     delay, std = response.delay, response.delay_std
-    figure = f'{Quantity(delay, std)} samples of {dt * 1e3:.3g} ms; effort_delay is {stated}'
     rounded, wrong = int(np.rint(delay)), abs(delay - stated) > max(0.7, LIMITS.certain * std)
-    advice = (f'set effort_delay: {rounded} in the parameter file; for diagnose, log the torque '
-              'when it acts')
-    grades = hurts(WARN, WARN, WARN) if wrong else {}
+    code, grades = 'delay', hurts(WARN, WARN, WARN) if wrong else {}
     if not response.timed:
-        reason = 'the torque hardly shows in the acceleration' if not response.seen else \
-            'beyond what is tried' if response.at_edge else f'{Quantity(delay, std)} samples'
-        figure = f'not determined: {reason} (correlation {abs(response.correlation):.2f})'
-        advice, grades = 'accelerate more, quick starts and stops', hurts(WARN, OK, WARN)
+        code = ('delay_hidden' if not response.seen else
+                'delay_beyond' if response.at_edge else 'delay_vague')
+        grades = hurts(WARN, OK, WARN)
     elif wrong and not LIMITS.delay_earliest <= rounded <= LIMITS.delay_latest:
-        figure += f', and takes {LIMITS.delay_earliest} to {LIMITS.delay_latest}'
-        advice = (f'stamp the torque when it acts: it is logged {abs(rounded)} samples too '
-                  f'{"late" if rounded < 0 else "early"}')
-    return judged('torque', 'effort delay', figure, grades, advice, {
-        'delay_samples': delay, 'delay_std_samples': std, 'correlation': response.correlation})
+        code = 'delay_late' if rounded < 0 else 'delay_early'
+    return judged('torque', 'effort delay', said(
+        code, size=Quantity(delay, std), ms=1e3 * dt, stated=stated, rounded=rounded,
+        count=abs(rounded), correlation=abs(response.correlation)), grades, {
+            'delay_samples': delay, 'delay_std_samples': std,
+            'correlation': response.correlation})
 
 
 def _sign(response: TorqueResponse, name: str) -> DataFinding:
-    figure = (f'1 N m gives {Quantity(response.gain, response.gain_std, "rad/s^2")}'
-              if response.seen else
-              f'net work {percent(response.work, response.work_std):+} of its amounts')
+    first = (said('gain', size=Quantity(response.gain, response.gain_std, 'rad/s^2'))
+             if response.seen else said('work', size=percent(response.work, response.work_std)))
     size, error = ((response.gain, response.gain_std) if response.seen else
                    (response.work, max(response.work_std, LIMITS.work / LIMITS.certain)))
-    advice, grades = 'accelerate more, or move against friction', dict[str, Grade]()
+    says, grades = [first], dict[str, Grade]()
     if size < -LIMITS.certain * error:
-        figure += ': the wrong way'
-        advice, grades = f'turn the sign of the effort, or of the {name} position', everything(BAD)
+        says, grades = [first, said('wrong_way', side=name)], everything(BAD)
     elif size < 0.0 or not response.seen and response.work < LIMITS.work:
-        figure, grades = f'{figure}: not determined', everything(WARN)
-    return judged('signs', f'torque and {name}', figure, grades, advice, {
+        says, grades = [first, said('sign_unknown')], everything(WARN)
+    return judged('signs', f'torque and {name}', tuple(says), grades, {
         'gain': response.gain, 'gain_std': response.gain_std, 'work': response.work,
         'work_std': response.work_std})

@@ -20,7 +20,7 @@ from gearbox_monitor.estimation.sample_loop import BACKWARD, HUGE, stamp_codes, 
 from gearbox_monitor.kernels.elementary import DIFFERENCE_GAIN, quantisation_step
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import Controller, DriveModel
-from gearbox_monitor.presentation import on_axis
+from gearbox_monitor.presentation import on_axis, said, say
 from gearbox_monitor.signals.recording_limits import LIMITS
 
 HELD = ('u', 'setpoint')  # over a sample
@@ -232,15 +232,14 @@ def _prepared(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None,
                              f'{UNITS[field]}')
         values[field], count = physical(values[field])
         if count:
-            notices.append(f'{count} values of {field} were infinite or beyond 1e9: they count '
-                           'as not measured')
+            notices.append(say('huge_values', count=count, field=field))
     if len(t) < 10:
         raise InputError(f'{len(t)} samples, expected at least {LIMITS.min_duration:g} s of them')
     _check_numbers(t, first, values)
     for field, value in values.items():
         if np.isnan(value).any():
             values[field], count = _fill(t, first, value, field)
-            notices.append(f'{count} values of {field} were NaN and are interpolated')
+            notices.append(say('missing_values', count=count, field=field))
     index, dt, jitter = _grid(t)
     if rms_of(jitter) > LIMITS.max_run * dt:
         raise InputError('t: stamps stray from any even spacing by '
@@ -260,19 +259,15 @@ def _prepared(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None,
                          f'({100 * missing / n:.1f} %), expected at most '
                          f'{100 * LIMITS.max_repaired:g} %')
     if missing:
-        notices.append(f'{missing} of {n} samples lost by their stamps, interpolated')
+        notices.append(say('lost_samples', count=missing, samples=n))
     if wander.any():
-        notices.append(f'the sample time wanders, stamps by {rms_of(wander) * 1e3:.3g} ms rms: '
-                       'samples are interpolated onto a uniform grid')
+        notices.append(say('time_wanders', ms=1e3 * rms_of(wander)))
         jitter = jitter - wander
     rms = rms_of(jitter)
     sampled_then = rms > LIMITS.quiet_jitter * dt and _follows_stamps(values, index, jitter, dt)
     if rms > LIMITS.quiet_jitter * dt:
-        how = ('positions follow the stamps and are interpolated onto a uniform grid'
-               if sampled_then else
-               'positions do not follow the stamps, samples are taken as evenly spaced')
-        notices.append(f'stamps jitter by {rms * 1e3:.3g} ms rms '
-                       f'({100 * rms / dt:.0f} % of the sample time): {how}')
+        notices.append(say('jitter_followed' if sampled_then else 'jitter_ignored', ms=1e3 * rms,
+                           percent=100 * rms / dt))
     times = index * dt + wander + (jitter if sampled_then else 0.0)
     if wander.any():  # the line through the stamps may begin and end beyond them
         times = times - times[0]
@@ -286,7 +281,7 @@ def _prepared(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None,
     for field in ('motor', 'arm'):
         count = _mend_spikes(values[field])
         if count:
-            notices.append(f'{count} single wild readings of {field} are interpolated')
+            notices.append(say('wild_readings', count=count, field=field))
     y = np.column_stack([values['motor'], values['arm']])
     if sampled_then or wander.any():
         floor = [max(pair) for pair in zip(floor, map(_noise_at_speed, y.T))]
@@ -305,10 +300,8 @@ def usable_rows(t: Array | Integers) -> tuple[Integers, str]:
     """
     valid = np.flatnonzero(~_strays(t))
     rows = valid[np.diff(t[valid], prepend=t[valid[:1]] - 1) != 0]
-    notices = [f'{len(t) - len(valid)} of {len(t)} samples have no stamp, or an earlier one than '
-               'before: they are left out'] * (len(valid) < len(t))
-    notices += [f'{len(valid) - len(rows)} of {len(valid)} stamps repeat the previous one: the '
-                'first of each is used'] * (len(rows) < len(valid))
+    notices = [say(code, count=before - left, samples=before) for code, before, left in (
+        ('unordered', len(t), len(valid)), ('repeated', len(valid), len(rows))) if left < before]
     return rows, '; '.join(notices)
 
 
@@ -352,9 +345,9 @@ def _longest_run(t: Any) -> tuple[slice, list[str]]:
     if len(edges) < 3:
         return slice(None), []
     k = int(np.argmax([float(t[end - 1] - t[begin]) for begin, end in zip(edges, edges[1:])]))
-    return slice(edges[k], edges[k + 1]), [
-        f'the clock restarts {len(edges) - 2} times: only the longest run is used, samples '
-        f'{edges[k]} to {edges[k + 1] - 1} of {len(t)}']
+    return slice(edges[k], edges[k + 1]), [say(
+        'longest_run', count=len(edges) - 2, first=edges[k], last=edges[k + 1] - 1,
+        samples=len(t))]
 
 
 def _seconds(t: Any) -> tuple[Array, float]:
@@ -470,14 +463,14 @@ def _longest(t: Array, first: float, cuts: Integers, dt: float) -> tuple[slice, 
     i = int(np.argmax(t[edges[1:] - 1] - t[edges[:-1]]))
     keep = slice(edges[i], edges[i + 1])
     widest = cuts[np.argmax(t[cuts + 1] - t[cuts])]
-    holes = (f'{len(cuts)} gap{"s" if len(cuts) > 1 else ""} in the stamps, the longest '
-             f'{t[widest + 1] - t[widest]:.3g} s at t = {first + t[widest]:.6g} s')
+    holes = said('holes' if len(cuts) > 1 else 'one_hole', count=len(cuts),
+                 longest=t[widest + 1] - t[widest], at=first + t[widest])
     length = t[keep][-1] - t[keep][0] + dt
     if length < LIMITS.min_duration:
         raise InputError(f'{holes}; the longest stretch without one lasts {length:.3g} s, '
                          f'expected at least {LIMITS.min_duration:g} s')
-    return keep, (f'{holes}; only the stretch from {first + t[keep][0]:.6g} s to '
-                  f'{first + t[keep][-1]:.6g} s is used')
+    return keep, say('stretch', holes=(holes,), first=first + t[keep][0],
+                     last=first + t[keep][-1])
 
 
 def _cubic(times: Array, value: Array, at: Array) -> Array:

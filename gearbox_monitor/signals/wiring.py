@@ -29,7 +29,8 @@ import scipy
 
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.signals.finding import DataFinding, hurts, judged, WARN
+from gearbox_monitor.presentation import said, Said
+from gearbox_monitor.signals.finding import DataFinding, everything, judged, WARN
 from gearbox_monitor.signals.recording_limits import LIMITS
 from gearbox_monitor.signals.smoothed_motion import SmoothedMotion
 
@@ -294,21 +295,21 @@ def better(smooth: SmoothedMotion, model: DriveModel,
     return recorded, None, None
 
 
-def words(model: DriveModel, reading: Variant) -> tuple[str, str]:
-    """Return (code, sentence) of a reading: what is wrong with the recording, if it is right."""
-    code = {'signs': 'sign', 'swapped': 'swapped'}.get(reading.kind, 'units')
-    return code, _unit_text(model, reading) if code == 'units' else _wiring_text(reading)
+def words(model: DriveModel, reading: Variant) -> tuple[str, Said]:
+    """Return (fault, what it says) of a reading: what is wrong, if the reading is right."""
+    fault = {'signs': 'sign', 'swapped': 'swapped'}.get(reading.kind, 'units')
+    return fault, _unit_said(model, reading) if fault == 'units' else _wiring_said(reading)
 
 
-def _wiring_text(reading: Variant) -> str:
+def _wiring_said(reading: Variant) -> Said:
     turned = {(True, True): 'motor position', (True, False): 'arm position',
               (False, True): 'torque u'}.get((reading.scale[1] < 0, reading.torque < 0))
-    return ' and '.join(['motor and arm positions are swapped'] * reading.swap + [
-        f'the sign of the {turned} is wrong'] * bool(turned))
+    return said('swapped' if not turned else 'swapped_turned' if reading.swap else 'turned',
+                signal=turned)
 
 
-def _unit_text(model: DriveModel, reading: Variant) -> str:
-    """Describe what the recording's values are times the expected ones."""
+def _unit_said(model: DriveModel, reading: Variant) -> Said:
+    """Return what the recording's values are times the expected ones."""
     quantity = reading.quantity
     factor = 1.0 / (reading.torque if quantity == 'torque' else
                     reading.scale[1] if quantity == 'arm' else reading.scale[0])
@@ -325,21 +326,20 @@ def _unit_text(model: DriveModel, reading: Variant) -> str:
         side = 'the gear ratio is applied twice or on the wrong side'
         units += [(ratio, side), (1 / ratio, side)]
     if quantity == 'side':
-        return (f'motor position and torque are those of the motor side of a gear of '
-                f'{factor:.3g}:1 (model file: gear_ratio {model.gear_ratio:g}; '
-                'expected both on the arm side)')
+        return said('motor_side', factor=factor, ratio=model.gear_ratio)
     name = {'motor': 'the motor position is', 'arm': 'the arm position is',
             'both': 'both positions are', 'torque': 'the torque u is'}[quantity]
     unit, distance = min(((unit, abs(np.log(factor / value))) for value, unit in units),
                          key=lambda pair: pair[1])
-    text = (f'{name} {factor:.3g} times what the model allows '
-            f'(expected {"N m" if quantity == "torque" else "rad"})')
-    current = ', or a current (see torque_constant)' if quantity == 'torque' else ''
+    guesses = []
     if distance < LIMITS.same_factor:
-        return f'{text}, probably {unit}{current}'
-    if abs(ratio - 1.0) <= 0.1 and quantity != 'both':
-        return f'{text}, perhaps for a gear_ratio that is not in the model file{current}'
-    return text + current
+        guesses.append(said('probably', unit=unit))
+    elif abs(ratio - 1.0) <= 0.1 and quantity != 'both':
+        guesses.append(said('perhaps_geared'))
+    if quantity == 'torque':
+        guesses.append(said('perhaps_current'))
+    return said('other_unit', signal=name, factor=factor, guesses=tuple(guesses),
+                unit='N m' if quantity == 'torque' else 'rad')
 
 
 # --- what the effort is -------------------------------------------------------------------------
@@ -435,25 +435,21 @@ def effort(smooth: SmoothedMotion, model: DriveModel, stated: str) -> DataFindin
 
     """
     if not (np.isfinite(smooth.u).all() and smooth.u.any()):
-        return DataFinding('torque', 'effort', 'no torque to compare')
+        return judged('torque', 'effort', said('no_effort_to_compare'))
     scores, factor = likelihoods(smooth, model)
     first, second = sorted(EFFORTS, key=lambda name: -scores[name])[:2]
     ratio = scores[first] - scores[second]
     values: dict[str, float | str] = {
         f'log_likelihood_{name}': score for name, score in scores.items()}
     if not ratio >= LIMITS.effort_ratio:  # NaN tells nothing, either
-        return DataFinding('torque', 'effort', f'{first} or {second}: undecided (log of the '
-                           f'likelihood ratio {ratio:.1f}, {LIMITS.effort_ratio:g} wanted)',
-                           values=values)
-    figure = f'reads like {first} (log of the likelihood ratio {ratio:.0f} over {second})'
+        return judged('torque', 'effort', said('effort_undecided', first=first, second=second,
+                                               ratio=ratio), values=values)
     values['effort_is'] = first
     # Where the model converts a current, its torque is what is looked for.
     same = {TORQUE: (TORQUE, 'unknown', CURRENT), COMPENSATED: (COMPENSATED,), CURRENT: ()}[first]
-    advice = ('set effort_is: gravity_compensated, with a robot_description'
-              if first == COMPENSATED else 'set effort_is: torque')
     if first == CURRENT:
-        values['factor'], figure = factor, f'{figure}: {factor:.2g} times the torque'
-        advice = (f'set torque_constant: {model.torque_constant / factor:.2g} in the model file, '
-                  'and effort_is: current')
-    return judged('torque', 'effort', figure, {} if stated in same else hurts(WARN, WARN, WARN),
-                  advice, values)
+        values['factor'] = factor
+    return judged('torque', 'effort', said(
+        f'effort_{first}', second=second, ratio=ratio, factor=factor,
+        constant=model.torque_constant / factor),
+        {} if stated in same else everything(WARN), values)

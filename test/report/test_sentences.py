@@ -13,15 +13,15 @@ from gearbox_monitor.diagnosis.joint.verdict import Finding
 from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.health.backlash.change_tests import FEATURES, limits_of, TESTS
 from gearbox_monitor.health.backlash.features import Backlash, NotExcited
-from gearbox_monitor.health.checks.outcome import Level, Said
+from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.health.health_record import Alert, FeatureHealth, HealthSettings, Window
 from gearbox_monitor.health.judgement import Health
 from gearbox_monitor.health.wear_outcome import outcomes, worst
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.effects import EFFECTS
-from gearbox_monitor.presentation import Quantity
+from gearbox_monitor.presentation import Quantity, Said
 from gearbox_monitor.report.robot_words import finding_words
-from gearbox_monitor.report.sentences import message, MOTION, phrase, TABLE, title
+from gearbox_monitor.report.sentences import message, MOTION, PARTS, phrase, TABLE, title
 from gearbox_monitor.report.summary import summary
 from gearbox_monitor.report.watch_words import change_words, payload_words
 from gearbox_monitor.watch.record import Change, HeldLoad
@@ -65,6 +65,7 @@ def number_of(rng, name, spec, conversion):
 
 def test_every_code_is_a_sentence_with_any_numbers():
     rng = np.random.default_rng(0)
+    assert len(TABLE) == sum(map(len, PARTS))  # no code has two sentences
     for code, sentence in TABLE.items():
         assert title(code) and not REFUSED.search(title(code).replace('...', 'n')), code
         for _ in range(20):

@@ -52,14 +52,14 @@ def found(t, u, y, model=MODEL):
 
 def decides(problem):
     """Return whether a problem refuses a recording, or reads it otherwise."""
-    return problem.fatal or problem.code in (*READ_OTHERWISE, 'implausible')
+    return problem.fatal or problem.fault in (*READ_OTHERWISE, 'implausible')
 
 
 def fatal(t, u, y, model=MODEL):
     """Return (code, text) of the only problem that decides."""
     problems = [p for p in found(t, u, y, model) if decides(p)]
     assert len(problems) == 1, problems
-    return problems[0].code, problems[0].text
+    return problems[0].fault, problems[0].text
 
 
 @pytest.fixture(scope='module')
@@ -133,7 +133,7 @@ def test_swapped_encoders_of_a_loaded_drive_are_named(seeds):
     named = []
     for seed in seeds:
         model, t, u, y = loaded(seed)
-        codes = {p.code for p in found(t, u, y[:, ::-1], model) if decides(p)}
+        codes = {p.fault for p in found(t, u, y[:, ::-1], model) if decides(p)}
         assert codes <= {'swapped'}, seed
         named.append(bool(codes))
     assert np.mean(named) > 0.8, named
@@ -227,7 +227,7 @@ def test_unrelated_signals_get_a_word_and_no_wrong_name(sound):
     t, u, y = sound
     problems = found(t, u, y[::-1] * 3.7)
     assert any('leave unexplained' in p.text for p in problems)
-    assert not {p.code for p in problems} & {'sign', 'swapped', 'units'}
+    assert not {p.fault for p in problems} & {'sign', 'swapped', 'units'}
 
 
 def test_a_doubt_is_another_reading_and_refuses_nothing(sound):
@@ -258,7 +258,7 @@ def test_limited_torque_command_is_told(sound):
     y = simulate(MODEL, u, 1e-3, seed=3).x[:, :2] + SIGMA * np.random.default_rng(0).normal(
         size=(len(u), 2))
     problems = found(t, u, y)
-    assert [p.code for p in problems] == ['torque_limit'] and not problems[0].fatal
+    assert [p.fault for p in problems] == ['torque_limit'] and not problems[0].fatal
     assert '-3 and 3 N m' in problems[0].text
 
 
@@ -285,7 +285,7 @@ def test_missing_motion_is_named():
 def test_length_and_rate(sound):
     t, u, y = sound
     assert fatal(t[:3000], u[:3000], y[:3000])[0] == 'too_short'
-    assert [p.code for p in found(t[:6000], u[:6000], y[:6000])] == ['short']
+    assert [p.fault for p in found(t[:6000], u[:6000], y[:6000])] == ['short']
     assert fatal(t * 100, u, y)[0] == 'rate'
     assert 'is t in ms?' in fatal(t * 1000, u, y)[1]
 
@@ -491,7 +491,7 @@ def test_a_setpoint_faster_than_the_servo_has_sign_and_unit():
         y = simulate(model, setpoint, 0.01).x[:, :2]
         y = y + 0.003 * np.random.default_rng(1).standard_normal(y.shape)
         recording = UniformRecording(t, setpoint, y, 0.01).with_servo(model.controller)
-        assert not [p.code for p in check(recording, model) if decides(p)]
+        assert not [p.fault for p in check(recording, model) if decides(p)]
 
 
 def test_late_stamps_are_no_lost_samples():

@@ -119,9 +119,9 @@ def test_torque_sampled_at_an_end_of_a_held_setpoint_is_no_friction(tmp_path, sa
     log = sampled(SERVOS, joints, sample)
     verdict = diagnose(robot, [log])
     assert verdict.kind == 'none', verdict.findings
-    assert any(f'sampled at the {end} of a held setpoint' in c for c in verdict.cautions)
+    assert any(f'sampled at the {end} of a held setpoint' in str(c) for c in verdict.cautions)
     wrong = diagnose(RobotModel(file.chain, tolerance, 0.05), [log])
-    assert len(wrong.findings) >= 3 and not any('held' in c for c in wrong.cautions)
+    assert len(wrong.findings) >= 3 and not any('held' in str(c) for c in wrong.cautions)
     load, = diagnose(robot, [sampled(SERVOS.replace('</body></body>', f'{LOAD}</body></body>'),
                                      joints, sample)]).findings
     assert load.effect == 'payload'

@@ -28,7 +28,7 @@ from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
-from gearbox_monitor.presentation import on_axis
+from gearbox_monitor.presentation import on_axis, Said, said
 from gearbox_monitor.signals.uniform import at_one_rate, expect_one_rate, UniformRecording
 
 
@@ -68,7 +68,7 @@ class ChangeVerdict:
     remainder: place of a change that no finding explains, None without. held, holds: whether the
     model file explained the reference, and the later recording now; effects_before: what the
     reference showed beyond the model file. torque_noise: N m rms in a sample that neither
-    explains. notes: sentences. model: the drive as it is now.
+    explains. notes: doubts. model: the drive as it is now.
     """
 
     verdict: str
@@ -78,7 +78,7 @@ class ChangeVerdict:
     holds: bool
     effects_before: tuple[str, ...]
     torque_noise: float
-    notes: tuple[str, ...]
+    notes: tuple[Said, ...]
     model: DriveModel
 
     def to_dict(self) -> dict[str, Any]:
@@ -86,7 +86,7 @@ class ChangeVerdict:
         return {'verdict': self.verdict, 'findings': [asdict(f) for f in self.findings],
                 'remainder': self.remainder, 'model_held': self.held, 'model_holds': self.holds,
                 'effects_before': list(self.effects_before), 'torque_noise': self.torque_noise,
-                'notes': list(self.notes)}
+                'notes': list(map(str, self.notes))}
 
 
 class ReferenceFit(NamedTuple):
@@ -139,12 +139,12 @@ def diagnose_change(reference: UniformRecording, later: UniformRecording, model:
         if _refuted(nominal, effect, values):
             findings.append(_finding(nominal, effect, values, errors.get(effect, {})))
         else:
-            notes.append(f'{effect}: the baseline recording allows it as well')
+            notes.append(said('baseline_allows', effect=effect))
     # The model of the reference has errors of its own.
     remains = decision.remains and (
         typical_misfit(decision.runs) > THRESHOLDS.misfit * nominal.misfit)
     if decision.remains and not remains:
-        notes.append('what no effect explains is no larger than in the baseline recording')
+        notes.append(said('remainder_as_before'))
     kind = kind_of(bool(findings), remains)
     return ChangeVerdict(
         kind, tuple(findings), decision.place if remains else None, nominal.held,

@@ -27,10 +27,7 @@ from gearbox_monitor.kernels.linear_least_squares import covariance
 from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
-
-
-ALL_TRAINED = ('only the held-out windows show the model error: all windows were fitted, so '
-               'gap_after is not from unseen ones; validate with a second recording')
+from gearbox_monitor.presentation import said, Said
 
 
 class ComparedRuns(NamedTuple):
@@ -56,7 +53,7 @@ class Decision:
     bursts, with their torque.
     none: the fit without effects; fit: that of the laws; closed: the same, or with the torque map
     of a function. fits: all that were scored by one likelihood, best first. bursts, the largest
-    first. remains: whether the laws leave more than noise. notes: sentences.
+    first. remains: whether the laws leave more than noise. notes: doubts.
     """
 
     model: DriveModel
@@ -68,7 +65,7 @@ class Decision:
     fits: tuple[InnovationFit, ...]
     bursts: tuple[Burst, ...] = ()
     remains: bool = False
-    notes: tuple[str, ...] = ()
+    notes: tuple[Said, ...] = ()
 
     @property
     def data(self) -> DriveRecordings:
@@ -204,7 +201,7 @@ def decide(recordings: DriveRecordings) -> Decision:
     for fit in sorted([h.fit.fit for h in outcome.rivals] + [laws, none], key=data.score):
         if not fit.candidate.tables:
             unique.setdefault(fit.candidate.key, fit)
-    notes = (ALL_TRAINED,) if data.all_trained and not recordings.all_trained else ()
+    notes = (said('all_trained'),) if data.all_trained and not recordings.all_trained else ()
     return Decision(
         recordings.model, best.fit.beside if bursts else data, outcome, none, laws, closed,
         tuple(unique.values()), bursts, outcome.lawless, notes)

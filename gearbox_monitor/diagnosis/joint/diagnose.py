@@ -24,6 +24,7 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.effects.actuator import ACTUATOR_DELAY, ACTUATOR_LAG
 from gearbox_monitor.plant.effects.motor_side import LUGRE
+from gearbox_monitor.presentation import said, Said, say
 from gearbox_monitor.signals.uniform import expect_one_rate, UniformRecording
 
 # Effects faster than a slow log: what they do within a sample is what its torque is read by.
@@ -55,7 +56,7 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     expect_one_rate(recordings)
     recordings = [driven(r, model) for r in recordings]
     chosen = chosen_ids(only, exclude)
-    reasons = {i: reason for i in library() if (reason := 'excluded' if i not in chosen else
+    reasons = {i: reason for i in library() if (reason := say('excluded') if i not in chosen else
                                                 hidden_by(i, model, recordings))}
     ids = [i for i in chosen if i not in reasons]
     if not ids:
@@ -73,23 +74,20 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     notes = [*decision.notes, *doubts(decision, otherwise)]
     stated, lasts = (m.process_torque_time for m in (model, decision.recordings.model))
     if lasts != stated:
-        notes.append(f'unexplained torque lasts {lasts:g} s; the model file states {stated:g} s '
-                     '(process_torque_time)')
+        notes.append(said('torque_lasts', seconds=lasts, stated=stated))
     if ACTUATOR_DELAY.id in decision.ids and any(is_open(r, model) for r in recordings):
-        notes.append('below 200 Hz, a delay of the torque is known only to half a sample, '
-                     f'{0.5e3 * recordings[0].dt:.3g} ms: how it acted between the stamps is open')
+        notes.append(said('delay_is_open', ms=0.5e3 * recordings[0].dt))
     if decision.remains and len(recordings) > 1:
         same = _shown_by_each(decision)
         if same is not None:
             decision = same
-            notes.append('the effect differs between the recordings, each of which shows it '
-                         'alone: no single value closes the gap in all')
+            notes.append(said('differs_between'))
     lattices = tuple(name for i, name in enumerate(LATTICES)
                      if evidence.quantum[i] > THRESHOLDS.lattice * decision.recordings.level[i])
     excluded = [name for name in lattices if name in exclude]
     if excluded and not decision.ids and not decision.remains:
         decision = replace(decision, remains=True)
-        notes.append(f'readings are quantised: {excluded[0]}, which is excluded')
+        notes.append(said('is_quantised', effect=excluded[0]))
     decision = with_level_of_innovations(decision)
     verdict = replace(report(decision, [n for n in lattices if n in ids], validate, seed, notes),
                       not_tried=reasons)
@@ -138,7 +136,7 @@ def explains_all(evidence: DriveRecordings, fit: InnovationFit) -> bool:
     return contested.remains(contested.hypothesis(fit), thorough=True).worth <= CONTEST.margin
 
 
-def doubts(decision: Decision, otherwise: Mapping[int, InnovationFit]) -> list[str]:
+def doubts(decision: Decision, otherwise: Mapping[int, InnovationFit]) -> list[Said]:
     """
     Return the doubts of a check of channels, signs and units that effects explain better.
 
@@ -157,7 +155,7 @@ def doubts(decision: Decision, otherwise: Mapping[int, InnovationFit]) -> list[s
         text = '' if recording.doubt is None else recording.doubt.text
         if fit.deviance < nominal_run:
             raise InputError(f'{recording.name}: {text}')
-        out.append(f'{text}; but the verdict explains the recording better than that')
+        out.append(said('doubt_refuted', doubt=text))
     return out
 
 
@@ -199,9 +197,9 @@ def hidden_by(name: str, model: DriveModel, recordings: Sequence[UniformRecordin
         recordings: of it.
     """
     if not any(visible(name, model, recording) for recording in recordings):
-        return 'this drive, its encoders or its model do not show it'
+        return say('never_shown')
     if name in UNSEEN_BETWEEN and all(is_open(recording, model) for recording in recordings):
-        return f'{1.0 / recordings[0].dt:.3g} samples/s do not show it'
+        return say('too_slow', rate=1.0 / recordings[0].dt)
     return ''
 
 

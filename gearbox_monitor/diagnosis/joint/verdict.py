@@ -25,7 +25,7 @@ from gearbox_monitor.plant.drive import DriveModel, weight_of
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import ARM_INERTIA, DISTURBANCE, GRAVITY
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
-from gearbox_monitor.presentation import Drawn, Paged
+from gearbox_monitor.presentation import Drawn, Paged, Said, said
 from gearbox_monitor.signals.uniform import UniformRecording
 
 NONE, EFFECT, INCOMPLETE, UNKNOWN = 'none', 'effect', 'incomplete', 'unknown'
@@ -161,9 +161,9 @@ class Verdict(Drawn, Paged):
     misfit: Mapping[str, Any]
     where: Mapping[str, Any]
     remainder: Mapping[str, Any] | None
-    warnings: list[str]
+    warnings: list[Said]
     bursts: list[Mapping[str, Any]]
-    equivalent: list[str]
+    equivalent: list[Said]
     model_values: Mapping[str, Mapping[str, float]]
     model: DriveModel = field(repr=False)
     basis: Decision = field(repr=False)
@@ -188,6 +188,7 @@ class Verdict(Drawn, Paged):
         data = {f.name: getattr(self, f.name) for f in fields(self)
                 if f.name not in ('model', 'basis')}
         data['findings'] = [finding.to_dict() for finding in self.findings]
+        data |= {name: list(map(str, data[name])) for name in ('warnings', 'equivalent')}
         for name in ('nominal_shift', 'validation', 'between_recordings'):
             if data[name] is None:
                 del data[name]
@@ -200,7 +201,7 @@ def location_of(name: str) -> str:
 
 
 def report(decision: Decision, lattices: Sequence[str], validate: UniformRecording | None,
-           seed: int, notes: Sequence[str] = ()) -> Verdict:
+           seed: int, notes: Sequence[Said] = ()) -> Verdict:
     """
     Return the Verdict with all evidence.
 
@@ -209,7 +210,7 @@ def report(decision: Decision, lattices: Sequence[str], validate: UniformRecordi
         lattices: ids of quantisations that may be named.
         validate: recording for validation, or None.
         seed: seed of the random numbers.
-        notes: sentences about the search.
+        notes: on the search.
     """
     closed, remains, data = decision.closed, decision.outcome.remains, decision.data
     candidate, z, runs = decision.fit.candidate, decision.fit.z, decision.compared
@@ -412,9 +413,9 @@ def model_values(effects: Iterable[str], model: DriveModel) -> dict[str, dict[st
     return out
 
 
-def equivalents(findings: Sequence[Finding], model: DriveModel) -> list[str]:
+def equivalents(findings: Sequence[Finding], model: DriveModel) -> list[Said]:
     """
-    Return sentences about what else the values of findings may be called.
+    Return what else the values of findings may be called.
 
     Args:
         findings: of the verdict.
@@ -424,22 +425,19 @@ def equivalents(findings: Sequence[Finding], model: DriveModel) -> list[str]:
     out = []
     if 'torque_gain' in values:
         factor = 1.0 / (1.0 + values['torque_gain']['g'])
-        out.append(f'the same motion results if all inertias, weights, stiffnesses and frictions '
-                   f'are multiplied by {factor:.4g} instead of the torque by '
-                   f'{1.0 / factor:.4g}: only a known load or torque sensor tells')
+        out.append(said('same_scale', factor=factor, gain=1.0 / factor))
     added = values[ARM_INERTIA.id]['m2'] - model.arm_inertia if ARM_INERTIA.id in values else 0.0
     if added > 0.0 and model.axis == 'prismatic':
-        out.append(f'a payload of {added:.3g} kg has this inertia')
+        out.append(said('same_mass', mass=added))
     elif added > 0.0 and GRAVITY.id in values:
         weight = values[GRAVITY.id]['G'] - weight_of(model.effects)[0]
         if weight > 0.0:
             distance = scipy.constants.g * added / weight
-            out.append(f'a payload of {added / distance ** 2:.3g} kg at {distance:.3g} m from the '
-                       'axis has this inertia and this weight')
+            out.append(said('same_load', mass=added / distance ** 2, distance=distance))
     elif added > 0.0:
         r1, r2 = ARMS
-        out.append(f'a payload of {added / r1 ** 2:.3g} kg at {r1:g} m from the axis has this '
-                   f'inertia, and so has one of {added / r2 ** 2:.3g} kg at {r2:g} m')
+        out.append(said('same_inertia', first=added / r1 ** 2, at=r1, second=added / r2 ** 2,
+                        also=r2))
     return out
 
 
@@ -475,9 +473,9 @@ def shifts(candidate: CandidateModel, nuisances: Mapping[str, float]) -> dict[st
 
 
 def warnings(decision: Decision, kind: str, nuisances: Mapping[str, float],
-             times: Sequence[float | None]) -> list[str]:
+             times: Sequence[float | None]) -> list[Said]:
     """
-    Return sentences about what weakens the verdict.
+    Return what weakens the verdict.
 
     Args:
         decision: what the search found.
@@ -486,33 +484,28 @@ def warnings(decision: Decision, kind: str, nuisances: Mapping[str, float],
         times: correlation times of the encoder noise [2], s; None: white.
     """
     model, candidate, z = decision.model, decision.fit.candidate, decision.fit.z
-    out = [f'the noise of the {name} encoder lasts {1e3 * time:.2g} ms, as if it were filtered: '
-           'it is judged with that' for name, time in zip(('motor', 'arm'), times) if time]
+    out = [said('noise_lasts', side=name, ms=1e3 * time)
+           for name, time in zip(('motor', 'arm'), times) if time]
     sharpness = co_estimated(model, nuisances)
-    out += [f'friction of the {side} has another shape than in the model file, not another size: '
-            f'sharpness {sharpness[name]:.3g} instead of {value:.3g} s/rad'
+    out += [said('friction_shape', side=side, sharpness=sharpness[name], stated=value)
             for name, side, value in (('alpha', 'motor', model.friction_sharpness),
                                       ('alpha_arm', 'arm', model.arm_sharpness))
             if name in nuisances and abs(np.log1p(nuisances[name])) > STATEMENTS.shape]
     law = candidate.nominal.friction_law.kind
     if law != model.friction_law.kind:
-        out.append(f'friction of the drive follows the law {law}, not {model.friction_law.kind} '
-                   'of the model file (friction_law)')
+        out.append(said('friction_law', law=law, stated=model.friction_law.kind))
     published, closed = (misfit_of(runs) for runs in (
         decision.compared.published, decision.compared.closed))
     if kind == NONE and published > THRESHOLDS.misfit * closed:
-        out.append(f'the model file itself misses by {published:.3g} standard deviations: values '
-                   'moved within their tolerances (nominal_shift) explain the recording')
+        out.append(said('file_misses', misfit=published))
     bound = candidate.at_bound(z)
     one_encoder = all(len(r.channels) == 1 for r in decision.data.recordings)
     if kind in (UNKNOWN, INCOMPLETE) and one_encoder and model.transmission.kind != 'rigid':
-        out.append('one encoder: where an unknown effect acts is a guess, record both to know')
+        out.append(said('one_encoder'))
     if bound and kind != NONE:
-        out.append(f'{", ".join(bound)}: at the bound of what is possible')
+        out.append(said('at_bounds', names=', '.join(bound)))
     if nuisances and candidate.penalty(z) > THRESHOLDS.isolable:
         shift = shifts(candidate, candidate.values(z)[0])
         farthest = max(shift, key=lambda n: abs(shift[n]))
-        out.append(f'nominal values lie far outside their tolerance (most: {farthest}, '
-                   f'{shift[farthest]:+.1f} tolerances): the tolerance '
-                   'looks too small, or several values have changed')
+        out.append(said('beyond_tolerance', name=farthest, shift=shift[farthest]))
     return out

@@ -11,6 +11,7 @@ import scipy
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.presentation import say
 from gearbox_monitor.signals.jumps import (
     JumpFinding, OUTLIER, PERIODS, SLIP, strangers, TURNS, turns, without_jumps)
 from gearbox_monitor.signals.recording import AS_RECORDED, Convention, Recording
@@ -57,7 +58,8 @@ class RawLog:
     """
     Columns as a file holds them: t [N] s; by joint of the model position and input [N].
 
-    kind, measured: as of RobotLog. slips: times at which a position slips, s.
+    kind, measured: as of RobotLog. slips: times at which a position slips, s. turned: joints whose
+    turns were counted on.
     """
 
     name: str
@@ -68,6 +70,7 @@ class RawLog:
     measured: bool = False
     notes: tuple[str, ...] = ()
     slips: tuple[float, ...] = ()
+    turned: frozenset[str] = frozenset()
 
 
 def raw_log(recording: Recording, joints: Mapping[str, str], kind: str,
@@ -103,7 +106,7 @@ def read_by(raw: RawLog, conventions: Mapping[str, Convention]) -> RawLog:
             position[joint] = convention.position(position[joint])
             given[joint] = convention.position(given[joint]) if raw.kind == SETPOINT else \
                 convention.torque(given[joint])
-    stated = [f'{joint}: read as {c.rules}' for joint, c in conventions.items()
+    stated = [say('read_as', place=joint, rules=c.rules) for joint, c in conventions.items()
               if c != AS_RECORDED]
     return replace(raw, position=position, input=given, notes=(*raw.notes, *stated))
 
@@ -114,14 +117,13 @@ def continuous(raw: RawLog) -> RawLog:
 
     Notes say what was found of each joint and when; a slip stays as it is, and ends a section.
     """
-    notes, slips = list(raw.notes), set[float]()
+    notes, slips, turned = list(raw.notes), set[float](), set[str]()
     joints = list(raw.position)
     foreign = strangers(np.column_stack([raw.position[joint] for joint in joints]), raw.t)
     if foreign.any():
         first = float(raw.t[foreign][0] - raw.t[0])
-        notes.append(f'{int(foreign.sum())} of {len(foreign)} samples are left out: one and the '
-                     f'same posture, the first at {first:.4g} s, between those of the robot: two '
-                     'publishers on one topic, stop the second one')
+        notes.append(say('foreign_samples', count=int(foreign.sum()), samples=len(foreign),
+                         first=first))
     keep = ~foreign
     t, position, given = raw.t[keep], dict[str, Array](), dict[str, Array]()
     for joint in joints:
@@ -130,6 +132,8 @@ def continuous(raw: RawLog) -> RawLog:
         for finding in found:
             seconds = float(t[finding.row] - t[0])
             notes.append(f'{joint}: {jump_words(finding, seconds)}')
+            if finding.kind == TURNS:
+                turned.add(joint)
             if finding.kind == SLIP:
                 slips.update(t[finding.rows].tolist())
         if raw.kind == SETPOINT:
@@ -141,22 +145,14 @@ def continuous(raw: RawLog) -> RawLog:
                 given[joint] = given[joint] + period * np.round(
                     (position[joint] - given[joint]) / period)
     return replace(raw, t=t, position=position, input=given, notes=tuple(notes),
-                   slips=tuple(sorted(slips)))
-
-
-TURNED = 'the position jumps by a turn'
+                   slips=tuple(sorted(slips)), turned=frozenset(turned))
 
 
 def jump_words(finding: JumpFinding, seconds: float) -> str:
     """Return a `finding` about a joint's positions in words, the first one at `seconds`."""
-    size, times = f'{abs(finding.size):.4g}', f'{finding.count} times' if finding.count > 1 else \
-        'once'
-    return {TURNS: f'{TURNED} ({size}) {times}, first at {seconds:.4g} s: '
-                   'turns are counted on',
-            OUTLIER: f'{finding.count} outliers, the first one {size} off at {seconds:.4g} s: not '
-                     'used',
-            SLIP: f'the position jumps by {size} at {seconds:.4g} s and stays there, {times} in '
-                  'all: an encoder that slips, or a new zero'}[finding.kind]
+    times = f'{finding.count} times' if finding.count > 1 else 'once'
+    return say({TURNS: 'joint_turns', OUTLIER: 'joint_outliers', SLIP: 'joint_slips'}[
+        finding.kind], size=abs(finding.size), times=times, count=finding.count, at=seconds)
 
 
 def _at_stamps(t: Array, values: Array, rows: Integers, kind: str
@@ -218,13 +214,12 @@ def _whole_samples(raw: RawLog, joints: Sequence[str]) -> tuple[Array, Array, li
         rarest = int(np.argmin(own.sum(axis=0)))
         rows = np.flatnonzero(own[:, rarest])
         separate = [joint for i, joint in enumerate(joints) if not own[rows, i].all()]
-        notes.append(f'{", ".join(separate)}: messages of their own, interpolated to the stamps '
-                     f'of {joints[rarest % len(joints)]}')
+        notes.append(say('own_messages', names=', '.join(separate),
+                         place=joints[rarest % len(joints)]))
         t, values = _at_stamps(t, values, rows, raw.kind)
     good = np.logical_and.reduce(np.isfinite(values), axis=1)
     if not good.all():
-        notes.append(f'{int(np.sum(~good))} of {len(good)} samples without all joints are left '
-                     'out')
+        notes.append(say('not_whole', count=int(np.sum(~good)), samples=len(good)))
     t, values = t[good], values[good]
     if len(t) < 3:
         raise InputError(f'{raw.name}: {len(t)} whole samples, expected {LEAST_SECONDS:g} s or '
@@ -269,7 +264,7 @@ def checked_log(raw: RawLog, joints: Sequence[str]) -> RobotLog:
         keep[i] = t[i] - latest[i - 1] >= SETTINGS.coincident * period
     dropped = int(np.sum(~keep))
     if dropped:
-        notes.append(f'{dropped} samples with a stamp at or before another one are left out')
+        notes.append(say('stamped_before', count=dropped))
     t, values = t[keep], values[keep]
     gaps = np.flatnonzero(np.diff(t) > max(SETTINGS.gap * period, SETTINGS.gap_seconds)) + 1
     ends = np.union1d(gaps, np.searchsorted(t, raw.slips))
@@ -282,8 +277,8 @@ def checked_log(raw: RawLog, joints: Sequence[str]) -> RobotLog:
                          f'one part without gaps of {LEAST_SECONDS:g} s or more')
     used = sum(len(section.t) for section in sections)
     if len(ends):
-        what = ' and '.join(f'{len(x)} {words}' for x, words in (
-            (gaps, 'gaps in the stamps'), (raw.slips, 'slips of positions')) if len(x))
-        notes.append(f'{what}: {used} of {len(t)} samples are used')
+        code = 'in_parts' if len(gaps) and len(raw.slips) else (
+            'after_stamp_gaps' if len(gaps) else 'after_slips')
+        notes.append(say(code, gaps=len(gaps), slips=len(raw.slips), used=used, samples=len(t)))
     return RobotLog(raw.name, tuple(joints), raw.kind, tuple(sections), 1.0 / period,
                     raw.measured, (*raw.notes, *notes))

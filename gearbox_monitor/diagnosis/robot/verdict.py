@@ -30,6 +30,7 @@ from gearbox_monitor.plant.effects.balance_column import COMMAND
 from gearbox_monitor.plant.effects.controller import (
     SERVO_DEADBAND, SERVO_GAIN, SERVO_LIMIT, SETPOINT_DELAY)
 from gearbox_monitor.plant.effects.motor_side import COULOMB_ASYMMETRY, MOTOR_COULOMB
+from gearbox_monitor.presentation import Quantity, said, Said, say
 
 TWO_HEIGHTS = {MOTOR_COULOMB.id, TORQUE_OFFSET.id}
 TOO_WIDE = 3.0     # a deviation whose torque exceeds the effort so many times: not determined
@@ -79,7 +80,7 @@ class RobotVerdict:
     ranked: tuple[JointGap, ...]
     visible: Mapping[str, Mapping[str, float]]
     not_tried: Mapping[str, str]
-    cautions: tuple[str, ...]
+    cautions: tuple[Said, ...]
     unvisited: bool
     questions: tuple[Question, ...]
     not_judged: tuple[str, ...]
@@ -703,36 +704,32 @@ def _not_tried(rows: Rows, laws: Sequence[Candidate]) -> dict[str, str]:
         if effect.id in tried:
             continue
         if effect.column is None:
-            out[effect.id] = 'the balance of torques of one encoder does not show it'
+            out[effect.id] = say('no_column')
         elif effect.column.needs == COMMAND and rows.measured:
-            out[effect.id] = 'the torque is measured behind the drive, not commanded'
+            out[effect.id] = say('torque_measured')
         elif not visible_in(effect.column, rows):
-            out[effect.id] = ('needs a recorded torque' if rows.setpoint else 'needs setpoints')
+            out[effect.id] = say('needs_torque' if rows.setpoint else 'needs_setpoints')
         else:
-            out[effect.id] = f'{rows.rate:.3g} samples/s or this motion do not show it'
-    out |= {e.id: 'this motion does not show it' for e in ROBOT_EFFECTS if e.id not in tried}
+            out[effect.id] = say('rate_or_motion', rate=rows.rate)
+    out |= {e.id: say('motion_hides') for e in ROBOT_EFFECTS if e.id not in tried}
     return out
 
 
-def _of_reference(knowledge: Knowledge | None) -> tuple[str, ...]:
+def _of_reference(knowledge: Knowledge | None) -> tuple[Said, ...]:
     """Return cautions about references: what they do not know, joints that they do not teach."""
     if knowledge is None:
         return ()
-    out = [f'{name}: not judged, the model leaves more than half of its effort in the references '
-           'unexplained' for name in knowledge.unjudged]
-    if knowledge.short:
-        out.append(f'one reference of {knowledge.seconds:.0f} s: differences between days are not '
-                   f'known; taken as {100 * SETTINGS.day:.2g} % of the effort')
-    return tuple(out)
+    short = [said('one_reference', seconds=knowledge.seconds, percent=100 * SETTINGS.day)]
+    return (*(said('unjudged', place=name) for name in knowledge.unjudged),
+            *short * knowledge.short)
 
 
-def _of_gains(evidence: RobotEvidence, fit: RobotFit) -> tuple[str, ...]:
+def _of_gains(evidence: RobotEvidence, fit: RobotFit) -> tuple[Said, ...]:
     """Return cautions about servos whose gain is not that of the model."""
     rows = evidence.recordings[0]
     if not rows.setpoint:
         return ()
-    return tuple(f'{name}: its servo acts with {1.0 / max(x, LEAST_SCALE):.2g} times the gain of '
-                 'the model; sizes of torques are in its scale'
+    return tuple(said('other_gain', place=name, factor=1.0 / max(x, LEAST_SCALE))
                  for name, x in zip(rows.robot.chain.joints, _servo_scales(evidence, fit)[0])
                  if abs(x - 1.0) > 2.0 * rows.robot.gain_tolerance)
 
@@ -756,17 +753,16 @@ def setpoint_lags(evidence: RobotEvidence, fit: RobotFit) -> Array:
                      for name in evidence.recordings[0].robot.chain.joints])
 
 
-def held_setpoints(evidence: RobotEvidence, fit: RobotFit) -> tuple[str, ...]:
+def held_setpoints(evidence: RobotEvidence, fit: RobotFit) -> tuple[Said, ...]:
     """Return a caution about torques that were sampled at one end of a held setpoint."""
     return tuple(
-        f'{rows.name}: all servos show viscous friction of kp times {1e3 * early:+.2g} ms: their '
-        f'torque was sampled at the {"start" if early > 0.0 else "end"} of a held setpoint. This '
-        'is no finding; log its mean over the period, or setpoints'
+        said('held_setpoint', log=rows.name, ms=1e3 * early,
+             end='start' if early > 0.0 else 'end')
         for rows, early in zip(evidence.recordings, sampled_early(evidence, fit))
         if abs(early) > HELD_SHARE * rows.motion.step)
 
 
-def _of_small(evidence: RobotEvidence, search: RobotSearch) -> tuple[str, ...]:
+def _of_small(evidence: RobotEvidence, search: RobotSearch) -> tuple[Said, ...]:
     """Return a caution about the small function without a law, if there is one."""
     if search.small is None:
         return ()
@@ -774,19 +770,16 @@ def _of_small(evidence: RobotEvidence, search: RobotSearch) -> tuple[str, ...]:
     (j, x), = c.columns.items()
     size = rms_in_motion(evidence, j, x @ fit.values[fit.of(len(fit.chosen) - 1)])
     unit = 'N' if evidence.recordings[0].robot.chain.links[j].slides else 'N m'
-    return (f'{c.joint}: {size:.2g} {unit} rms over {c.over} remains, little beside what the '
-            'findings explain there',)
+    return (said('little_remains', place=c.joint, size=Quantity(size, None, unit), over=c.over),)
 
 
 def _cautions(joints: Sequence[str], shares: Sequence[Mapping[str, float]], away: float
-              ) -> tuple[str, ...]:
-    """Return what the references did not visit, in words."""
+              ) -> tuple[Said, ...]:
+    """Return what the references did not visit."""
     out = []
     if away > 1.0:
-        out.append('no reference had such angles and speeds of all joints together: this motion '
-                   f'is {away * SETTINGS.farther:.2g} times as far from them as their own parts '
-                   'are')
-    out += [f'{name}: in {100 * share:.0f} % of the motion no reference had this {variable}'
+        out.append(said('far_away', factor=away * SETTINGS.farther))
+    out += [said('not_visited', place=name, percent=100 * share, variable=variable)
             for name, of in zip(joints, shares) for variable, share in of.items()
             if share > 1.0 - SETTINGS.visited]
     return tuple(out)
@@ -803,7 +796,7 @@ def verdict_data(verdict: RobotVerdict) -> dict[str, Any]:
         'ranked': [asdict(gap) for gap in verdict.ranked],
         'visible': {k: dict(v) for k, v in verdict.visible.items()},
         'not_tried': dict(verdict.not_tried),
-        'cautions': list(verdict.cautions), 'unvisited': verdict.unvisited,
+        'cautions': list(map(str, verdict.cautions)), 'unvisited': verdict.unvisited,
         'questions': [asdict(q) for q in verdict.questions],
         'not_judged': list(verdict.not_judged),
         'drifts': [asdict(d) for d in verdict.drifts]}

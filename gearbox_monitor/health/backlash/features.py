@@ -19,14 +19,13 @@ import numpy as np
 from gearbox_monitor.estimation.rts_smoother import (
     S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST, S_TWIST_RATE_NOISE_STD, S_X2, S_X3, S_X4)
 from gearbox_monitor.health.alert_limits import LIMITS
-from gearbox_monitor.health.checks.outcome import Said
 from gearbox_monitor.health.elastic_regression import (
     BLOCKS, certainties, COLUMN_OF, COULOMB, D_TORQUE, D_TWIST, D_U, D_X3, data_of, ElasticLaw,
     GAIN, HALF_GAP, HEIGHT, N_SHAPE, Regression, STIFFNESS, VISCOUS, WIDTH, ZERO)
 from gearbox_monitor.kernels.linear_least_squares import Damping
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.presentation import Quantity
+from gearbox_monitor.presentation import Quantity, Said
 
 MAX_POINTS = 2500
 GROUPS = 300       # of points; the fit compares averages of two neighbours

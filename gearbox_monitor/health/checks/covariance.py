@@ -7,7 +7,8 @@ Third trust indicator: the filter's uncertainty of tau_K is at its reference.
 That of the filter alone: what the tolerances of the model add to it varies with the motion.
 """
 from gearbox_monitor.health.alert_limits import LIMITS
-from gearbox_monitor.health.checks.outcome import Condition, Level, Outcome, outcome_of, Said
+from gearbox_monitor.health.checks.outcome import Condition, Level, Outcome, outcome_of
+from gearbox_monitor.presentation import Said
 
 BELOW = Condition('below', 'covariance', Level.WARN, ('tau_k_noise_std',), ('lower_bound',))
 ABOVE = Condition('above', 'covariance', Level.WARN, ('tau_k_noise_std',), ('upper_bound',))

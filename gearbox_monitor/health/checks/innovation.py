@@ -22,9 +22,10 @@ import numpy as np
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.score import LAGS, ljung_box, MIN_SAMPLES
 from gearbox_monitor.health.alert_limits import LIMITS
-from gearbox_monitor.health.checks.outcome import Condition, Level, Outcome, outcome_of, Said
+from gearbox_monitor.health.checks.outcome import Condition, Level, Outcome, outcome_of
 from gearbox_monitor.kernels.kernel import entry, inline, kernel
 from gearbox_monitor.kernels.types import Array, Integers, Matrix, Pair, Values, Vector
+from gearbox_monitor.presentation import Said
 
 
 def _deviations(share: float) -> float:

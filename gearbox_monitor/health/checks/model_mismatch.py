@@ -11,9 +11,10 @@ from collections import deque
 from collections.abc import Mapping
 
 from gearbox_monitor.health.alert_limits import LIMITS
-from gearbox_monitor.health.checks.outcome import Condition, Level, Outcome, outcome_of, Said
+from gearbox_monitor.health.checks.outcome import Condition, Level, Outcome, outcome_of
 from gearbox_monitor.parameters import EstimatorParameters, LEARNED
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.presentation import Said
 
 SECOND = 1_000_000_000
 

@@ -18,11 +18,12 @@ import numpy as np
 from gearbox_monitor.estimation.process_model import (
     K_P, LOAD_AT, P0, Q0, R1, R2, tangent, TAU_K, X1, X2, X3, X4)
 from gearbox_monitor.health.alert_limits import LIMITS
-from gearbox_monitor.health.checks.outcome import Condition, Level, Outcome, outcome_of, Said
+from gearbox_monitor.health.checks.outcome import Condition, Level, Outcome, outcome_of
 from gearbox_monitor.kernels.kernel import entry, inline
 from gearbox_monitor.kernels.types import Array, FlagMatrix, Flags, Matrix, Values, Vector
 from gearbox_monitor.plant.drive import (
     arm_load_slopes, D, INVERSE_M1, INVERSE_M2, motor_friction_slope)
+from gearbox_monitor.presentation import Said
 
 POSITION_SCALE = 1.0  # rad: prior standard deviation of the positions
 ROUNDING = 1e-14

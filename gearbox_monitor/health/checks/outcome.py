@@ -7,10 +7,11 @@ from dataclasses import dataclass, field, replace
 import enum
 from importlib import import_module
 from types import MappingProxyType
-from typing import NamedTuple, Self, TypeAlias
+from typing import Self, TypeAlias
 
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.kernels.types import Values
+from gearbox_monitor.presentation import Said
 
 NOTHING: Values = MappingProxyType({})
 
@@ -21,18 +22,6 @@ class Level(enum.IntEnum):
     OK = 0
     WARN = 1
     ERROR = 2
-
-
-class Said(NamedTuple):
-    """
-    One thing that an outcome says: a code of the table of sentences, and its numbers.
-
-    numbers: of the phrase, by name; tuples of Said are parts of it. level: of this alone.
-    """
-
-    code: str
-    numbers: Values = NOTHING
-    level: Level = Level.OK
 
 
 Group: TypeAlias = tuple[Said, ...]
@@ -106,7 +95,7 @@ def outcome_of(broken: Sequence[Said], fine: Said | None, values: Values) -> Out
     """
     if not broken:
         return Outcome(Level.OK, ((fine,),) if fine else (), values)
-    return Outcome(max(said.level for said in broken), (tuple(broken),), values)
+    return Outcome(Level(max(said.level for said in broken)), (tuple(broken),), values)
 
 
 def joined(outcomes: Sequence[Outcome]) -> Outcome:

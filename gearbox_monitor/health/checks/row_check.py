@@ -11,9 +11,10 @@ import numpy as np
 from gearbox_monitor.estimation.rts_smoother import (
     S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_RATE_NOISE_STD, S_X3, S_X4)
 from gearbox_monitor.health.alert_limits import LIMITS
-from gearbox_monitor.health.checks.outcome import Condition, Level, Said
+from gearbox_monitor.health.checks.outcome import Condition, Level
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.presentation import Said
 
 MAX_ROWS = 500  # of a window that are looked at: neighbours are alike
 

@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from functools import cache
 import re
 
-from gearbox_monitor.health.checks.outcome import Condition, Level, Outcome, outcome_of, Said
+from gearbox_monitor.health.checks.outcome import Condition, Level, Outcome, outcome_of
 from gearbox_monitor.kernels.types import Values
+from gearbox_monitor.presentation import Said
 
 NO_SAMPLE = Condition('no_sample', 'input', Level.ERROR, ('rate_hz',))
 # Judged by the node, on the clock of its computer: no stamps come that could be judged.

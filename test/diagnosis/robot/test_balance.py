@@ -557,8 +557,8 @@ def test_one_short_reference_says_so_and_asks_more(taught):
     assert knowledge.short and not replace(knowledge, references=('a', 'b')).short
     short, long = (diagnose(model, [log], k) for k in (
         knowledge, replace(knowledge, seconds=60.0)))
-    assert any('differences between days are not known' in c for c in short.cautions)
-    assert not any('differences between days' in c for c in long.cautions)
+    assert any('differences between days are not known' in str(c) for c in short.cautions)
+    assert not any('differences between days' in str(c) for c in long.cautions)
     for effect, places in short.visible.items():
         for place, size in places.items():
             assert size > long.visible[effect][place]
@@ -600,7 +600,7 @@ def test_a_joint_whose_reference_is_not_understood_is_not_judged(taught):
     assert verdict.not_judged == (name,)
     assert not any(f.joint == name for f in verdict.findings)
     assert not any(r.joint == name for r in verdict.remainders)
-    assert any(c.startswith(f'{name}: not judged') for c in verdict.cautions)
+    assert any(str(c).startswith(f'{name}: not judged') for c in verdict.cautions)
 
 
 def test_a_reference_is_held_against_the_file():
