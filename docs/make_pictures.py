@@ -195,10 +195,11 @@ def fleet(folder: Path) -> Iterator[str]:
     (folder / 'params.yaml').write_text(
         'estimator: {ros__parameters: {arm_load: none}}', encoding='utf-8')
     dates = ('2026-01-15', '2026-02-20', '2026-04-10', '2026-06-15')
-    for name, growth in (('SN0815', (0, 8, 16, 25)), ('SN0816', (0, 0, 0, 0))):
+    for n, (name, growth) in enumerate((
+            ('SN0815', (0, 8, 16, 25)), ('SN0816', (0, 0, 0, 0)))):
         for k, (date, wear) in enumerate(zip(dates, growth)):
-            run(f'example archive/{name}/{date} --date {date} --wear {wear} --seed {k} --rate 500 '
-                '--seconds 40 --motion varied --process-noise 0', folder)
+            run(f'example archive/{name}/{date} --date {date} --wear {wear} --rate 500 '
+                f'--seed {10 * n + k} --seconds 40 --motion varied --process-noise 0', folder)
     run("fleet archive --out fleet --params params.yaml --gearbox 'archive/([^/]+)/'", folder)
     yield (folder / 'fleet/fleet.html').as_uri()
 

@@ -115,6 +115,7 @@ PRISMATIC = {'kg m^2': 'kg', 'N m': 'N', 'rad': 'm', 'angle': 'position', 'torqu
 _WORDS = re.compile(r'(?<![\w-])([mk]?)(kg m\^2|N m|rad|angle|torque)(s?)(?!\w)')
 EXACT = 0.0  # deviation of a value that states none
 UNKNOWN = 'unknown'
+FINEST = 1e-3  # of a value: no model of a drive, encoder or clock is truer
 DIGITS, ROUGH = 3, 2  # of a value without deviation, and of one that nothing determines
 MOST_DECIMALS, LARGEST = 8, 6  # beyond them a power of ten
 
@@ -191,6 +192,13 @@ def _rounded(value: float, decimals: int, sign: str) -> str:
         digits = max(decimals + _magnitude(value, 1), 0) if value else 0
         return f'{value:{sign}.{digits}e}'
     return f'{round(value, decimals) + 0.0:{sign}.{max(decimals, 0)}f}'
+
+
+def credible(value: float, deviation: float | None, unit: str = '') -> Quantity:
+    """Return a value of a drive whose deviation is FINEST of it at least, whatever noise says."""
+    if deviation and math.isfinite(deviation):
+        deviation = max(deviation, FINEST * abs(value))
+    return Quantity(value, deviation, unit)
 
 
 def number(value: float | None, unit: str = '') -> str:

@@ -79,9 +79,9 @@ def unbroken(text: str) -> str:
         r'(?<=\d)-(?=\d)', '\u2011', text).replace(' ', '\u00a0')
 
 
-def whole_options(text: str) -> Markup:
-    """Return `text`, escaped, with options such as --model that no line break divides."""
-    return Markup(re.sub(r'--[a-z][a-z-]*', r'<span class="whole">\g<0></span>',  # noqa: S704
+def whole_words(text: str) -> Markup:
+    """Return `text`, escaped, with dates and options such as --model whole in their lines."""
+    return Markup(re.sub(r'--[a-z][a-z-]*|\d{4}-\d\d-\d\d', r'<span class="whole">\g<0></span>',  # noqa: S704
                          str(escape(text))))
 
 
@@ -91,7 +91,7 @@ def environment() -> Environment:
     jinja = Environment(
         loader=PackageLoader('gearbox_monitor.report'), autoescape=True, trim_blocks=True,
         lstrip_blocks=True, undefined=StrictUndefined)
-    for drawer in (units_of, unbroken, whole_options, chart_view, plane_view, bar_views):
+    for drawer in (units_of, unbroken, whole_words, chart_view, plane_view, bar_views):
         jinja.filters[drawer.__name__] = drawer
     return jinja
 

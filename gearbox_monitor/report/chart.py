@@ -44,6 +44,11 @@ class Trace:
         """Class of its path."""
         return f'{self.role} dots' if self.dots else self.role
 
+    @property
+    def around_style(self) -> str:
+        """Class of what is drawn around it: a band, or a bar per dot."""
+        return f'{self.role} around' if self.dots else f'band {self.role}'
+
     def around(self, std: Array | float) -> 'Trace':
         """Return it with the band of SIGMAS deviations `std` [N]."""
         return replace(self, band=(self.y - SIGMAS * std, self.y + SIGMAS * std))

@@ -16,7 +16,8 @@ from gearbox_monitor.diagnosis.robot.robot_effects import JOINT, ROBOT_EFFECTS
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN
 from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB
-from gearbox_monitor.presentation import change, number, on_axis, percent, Quantity, Said, say
+from gearbox_monitor.presentation import (
+    change, credible, number, on_axis, percent, Quantity, Said, say)
 from gearbox_monitor.report.sentences import TABLE
 from gearbox_monitor.report.words import counted
 
@@ -105,7 +106,7 @@ def _load(finding: Mapping[str, Any], place: str) -> str:
 
 def _sized(finding: Mapping[str, Any], name: str, unit: str) -> Quantity:
     """Return the value `name` of a finding in a `unit`."""
-    return Quantity(finding['values'][name], finding['deviations'][name], unit)
+    return credible(finding['values'][name], finding['deviations'][name], unit)
 
 
 def _tilt(finding: Mapping[str, Any]) -> Quantity:

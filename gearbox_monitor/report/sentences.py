@@ -278,7 +278,7 @@ WEAR_SENTENCES = {
     'open_size': Sentence(', its size not separable from the new motion'),
     'parts': Sentence(' (viscous {viscous:+}, Coulomb {coulomb:+})'),
     'warm_up': Sentence(' (warm-up?)'), 'steady': Sentence(', steady now'),
-    'reach': Sentence(', limit {limit:+} in {expected} ({earliest} to {latest})'),
+    'reach': Sentence(', reaches {limit:+} in about {expected} ({earliest} to {latest})'),
     'not_compared': Sentence('{noun} not compared{since}: {why}'),
     'untrusted': Sentence('the estimates are not trusted, see the other indicators'),
     'not_identifiable': Sentence('not identifiable in this motion'),

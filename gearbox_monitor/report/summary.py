@@ -11,7 +11,8 @@ from typing import Any
 
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
-from gearbox_monitor.presentation import change, number, on_axis, percent, Quantity, Said, say
+from gearbox_monitor.presentation import (
+    change, credible, number, on_axis, percent, Quantity, Said, say)
 
 NEAR_FLOOR = 1.5  # misfit that may be noise of the encoders
 OWNERS = {
@@ -82,7 +83,7 @@ def finding_sentence(finding: Mapping[str, Any], data: Mapping[str, Any], axis: 
     if effect is None or effect.parameters[0].name not in values:
         return say('acts', effect=name)
     parameter = effect.parameters[0]
-    size = Quantity(values[parameter.name], finding['deviations'].get(parameter.name),
+    size = credible(values[parameter.name], finding['deviations'].get(parameter.name),
                     on_axis(parameter.unit, axis))
     nominal = (data.get('model_values') or {}).get(name, {}).get(parameter.name)
     if not nominal:

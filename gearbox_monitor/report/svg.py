@@ -113,9 +113,10 @@ def _paths(traces: Sequence[Trace], axis: Axis, y: Axis) -> list[View]:
     """Return the paths of `traces`, each above its band."""
     paths = list[View]()
     for trace in traces:
-        area = '' if trace.band is None else _band(trace.x, trace.band, axis, y)
+        area = '' if trace.band is None else (_bars if trace.dots else _band)(
+            trace.x, trace.band, axis, y)
         if area:
-            paths.append({'style': f'band {trace.role}', 'd': area, 'name': ''})
+            paths.append({'style': trace.around_style, 'd': area, 'name': ''})
         xs, ys = trace.points()
         paths.append({'style': trace.style, 'name': trace.name,
                       'd': _drawn(axis.right(xs), y.down(ys), trace.dots)})
@@ -138,6 +139,13 @@ def _drawn(xs: Array, ys: Array, dots: bool) -> str:
         out.append(f'{pen}{a:.0f} {b:.0f}{"h0" if dots else ""}')
         pen = 'M' if dots else 'L'
     return ''.join(out)
+
+
+def _bars(x: Array, band: tuple[Array, Array], axis: Axis, y_axis: Axis) -> str:
+    """Return the d of one upright bar per point between the curves of `band`, none where NaN."""
+    low, high = (y_axis.down(np.asarray(v, float)) for v in band)
+    return ''.join(f'M{a:.0f} {b:.0f}V{c:.0f}' for a, b, c in zip(
+        axis.right(np.asarray(x, float)), low, high) if math.isfinite(b + c))
 
 
 def _band(x: Array, band: tuple[Array, Array], axis: Axis, y_axis: Axis) -> str:

@@ -114,8 +114,9 @@ def _row(data: WatchData, name: str) -> dict[str, Any]:
     """Return the row of the joint `name`: level, states in words, what is found, or why not."""
     joint = data['joints'][name]
     found = [f for f in data['findings'] if f['joint'] == name]
-    bad = {f['state'] for f in found}
+    bad = {f['state']: f['share'] for f in found}
     states = {kind: state['words'] for kind, state in joint['states'].items() if state['judged']}
+    states |= bad
     cells = [('warn' if kind in bad else '', states.get(kind, '-').removesuffix(' %'))
              for kind in STATE_TITLES]
     level = joint['level']

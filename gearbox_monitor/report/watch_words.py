@@ -171,7 +171,8 @@ def _finding(change: Change) -> dict[str, Any]:
             'link': change.place if change.kind == TILT else None,
             'values': {'relative': change.size}, 'deviations': {'relative': change.std},
             'since_ns': change.since_ns, 'found_ns': change.found_ns, 'over_ns': change.over_ns,
-            'words': change_words(change), 'label': change_label(change)}
+            'words': change_words(change), 'label': change_label(change),
+            'share': share_words(change)}
 
 
 def _held(load: HeldLoad) -> dict[str, Any]:

@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 from gearbox_monitor.diagnosis.joint.verdict import INCOMPLETE, NONE, UNKNOWN
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
-from gearbox_monitor.presentation import change, EXACT, number, on_axis, percent, Quantity
+from gearbox_monitor.presentation import (
+    change, credible, EXACT, number, on_axis, percent, Quantity)
 from gearbox_monitor.report.summary import NEAR_FLOOR, PLACES
 
 NOTHING = ('none', 'undecided')  # verdicts without a gap
@@ -133,7 +134,7 @@ def value_rows(data: Mapping[str, Any], axis: str) -> list[ValueRow]:
         units = {p.name: p.unit for p in effects[effect].parameters} if effect in effects else {}
         for name, value in values.items():
             error = (errors.get(effect) or {}).get(name) or EXACT
-            size = Quantity(value, None if (effect, name) in undetermined else error, on_axis(
+            size = credible(value, None if (effect, name) in undetermined else error, on_axis(
                 units.get(name, ''), axis)) if isinstance(value, (int, float)) else None
             nominal = stated.get(effect, {}).get(name)
             rows.append(ValueRow(

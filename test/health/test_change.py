@@ -124,7 +124,7 @@ def test_slow_ramp_is_found_and_forecast():
     outcome = found[-1]['backlash']
     assert not any('steady' in f['backlash'].message for f in found)
     left = 3600.0 * (0.25 - 0.05) / 0.05
-    assert outcome.level == Level.WARN and 'limit +25 % in' in outcome.message
+    assert outcome.level == Level.WARN and 'reaches +25.0 % in about' in outcome.message
     assert outcome.values['forecast_s'] == pytest.approx(left, rel=0.2)
     assert outcome.values['forecast_earliest_s'] < left < outcome.values['forecast_latest_s']
     assert outcome.values['growth'] == pytest.approx(0.05, abs=0.005)
