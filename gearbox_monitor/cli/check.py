@@ -36,10 +36,10 @@ from gearbox_monitor.cli.inputs import (
     add_robot_arguments, add_setpoint_argument, names_of, reading_of_robot, robot_of, settings_of)
 from gearbox_monitor.cli.options import (
     add_estimator_arguments, estimator_options, opened, refuse, show, wrapped)
-from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.noise_search import MIN_SAMPLES, MIN_SECONDS
 from gearbox_monitor.health.alert_limits import LIMITS
+from gearbox_monitor.library.progress import count_bar
 from gearbox_monitor.library.robot import check_robot
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel

@@ -31,10 +31,10 @@ from typing import Any
 
 import yaml
 
-from gearbox_monitor.cli.progress import Bar, count_bar
 from gearbox_monitor.errors import InputError, installed_by
 from gearbox_monitor.files.opening import config_path, load_robot
 from gearbox_monitor.files.yaml_files import save_model
+from gearbox_monitor.library.progress import Bar, count_bar
 from gearbox_monitor.parameters import FILTER_NAMES, RecorderParameters
 from gearbox_monitor.recordings.topics import SNAPSHOT
 from gearbox_monitor.robot import arm_plant

@@ -40,7 +40,6 @@ from gearbox_monitor.cli.inputs import (
     reading_of_robot, robot_of, robot_options, written_options)
 from gearbox_monitor.cli.options import (
     entries, expect_new_files, ids_in, refuse, show, wrapped, write_files)
-from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.diagnosis.joint import closed_model
 from gearbox_monitor.diagnosis.joint.diagnose import chosen_ids
 from gearbox_monitor.diagnosis.joint.verdict import NONE, UNDECIDED, Verdict
@@ -48,6 +47,7 @@ from gearbox_monitor.errors import expect_whole, InputError, unknown
 from gearbox_monitor.files.opening import dump, plain
 from gearbox_monitor.files.yaml_files import expect_new_file, model_text
 from gearbox_monitor.library.identify import diagnose, expect_ids
+from gearbox_monitor.library.progress import progress_bar
 from gearbox_monitor.library.robot import diagnose_robot, robot_effects, RobotDiagnosis
 from gearbox_monitor.library.simulator_file import export_model, written_model
 from gearbox_monitor.plant.drive import DriveModel
@@ -106,9 +106,8 @@ def run(args: Namespace) -> int:
     expect_new_files(args.out, (PAGE, VERDICT, CLOSED))
     model, recordings, validate, notes = load_recordings(args, weigh=True)
     simulator = _user_simulator(args.simulator, recordings, model) if args.simulator else None
-    with progress_bar('diagnose') as progress:
-        verdict = diagnose(recordings, model, validate=validate, only=only, exclude=exclude,
-                           seed=args.seed, jobs=args.jobs, progress=progress)
+    verdict = diagnose(recordings, model, validate=validate, only=only, exclude=exclude,
+                       seed=args.seed, jobs=args.jobs)
     data = plain(verdict.to_dict())
     data['warnings'] = [*notes, *(data.get('warnings') or [])]
     closed, basis = verdict.model, verdict.basis
@@ -378,11 +377,9 @@ def run_robot(args: Namespace) -> int:
     effects = _effects(args)
     expect_new_file(args.out)
     began = time.process_time()
-    with progress_bar('diagnose') as progress:
-        diagnosis = diagnose_robot(
-            args.bag, robot_of(args), reference=args.reference or None, effects=effects,
-            recorded=names_of(args), reading=reading_of_robot(args), topic=args.topic,
-            progress=progress)
+    diagnosis = diagnose_robot(
+        args.bag, robot_of(args), reference=args.reference or None, effects=effects,
+        recorded=names_of(args), reading=reading_of_robot(args), topic=args.topic)
     data = {**diagnosis.data, 'options': robot_options(args),
             'cpu_s': round(time.process_time() - began, 2)}
     if args.out:

@@ -44,7 +44,6 @@ import numpy as np
 from gearbox_monitor.cli.inputs import add_recording_arguments, load_recordings, settings_of
 from gearbox_monitor.cli.options import (
     check_filter, estimator_options, opened, refuse, show, warn, wrapped)
-from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.diagnosis.joint.nominal import fit_nominal, FittedValue
 from gearbox_monitor.diagnosis.joint.unit_adaptation import Adapted
 from gearbox_monitor.errors import InputError
@@ -56,6 +55,7 @@ from gearbox_monitor.files.yaml_files import (
     save_model, write_parameters)
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.library.identify import adapt, write_adapted
+from gearbox_monitor.library.progress import progress_bar
 from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, MIXED, MODEL as MODEL_VALUES
 from gearbox_monitor.presentation import change, EXACT, number, on_axis, percent, Quantity
 from gearbox_monitor.recordings.joint_input import find_input
@@ -228,8 +228,7 @@ def _fit_unit(args: Namespace) -> int:
     parameters = EstimatorParameters.of({
         'motor_joint': args.motor_joint, 'arm_joint': args.arm_joint, 'tau_k_model': MIXED,
         **values})
-    with progress_bar('fit') as progress:
-        result = adapt(recordings, model, parameters=parameters, progress=progress)
+    result = adapt(recordings, model, parameters=parameters)
     write_adapted(folder, result, ', '.join(Path(path).name for path in args.bag))
     fitted = result.fit.values if result.fit else ()
     data = plain({

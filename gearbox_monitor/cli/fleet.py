@@ -38,10 +38,10 @@ from typing import Any
 
 from gearbox_monitor.cli.main import INTERRUPTED, UNDECIDED
 from gearbox_monitor.cli.options import entries, estimator_options, refuse, show, wrapped
-from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.errors import expect_whole, InputError, installed_by
 from gearbox_monitor.files.opening import read_text
 from gearbox_monitor.files.yaml_files import expect_outside_of_bag, load_model
+from gearbox_monitor.library.progress import count_bar
 from gearbox_monitor.recordings.recorded_samples import NO_MODEL, NO_SERIAL
 from gearbox_monitor.ros.middleware import cores, Interrupt
 

@@ -16,7 +16,6 @@ from argparse import ArgumentParser, Namespace
 
 from gearbox_monitor.cli.inputs import add_robot_arguments, names_of, reading_of_robot, robot_of
 from gearbox_monitor.cli.options import add_reading_arguments, show
-from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.knowledge_file import save_knowledge, SUFFIX
 from gearbox_monitor.files.yaml_files import expect_new_file
@@ -45,10 +44,8 @@ def run(args: Namespace) -> int:
     if learnt:
         raise InputError(f'{", ".join(learnt)}: written by learn, expected logs')
     expect_new_file(args.out)
-    with progress_bar('learn') as progress:
-        knowledge, notes = learn_robot(args.log, robot_of(args), topic=args.topic,
-                                       recorded=names_of(args), reading=reading_of_robot(args),
-                                       progress=progress)
+    knowledge, notes = learn_robot(args.log, robot_of(args), topic=args.topic,
+                                   recorded=names_of(args), reading=reading_of_robot(args))
     save_knowledge(args.out, knowledge)
     rows = {joint: (float(d), [name for j, name in knowledge.shapes if j == i])
             for i, (joint, d) in enumerate(zip(knowledge.joints, knowledge.dispersion))}

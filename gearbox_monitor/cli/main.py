@@ -202,7 +202,7 @@ def run_parsed(name: str, parse: Callable[[], argparse.Namespace], timed: str = 
             setattr(sys, stream, open(os.devnull, 'w', encoding='utf-8'))
     try:
         args = parse()
-        from gearbox_monitor.cli.progress import shown_time
+        from gearbox_monitor.library.progress import shown_time
         with shown_time(timed) if timed else contextlib.nullcontext():
             code: int = args.run(args) or 0
             return code

@@ -21,10 +21,9 @@ import os
 from pathlib import Path
 from typing import Any
 
-from tqdm import tqdm
-
 from gearbox_monitor.cli.options import show
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.library.progress import count_bar
 from gearbox_monitor.recordings.recovery import recover, Recovery
 
 UNWRITTEN = ('Messages that the recorder had not written when it ended are not counted; this '
@@ -48,7 +47,11 @@ def run(args: Namespace) -> int:
 
     def progress(parts: Iterable[Any]) -> Any:
         """Show the progress through parts."""
-        return tqdm(parts, desc='recover', unit=' chunks', disable=None, leave=False)
+        listed = list(parts)
+        with count_bar('recover', len(listed)) as bar:
+            for part in listed:
+                yield part
+                bar.update()
 
     recovery = recover(args.bag, out, progress)
     data = as_data(args.bag, recovery)

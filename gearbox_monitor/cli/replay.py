@@ -26,10 +26,10 @@ from typing import Any
 
 from gearbox_monitor.cli.options import (
     add_estimator_arguments, entries, estimator_options, opened, show, warn, wrapped)
-from gearbox_monitor.cli.progress import count_bar, Progress
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_new_file, load_model
 from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.library.progress import count_bar, Progress
 from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.presentation import on_axis
 from gearbox_monitor.recordings.player import Player

@@ -26,7 +26,6 @@ from argparse import ArgumentParser, Namespace
 
 from gearbox_monitor.cli.options import (
     add_estimator_arguments, check_filter, reading_of, show, warn)
-from gearbox_monitor.cli.progress import count_bar
 from gearbox_monitor.library.recording_report import write_report
 from gearbox_monitor.parameters import FILTER_NAMES
 
@@ -43,14 +42,8 @@ def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
     if args.filter:
         check_filter(args.filter)
-    with count_bar('report', 100) as bar:
-        def progress(task: str, share: float) -> None:
-            """Show the share of a task."""
-            bar.set_description_str(task, refresh=False)
-            bar.update(100.0 * share - bar.n)
-        pages = write_report(args.bag, args.out, topic=args.topic, model=args.model,
-                             parameters=args.params, filter=args.filter,
-                             reading=reading_of(args), progress=progress)
+    pages = write_report(args.bag, args.out, topic=args.topic, model=args.model,
+                         parameters=args.params, filter=args.filter, reading=reading_of(args))
     warn(args, pages.notes)
     size = pages.page.stat().st_size / 1e6
     show(args, pages.figures,

@@ -17,7 +17,6 @@ from pathlib import Path
 
 from gearbox_monitor.cli.main import UNDECIDED
 from gearbox_monitor.cli.options import add_reading_arguments, reading_of, show
-from gearbox_monitor.cli.progress import progress_bar
 from gearbox_monitor.files.opening import write_new
 from gearbox_monitor.files.watch_file import save_watch
 from gearbox_monitor.files.yaml_files import expect_new_file
@@ -42,9 +41,8 @@ def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
     expect_new_file(args.out)
     known = args.state if args.state and Path(args.state).exists() else None
-    with progress_bar('watch') as progress:
-        result = watch_robot(args.bag, args.model, state=known, topic=args.topic,
-                             reading=reading_of(args), progress=progress)
+    result = watch_robot(args.bag, args.model, state=known, topic=args.topic,
+                         reading=reading_of(args))
     if args.state:
         save_watch(args.state, result)
     data = watch_data(result)

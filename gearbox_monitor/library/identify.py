@@ -18,6 +18,7 @@ from gearbox_monitor.estimation.tune import tune as tuned
 from gearbox_monitor.files.yaml_files import save_model, write_parameters
 from gearbox_monitor.kernels.types import Array, column
 from gearbox_monitor.library.estimation import estimator_values, expect_recording, Parameters
+from gearbox_monitor.library.progress import reported
 from gearbox_monitor.library.recording import all_of, DriveRecording
 from gearbox_monitor.parameters import EstimatorParameters, MIXED, resolve
 from gearbox_monitor.plant.drive import DriveModel, expect_model
@@ -49,7 +50,7 @@ def diagnose(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
         exclude: ids of effects that are not tried.
         seed: of the intervals; same seed, same answer.
         jobs: number of threads; does not change the answer.
-        progress: called with (done, total, text).
+        progress: called with (done, total, text); None shows a bar or, in a pipe, lines.
 
     Returns:
         The verdict; its `model` closes the gap as far as is known.
@@ -64,9 +65,10 @@ def diagnose(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
     expect_whole(jobs, 'jobs', 1)
     expect_whole(seed, 'seed')
     parts, validation, notes = uniform(recordings, model, validate, weigh=True)
-    verdict = identification.diagnose(
-        parts, model, validate=validation, only=only, exclude=exclude, seed=seed, jobs=jobs,
-        progress=progress)
+    with reported('diagnose', progress) as report:
+        verdict = identification.diagnose(
+            parts, model, validate=validation, only=only, exclude=exclude, seed=seed, jobs=jobs,
+            progress=report)
     return replace(verdict, warnings=[*(said('as_written', text=note) for note in notes),
                                       *verdict.warnings])
 
@@ -86,7 +88,7 @@ def fit(recordings: Recorded | Sequence[Recorded], model: DriveModel,
             effects of the model), None for all of this drive but kt.
         validate: recording that is used for validation only.
         seconds: length of the runs that are fitted, s; None: 1 s.
-        progress: called with (done, total, text).
+        progress: called with (done, total, text); None shows a bar or, in a pipe, lines.
 
     Returns:
         The fit; its `model` has the values.
@@ -101,8 +103,9 @@ def fit(recordings: Recorded | Sequence[Recorded], model: DriveModel,
         raise InputError(f'seconds: {seconds!r}, expected at least 1 s')
     parts, validation, _ = uniform(recordings, model, validate)
     _warn_of_doubts(parts, recordings)
-    return fit_nominal(parts, model, free, validate=validation, seconds=seconds,
-                       progress=progress)
+    with reported('fit', progress) as report:
+        return fit_nominal(parts, model, free, validate=validation, seconds=seconds,
+                           progress=report)
 
 
 def uniform(recordings: Recorded | Sequence[Recorded], model: DriveModel,
@@ -189,7 +192,7 @@ class TunedParameters(Shown, Saved):
 
 def tune(recording: DriveRecording, model: DriveModel | None = None, *,
          parameters: Parameters = None, reference: Array | None = None, smoother: bool = False,
-         speeds: bool = True, progress: Callable[[float], None] | None = None, **changes: object
+         speeds: bool = True, progress: Progress | None = None, **changes: object
          ) -> TunedParameters:
     """
     Return R and Q of a filter for a recording, by maximum likelihood of the innovations.
@@ -201,7 +204,7 @@ def tune(recording: DriveRecording, model: DriveModel | None = None, *,
         reference: measured torque of the transmission [N], N m: then its error counts instead.
         smoother: tune for the smoothed torque.
         speeds: tune the process noise of the speeds, too.
-        progress: called with the share that is done, 0 to 1.
+        progress: called with (done, total); None shows a bar or, in a pipe, lines.
         changes: single parameters by name, such as filter='ukf'. tau_k_model is mixed unless one
             is named, or a reference given.
 
@@ -220,7 +223,9 @@ def tune(recording: DriveRecording, model: DriveModel | None = None, *,
     measured = None if reference is None else (samples.stamp_ns, column(
         reference, 'reference', 'torque of the transmission in N m', len(recording)))
     try:
-        figures = tuned(drive, base, [samples], measured, speeds, smoother, progress or bool)
+        with reported('tune', progress) as report:
+            figures = tuned(drive, base, [samples], measured, speeds, smoother,
+                            lambda share: report(share, 1.0))
     except InputError as error:
         raise InputError(f'{recording.name}: {error}') from None
     figures.update(bag=recording.name, notes=[*figures['notes'], *recording.notes, *notes])
@@ -228,7 +233,7 @@ def tune(recording: DriveRecording, model: DriveModel | None = None, *,
 
 
 def adapt(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
-          parameters: Parameters = None, progress: Callable[..., object] | None = None,
+          parameters: Parameters = None, progress: Progress | None = None,
           **changes: object) -> Adapted:
     """
     Return model and parameters of one unit, from its motion alone, without a torque sensor.
@@ -239,7 +244,7 @@ def adapt(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
         recordings: of `load_recording`, of this unit, with both encoders.
         model: of the drive.
         parameters: of the estimator, as `estimate` takes them.
-        progress: called with (done, total, text).
+        progress: called with (done, total, text); None shows a bar or, in a pipe, lines.
         changes: single parameters by name; tau_k_model is mixed unless one is named.
 
     Returns:
@@ -253,7 +258,8 @@ def adapt(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
         EstimatorParameters.of({'tau_k_model': MIXED, **estimator_values(parameters, changes)}))
     parts, _, _ = uniform(recordings, expect_model(model))
     _warn_of_doubts(parts, recordings)
-    result = replace(unit_adaptation.adapt(parts, model, base, progress), estimator=base)
+    with reported('adapt', progress) as report:
+        result = replace(unit_adaptation.adapt(parts, model, base, report), estimator=base)
     refusal = _kept_before(result, model, base, parts)
     if not refusal:
         return result

@@ -10,6 +10,7 @@ from typing import Any
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import plain, write_new
 from gearbox_monitor.files.yaml_files import expect_new_file, gearboxes_of, load_parameters
+from gearbox_monitor.library.progress import reported
 from gearbox_monitor.library.simulator_file import expect_path, load_model
 from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
 from gearbox_monitor.presentation import Shown
@@ -19,7 +20,7 @@ from gearbox_monitor.recordings.topics import JOINT_STATES
 from gearbox_monitor.report.recording_page import figures, headline, recording_page, robot_page
 from gearbox_monitor.report.timeline import recorded_timeline, RecordingFacts, Timeline
 
-Progress = Callable[[str, float], object]  # (task, share that is done)
+Progress = Callable[..., object]
 
 
 @dataclass(frozen=True, repr=False)
@@ -58,7 +59,7 @@ def write_report(bag: str | Path, out: str | Path | None = None, *, topic: str =
         parameters: parameter file of the estimator.
         filter: to run.
         reading: how columns are read whose names and units do not say it.
-        progress: called with (task, share that is done).
+        progress: called with (done, total, text); None shows a bar or, in a pipe, lines.
 
     Returns:
         The pages; of several gearboxes one of all, and one of each.
@@ -77,8 +78,8 @@ def write_report(bag: str | Path, out: str | Path | None = None, *, topic: str =
             estimators = [f'{topic}/{gearbox}'
                           for gearbox in gearboxes_of(parameters, 'estimator')]
 
-    def recorded(node: str, task: str) -> tuple[Timeline, RecordingFacts]:
-        """Return Timeline and facts of the estimator of a `node`; `task` names it."""
+    def recorded(node: str, task: str, report: Progress) -> tuple[Timeline, RecordingFacts]:
+        """Return Timeline and facts of a `node`; `report` of the `task` takes its progress."""
         values = load_parameters(parameters, 'estimator', SETTINGS, node) if parameters else {}
         file = model or values.pop('model', '')
         values.pop('model', None)
@@ -87,14 +88,15 @@ def write_report(bag: str | Path, out: str | Path | None = None, *, topic: str =
         drive = load_model(file) if file else None
         with open_recording(path, reading, topic) as opened:
             timeline, facts = recorded_timeline(
-                opened, node, drive, values,
-                lambda share: progress(task, share) if progress else None)
+                opened, node, drive, values, lambda share: report(share, 1.0, task))
         if not timeline.samples:
             raise InputError(f'{path}: topic {node} holds no sample, expected some')
         return timeline, facts
-    if len(estimators) > 1:
-        return _of_robot(str(bag), page, estimators, recorded)
-    timeline, facts = recorded(topic, 'report')
+    with reported('report', progress) as report:
+        if len(estimators) > 1:
+            return _of_robot(str(bag), page, estimators,
+                             lambda node, task: recorded(node, task, report))
+        timeline, facts = recorded(topic, 'report', report)
     write_new(page, recording_page(timeline, facts, _name(bag), bag_arguments(bag, topic)))
     said = headline(timeline, facts)[0]
     return ReportPages(page, said, plain({

@@ -23,6 +23,7 @@ from gearbox_monitor.diagnosis.robot.verdict import effort_curves, RobotVerdict,
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.files.knowledge_file import load_knowledge, SUFFIX
 from gearbox_monitor.files.opening import plain
+from gearbox_monitor.library.progress import reported
 from gearbox_monitor.library.simulator_file import expect_path
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.presentation import Paged, said, Saved
@@ -41,7 +42,7 @@ from gearbox_monitor.simulators.mujoco_run import rollouts
 from gearbox_monitor.simulators.robot_model import ChainFile, read_robot
 from gearbox_monitor.simulators.robot_patch import closed_file, title_of
 
-Progress = Callable[[int, int], None]
+Progress = Callable[..., object]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -185,7 +186,7 @@ def learn_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
         recorded: {joint: its name in the log}.
         topic: of the joints, in bags.
         reading: how columns are read whose names and units do not say it.
-        progress: called with (done, total).
+        progress: called with (done, total); None shows a bar or, in a pipe, lines.
 
     Raises:
         InputError: as of `robot_logs`; or the file is of another robot.
@@ -210,8 +211,9 @@ def _learnt(logs: str | Path | Sequence[str | Path], robot: Robot,
     _, doubts = as_named(read, robot, reading)
     if doubts:
         raise InputError('; '.join(doubts))
-    result = knowledge.learn(robot_model(robot.file, robot.values, True), read, robot.file.digest,
-                             progress=progress or (lambda done, total: None))
+    with reported('learn', progress) as report:
+        result = knowledge.learn(robot_model(robot.file, robot.values, True), read,
+                                 robot.file.digest, progress=report)
     limits = robot.file.low, robot.file.high
     floor = min(misfit(log, robot_model(robot.file, robot.values, False), limits) for log in read)
     differs = balance.examined(robot_model(robot.file, robot.values, True), read, result)
@@ -242,7 +244,8 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
         recorded: {joint: its name in the log}, where they differ.
         topic: of the joints, in bags.
         reading: how columns are read whose names and units do not say it.
-        progress: called with (done, total) while the reference is learnt.
+        progress: called with (done, total) while the reference is learnt; None shows a bar or,
+            in a pipe, lines.
 
     Returns:
         The diagnosis; `save` writes the robot's file with the findings.

@@ -34,9 +34,9 @@ from gearbox_monitor.report.diagnosis_evidence import gather
 from gearbox_monitor.report.diagnosis_page import diagnosis_page
 from gearbox_monitor.report.robot_gap_page import robot_gap_page
 from gearbox_monitor.report.robot_words import robot_text
+from gearbox_monitor.report.sentences import phrase
 from gearbox_monitor.report.summary import summary
 from gearbox_monitor.report.watch_words import watch_headline, watch_text
-from gearbox_monitor.report.sentences import phrase
 from gearbox_monitor.report.words import NOTHING, value_rows
 from gearbox_monitor.simulators.randomisation import randomisation
 from gearbox_monitor.watch.record import Watch

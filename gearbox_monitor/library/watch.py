@@ -10,6 +10,7 @@ from pathlib import Path
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.watch_file import load_watch
+from gearbox_monitor.library.progress import reported
 from gearbox_monitor.recordings.from_bag import names_in_log
 from gearbox_monitor.recordings.joint_input import find_topic
 from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOptions
@@ -27,7 +28,7 @@ STRING = 'std_msgs/msg/String'
 def watch_robot(recordings: str | Path | Sequence[str | Path], model: str | Path | None = None, *,
                 state: Watch | str | Path | None = None, topic: str = JOINT_STATES,
                 reading: ReadOptions = BY_NAMES,
-                progress: Callable[[int, int], None] = lambda done, total: None) -> Watch:
+                progress: Callable[..., object] | None = None) -> Watch:
     """
     Return what is known of a robot after recordings of its joint states.
 
@@ -40,7 +41,7 @@ def watch_robot(recordings: str | Path | Sequence[str | Path], model: str | Path
             learn.
         topic: of the joint states.
         reading: how columns are read whose names and units do not say it.
-        progress: called with (recordings done, recordings).
+        progress: called with (recordings done, recordings); None shows a bar or, in a pipe, lines.
 
     Raises:
         InputError: a recording cannot be read, or there is no description.
@@ -59,13 +60,13 @@ def watch_robot(recordings: str | Path | Sequence[str | Path], model: str | Path
         raise InputError('state: another robot_description than in the recordings, expected the '
                          'same robot; without a state, watch learns the robot again')
     cutter, assumed = Cutter(known.stamp_ns), list[str]()     # a block may end in the next one
-    for number, path in enumerate(paths):
-        progress(number, len(paths))
-        for item in _taken(path, cutter, topic, reading, known, assumed):
-            known = _after(known, item, model is None)
-    for block in cutter.end():
-        known, _ = step(known, block)
-    progress(len(paths), len(paths))
+    with reported('watch', progress) as report:
+        for number, path in enumerate(paths):
+            report(number, len(paths))
+            for item in _taken(path, cutter, topic, reading, known, assumed):
+                known = _after(known, item, model is None)
+        for block in cutter.end():
+            known, _ = step(known, block)
     return replace(known, notes=tuple(dict.fromkeys((*known.notes, *assumed))))
 
 

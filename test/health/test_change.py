@@ -20,12 +20,12 @@ from gearbox_monitor.health.backlash.features import Backlash, lost_motion_of, N
 from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.health.health_record import (
     AT_ODDS, ERRORS_LARGER, FOUND, HealthSettings, TRUSTED, WARNED, Window)
-from gearbox_monitor.health.wear_outcome import outcomes
-from gearbox_monitor.report.sentences import TABLE
 from gearbox_monitor.health.judgement import accepted, from_data, Health, judge, to_data
 from gearbox_monitor.health.monitor import Monitor
+from gearbox_monitor.health.wear_outcome import outcomes
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.report.sentences import TABLE
 
 WINDOW = 10 * 10 ** 9
 MEASURED = [0, 2, 3, 4, 6]  # features of the windows below

@@ -94,7 +94,7 @@ def test_a_quantity_has_the_digits_of_its_deviation():
     data = data_of('effect', HEAVY, params={'arm_inertia': {'m2': 0.0234531}},
                    standard_errors={'arm_inertia': {'m2': 3.8e-7}})
     row, = value_rows(data, 'rotary')
-    assert str(row).startswith('m2 = 0.0234531 ± 0.0000004 kg m² (model: 0.0235')
+    assert str(row).startswith('m2 = 0.02345 ± 0.00002 kg m² (model: 0.0235')
     assert str(width_of(0.2, 0.0)) == '0.200 ± 0.002 rad'
 
 

@@ -343,7 +343,7 @@ def key_of(candidate: Candidate) -> str:
 
 
 def learn(robot: RobotModel, logs: Sequence[RobotLog], model: str = '',
-          progress: Callable[[int, int], None] = lambda done, of: None) -> Knowledge:
+          progress: Callable[[int, int], object] = lambda done, of: None) -> Knowledge:
     """
     Return the Knowledge that `logs` of a healthy robot teach.
 
@@ -446,7 +446,7 @@ def _variance(evidence: RobotEvidence, fit: RobotFit) -> Array:
 
 
 def _shapes(robot: RobotModel, logs: Sequence[RobotLog],
-            progress: Callable[[int, int], None]) -> list[tuple[int, str]]:
+            progress: Callable[[int, int], object]) -> list[tuple[int, str]]:
     """
     Return the shapes that references need: one more per joint and round while it pays.
 

@@ -1,9 +1,9 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Progress of a command: a bar at a terminal; where none is shown, a line every 10 s."""
+"""Progress: a bar at a terminal or in a notebook; where none is shown, a line every 10 s."""
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 import os
 import sys
 import threading
@@ -17,9 +17,10 @@ FORM = '{desc} {percentage:3.0f} %|{bar:20}| {elapsed}'
 
 
 class Bar(tqdm):
-    """A bar at a terminal; elsewhere it counts for the lines of shown_time."""
+    """A bar at a terminal or in a notebook; elsewhere it counts for the lines of shown_time."""
 
     shown: ClassVar[list['Bar']] = []
+    timed: ClassVar[int] = 0  # shown_time that run
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
@@ -69,7 +70,8 @@ def count_bar(name: str, total: int, initial: int = 0) -> 'tqdm[None]':
 
     """
     columns, rows = _screen()
-    return Bar(total=total, initial=initial, desc=name, disable=None, leave=False,
+    return Bar(total=total, initial=initial, desc=name, leave=False,
+               disable=False if 'ipykernel' in sys.modules else None,
                bar_format=FORM, ncols=columns, nrows=rows)
 
 
@@ -108,7 +110,7 @@ def shown_time(command: str) -> Iterator[None]:
         next_line = EVERY
         while not ended.wait(min(EVERY, 0.5)):
             elapsed = time.monotonic() - begin
-            if terminal.isatty() and Bar.shown:
+            if any(not bar.disable for bar in Bar.shown):
                 for bar in list(Bar.shown):
                     bar.refresh()
             elif elapsed >= next_line:
@@ -119,8 +121,27 @@ def shown_time(command: str) -> Iterator[None]:
                           flush=True)
     thread = threading.Thread(target=show, daemon=True)
     thread.start()
+    Bar.timed += 1
     try:
         yield
     finally:
+        Bar.timed -= 1
         ended.set()
         thread.join()
+
+
+@contextmanager
+def reported(name: str, progress: Callable[..., object] | None
+             ) -> Iterator[Callable[..., object]]:
+    """
+    Yield whom a computation reports its progress to: the user's, or a bar or lines.
+
+    Args:
+        name: of the computation.
+        progress: of the user, None to show it here.
+    """
+    if progress is not None:
+        yield progress
+        return
+    with nullcontext() if Bar.timed else shown_time(name), progress_bar(name) as show:
+        yield show

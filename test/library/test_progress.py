@@ -8,7 +8,7 @@ import subprocess
 import sys
 import time
 
-from gearbox_monitor.cli import progress
+from gearbox_monitor.library import progress
 
 
 class Terminal(io.StringIO):
@@ -35,7 +35,7 @@ def test_time_of_a_bar_goes_on_without_steps(monkeypatch):
 
 def test_a_terminal_of_unknown_size_shows_the_bar():
     """Such as a serial console, or one that a program opens."""
-    code = 'from gearbox_monitor.cli import progress; progress.count_bar("tune", 100).close()'
+    code = 'from gearbox_monitor.library import progress; progress.count_bar("tune", 100).close()'
     ours, theirs = os.openpty()
     assert tuple(os.get_terminal_size(theirs)) == (0, 0)
     subprocess.run([sys.executable, '-c', code], stderr=theirs, check=True)
@@ -81,3 +81,27 @@ def test_a_closed_stderr_does_not_send_notes_to_stdout():
     done = subprocess.run(['sh', '-c', 'exec "$@" 2>&-', 'sh', sys.executable, '-c', code],
                           stdout=subprocess.PIPE, check=False)
     assert (done.returncode, done.stdout) == (2, b'')
+
+
+def test_a_call_from_python_reports_once_and_to_whom_the_user_says(monkeypatch, capsys):
+    monkeypatch.setattr(progress, 'EVERY', 0.05)
+    heard = []
+    with progress.reported('adapt', lambda *args: heard.append(args)) as report:
+        report(1, 4, 'tune')
+    assert heard == [(1, 4, 'tune')] and capsys.readouterr().err == ''
+    with progress.reported('adapt', None) as report:  # in a pipe
+        report(1, 2)
+        time.sleep(0.12)
+    assert capsys.readouterr().err.splitlines()[0] == 'adapt: 50 %, running for 0 s'
+    with progress.shown_time('fit'), progress.reported('adapt', None) as report:  # in a command
+        report(3, 4)
+        time.sleep(0.12)
+    assert set(capsys.readouterr().err.splitlines()) == {'fit: 75 %, running for 0 s'}
+
+
+def test_a_notebook_shows_the_bar(monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, 'ipykernel', sys)
+    with progress.reported('diagnose', None) as report:
+        time.sleep(0.12)  # tqdm draws no more than ten times per second
+        report(1, 4, 'fits')
+    assert 'fits  25 %' in capsys.readouterr().err
