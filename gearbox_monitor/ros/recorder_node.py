@@ -28,7 +28,7 @@ from rclpy.subscription import Subscription
 from gearbox_monitor import __version__
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.parameters import RECORDER, RecorderParameters
-from gearbox_monitor.recordings.storage import qos_profile
+from gearbox_monitor.recordings.storage import FILE_NAME, qos_profile
 from gearbox_monitor.recordings.write import BagWriter, WriteError
 from gearbox_monitor.ros.convert import import_message, key_values, message_definition
 from gearbox_monitor.ros.paced_node import declare, TableNode
@@ -98,7 +98,9 @@ class Recorder(TableNode):
         super().__init__('recorder')
         parameters = self._declare()
         names = dict.fromkeys(self._resolve(name) for name in parameters.topics)
-        output = time.strftime(parameters.output)
+        output = Path(os.path.abspath(time.strftime(parameters.output)))
+        if list(output.glob('*.mcap')) and not (output / FILE_NAME).exists():
+            output = _next(output)  # of a recorder that was killed, which this one replaces
         self._group = PolledCallbackGroup()
         self._topics = {name: RecordedTopic(name) for name in names}
         self._warned_space = self._warned_removed = False
@@ -282,8 +284,7 @@ class Recorder(TableNode):
         try:
             with TemporaryFile(dir=folder) as file:  # a medium that is gone has no such folder
                 os.posix_fallocate(file.fileno(), 0, ROOM)
-            names = (folder.with_name(f'{folder.name}_{k}') for k in count(2))
-            self._open(next(name for name in names if not os.path.lexists(name)))
+            self._open(_next(folder))
         except (OSError, InputError):
             return
         self._record(self._writers[-2].close)
@@ -342,6 +343,12 @@ class Recorder(TableNode):
         array = DiagnosticArray(status=[status])
         array.header.stamp = self.get_clock().now().to_msg()
         self._diagnostics.publish(array)
+
+
+def _next(bag: Path) -> Path:
+    """Return the first of BAG_2, BAG_3 ... that does not exist."""
+    names = (bag.with_name(f'{bag.name}_{k}') for k in count(2))
+    return next(name for name in names if not os.path.lexists(name))
 
 
 def _as_bag_qos(profile: QoSProfile) -> dict[str, Any]:

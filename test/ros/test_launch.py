@@ -84,7 +84,7 @@ def test_robot_starts_one_estimator_for_all_gearboxes(tmp_path):
     config = str(ROOT / 'config/robot.yaml')
     blocks = module.node_blocks(config)
     assert blocks == [('/', 'estimator', ('shoulder', 'elbow'))]
-    topics = module.topics([*blocks, module.Block('/left', 'estimator', ())])
+    topics = module.topics([*blocks, module.NodeBlock('/left', 'estimator', ())])
     assert {'/estimator/shoulder/snapshot', '/left/estimator/snapshot', '/left/drift_alerts',
             '/joint_states'} <= set(topics)
     assert topics.count('/diagnostics') == 1

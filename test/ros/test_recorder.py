@@ -133,6 +133,23 @@ def test_kill_loses_one_second_at_most(node, recorder, tmp_path, rate, seconds, 
             assert (np.abs(found.log_ns - times[found.stamp_ns]) < 10**9).all()
 
 
+def test_a_new_start_records_beside_the_bag_of_a_killed_recorder(node, recorder, tmp_path):
+    publisher = node.create_publisher(JointState, 'joint_states', 1000)
+    process = recorder()
+    wait_matched(publisher)
+    publish_at([publisher], 500, 1.0)
+    process.kill()
+    process.wait()
+    before = (tmp_path / 'bag' / 'bag_0.mcap').read_bytes()
+    process = recorder()
+    wait_for(lambda: (tmp_path / 'bag_2').exists(), 'a second bag')
+    time.sleep(1.0)  # the node is up, and a signal ends it as it should
+    assert f'to {tmp_path / "bag_2"}; lost' in stop(process)
+    assert (tmp_path / 'bag' / 'bag_0.mcap').read_bytes() == before
+    with open_bag(tmp_path / 'bag_2') as bag:
+        assert not bag.truncated
+
+
 def test_qos_types_and_late_topics(node, recorder, tmp_path):
     """Best effort, latched and late publishers, and types that nobody has told of."""
     snapshot = node.create_publisher(DiagnosticArray, 'estimator/snapshot', LATCHED)
