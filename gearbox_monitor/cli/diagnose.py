@@ -271,6 +271,9 @@ def _parameters(data: VerdictData, axis: str) -> Rows:
         yield '' if k else 'bursts', (
             f'{burst["t0"]:.2f} to {burst["t0"] + burst["duration"]:.2f} s: '
             + number(burst['amplitude'], on_axis('N m', axis)))
+    for k, slip in enumerate(data.get('slips') or ()):
+        yield '' if k else 'slips', f'{slip["t0"]:.2f} s: ' + str(
+            Quantity(slip['size'], slip['std'], on_axis('rad', axis)))
     for sentence in data.get('equivalent') or ():
         yield 'the same as', sentence
     torque_map = torque_map_of(data)

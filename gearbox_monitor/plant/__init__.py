@@ -34,7 +34,7 @@ Public names, by module:
         SETPOINT_DELAY
     effects.effect: Torques
     effects.encoder: ENCODER_OFFSET
-    effects.gearbox: BACKLASH_GAP
+    effects.gearbox: BACKLASH_GAP, SLIP, slipped
     effects.motor_side: COGGING, COULOMB_ASYMMETRY, LOAD_FRICTION, LUGRE, MOTOR_COULOMB,
         MOTOR_INERTIA, MOTOR_VISCOUS, STRIBECK
     effects.registry: INTEGRAL, LATE_A, LATE_B, LATE_C

@@ -7,8 +7,9 @@ Integrators of the drive, in one place for its kernels.
 The classical Runge-Kutta method of fourth order, and the semi-implicit steps of simulators.
 """
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cache
+from itertools import pairwise
 import math
 from typing import Any, NamedTuple, TypeAlias
 
@@ -24,7 +25,7 @@ from gearbox_monitor.plant.drive import (
     fastest_eigenvalue, HALF_GAP, K_S, KIND, LAW, motor_acceleration_by_law, rigid_torque,
     steps_of, STIFFNESS, WIDTH)
 from gearbox_monitor.plant.effects import (
-    arm_profile, Effect, MAX_SETPOINT_DELAY, quantised, Three, Torques)
+    arm_profile, Effect, MAX_SETPOINT_DELAY, quantised, slip_profile, Three, Torques)
 from gearbox_monitor.plant.effects.composition import (
     actuator, advanced_memories, arm_effects, base_friction, DELAY, elastic_torque,
     friction_effects, LAG, lead, motor_effects, reading, SERVO_DELAY, SERVO_LAG, step_damper,
@@ -468,6 +469,7 @@ class Plant:
             self.state[:len(state)] = state
         self._past_u, self._past_x = np.zeros(0), np.zeros((0, 4))
         self._lagged, self._setpoints = 0.0, np.zeros(0)
+        self._slipped = 0.0  # rad, by which the kernel counts the motor less
         self.model = model
 
     @property
@@ -518,15 +520,37 @@ class Plant:
             The Trajectory.
         """
         u = np.ascontiguousarray(u, float)
+        first = t0 / dt  # counted in samples: then a run has the same times however it is cut
+        first = round(first) if abs(first - round(first)) < 1e-6 else first
+        t = (first + np.arange(len(u))) * dt
+        slip = slip_profile(self._model.effects, t)
+        if slip is None:
+            return self._run(u, dt, t)
+        cuts, parts = [0, *(np.flatnonzero(np.diff(slip)) + 1), len(u)], []
+        for a, b in pairwise(cuts):
+            self._slip_by(slip[a] - self._slipped)
+            parts.append(self._run(u[a:b], dt, t[a:b]))
+        return Trajectory(**{column.name: np.concatenate([getattr(part, column.name)
+                                                          for part in parts])
+                             for column in fields(Trajectory)})
+
+    def _slip_by(self, angle: float) -> None:
+        """Let the motor slip by `angle`, rad, against the arm, where it stands."""
+        self._slipped += angle
+        self.state[0] -= angle
+        self._past_x[:, 0] -= angle
+        if self._model.controller is not None:
+            self._past_u -= angle
+            self._lagged -= angle
+
+    def _run(self, u: Array, dt: float, t: Array) -> Trajectory:
+        """Run as run() does, at times `t` [N], s; nothing slips meanwhile."""
         n = steps_of(self._model, dt, self._eigenvalue)
         if self.tolerance > 0.0 and _changes_within(self._model, self._drive.e):
             n = max(n, CHANGING)
         process = np.asarray(self.noise.process, float)
         shape = (len(u), n, 4)
         noise = self.process_random.standard_normal(shape) if process.any() else np.zeros(shape)
-        first = t0 / dt  # counted in samples: then a run has the same times however it is cut
-        first = round(first) if abs(first - round(first)) < 1e-6 else first
-        t = (first + np.arange(len(u))) * dt
         x, tau, acting = np.empty((len(u), 4)), np.empty((len(u), 2)), np.empty((len(u), n))
         keep = math.ceil(MAX_SETPOINT_DELAY / dt) + 2
         if len(self._past_u) != keep and len(u):
@@ -534,6 +558,8 @@ class Plant:
             self._setpoints = np.array([u[0], u[0], 0.0])
         commanded = np.concatenate([self._past_u, u])
         lead(commanded[keep:], self._setpoints, dt, self._drive.e)
+        if self._model.controller is not None:
+            commanded[keep:] -= self._slipped
         self._lagged = actuator(commanded, keep, self._lagged, dt, self._drive.e, acting)
         self._past_u = commanded[-keep:]
         extra = np.zeros((len(u), 3))
@@ -544,6 +570,8 @@ class Plant:
         self._past_x = rows[-keep:]
         y = np.empty((len(u), 2))
         read_all(rows, len(rows) - len(u), dt, self._drive.e, y)
+        y[:, 0] += self._slipped
+        x[:, 0] += self._slipped
         y += self.measurement_random.standard_normal((len(u), 2)) * self.noise.measurement
         return Trajectory(t, u, quantised(y, self._model.effects), x, tau[:, 0], tau[:, 1])
 

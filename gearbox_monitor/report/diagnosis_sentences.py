@@ -27,6 +27,8 @@ JOINT = {
     'beyond_model': Sentence(' beyond the {size} of the model'),
     'not_model': Sentence(', not {size} ({change})'),
     'bursts': Sentence('{bursts} of {torque} on the arm, the largest {size} at {time}.'),
+    'slipped_1': Sentence('Motor and arm slip by {size} at {time}.'),
+    'slipped_n': Sentence('Motor and arm slip {count} times, most by {size} at {time}.'),
     'all_1': Sentence('This explains the whole difference.'),
     'all_n': Sentence('Together they explain the whole difference.'),
     'part_1': Sentence('This explains' + _REST),

@@ -168,7 +168,7 @@ CHECKS = {
                            'move at several speeds, in both directions, with quick starts and '
                            'stops'),
     'drive_slips': Sentence('motor and arm slip by {size:.3g} rad at {at:.4g} s, and stay there',
-                            'check clutch, hub and couplings; diagnose counts on over it'),
+                            'check clutch, hub and couplings; diagnose names it'),
     # signs
     'ratio': Sentence(_RATIO),
     'two_drives': Sentence(f'{_RATIO}: not one drive', 'check the joint names: motor and arm must '

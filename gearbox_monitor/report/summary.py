@@ -11,6 +11,7 @@ from typing import Any
 
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
+from gearbox_monitor.plant.effects.gearbox import SLIP
 from gearbox_monitor.presentation import (
     change, credible, number, on_axis, percent, Quantity, Said, say)
 
@@ -70,7 +71,7 @@ def finding_sentence(finding: Mapping[str, Any], data: Mapping[str, Any], axis: 
 
     Args:
         finding: one of the findings of a verdict.
-        data: the verdict, with `model_values` and `bursts`.
+        data: the verdict, with `model_values`, `bursts` and `slips`.
         axis: of the drive.
     """
     name, values = finding['effect'], finding['values']
@@ -80,6 +81,11 @@ def finding_sentence(finding: Mapping[str, Any], data: Mapping[str, Any], axis: 
         return say('bursts', bursts='One burst' if count == 1 else f'{count} bursts',
                    torque=on_axis('torque', axis), time=number(values['t0'], 's'),
                    size=number(values['amplitude'], on_axis('N m', axis)))
+    if name == SLIP.id:
+        count = len(data.get('slips') or ())
+        return say('slipped_n' if count > 1 else 'slipped_1', count=count, size=Quantity(
+            abs(values['Ds']), finding['deviations']['Ds'], on_axis('rad', axis)),
+            time=number(values['t0'], 's'))
     if effect is None or effect.parameters[0].name not in values:
         return say('acts', effect=name)
     parameter = effect.parameters[0]

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from gearbox_monitor.diagnosis.joint.verdict import INCOMPLETE, NONE, UNKNOWN
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
+from gearbox_monitor.plant.effects.gearbox import SLIP
 from gearbox_monitor.presentation import (
     change, credible, EXACT, number, on_axis, percent, Quantity)
 from gearbox_monitor.report.summary import NEAR_FLOOR, PLACES
@@ -155,8 +156,8 @@ def undefined(data: Mapping[str, Any]) -> str:
     ids = ids_of(data)
     if data['verdict'] in LACKING and (data.get('gap_before') or 0.0) > NEAR_FLOOR:
         return 'no effect and no torque map explains readings that were not fitted'
-    if DISTURBANCE.id in ids:
-        return 'a disturbance does not repeat'
+    if {DISTURBANCE.id, SLIP.id} & set(ids):
+        return f'a {DISTURBANCE.id if DISTURBANCE.id in ids else SLIP.id} does not repeat'
     if any(name in EFFECTS and EFFECTS[name].lattice for name in ids):
         return 'rounding does not move the model'
     return 'the gap is too close to the noise'
@@ -243,6 +244,8 @@ def next_steps(data: Mapping[str, Any], files: UserFiles, axis: str = 'rotary') 
                 '(docs/effects.md) and diagnose again']
     ids = set(ids_of(data))
     advice = _separating_motions(ids, data.get('confusable') or (), axis)
+    if SLIP.id in ids:
+        advice.append('check clutch, hub and couplings')
     if DISTURBANCE.id in ids:
         return [*advice, 'look for contacts at these times, and record again without them']
     if any(name in EFFECTS and EFFECTS[name].lattice for name in ids):

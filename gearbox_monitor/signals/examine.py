@@ -503,7 +503,8 @@ def admitted(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, 
                          f'{model_name} {ONE_ENCODER}')
     recording, repaired = prepare(t, u, y, arm_torque, name, kind_of(model))
     recording, slips = without_slip(recording.with_servo(model.controller))
-    notes += [str(said('counted_on', finding=slip.figure)) for slip in slips]
+    if model.driven_by == 'position' or model.transmission.kind == 'rigid':
+        notes += [str(said('counted_on', finding=slip.figure)) for slip in slips]
     found = check(recording, model)
     fatal = [f.text for f in found if f.fatal]
     if fatal:

@@ -65,6 +65,7 @@ class UniformRecording:
     which the noise of the encoders is not, whatever interpolated readings look like; servo_torque
     [N] N m: what a servo commands, None without; shift: sample times by which a torque that is
     sampled acts later, None: it is held from t_k to t_k+1. begin: s, where t is 0 in the source.
+    slip: row from which on the motor is counted on over a slip, and by how much, rad.
 
     If the motor's motion drives the model (torque_domain), motor [N, 5] holds it: position, speed,
     acceleration, whether it moves, and u without its noise; y then has u in place of the motor's
@@ -84,6 +85,16 @@ class UniformRecording:
     shift: float | None = None
     doubt: Doubt | None = None
     begin: float = 0.0
+    slip: tuple[int, float] | None = None
+
+    def as_read(self) -> 'UniformRecording':
+        """Return the recording whose motor is not counted on over a slip."""
+        if self.slip is None:
+            return self
+        row, size = self.slip
+        y = self.y.copy()
+        y[row:, 0] += size
+        return replace(self, y=y, slip=None)
 
     def first(self, seconds: float) -> 'UniformRecording':
         """Return its first `seconds` s."""

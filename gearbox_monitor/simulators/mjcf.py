@@ -280,6 +280,8 @@ EXPRESSIONS = {effect.id: expression for effect, expression in (
     (gearbox.TRANSMISSION_DAMPING, Expression(NATIVE, 'tendon damping')),
     (gearbox.MESH_ERROR, Expression(
         REFUSED, 'no length of a tendon is a wave of an angle: a callback')),
+    (gearbox.SLIP, Expression(
+        REFUSED, 'a profile over time: move the joint of the motor from your code')),
     (actuator.TORQUE_GAIN, Expression(
         NATIVE, 'actuator gainprm', lambda v, e: replace(v, gain=v.gain * (1.0 + e['g'])))),
     (actuator.TORQUE_OFFSET, Expression(NATIVE, 'actuator biasprm')),

@@ -12,6 +12,7 @@ import tomllib
 
 import numpy as np
 import pytest
+import scipy
 import yaml
 
 from benchmarks.blind import plant as own
@@ -35,8 +36,9 @@ T = DT * np.arange(3000)
 U = 3.0 * np.sin(2 * np.pi * 0.7 * T) + 1.5 * np.sin(2 * np.pi * 1.9 * T)
 BURST = {'t0': 0.8, 'duration': 0.2, 'amplitude': 0.6}
 VALUES = {name: values for name, (_, values, _) in own.EFFECTS.items()} | {'disturbance': BURST}
-# Those of a servo: test_controller; tables: test_torque_map.
-LAWS = {name: effect for name, effect in EFFECTS.items() if effect.location}
+# Those of a servo: test_controller; tables: test_torque_map; slips are below.
+LAWS = {name: effect for name, effect in EFFECTS.items()
+        if effect.location and effect.slip_profile is None}
 ON_TORQUE = [name for name, effect in LAWS.items() if effect.location != 'controller']
 ALL_AT_ONCE = ('lugre', 'hysteresis_bouc_wen', 'hysteresis_branch', 'actuator_lag',
                'actuator_delay', 'motor_encoder_delay', 'arm_encoder_delay', 'viscous_drift',
@@ -125,6 +127,34 @@ def test_agrees_with_several_effects_at_once():
         _, y = own.simulate(own.NOMINAL, given(*chosen), U, DT)
         run = Plant(drive(*chosen)).run(np.repeat(U, 10), DT / 10)
         assert np.abs(run.y[::10] - y).max() < 5e-4, chosen
+
+
+def test_a_slip_moves_the_zero_of_the_twist():
+    """By its equation, integrated by another program; however the run is cut into calls."""
+    v, slips = own.NOMINAL, ((0.5, 0.15), (0.9, -0.05))  # s, rad
+
+    def rates(t, state):
+        x1, x2, x3, x4 = state
+        zero = sum(size for t0, size in slips if t > t0)
+        delta = x1 - x2 - zero
+        twist = v['K'] * (delta - np.clip(delta, -v['b'], v['b'])) + v['D'] * (x3 - x4)
+        friction = v['Cv'] * x3 + v['Cc'] * 2.0 / np.pi * np.arctan(v['alpha'] * x3)
+        torque = U[min(int(t / DT + 1e-9), len(U) - 1)]
+        return [x3, x4, (torque - twist - friction - v['Kr'] * (x1 - zero)) / v['m1'],
+                twist / v['m2']]
+    state, readings = np.zeros(4), []
+    for k in range(1200):
+        readings.append(state[:2])
+        state = scipy.integrate.solve_ivp(
+            rates, (k * DT + 1e-12, (k + 1) * DT), state, rtol=1e-9, atol=1e-11).y[:, -1]
+    model = model_from_dict({'effects': [
+        {'id': 'slip', 't0': t0 - 0.5 * DT, 'Ds': size} for t0, size in slips]},
+        'test')
+    run = Plant(model).run(U[:1200], DT)
+    assert np.abs(run.y - np.array(readings)).max() < 1e-4
+    plant = Plant(model)
+    cut = [plant.run(U[a:b], DT, a * DT).y for a, b in ((0, 501), (501, 880), (880, 1200))]
+    np.testing.assert_array_equal(np.concatenate(cut), run.y)
 
 
 # ---------------------------------------------------------------------- exact values

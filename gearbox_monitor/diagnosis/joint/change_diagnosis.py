@@ -28,6 +28,7 @@ from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
+from gearbox_monitor.plant.effects.gearbox import SLIP
 from gearbox_monitor.presentation import on_axis, Said, said
 from gearbox_monitor.signals.uniform import at_one_rate, expect_one_rate, UniformRecording
 
@@ -208,7 +209,7 @@ def _refuted(nominal: ReferenceFit, effect: str, values: Values) -> bool:
         effect: id.
         values: of its parameters now.
     """
-    if effect == DISTURBANCE.id:  # at times of its own
+    if effect in (DISTURBANCE.id, SLIP.id):  # at times of its own
         return True
     model = with_effects(nominal.model, [{'id': effect, **values}])
     fine, fit = nominal.evidence.fine, nominal.fit

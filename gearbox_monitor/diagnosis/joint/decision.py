@@ -17,16 +17,18 @@ from gearbox_monitor.diagnosis.joint.drive_recordings import (
     DriveRecordings, is_open, likeliest_reading)
 from gearbox_monitor.diagnosis.joint.innovation_evidence import InnovationEvidence
 from gearbox_monitor.diagnosis.joint.innovation_fit import (
-    coordinate_columns, evaluated, InnovationFit)
+    coordinate_columns, evaluated, fitted, InnovationFit)
 from gearbox_monitor.diagnosis.joint.isolability import evidence_for
 from gearbox_monitor.diagnosis.joint.lawless import FreeFunction
 from gearbox_monitor.diagnosis.joint.localisation import places
+from gearbox_monitor.diagnosis.joint.slips import slip_events, SlipEvent, without_slips
 from gearbox_monitor.diagnosis.joint.thresholds import STATEMENTS
 from gearbox_monitor.diagnosis.joint.windows import misfit_of, runs_from, WindowRuns
 from gearbox_monitor.kernels.linear_least_squares import covariance
 from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
+from gearbox_monitor.plant.effects.gearbox import SLIP
 from gearbox_monitor.presentation import said, Said
 
 
@@ -51,6 +53,7 @@ class Decision:
 
     model: of the model file. recordings: with the nuisances as they were settled; of a train of
     bursts, with their torque.
+    bare: the recordings as they were read, with their slips.
     none: the fit without effects; fit: that of the laws; closed: the same, or with the torque map
     of a function. fits: all that were scored by one likelihood, best first. bursts, the largest
     first. remains: whether the laws leave more than noise. notes: doubts.
@@ -58,6 +61,7 @@ class Decision:
 
     model: DriveModel
     recordings: DriveRecordings
+    bare: DriveRecordings
     outcome: Search[InnovationEvidence]
     none: InnovationFit
     fit: InnovationFit
@@ -72,20 +76,34 @@ class Decision:
         """The recordings with the nuisances as they were settled, without bursts."""
         return self.outcome.evidence.data
 
+    @cached_property
+    def slips(self) -> tuple[SlipEvent, ...]:
+        """Slips of the drive, in order of time."""
+        return slip_events(self.data, self.fit)
+
+    @property
+    def largest_slip(self) -> SlipEvent:
+        """The slip of the largest size."""
+        return max(self.slips, key=lambda slip: abs(slip.size))
+
     @property
     def ids(self) -> tuple[str, ...]:
         """Effects that count."""
-        return (*self.fit.candidate.ids, *((DISTURBANCE.id,) if self.bursts else ()))
+        return (*self.fit.candidate.ids, *((SLIP.id,) if self.data.slips.size else ()),
+                *((DISTURBANCE.id,) if self.bursts else ()))
 
     @property
     def values(self) -> dict[str, Values]:
-        """{effect: {parameter: value}} of the effects that count; of bursts, the largest one."""
+        """{effect: {parameter: value}} of the effects that count; of events, the largest one."""
         values: dict[str, Values] = dict(zip(
             self.fit.candidate.ids, self.fit.candidate.values(self.fit.z)[1]))
         if self.bursts:
             largest = self.bursts[0]
             values[DISTURBANCE.id] = {'t0': largest.t0, 'duration': largest.duration,
                                       'amplitude': largest.amplitude}
+        if self.slips:
+            slip = self.largest_slip
+            values[SLIP.id] = {'Ds': slip.size, 't0': slip.t0}
         return values
 
     @cached_property
@@ -97,12 +115,12 @@ class Decision:
     def compared(self) -> ComparedRuns:
         """Free runs of all models over the windows of each recording."""
         closed = self.runs if self.closed is self.fit else self.recordings.runs(self.closed)
-        none = with_starts_of(self.data.runs(self.none), closed)
+        none = with_starts_of(self.bare.runs(self.none), closed)
         closed = with_starts_of(closed, none)
         published = none
         if self.none.model != self.model:
             published = with_starts_of([
-                open_loop(r, self.model, self.data.level) for r in self.data.recordings], none)
+                open_loop(r, self.model, self.data.level) for r in self.bare.recordings], none)
             if not self.data.balances:
                 published = tuple(runs_from(other.data, self.model, run.states, run.memory)
                                   for run, other in zip(published, none))
@@ -155,9 +173,12 @@ class Decision:
         """{effects: gain over none in BIC} of all that were scored."""
         score, fit, best = self.data.score, self.fit, self.outcome.best
         none = score(self.none)
-        out = {f.candidate.name: none - score(f) for f in self.fits if f.candidate.ids}
+        paid = self.outcome.evidence.price_of_event * len(self.data.slips)
+        slip = (SLIP.id,) if paid else ()
+        out = {'+'.join((*f.candidate.ids, *slip)): none - paid - score(f) for f in self.fits
+               if f.candidate.ids or slip and f is not self.none}
         if self.bursts:
-            price = len(self.bursts) * self.outcome.evidence.price_of_burst
+            price = paid + len(self.bursts) * self.outcome.evidence.price_of_event
             out['+'.join(self.ids)] = none - price - score(replace(fit, deviance=best.deviance))
         return out
 
@@ -167,6 +188,9 @@ class Decision:
         if name == DISTURBANCE.id and self.bursts:
             return evaluated(self.data.whole, fit).deviance - evaluated(
                 self.recordings.whole, fit).deviance
+        if name == SLIP.id:
+            return fitted(self.bare.whole, fit).deviance - evaluated(
+                self.data.whole, fit).deviance
         return evidence_for(self.data, fit, self.fits, ids.index(name)) if name in ids else None
 
 
@@ -181,7 +205,8 @@ def decide(recordings: DriveRecordings) -> Decision:
         recordings = likeliest_reading(recordings)
     outcome = contest(InnovationEvidence(recordings))
     evidence, best, data = outcome.evidence, outcome.best, outcome.evidence.data
-    none = _plain(data, outcome.none.fit.fit)
+    bare, plain = without_slips(data), outcome.none.fit.fit
+    none = _plain(bare, plain if bare is data else fitted(bare.fine, plain))
     # A train beside which something remains is a torque over time without a law.
     bursts = () if outcome.lawless else best.fit.bursts
     laws = closed = best.fit.fit
@@ -194,16 +219,17 @@ def decide(recordings: DriveRecordings) -> Decision:
     elif best.train is not None and not bursts:
         laws = closed = evidence.moved(best).fit.fit
     same = laws is closed
-    laws = none if not laws.candidate.ids and not bursts else _plain(
+    laws = none if not laws.candidate.ids and not bursts and bare is data else _plain(
         best.fit.beside if bursts else data, laws)
     closed = laws if same else closed
     unique: dict[tuple[str, ...], InnovationFit] = {}
-    for fit in sorted([h.fit.fit for h in outcome.rivals] + [laws, none], key=data.score):
+    for fit in sorted([h.fit.fit for h in outcome.rivals] + [laws] + [none] * (bare is data),
+                      key=data.score):
         if not fit.candidate.tables:
             unique.setdefault(fit.candidate.key, fit)
     notes = (said('all_trained'),) if data.all_trained and not recordings.all_trained else ()
     return Decision(
-        recordings.model, best.fit.beside if bursts else data, outcome, none, laws, closed,
+        recordings.model, best.fit.beside if bursts else data, bare, outcome, none, laws, closed,
         tuple(unique.values()), bursts, outcome.lawless, notes)
 
 

@@ -23,6 +23,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.effects.actuator import ACTUATOR_DELAY, ACTUATOR_LAG
+from gearbox_monitor.plant.effects.gearbox import SLIP
 from gearbox_monitor.plant.effects.motor_side import LUGRE
 from gearbox_monitor.presentation import said, Said, say
 from gearbox_monitor.signals.uniform import expect_one_rate, UniformRecording
@@ -62,6 +63,8 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     if not ids:
         raise InputError('effects: none remains that is visible on this drive and its encoders, '
                          'expected at least one')
+    if SLIP.id in ids:
+        recordings = [r.as_read() for r in recordings]
     steps = count(1)
 
     def reported(text: str) -> None:
@@ -100,7 +103,8 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
         verdict = replace(verdict, between_recordings={
             name: {key: asdict(value) for key, value in values.items()}
             for name, values in between_recordings(
-                recordings, fit.candidate, fit.z, decision.recordings.level).items()})
+                decision.data.recordings if decision.slips else recordings, fit.candidate, fit.z,
+                decision.recordings.level).items()})
     return verdict
 
 
@@ -219,7 +223,8 @@ def visible(name: str, model: DriveModel, recording: UniformRecording) -> bool:
         return False
     if place in missing or (missing and effect.needs_both_encoders):
         return False
-    if recording.motor is not None and place == 'motor_sensor' and (missing or effect.lattice):
+    if recording.motor is not None and (effect.slip_profile is not None or (
+            place == 'motor_sensor' and (missing or effect.lattice))):
         return False
     if model.axis == 'prismatic' and effect.rotary_only:
         return False  # nothing turns with a position in m, and a weight is a constant load

@@ -21,13 +21,14 @@ from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.diagnosis.joint.torque_domain import likelihood_of
 from gearbox_monitor.diagnosis.joint.windows import (
     free_runs, hidden_begins, seconds_at_rest, SETTLING, window_data, WindowData, WindowRuns)
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.signals.uniform import UniformRecording
 
 # s, how long torque that no model explains may last on a real drive; iterations of a fit with each
 LASTING_TIMES, TIME_ITERATIONS = (0.1, 0.3, 1.0), 8
+BEFORE, AFTER, LEAST = 0.1, 0.4, 0.2  # s, about a slip that no likelihood sees; least part
 
 
 def silent(text: str) -> None:
@@ -45,7 +46,9 @@ class DriveRecordings:
     all_trained: whether no window is held out. with_map: whether a torque map of
     the remainder may be fitted. finer: how many times as many steps the model takes as the
     nominal drive asks for. reference: fit in whose free runs filters begin where an encoder is
-    missing, None: the nominal model. progress(text) is called as the search goes on.
+    missing, None: the nominal model. progress(text) is called as the search goes on. slips: time
+    (s) and size (rad) of those over which the motor counts on here [B, 2]; slip_owner [B]: number
+    of the recording.
     """
 
     recordings: tuple[UniformRecording, ...]
@@ -60,6 +63,8 @@ class DriveRecordings:
     reference: InnovationFit | None = None
     jobs: int = 1
     progress: Callable[[str], object] = silent
+    slips: Array = field(default_factory=lambda: np.zeros((0, 2)))
+    slip_owner: Integers = field(default_factory=lambda: np.zeros(0, int))
 
     @cached_property
     def segments(self) -> tuple[WindowData, ...]:
@@ -96,10 +101,11 @@ class DriveRecordings:
     def _likelihood(self, spans: Sequence[slice], coarse: bool = False) -> JointLikelihood:
         sigma = self.sigma
         parts = []
-        for recording, span in zip(self.recordings, spans):
+        for number, (recording, span) in enumerate(zip(self.recordings, spans)):
             if span.stop > span.start:
-                part = likelihood_of(recording, self.model, sigma, [span], coarse,
-                                     1 if coarse else self.finer)
+                part = likelihood_of(
+                    recording, self.model, sigma, self._between_slips(number, span), coarse,
+                    1 if coarse else self.finer)
                 if self.hides(recording) and isinstance(part, InnovationLikelihood):
                     fit = self.reference or unfitted(part, self.starts.none())
                     part = hidden_begins(part, fit.model, sigma)
@@ -107,6 +113,15 @@ class DriveRecordings:
                     part = part.coloured(self.colour)
                 parts.append(part)
         return JointLikelihood(parts)
+
+    def _between_slips(self, number: int, span: slice) -> list[slice]:
+        """Return the parts of the `span` of a recording in which nothing slips: all but a blow."""
+        dt, begin, out = self.recordings[number].dt, span.start, list[slice]()
+        for t0, _ in self.slips[self.slip_owner == number]:
+            out.append(slice(begin, min(span.stop, int((t0 - BEFORE) / dt))))
+            begin = max(begin, int((t0 + AFTER) / dt))
+        out.append(slice(begin, span.stop))
+        return [part for part in out if part.stop - part.start > LEAST / dt] or [span]
 
     def hides(self, recording: UniformRecording) -> bool:
         """Return whether a side moves on its own that no encoder of the `recording` reads."""

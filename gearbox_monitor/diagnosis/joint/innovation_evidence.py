@@ -31,12 +31,14 @@ from gearbox_monitor.diagnosis.joint.innovation_fit import (
 from gearbox_monitor.diagnosis.joint.innovations import JointLikelihood, WHITE
 from gearbox_monitor.diagnosis.joint.localisation import SPACING, torque_places
 from gearbox_monitor.diagnosis.joint.noise_model import variance_over_white
+from gearbox_monitor.diagnosis.joint.slips import slipping
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN
 from gearbox_monitor.plant.effects.arm_side import ARM_INERTIA, DISTURBANCE
 from gearbox_monitor.plant.effects.controller import SERVO_GAIN
+from gearbox_monitor.plant.effects.gearbox import SLIP
 from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_INERTIA
 from gearbox_monitor.plant.effects.torque_map import QUANTITIES, TORQUE_MAP
 
@@ -58,12 +60,13 @@ class DriveFit:
     """
     The fit of a hypothesis to recordings of a drive.
 
-    fit: of the laws, and of a function as a torque map. occam: price of the function. bursts, the
-    largest first, and the recordings in which they act.
+    fit: of the laws, and of a function as a torque map. occam: price of the function. slips: how
+    many the recordings have. bursts, the largest first, and the recordings in which they act.
     """
 
     fit: InnovationFit
     occam: float = 0.0
+    slips: int = 0
     bursts: tuple[Burst, ...] = ()
     beside: DriveRecordings | None = None
 
@@ -120,11 +123,11 @@ class InnovationEvidence:
         out, known = self._price_of_laws(h.fit.fit), h.fit
         if h.function is not None:
             out += known.occam + self.choice
-        return out + len(known.bursts) * self.price_of_burst
+        return out + (len(known.bursts) + known.slips) * self.price_of_event
 
     @property
-    def price_of_burst(self) -> float:
-        """Price of one burst: of its begin, duration and size, among all places in time."""
+    def price_of_event(self) -> float:
+        """Price of a burst or slip: of its begin, duration and size, among all places in time."""
         places = sum(len(r.u) * r.dt for r in self.data.recordings) / SPACING
         return 3.0 * self.unit + 2.0 * math.log(places)
 
@@ -161,7 +164,7 @@ class InnovationEvidence:
                                          bounded=c.beyond(fit.z, i))
             for i, name in enumerate(c.ids))
         occam = lawless.occam(self.data.fine, fit, self.data.torque) if c.tables else 0.0
-        return Hypothesis(members, fit.deviance, DriveFit(fit, occam))
+        return Hypothesis(members, fit.deviance, DriveFit(fit, occam, len(self.data.slips)))
 
     def none(self) -> Hypothesis:
         """Return the fit without members."""
@@ -279,8 +282,9 @@ class InnovationEvidence:
             data = self._with_steps(data, fit, remains)
             if fit.candidate.ids and any(map(data.hides, data.recordings)):
                 data = replace(data, reference=fit)
-            if not fit.candidate.ids and data.unseen is not None and self._noise_worth(
-                    data, data.fine, fit) <= CONTEST.margin < self._unseen_torque(data, fit):
+            if data.unseen is not None and (self._slipping(fit) is not None or (
+                    not fit.candidate.ids and self._noise_worth(data, data.fine, fit)
+                    <= CONTEST.margin < self._unseen_torque(data, fit))):
                 data = replace(data, all_trained=True)
         return None if data is self.data else replace(self, data=data,
                                                       about=self.about | {h.name})
@@ -309,12 +313,19 @@ class InnovationEvidence:
         price = CONTEST.margin + 2.0 * math.log(len(deviances))
         return data if deviances[stated] - deviances[time] < price else data.lasting_for(time)
 
+    def _slipping(self, fit: InnovationFit) -> DriveRecordings | None:
+        """Return the recordings with more slips, None where none pays beside `fit`."""
+        return slipping(self.data, fit, self.dispersion * self.price_of_event) \
+            if SLIP.id in self.data.ids else None
+
     def variants(self, h: Hypothesis, remains: Remains) -> 'list[InnovationEvidence]':
-        """Return the evidence with another friction law, or colour of the noise, about `h`."""
+        """Return the evidence with slips, another friction law, or colour of noise, about `h`."""
         data, fit = self.data, h.fit.fit
         if data.balances:
             return []
         out = []
+        slips = self._slipping(fit) if remains.worth > CONTEST.margin else None
+        out += [slips] if slips is not None else []
         variant = with_law(fit.candidate, data.step)
         if variant is not None:
             out.append(replace(data, model=variant.nominal))
@@ -405,7 +416,7 @@ class InnovationEvidence:
         owner: Integers = np.zeros(0, int)
         runs, at = data.runs(fit), fit
         payable = (self.reach(best) + self.price(best) - self.price(h)
-                   - CONTEST.margin) / self.price_of_burst
+                   - CONTEST.margin) / self.price_of_event
         for number in range(TRAINS):
             found = [pulses_in(run, 3.0 * self.unit, number > 0) for run in runs]
             if not any(map(len, found)):
@@ -414,7 +425,7 @@ class InnovationEvidence:
             if len(theta) > payable:
                 return
             owner = np.concatenate([owner, *(np.full(len(o), i) for i, o in enumerate(found))])
-            least = self.dispersion * CONTEST.close * len(theta) * self.price_of_burst
+            least = self.dispersion * CONTEST.close * len(theta) * self.price_of_event
             theta, at = sharpened(data, at, theta, owner, least)
             beside = with_bursts(data, theta, owner)
             there = evaluated(beside.whole, at)
@@ -427,5 +438,5 @@ class InnovationEvidence:
                             key=lambda b: -abs(b.amplitude) * b.duration)
             member = Member(TRAIN, DISTURBANCE.id, EFFECTS[DISTURBANCE.id].location)
             yield Hypothesis((*h.members, member), deviance,
-                             DriveFit(at, h.fit.occam, tuple(bursts), beside))
+                             DriveFit(at, h.fit.occam, h.fit.slips, tuple(bursts), beside))
             runs = beside.runs(at)

@@ -40,6 +40,7 @@ SPARSE = 0.02       # s from reading to reading where unexplained torque lasts: 
 ONCE = 1e-6         # of a sample: events that are as close happen at once
 STRAY = 0.1         # of the encoders' noise, by which the least torque noise moves a run of 1 s
 WHITE = ((0.0, 1.0), (0.0, 1.0))  # colour of white noise, see FilterInput
+DRIFT = 10.0        # s, in which a zero that drifts forgets: far longer than a slip
 MOST = 50.0         # times the standard deviation of the torque: noise with which all is followed
 
 
@@ -151,6 +152,20 @@ class InnovationLikelihood:
         out = copy(self)
         out.simulator = self.simulator.loaded(torque)
         return out
+
+    def drifting(self) -> 'InnovationLikelihood':
+        """Return the likelihood in which the zero of the motor's encoder drifts, as a state."""
+        out = copy(self)
+        size = float(np.std(self.y[:, 0] - self.y[:, 1]))
+        # Beside a coloured noise, the filter leaves a share of the variance white.
+        out.variance = self.variance * (1.0 / kernels.WHITE, 1.0)
+        out.colour = self.colour.copy()
+        out.colour[0] = math.exp(-self.recording.dt / DRIFT), size * size / out.variance[0]
+        return out
+
+    def drift(self, run: Filtered) -> Array:
+        """Return the smoothed zero of the motor's encoder [N], rad, of a `run` of drifting()."""
+        return self._smoothed(run)[:, COLOURED]
 
     def begun(self, states: Array, deviation: Array) -> 'InnovationLikelihood':
         """
@@ -297,10 +312,13 @@ class InnovationLikelihood:
 
     def smoothed(self, run: Filtered) -> Array:
         """Return the smoothed states [N, N_STATE] of `run`, NaN outside of its parts."""
+        return self._smoothed(run)[:, :N_STATE]
+
+    def _smoothed(self, run: Filtered) -> Array:
         states = np.full((len(self.y), N_FILTER), np.nan)
         kernels.smoothed(run.schedule, run.data, run.start.places, run.trace,
                          np.zeros(2 * len(run.start.places)), states)
-        return states[:, :N_STATE]
+        return states
 
 
 def named_motion(recording: UniformRecording, states: Array, index: Integers) -> dict[str, Array]:

@@ -24,6 +24,7 @@ from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel, weight_of
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import ARM_INERTIA, DISTURBANCE, GRAVITY
+from gearbox_monitor.plant.effects.gearbox import SLIP
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.presentation import Drawn, Paged, Said, said
 from gearbox_monitor.signals.uniform import UniformRecording
@@ -163,6 +164,7 @@ class Verdict(Drawn, Paged):
     remainder: Mapping[str, Any] | None
     warnings: list[Said]
     bursts: list[Mapping[str, Any]]
+    slips: list[Mapping[str, Any]]
     equivalent: list[Said]
     model_values: Mapping[str, Mapping[str, float]]
     model: DriveModel = field(repr=False)
@@ -233,7 +235,7 @@ def report(decision: Decision, lattices: Sequence[str], validate: UniformRecordi
                  if value or name not in SHAPES}
     model, params = closed.model, {
         name: {k: float(v) for k, v in values.items()}
-        for name, values in decision.values.items() if name != DISTURBANCE.id}
+        for name, values in decision.values.items() if name not in (DISTURBANCE.id, SLIP.id)}
     for i, name in enumerate(LATTICES):
         if name in effects:
             params[name] = {'q': float(decision.recordings.quantum[i])}
@@ -275,6 +277,7 @@ def report(decision: Decision, lattices: Sequence[str], validate: UniformRecordi
         remainder=None if remaining is None else remainder(decision, remaining, torque_map),
         warnings=[*notes, *warnings(decision, kind, nuisances, times)],
         bursts=[asdict(burst) for burst in decision.bursts],
+        slips=[asdict(slip) for slip in decision.slips],
         equivalent=equivalents(findings, decision.model),
         model_values=model_values(params, decision.model), model=model, basis=decision,
         unshown=unshown, nominal_shift=shifts(closed.candidate, nuisances) if nuisances else None,
@@ -320,9 +323,11 @@ def _finding(decision: Decision, name: str, values: Mapping[str, float],
     if name in LATTICES:
         deviations = dict.fromkeys(values, 0.0)
         channel = decision.data.recordings[0].readings[LATTICES.index(name)]
-    if name == DISTURBANCE.id:
+    if name in (DISTURBANCE.id, SLIP.id):
         values = decision.values[name]
         deviations = dict.fromkeys(values)
+        if name == SLIP.id:
+            deviations['Ds'] = decision.largest_slip.std
     return Finding(name, location_of(name), values, deviations, decision.evidence_for(name), share,
                    channel, confusable=tuple(others.get(name, ())))
 
@@ -340,14 +345,17 @@ def explained_shares(decision: Decision) -> dict[str, tuple[str, float | None]]:
     share: of the squared misfit beyond noise that returns without the effect, the states of the
     windows fitted again; None where nothing is beyond noise.
     """
-    runs, ids = decision.compared, decision.fit.candidate.ids
+    runs, ids = decision.compared, decision.ids
     total, out = sum(float(run.chi2.sum()) - run.residual.size for run in runs.none), {}
     for name in ids:
-        if name == TORQUE_MAP.id:
+        if name in (TORQUE_MAP.id, DISTURBANCE.id):
             continue
         losses = np.zeros(2)
-        for none, run in zip(runs.none, runs.laws):
-            without = none.residual if len(ids) == 1 else _without(run, decision.model, name)
+        others = (decision.bare.runs(decision.fit) if name == SLIP.id and len(ids) > 1
+                  else runs.none)
+        for none, run in zip(others, runs.laws):
+            without = none.residual if len(ids) == 1 or name == SLIP.id else _without(
+                run, decision.model, name)
             change = (without ** 2).sum(axis=(0, 1)) - (run.residual ** 2).sum(axis=(0, 1))
             losses[run.data.channels] += change
         out[name] = (decision.data.recordings[0].readings[int(np.argmax(losses))],

@@ -14,9 +14,10 @@ from gearbox_monitor.plant.effects.effect import (
     Torques)
 from gearbox_monitor.plant.effects.registry import (
     arm_profile, EFFECTS, library, MEMORIES, N_EFFECTS, N_MEMORY, not_in_filters, pack, PLACES,
-    PLUGIN_GROUP, plugins, quantised)
+    PLUGIN_GROUP, plugins, quantised, slip_profile)
 
 __all__ = [
     'EFFECTS', 'LOCATIONS', 'MAX_DELAY', 'MAX_SETPOINT_DELAY', 'MEMORIES', 'N_EFFECTS',
     'N_MEMORY', 'PLACES', 'PLUGIN_GROUP', 'Effect', 'FreeParameter', 'Parameter', 'Scales',
-    'Three', 'Torques', 'arm_profile', 'library', 'not_in_filters', 'pack', 'plugins', 'quantised']
+    'Three', 'Torques', 'arm_profile', 'library', 'not_in_filters', 'pack', 'plugins', 'quantised',
+    'slip_profile']

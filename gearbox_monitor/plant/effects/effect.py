@@ -153,6 +153,7 @@ class Effect:
         t in s; x1, x2 (rad) and x3, x4 (rad/s): position and speed of motor and arm.
     Outside of compiled code:
         arm_profile(effect, t, dt): torque [N] added to tau_arm in the steps of dt s from t [N].
+        slip_profile(effect, t): angle [N], rad, by which the motor is ahead of the arm at t [N].
         lattice: its first parameter is the step to which readings are rounded.
         torques: of a plug-in, a function (t, x1, x2, x3, x4, u, tau_k, theta) -> torques (N m)
             added to the motor, taken from the arm, and added to the transmission.
@@ -201,6 +202,7 @@ class Effect:
     encoder_error: Callable[..., Three] | None = None
     memory: Callable[..., float] | None = None
     arm_profile: Callable[[Values, Array, float], Array] | None = None
+    slip_profile: Callable[[Values, Array], Array] | None = None
     lattice: bool = False
     at_rest: Callable[[Values, float], AtRest] | None = None
     memory_starts: tuple[float, ...] = ()
@@ -223,6 +225,11 @@ class Effect:
     def periodic(self) -> bool:
         """Whether it is a wave of N periods per turn, N whole and found by a search."""
         return self.phased and any(p.whole for p in self.parameters)
+
+    @property
+    def is_event(self) -> bool:
+        """Whether it happens at times of its own: no motion repeats it."""
+        return self.arm_profile is not None or self.slip_profile is not None
 
     @property
     def fitted(self) -> bool:

@@ -4,8 +4,11 @@
 """Effects in the transmission: its stiffness, backlash, damping, hysteresis and errors of mesh."""
 import math
 
+import numpy as np
+
 from gearbox_monitor.kernels.elementary import sine
 from gearbox_monitor.kernels.kernel import inline
+from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.effects.effect import (
     Coefficients, Effect, FreeParameter, logarithmic, MotorFriction, of_model, Parameter, PERIOD,
     positive, PROFILE, replaced, Scales, Starts, wave)
@@ -212,3 +215,29 @@ MESH_ERROR = Effect(
           'and without load.',
     meaning='transmission error that repeats with the angle of the motor', twist=mesh_twist,
     order=-1, starts=wave(lambda s: 0.25 * s.swing or 0.05 * s.twist), rotary_only=True)
+
+
+def slipped(effect: Values, t: Array) -> Array:
+    """
+    Return the angle by which the motor has slipped ahead of the arm.
+
+    Args:
+        effect: values of t0 (s) and Ds (rad).
+        t: times [N], s.
+
+    Returns:
+        Angle at these times [N], rad.
+    """
+    return np.where(t > effect['t0'], effect['Ds'], 0.0)
+
+
+# Found as a zero of the twist that moves, see diagnosis.joint.slips. Angles of the motor in other
+# equations count on from before it.
+SLIP = Effect(
+    'slip', 'transmission', 'delta -> delta - Ds from t0 on, a few times',
+    (Parameter('Ds', 'rad'), Parameter('t0', 's', 0.0)),
+    noun='slip',
+    shows='Motor and arm move apart by a step and stay so; before and after it the twist swings '
+          'as far.',
+    meaning='clutch, hub or coupling slips', since='0.3.0',
+    slip_profile=slipped, additive=True, starts=None, needs_both_encoders=True)

@@ -43,7 +43,7 @@ EFFECTS = dict(_standing_in(motor_side, arm_side, gearbox, controller, actuator,
 
 
 def _has_places(effect: Effect) -> bool:
-    return not (effect.replaces or effect.adds_to or effect.in_filters or effect.arm_profile)
+    return not (effect.replaces or effect.adds_to or effect.in_filters or effect.is_event)
 
 
 def _places() -> tuple[dict[str, int], int]:
@@ -120,6 +120,23 @@ def arm_profile(effects: Sequence[Values], t: Array, dt: float) -> Array:
         if effect is not None and effect.arm_profile is not None:
             load += effect.arm_profile(values, t, dt)
     return load
+
+
+def slip_profile(effects: Sequence[Values], t: Array) -> Array | None:
+    """
+    Return the angle by which the motor is ahead of the arm, None where nothing slips.
+
+    Args:
+        effects: dicts of a model.
+        t: times [N], s.
+
+    Returns:
+        Angle [N], rad.
+    """
+    angles = [effect.slip_profile(values, t) for values in effects
+              if (effect := EFFECTS.get(values['id'])) is not None
+              and effect.slip_profile is not None]
+    return sum(angles, np.zeros(len(t))) if angles else None
 
 
 def quantised(y: Array, effects: Sequence[Values]) -> Array:
