@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Identify the unmodelled effect behind the sim-to-real gap: its place, its size, what it closes.
+Identify the unmodelled effect behind the sim-to-real gap: its place, its size, its share.
 
 The model is run freely over windows of 1 s of the recording. Its residual against the encoders is
 the gap. Every effect of the library (docs/effects.md) is fitted on the first windows and tested on
@@ -120,7 +120,7 @@ def run(args: Namespace) -> int:
                 data['simulator'] = plain(confirmation(
                     simulator, basis.data.recordings[basis.widest], (model, closed),
                     sigma, progress))
-        except InputError as error:  # the diagnosis stands without it
+        except InputError as error:  # the diagnosis is complete without it
             data['warnings'].append(str(error))
     files = replace(user_files(args), changes=changes)
     written = write(args, data, closed, diagnosis_page(

@@ -8,12 +8,12 @@ The drive stands still for --rest s and is then moved by the torque 6 cos(2 pi 0
 2 cos(2 pi 2.3 t) N m (arm side), or by another --motion; varied makes this torque rise and fall
 within 10 s. The encoders have noise (5 mrad), with --process-noise the torque has noise, too. The
 bag contains joint_states with the joints motor and arm and, for scoring, the true torque, as the
-plant node publishes them; --encoders leaves one encoder out. --wear widens the gap of the model
-file, --date sets the first stamp: several bags show a gearbox that wears. Effects in the
+plant node publishes them; --encoders leaves one encoder out. --wear widens the backlash of the
+model file, --date sets the first stamp: several bags show a gearbox that wears. Effects in the
 model file act in the simulated drive. With a controller in it, a setpoint of 0.1 rad per N m takes
 the place of the torque, in the bag as well.
 
-Beside BAG it writes BAG.drive.yaml: the model of the drive that made the bag, with its wear, its
+It also writes BAG.drive.yaml: the model of the drive that made the bag, with its wear, its
 effects and the noise of its torque. With this model, diagnose finds no gap.
 
 usage examples:
@@ -60,11 +60,11 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--date', metavar='YYYY-MM-DD', help='day of the recording, UTC '
                         '(default: 2023-11-14)')
     parser.add_argument('--wear', metavar='P', type=float, default=0.0,
-                        help='growth of the gap over that of the model file, %% (default: 0)')
+                        help='growth of the backlash over the model file, %% (default: 0)')
     parser.add_argument('--seed', metavar='N', type=int, default=0,
                         help='seed of the noise (default: 0)')
     parser.add_argument('--process-noise', metavar='Q', type=float, default=0.0,
-                        help="noise of the motor's torque, by what it does to the motor's speed, "
+                        help="noise of the motor's torque, as noise of its speed, "
                         'rad/s/sqrt(s) (default: 0); BAG.drive.yaml states the torque')
 
 

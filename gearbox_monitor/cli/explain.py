@@ -4,9 +4,9 @@
 """
 Explain an effect, a condition of a component or a level in words.
 
-Of an effect: what it is, how it shows in data, what it is confused with and the motion that tells
-them apart, what it becomes in each simulator, since which version. Of a condition: when it is
-raised, the values that show it, what to do. NAME is an id of diagnose, the words of a message, a
+Of an effect: its meaning, its signs in data, its rivals and the motion that tells them apart, how
+each simulator expresses it, its first version. Of a condition: when it is raised, the values that
+show it, the remedy. NAME is an id of diagnose, the words of a message, a
 component, a key of /diagnostics that shows a condition, or a level. Without NAME: the list.
 
 usage examples:

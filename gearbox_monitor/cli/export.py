@@ -6,7 +6,7 @@ Write a model, such as the closed one of diagnose, into the file of your simulat
 
 Edits the values of one joint in an MJCF file and nothing else: comments and formatting stay. One
 joint takes a model with transmission.kind: rigid; for one with backlash and stiffness it becomes
-the joint of the arm, and the motor's joint with the actuator is added beside it. --model-arm-joint
+the joint of the arm, and a joint of the motor with the actuator is added. --model-arm-joint
 names the arm's joint where the file has both. What MuJoCo cannot express is listed with the
 reason. Needs MuJoCo 4.0 (pip install '.[mujoco]' in a checkout). Of a whole robot, diagnose --out
 writes the file with the findings.
@@ -15,10 +15,10 @@ writes the file with the findings.
 stiffest one that the timestep resolves.
 
 With --to urdf it edits friction, effort limit and inertia of the joint in a URDF file, and lists
-what URDF lacks.
+the rest.
 
 With --to c it writes the estimator's filter with the model as C99 for the firmware of the drive:
-FILE.c of --out, and FILE.h beside it. --params states the parameters of the estimator. See
+FILE.c of --out, and FILE.h. --params states the parameters of the estimator. See
 docs/firmware.md.
 
 --ranges turns several estimates into the domain randomisation of a simulator: 90 % ranges of a new
@@ -27,7 +27,7 @@ The estimates are JSON files of fit or diagnose, one of each drive or recording.
 also be the name of an actuator of the catalogue (docs/actuators.md); a file of that name wins.
 
 --check BAG runs the drives in the file and in the patched file on a recording and prints the
-misfit of both, in standard deviations of the encoder noise, beside that of the model: 1 is the
+misfit of both and of the model, in standard deviations of the encoder noise: 1 is the
 floor. Use a recording that did not serve to find the model.
 
 usage examples:

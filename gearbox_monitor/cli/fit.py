@@ -179,7 +179,7 @@ def _fit_model(args: Namespace) -> int:
     if result.method == 'regression':
         lines.append('values of a regression of the torque: a search did not beat them')
     if data['process_torque_time']:
-        lines.append(f'torque that the model lacks lasts {data["process_torque_time"]:g} s '
+        lines.append(f'unexplained torque lasts {data["process_torque_time"]:g} s '
                      '(likeliest process_torque_time)')
     validation = data['validation']
     if validation:

@@ -132,14 +132,14 @@ def load_recording(name: str, model: DriveModel, args: Namespace
 def load_recordings(args: Namespace, weigh: bool = False) -> tuple[
         DriveModel, list[UniformRecording], UniformRecording | None, list[str]]:
     """
-    Return (model, recordings of `args` at one rate, that of --validate or None, notes).
+    Return (model, recordings of `args` at one rate, the one of --validate or None, notes).
 
     Args:
         args: options of add_recording_arguments.
         weigh: whether a doubt about channels, signs and units is weighed, and no note.
 
     Raises:
-        InputError: one stands twice, cannot be read, or allows no statement about the drive.
+        InputError: one is named twice, cannot be read, or allows no statement about the drive.
 
     """
     validate = getattr(args, 'validate', None)
@@ -216,7 +216,7 @@ def settings_of(args: Namespace, reader: BagReader, source: JointInput, stated: 
                 model_file: str, usual: Values = MappingProxyType({})
                 ) -> tuple[DriveModel, EstimatorParameters, bool]:
     """
-    Return (model, parameters, whether the model is that of a file or of the bag).
+    Return (model, parameters, whether a file or the bag states the model).
 
     Both are those that an estimator has recorded, else defaults.
 

@@ -90,7 +90,7 @@ class OneLineParser(argparse.ArgumentParser):
     """A parser whose errors are one line, as those of bad input."""
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Refuse a mistyped option in `args` before `namespace` lacks one, as --modle."""
+        """Refuse a mistyped option in `args`, as --modle, before `namespace` misses one."""
         if self._subparsers is None:
             for word in takewhile(lambda word: word not in ENDS, args):
                 name = word.partition('=')[0]
@@ -192,7 +192,7 @@ def run_parsed(name: str, parse: Callable[[], argparse.Namespace], timed: str = 
     Args:
         name: of the command, at the head of its messages.
         parse: returns the parsed command line; its `run` takes it and returns an exit code.
-        timed: shown beside the elapsed time; '' for a command that shows its progress itself.
+        timed: shown with the elapsed time; '' for a command that shows its progress itself.
 
     Returns:
         The exit code, see EXIT_CODES.

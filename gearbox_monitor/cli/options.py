@@ -128,7 +128,7 @@ def wrapped(words: str, first: str = '', further: str = '') -> list[str]:
 
 
 def entries(rows: Iterable[tuple[str, str]], wide: int = 13) -> list[str]:
-    """Return lines with the words of each of `rows` beside its label, `wide` columns."""
+    """Return lines with the words of each of `rows` behind its label of `wide` columns."""
     return [line for label, words in rows if words
             for line in wrapped(words, f'{label:<{wide}s}', ' ' * wide)]
 

@@ -13,7 +13,7 @@ The estimator is run on the recorded samples, from its recorded snapshots on, as
 of lowest and highest value, so that an hour makes a page of some MB.
 
 A recording of several gearboxes gets a page of the robot, one row per joint, the worst first, and
-beside it the page of each joint. --topic GEARBOX writes the page of one joint alone; of a bag
+a page of each joint. --topic GEARBOX writes the page of one joint alone; of a bag
 without estimates that is --topic joint_states/GEARBOX.
 
 usage examples:

@@ -68,7 +68,7 @@ class RobotDiagnosis(Paged, Saved):
 
     verdict: of all joints; robot: that it is about; data: the verdict as plain data, with the
     free runs of MuJoCo (rollouts); closed: the robot's file with the findings, None where
-    none can stand in it; lacking: findings that are not in it.
+    it can hold none; lacking: findings that are not in it.
     """
 
     verdict: RobotVerdict
@@ -154,7 +154,7 @@ def robot_logs(paths: str | Path | Sequence[str | Path], robot: Robot, *,
         reading: how columns are read whose names and units do not say it.
 
     Raises:
-        InputError: a log cannot be read, lacks a joint, or has another kind of input.
+        InputError: a log cannot be read, has not all joints, or has another kind of input.
     """
     expect_robot(robot)
     for joint in recorded or {}:
@@ -319,7 +319,7 @@ def check_robot(log: str | Path, robot: Robot, *, recorded: Mapping[str, str] | 
         reading: how columns and joints are read.
 
     Raises:
-        InputError: the log cannot be read, lacks a joint, or is too short or slow.
+        InputError: the log cannot be read, has not all joints, or is too short or slow.
     """
     read = robot_logs(log, robot, recorded=recorded, topic=topic, reading=reading)
     checked = read[0]

@@ -263,7 +263,7 @@ def export_model(model: DriveModel, to: str, into: str | Path, *, joint: str,
 
 def written_model(file: SimulatorFile, model: DriveModel, **reading: Any) -> DriveModel:
     """
-    Return the drive in a file as it was written, which lacks what the file cannot hold.
+    Return the drive in a file as it was written, without the parts that the file cannot hold.
 
     Args:
         file: of export_model.

@@ -70,7 +70,7 @@ def _summary(data: VerdictData) -> Section:
 
 
 def _picture(data: VerdictData, context: RobotContext) -> Section:
-    """Return the robot from its side: a dot per joint as large as its gap, its findings beside."""
+    """Return the robot from its side: a dot per joint as large as its gap, with findings."""
     joint_of = {link.name: link.joint for link in context.chain.links}
     axes, said = axes_of(data), dict[str, list[str]]()
     for f in data['findings']:

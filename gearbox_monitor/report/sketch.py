@@ -1,7 +1,7 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""A robot seen from its side: a line per link, a dot per joint, and what is known beside it."""
+"""A robot seen from its side: a line per link, a dot per joint, and its findings."""
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 import itertools
@@ -22,7 +22,7 @@ class Dot:
     """
     A joint in the picture.
 
-    name, lines: written beside it; role: hit, lost, held or calm, sets its colour; r: radius, px.
+    name, lines: written next to it; role: hit, lost, held or calm, sets its colour; r: radius, px.
     needed: whether the text must be there, however full the picture is.
     """
 
