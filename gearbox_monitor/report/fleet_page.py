@@ -5,6 +5,7 @@
 from collections.abc import Collection, Iterable, Mapping, Sequence
 import csv
 from io import StringIO
+import shlex
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -138,8 +139,10 @@ def _each_bag(points: Sequence[tuple[float, float, float]]) -> Trace:
 def next_steps(gearboxes: Sequence[Gearbox], bags: Sequence[Bag]) -> list[str]:
     """Return advice about `gearboxes` and their `bags`."""
     worn = [gearbox['gearbox'] for gearbox in gearboxes if gearbox['level'] in RAISED]
-    steps = [f'Inspect {", ".join(worn)}; open the newest bag: gearbox_monitor report BAG --out '
-             'page.html'] if worn else []
+    own = [bag for bag in bags if bag['status'] == 'done' and bag['gearbox'] in worn[:1]]
+    newest = max(own, key=lambda bag: bag['start'], default={'path': 'BAG'})['path']
+    steps = [f'Inspect {", ".join(worn)}; see the newest bag of {worn[0]}: gearbox_monitor report '
+             f'{shlex.quote(newest)} --out newest.html'] if worn else []
     if any(bag['status'] == 'failed' and bag['retry'] for bag in bags):
         steps.append('Run the same command again: some bags failed for reasons that may pass')
     if any(gearbox['level'] is None for gearbox in gearboxes):

@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 
 from gearbox_monitor.diagnosis.robot.verdict import EffortCurves
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.presentation import on_axis, Quantity
+from gearbox_monitor.presentation import number, on_axis, percent, Quantity
 from gearbox_monitor.report.builder import (
     advice, Page, page_summary, PageTable, render_page, Section, verdict_numbers)
 from gearbox_monitor.report.chart import BarRow, Bars, Chart, Panel, Trace
@@ -61,9 +61,9 @@ def _summary(data: VerdictData) -> Section:
     """Return the verdict in one line, and the main figures."""
     highest = by_effect(data)[0]
     unit = on_axis('N m', axes_of(data)[highest['joint']])
-    facts = [('verdict', data['verdict']), ('worst joint', highest['joint']),
-             ('its gap before', f'{highest["before"]:.3g} {unit} rms'),
-             ('after', f'{highest["after"]:.3g} {unit} rms'),
+    facts = [('worst joint', highest['joint']),
+             ('its gap before', f'{number(highest["before"], unit)} rms'),
+             ('after', f'{number(highest["after"], unit)} rms'),
              ('compared with', ', '.join(data['references']) or data['model'])]
     return page_summary(ROLES[data['verdict']], data['summary'], facts,
                         [f'{x}.' for x in (*data['cautions'], *data['warnings'])])
@@ -77,11 +77,11 @@ def _picture(data: VerdictData, context: RobotContext) -> Section:
         joint = f.get('joint') or joint_of.get(f.get('link') or '', '')
         said.setdefault(joint, []).append(finding_label(f, axes))
     gaps = {r['joint'] for r in data['remainders']}
-    highest = max((g['before'] / (g['effort'] + 1e-9) for g in data['ranked']), default=1.0)
+    highest = max(map(_share, data['ranked']), default=1.0)
     dots = {}
     for gap in sorted(by_effect(data), key=lambda gap: gap['joint'] not in said):
         joint = gap['joint']
-        share = gap['before'] / (gap['effort'] + 1e-9) / max(highest, 1e-9)
+        share = _share(gap) / max(highest, 1e-9)
         role = 'hit' if joint in said else 'lost' if joint in gaps else 'calm'
         dots[joint] = Dot(joint, said.get(joint, ()), role, 4.0 + 7.0 * share)
     return Section('robot_gap/picture.html', sketch(context.chain, context.posture, dots), 'Where')
@@ -104,8 +104,12 @@ def by_effect(data: VerdictData) -> list[Mapping[str, Any]]:
     """Return the gaps of the joints, those that change the motion most first."""
     runs = (data.get('rollouts') or {}).get('joints') or {}
     return sorted(data['ranked'], reverse=True, key=lambda gap: (
-        runs[gap['joint']]['before'] if gap['joint'] in runs else
-        gap['before'] / (gap['effort'] + 1e-9)))
+        runs[gap['joint']]['before'] if gap['joint'] in runs else _share(gap)))
+
+
+def _share(gap: Mapping[str, Any]) -> float:
+    """Return the `gap` of a joint as a share of its torque."""
+    return float(gap['before'] / (gap['effort'] + 1e-9))
 
 
 def _curves(curves: EffortCurves) -> Section:
@@ -150,10 +154,13 @@ def _gaps(data: VerdictData) -> Section:
     for gap in by_effect(data):
         joint, rotary = gap['joint'], axes[gap['joint']] == 'rotary'
         sizes, unit = gap, 'N m' if rotary else 'N'
+        share = f', {percent(_share(gap))} of its {on_axis("torque", axes[joint])}'
         if joint in runs:
             sizes, unit = {k: 1e3 * v for k, v in runs[joint].items()}, 'mrad' if rotary else 'mm'
-        for title, when, kind in ((joint, 'before', 'nominal'), ('', 'after', 'closed')):
-            rows.append(BarRow(title, when, sizes[when], f'{sizes[when]:.3g} {unit}', kind))
+            share = ''
+        rows += [BarRow(joint, f'before{share}', sizes['before'], number(sizes['before'], unit),
+                        'nominal'),
+                 BarRow('', 'after', sizes['after'], number(sizes['after'], unit), 'closed')]
     return Section('robot_gap/gaps.html', {
         'gaps': Bars(rows), 'runs': bool(runs), 'lacking': data.get('lacking') or []},
         'The gap of each joint')
