@@ -26,6 +26,7 @@ from gearbox_monitor.report.svg import bar_views, chart_view, plane_view
 
 
 SHORT = 28  # characters of a cell in which lines do not break
+WHOLE = r'--[a-z][a-z-]*|\d{4}-\d\d-\d\d|[+-]?[\d.]+ %'  # of texts: no line breaks there
 
 
 @dataclass(frozen=True)
@@ -80,8 +81,8 @@ def unbroken(text: str) -> str:
 
 
 def whole_words(text: str) -> Markup:
-    """Return `text`, escaped, with dates and options such as --model whole in their lines."""
-    return Markup(re.sub(r'--[a-z][a-z-]*|\d{4}-\d\d-\d\d', r'<span class="whole">\g<0></span>',  # noqa: S704
+    """Return `text`, escaped; dates, percent and options such as --model stay in one line."""
+    return Markup(re.sub(WHOLE, r'<span class="whole">\g<0></span>',  # noqa: S704
                          str(escape(text))))
 
 

@@ -14,7 +14,7 @@ from gearbox_monitor.health.backlash.features import width_of
 from gearbox_monitor.health.backlash.wear import when
 from gearbox_monitor.health.wear_outcome import worst
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.parameters import ESTIMATOR
+from gearbox_monitor.parameters import ESTIMATOR, ParameterRow
 from gearbox_monitor.presentation import number, on_axis
 from gearbox_monitor.report.builder import (
     advice, Page, page_summary, PageTable, render_page, Section)
@@ -123,6 +123,9 @@ def next_steps(timeline: Timeline, facts: RecordingFacts, bag: str) -> list[str]
     if share is None or share < TRUSTED or not timeline.windows:
         steps.append(f'List the faults of the recording: gearbox_monitor check {bag} --model FILE')
     if share is not None and share < TRUSTED:
+        if not any(row.name.startswith(('q_std_', 'r_std_')) for row in _changed(facts)):
+            steps.append('Tune the filter to the noise of the recording: gearbox_monitor fit '
+                         f'noise {bag} --model FILE --out params.yaml')
         steps.append(f'Find the error of the model: gearbox_monitor diagnose {bag} --model FILE')
     if not steps and timeline.spans['backlash'].newest.is_compared:
         return ['Nothing now: it is as it was.']
@@ -209,10 +212,15 @@ def _parameters(facts: RecordingFacts) -> Section:
     return Section('recording/parameters.html', {
         'changed': PageTable(('parameter', 'value', 'default', 'unit'), [
             (row.name, _value(values[row.name]), _value(row.default), row.unit)
-            for row in ESTIMATOR if getattr(facts.parameters, row.name) != row.default]),
+            for row in _changed(facts)]),
         'model': json.dumps(facts.model.to_dict(), indent=1),
         'versions': PageTable(('of', 'version'), facts.versions)}, 'Parameters and versions',
         folded=True)
+
+
+def _changed(facts: RecordingFacts) -> list[ParameterRow]:
+    """Return the rows of the parameters that are not the default."""
+    return [row for row in ESTIMATOR if getattr(facts.parameters, row.name) != row.default]
 
 
 def _value(value: object) -> str:
