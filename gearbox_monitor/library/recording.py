@@ -263,10 +263,11 @@ def _read(source: Any, model: DriveModel | None, joints: dict[str, str], topic: 
     path = expect_path(source, 'source', 'a recording')
     with open_recording(path, reading, topic) as reader:
         name = find_input(reader, topic).topic
-        present = reader.joint_names(name)
-        if model is None and not joints:
-            return robot_recording(reader, name, present), False
         names = {role: joints.get(role, role) for role in ROLES}
+        whole = model is None and not joints
+        present = reader.joint_names(name, None if whole else list(names.values()))
+        if whole:
+            return robot_recording(reader, name, present), False
         if not joints and len(present) == 1:
             names.update(motor=present[0], arm='')
         setpoint = names['setpoint'] if names['setpoint'] in present or 'setpoint' in joints \

@@ -30,6 +30,7 @@ Public names, by module:
     replay_output: BagOutput, CsvTable, ParquetTable
     robot_values: load_locked, load_log, load_values, robot_model, RobotValues
     storage: FILE_NAME, qos_profile
+    table: is_log_of_xml
     topics: ARM, DIAGNOSIS, DIAGNOSTICS, DRIFT_ALERTS, FINDINGS, JOINT_STATES, joint_values,
         MOTOR, PAIRED_JOINT_STATES, PAYLOAD, PAYLOAD_STD, PLANT_TRANSMISSION_STATE,
         ROBOT_DESCRIPTION, Signal, SIGNALS, SNAPSHOT, TRANSMISSION

@@ -212,6 +212,19 @@ class JointStates:
     velocity: Array         # [N, J], rad/s or m/s
     effort: Array           # [N, J], N m or N
 
+    def of(self, names: Sequence[str]) -> 'JointStates':
+        """Return the columns of the joints `names`, NaN for one that is not among them."""
+        if tuple(names) == self.names:
+            return self
+        index = _first_index(self.names)
+        place, absent = [index.get(name, -1) for name in names], [
+            name not in index for name in names]
+        named, *values = (getattr(self, field)[:, place] for field in ('named', *FIELDS))
+        named[:, absent] = False
+        for column in values:
+            column[:, absent] = np.nan
+        return JointStates(tuple(names), self.stamp_ns, self.log_ns, named, *values)
+
     def of_named(self) -> 'JointStates':
         """Return the messages that name one of the joints."""
         rows = self.named.any(axis=1)

@@ -89,7 +89,8 @@ def _setpoints(reader: BagReader, topic: str, joints: Sequence[str], stamp_ns: I
                ) -> dict[str, Array]:
     """Return the setpoints of `joints` at `stamp_ns` [N] on a topic beside `topic`, if any."""
     others = [name for name in topics_called(reader, SETPOINTS) if name != topic]
-    named = [joint for joint in joints if others and joint in reader.joint_names(others[0])]
+    named = [joint for joint in joints if others
+             and joint in reader.joint_names(others[0], joints)]
     if not named:
         return {}
     goal = reader.joint_states(others[0], named)

@@ -12,6 +12,7 @@ from contextlib import AbstractContextManager, ExitStack
 from dataclasses import replace
 from functools import cached_property
 import heapq
+from itertools import chain
 import math
 import os
 from pathlib import Path
@@ -30,6 +31,7 @@ from gearbox_monitor.recordings import storage
 from gearbox_monitor.recordings.cdr import (
     block_of, CHANNELS, compact, Decoder, empty_index, find_messages, joined_blocks, JointStates,
     Message, MESSAGE_HEAD, MessageBlock, STATE_TYPE)
+from gearbox_monitor.recordings.log_units import ROTARY
 from gearbox_monitor.recordings.mcap_file import McapFile, ScannedChunk
 from gearbox_monitor.recordings.storage import PACKED, SqliteFile, unpack_message, unpacked_files
 
@@ -44,6 +46,7 @@ DEFINITIONS = {DYNAMIC: (
 ROS1_TEXT = 'ros1msg'  # encoding of a definition, and of its messages
 BLOCK_BYTES = 1 << 20  # unpacked at once, or one chunk where that is larger
 BLOCK_MESSAGES = 4096  # of a bag that is read message by message
+FEW = 4  # joints of a drive, all of which are read at once
 MAX_HELD = 1 << 26  # bytes of messages that wait for chunks with earlier ones
 FORMATS = ('.mcap', '.db3')
 ROS1 = b'#ROSBAG V2.0'  # first bytes of a bag of ROS 1
@@ -123,8 +126,8 @@ class BagReader(AbstractContextManager['BagReader']):
     start_ns, end_ns: log times (None in an empty bag); truncated: the recording was cut off;
     notice: one line for the user about that or about damage, else ''. packed_messages: each
     message is compressed by itself; opened: what is released with the reader. arm_side: positions
-    and efforts of the motor are referred to the output already; effort_units {joint: unit} of
-    efforts that are no torque or force.
+    and efforts of the motor are referred to the output already; axis: of its joints, 'prismatic'
+    where their units say so; effort_units {joint: unit} of efforts that are no torque or force.
     """
 
     def __init__(self, path: Path) -> None:
@@ -137,10 +140,11 @@ class BagReader(AbstractContextManager['BagReader']):
         self.notice = ''
         self.packed_messages = False
         self.arm_side = False
+        self.axis = ROTARY
         self.effort_units: dict[str, str] = {}
         self.opened = ExitStack()
         self._definitions: dict[str, tuple[str, str]] = {}
-        self._decoded: dict[tuple[str, tuple[str, ...]], tuple[JointStates, tuple[str, ...]]] = {}
+        self._decoded: dict[str, tuple[JointStates, tuple[str, ...]]] = {}  # of the last topic
 
     def messages(self, topics: Iterable[str] | None = None) -> Iterator[Message]:
         """Yield the messages on `topics` (None: all) by log time, equal times in file order."""
@@ -224,15 +228,19 @@ class BagReader(AbstractContextManager['BagReader']):
     def _ros1_typestore(self) -> Typestore:
         return get_typestore(Stores.ROS1_NOETIC)
 
-    def joint_names(self, topic: str) -> tuple[str, ...]:
-        """Return the joint names on `topic` in order of appearance."""
-        return self._joint_states(topic, ())[1]
+    def joint_names(self, topic: str, names: Sequence[str] | None = None) -> tuple[str, ...]:
+        """
+        Return the joint names on `topic` in order of appearance.
+
+        names: joints whose states are read with them, for joint_states; None: all.
+        """
+        return self._joint_states(topic, names)[1]
 
     def joint_states(self, topic: str, names: Sequence[str]) -> JointStates:
         """Return the JointStates of `topic` with the joints `names` as columns."""
-        states, joints = self._joint_states(topic, tuple(names))
+        states, joints = self._joint_states(topic, names)
         self.require_joints(topic, names, joints)
-        return states
+        return states.of(names)
 
     def require_joints(self, topic: str, names: Iterable[str], joints: Iterable[str]) -> None:
         """
@@ -258,18 +266,23 @@ class BagReader(AbstractContextManager['BagReader']):
         return Decoder(names, lambda raw: self.decode(JOINT_STATE, raw),
                        f'{self.path}: topic {topic}: ')
 
-    def _joint_states(self, topic: str, names: tuple[str, ...]
+    def _joint_states(self, topic: str, names: Sequence[str] | None
                       ) -> tuple[JointStates, tuple[str, ...]]:
-        if (topic, names) in self._decoded:
-            return self._decoded[topic, names]
-        decode = self.decoder(topic, names)
-        parts = [decode(block_of((topic,), []))]
-        parts += [decode(block) for block in self.blocks([topic])]
-        states = JointStates(names, *(
+        """Return (JointStates of the joints `names` or more, None: all; joints on `topic`)."""
+        states, joints = self._decoded.get(topic, (None, ()))
+        if states is not None and {*(joints if names is None else names)} <= {'', *states.names}:
+            return states, joints
+        look = self.decoder(topic, ())
+        blocks = self.blocks([topic])
+        first = next(blocks, block_of((topic,), []))
+        look(first)
+        few = joints or tuple(look.joints) if names is None or len(look.joints) <= FEW else ()
+        decode = self.decoder(topic, tuple(dict.fromkeys((*(names or ()), *few))))
+        parts = [decode(block) for block in chain([first], blocks)]
+        self._decoded = {topic: (JointStates(decode.names, *(
             np.concatenate([getattr(part, field) for part in parts])
-            for field in list(JointStates.__dataclass_fields__)[1:]))
-        self._decoded = {(topic, names): (states, tuple(decode.joints))}
-        return self._decoded[topic, names]
+            for field in list(JointStates.__dataclass_fields__)[1:])), tuple(decode.joints))}
+        return self._joint_states(topic, names)  # of all, if some came later
 
     def _register(self, msgtype: str, name: str, store: Typestore) -> None:
         encoding, text = self._definitions.get(msgtype, ('', ''))
@@ -300,6 +313,8 @@ class McapReader(BagReader):
             for channel in file.channels.values():
                 schema = file.schemas.get(channel.schema_id)
                 msgtype = schema.name if schema else ''
+                if channel.message_encoding not in ('', 'cdr', 'ros1'):
+                    msgtype += f' in {channel.message_encoding}'
                 self.topics.setdefault(channel.topic, (msgtype, 0))
                 if schema:
                     text = schema.data.decode(errors='replace')
@@ -430,6 +445,7 @@ class SqliteReader(BagReader):
             for topic, (kind, count) in content.topics.items():
                 self.topics[topic] = (kind, self.topics.get(topic, ('', 0))[1] + count)
             self._definitions.update(content.definitions)
+        self.notice = '; '.join(content.notice for content in self._files if content.notice)
         times = [time for content in self._files for time in content.log_times]
         if times:
             self.start_ns, self.end_ns = min(times), max(times)

@@ -34,6 +34,7 @@ PIECE = 1 << 24      # bytes unpacked at a time; so many are always unpacked
 EXPANSION = 256      # no whole chunk of data unpacks to more times its size, lz4 to 255 at most
 MAX_UNPACKED = 1 << 27  # bytes in memory at once; writers of bags end chunks at 1 to 4 MB
 HEAD = 18            # bytes of a zstd frame that may state its size
+WAL_HEAD, WAL_MAGIC = 32, b'\x37\x7f\x06'  # of a write-ahead log of SQLite
 SPARE = 1 << 28      # bytes of a disk that stay free
 DAMAGE = (zstandard.ZstdError, RuntimeError, EOFError, MemoryError)
 
@@ -151,8 +152,9 @@ class SqliteFile:
     The topics and messages of the file `path`, called `shown` in messages.
 
     topics: {topic: (message type, number of messages)}; definitions: {message type: (encoding,
-    text)}; log_times: of its first and last message on each topic (ns). close: releases it. Only
-    tables are read: a view can compute without an end. Raises InputError.
+    text)}; log_times: of its first and last message on each topic (ns). notice: what its
+    write-ahead log has lost. close: releases it. Only tables are read: a view can compute without
+    an end. Raises InputError.
     """
 
     def __init__(self, path: Path, shown: Path) -> None:
@@ -160,6 +162,7 @@ class SqliteFile:
         self.topics: dict[str, tuple[str, int]] = {}
         self.definitions: dict[str, tuple[str, str]] = {}
         self.log_times: list[int] = []
+        self.notice = ''
         self._names: dict[int, str] = {}
         with ExitStack() as stack:
             try:
@@ -169,6 +172,8 @@ class SqliteFile:
                     f'file:{quote(str(path.absolute()))}{how}', uri=True)))
             except (OSError, sqlite3.Error) as error:
                 raise self._unreadable(getattr(error, 'strerror', None) or error) from None
+            if not how:
+                self._expect_whole_log(path.with_name(f'{path.name}-wal'))
             self._base.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MAX_UNPACKED)
             self._base.execute('PRAGMA trusted_schema = OFF')
             self._read_topics()
@@ -194,6 +199,22 @@ class SqliteFile:
             with open_file(source) as stream, open(folder / source.name, 'wb') as target:
                 shutil.copyfileobj(stream, target)
         return folder / path.name, ''
+
+    def _expect_whole_log(self, log: Path) -> None:
+        """Note how many pages of a write-ahead log SQLite leaves out: it is silent about them."""
+        written, size = 0, log.stat().st_size - WAL_HEAD
+        with log.open('rb') as stream:
+            head = stream.read(WAL_HEAD)
+            frame = 24 + int.from_bytes(head[8:12], 'big')
+            if head[:3] != WAL_MAGIC:
+                written, size = 1, 0
+            while written * frame < size and stream.read(16)[8:] == head[16:24]:
+                written += 1  # frames of an earlier log stand behind, with another salt
+                stream.seek(WAL_HEAD + written * frame)
+        (_, used, _), = self._rows('PRAGMA wal_checkpoint')
+        if max(used, 0) < written:
+            self.notice = (f'{self._shown.name}-wal: damaged: {written - max(used, 0)} of its '
+                           f'{written} pages, with the newest messages, cannot be read')
 
     def messages(self, topics: Sequence[str]) -> Iterator[Message]:
         """Yield the messages on `topics` by log time."""

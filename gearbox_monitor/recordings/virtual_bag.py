@@ -108,7 +108,7 @@ def bag_of_table(table: Table, mapping: Columns) -> VirtualBag:
         def chunks() -> Iterator[Sequence[Frames]]:
             yield whole
     bag = VirtualBag(table.path, dict.fromkeys(topics, count), chunks, (begin, end), notes)
-    bag.arm_side = True  # whatever the model's gear ratio
+    bag.arm_side, bag.axis = True, mapping.kind  # whatever the model's gear ratio
     bag.effort_units = {
         name.rpartition(':')[0] or 'motor': unit for name, signal in mapping.signals.items()
         if name.endswith((':effort', 'motor_effort')) and (unit := effort_unit(signal))}

@@ -5,6 +5,7 @@
 import json
 import re
 import shlex
+import sqlite3
 
 from mcap.writer import Writer as McapWriter
 import numpy as np
@@ -115,14 +116,16 @@ def test_ros1_bag(tmp_path, capsys):
 def test_mcap_of_ros1_and_schemas_of_foxglove(tmp_path, capsys):
     store = get_typestore(Stores.ROS1_NOETIC)
     types = store.types
-    for name, schema, encoding in (('old', 'sensor_msgs/JointState', 'ros1msg'),
-                                   ('web', 'foxglove.JointStates', 'jsonschema')):
+    for name, schema, encoding, form in (
+            ('old', 'sensor_msgs/JointState', 'ros1msg', 'ros1'),
+            ('web', 'foxglove.JointStates', 'jsonschema', 'ros1'),
+            ('page', JOINT_STATE, 'jsonschema', 'json')):
         with open(tmp_path / f'{name}.mcap', 'wb') as file:
             writer = McapWriter(file)
             writer.start()
-            number = writer.register_schema(schema, encoding, b'{}' if name == 'web' else
+            number = writer.register_schema(schema, encoding, b'{}' if name != 'old' else
                                             store.generate_msgdef(JOINT_STATE)[0].encode())
-            channel = writer.register_channel('/joint_states', 'ros1', number)
+            channel = writer.register_channel('/joint_states', form, number)
             for k, stamp in enumerate(STAMPS.tolist()):
                 time = types['builtin_interfaces/msg/Time'](stamp // 10 ** 9, stamp % 10 ** 9)
                 message = types[JOINT_STATE](types['std_msgs/msg/Header'](k, time, ''),
@@ -135,6 +138,34 @@ def test_mcap_of_ros1_and_schemas_of_foxglove(tmp_path, capsys):
     np.testing.assert_array_equal(found.stamp_ns, STAMPS)
     assert main(['check', str(tmp_path / 'web.mcap')]) == 2
     assert '/joint_states (foxglove.JointStates): schemas of Foxglove' in capsys.readouterr().err
+    assert main(['check', str(tmp_path / 'page.mcap')]) == 2
+    assert f'has type {JOINT_STATE} in json, expected' in capsys.readouterr().err
+
+
+def test_what_a_damaged_write_ahead_log_loses_is_said(tmp_path):
+    base = sqlite3.connect(tmp_path / 'live.db3')
+    base.execute('PRAGMA journal_mode = WAL')
+    base.execute('PRAGMA wal_autocheckpoint = 0')
+    base.execute('CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT)')
+    base.execute('CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, '
+                 'timestamp INTEGER, data BLOB)')
+    base.execute('INSERT INTO topics VALUES(1, "/joint_states", ?)', [JOINT_STATE])
+    base.commit()
+    base.execute('PRAGMA wal_checkpoint(TRUNCATE)')
+    for begin in (0, 200):
+        base.executemany('INSERT INTO messages VALUES(NULL, 1, ?, ?)', zip(
+            STAMPS[begin:begin + 200].tolist(), encode_joint_states(
+                STAMPS[begin:begin + 200], JOINTS, Q[begin:begin + 200])))
+        base.commit()
+    log = (tmp_path / 'live.db3-wal').read_bytes()
+    for name, kept, count in (('whole', log, 400), ('cut', log[:-300], 200),
+                              ('lost', b'x' * len(log), 0)):
+        (tmp_path / f'{name}.db3').write_bytes((tmp_path / 'live.db3').read_bytes())
+        (tmp_path / f'{name}.db3-wal').write_bytes(kept)
+        with open_bag(tmp_path / f'{name}.db3') as reader:
+            assert reader.count('/joint_states') == count
+            assert bool(count < 400) == ('cannot be read' in reader.notice)
+    base.close()
 
 
 def test_states_of_ros2_control_and_setpoints_of_a_controller(tmp_path, capsys):
