@@ -24,6 +24,7 @@ from gearbox_monitor.signals.recording import conventions_of
 from gearbox_monitor.simulators.robot_model import ChainFile
 
 BEYOND = 0.05  # rad or m: a joint that leaves its range by less is at its stop
+OF_DEGREES = 3.0  # times the range: beyond what a wrong zero or turns make of radians
 KEYS = ('tolerance', 'link_tolerance', 'friction_tolerance', 'torque_constants', 'effort', 'kp',
         'kd', 'gain_tolerance', 'torque_tolerance', 'compensated', 'locked')
 
@@ -170,6 +171,8 @@ def beyond_range(raw: RawLog, file: ChainFile) -> dict[str, str]:
             share = float(((q < low) | (q > high)).mean())
             notes[joint] = (f'{joint}: from {q.min():.4g} to {q.max():.4g}, {100.0 * share:.2g} % '
                             f'beyond the range of the model ({low:.4g} to {high:.4g})')
+            if np.ptp(q) > OF_DEGREES * (high - low) and np.ptp(q) * math.pi / 180.0 < high - low:
+                notes[joint] += f', as of degrees: --convention {joint}=deg'
     return notes
 
 

@@ -129,11 +129,9 @@ CHECKS = {
         _STUCK + 'the reading is clipped, or the joint is at an end stop',
         f'{_ENCODER}; leave end stops out of the motion'),
     'sticks_frozen': Sentence(_STUCK + 'the encoder is frozen', _ENCODER),
-    'wild': Sentence('{count} numbers infinite or beyond 1e9, the first {first:.3g} at {at:.4g} '
-                     's: they count as not measured',
+    'wild': Sentence('{count} numbers infinite or beyond 1e9, or far beyond all others, the first '
+                     '{first:.3g} at {at:.4g} s: they count as not measured',
                      'look for memory that the driver does not write'),
-    'dead': Sentence('dead: uninitialised memory, the largest amount is {largest:.2g}',
-                     'look for a value that the driver never writes'),
     'reading_wraps': Sentence(
         '{count} jumps of one turn ({size:.4g} rad), the first at {first:.4g} s',
         'count the position over turns (unwrap it) before it is published; the diagnosis counts '
@@ -254,8 +252,8 @@ NOTES = {
     'counted_on': Sentence('{finding}: counted on'),
     'arm_torque_unused': Sentence('the {input} measured on the arm is not used: arm_load in '
                                   '{model} is {load}, not measured'),
-    'huge_values': Sentence('{count} values of {field} were infinite or beyond 1e9: they count as '
-                            'not measured'),
+    'huge_values': Sentence('{count} values of {field} were infinite or beyond 1e9, or far beyond '
+                            'all others: they count as not measured'),
     'missing_values': Sentence('{count} values of {field} were NaN and are interpolated'),
     'lost_samples': Sentence('{count} of {samples} samples lost by their stamps, interpolated'),
     'time_wanders': Sentence('the sample time wanders, stamps by {ms:.3g} ms rms: samples are '
@@ -285,6 +283,8 @@ NOTES = {
                             '{at:.4g} s: turns are counted on'),
     'joint_outliers': Sentence('{count} outliers, the first one {size:.4g} off at {at:.4g} s: not '
                                'used'),
+    'effort_outliers': Sentence('{place}: {count} outliers of the effort, the first one '
+                                '{first:.4g} at {at:.4g} s: not used'),
     'joint_slips': Sentence('the position jumps by {size:.4g} at {at:.4g} s and stays there, '
                             '{times} in all: an encoder that slips, or a new zero'),
     'own_messages': Sentence('{names}: messages of their own, interpolated to the stamps of '

@@ -24,14 +24,12 @@ from gearbox_monitor.presentation import on_axis, said
 from gearbox_monitor.signals import checks, stamps, torque, wiring
 from gearbox_monitor.signals.finding import (
     BAD, DataFinding, everything, Grade, hurts, judged, OK, PURPOSES, WARN)
-from gearbox_monitor.signals.jumps import (
-    counted_on, OUTLIER, SLIP, strangers, TURNS, without_jumps)
+from gearbox_monitor.signals.jumps import OUTLIER, SLIP, strangers, TURNS, without_jumps
 from gearbox_monitor.signals.recording_limits import LIMITS
 from gearbox_monitor.signals.slip import without_slip
 from gearbox_monitor.signals.smoothed_motion import FITTED, HALF_WIDTHS, noise_of, SmoothedMotion
 from gearbox_monitor.signals.uniform import (
-    Doubt, held_rate, is_uninitialised, physical_columns, prepare, RecordingKind, UniformRecording,
-    usable_rows)
+    Doubt, held_rate, physical, prepare, RecordingKind, UniformRecording, usable_rows)
 
 GROUPS = ('stamps', 'torque', 'motor', 'arm', 'motion', 'signs', 'model', 'filter')
 # Faults of channels, signs and units, which say how the data would have to be read.
@@ -154,10 +152,12 @@ def of_one_publisher(samples: Samples) -> tuple[Samples, list[DataFinding], bool
 
 def of_physical_numbers(samples: Samples) -> tuple[Samples, list[DataFinding]]:
     """Return samples without unphysical numbers, and findings about these with their times."""
-    findings = []
-    u, y = samples.u, samples.y
-    for name, values in (('torque', u[:, 0]), ('motor', y[:, 0]), ('arm', y[:, 1])):
-        wild = np.flatnonzero(np.abs(values) > HUGE)
+    findings, u, y = [], np.where(np.abs(samples.u) > HUGE, np.nan, samples.u), samples.y.copy()
+    for name, field, values, column in (
+            ('torque', 'u', samples.u[:, 0], u[:, 0]),
+            *((name, name, samples.y[:, i], y[:, i]) for i, name in enumerate(checks.NAMES))):
+        column[:], flags = physical(values, field)
+        wild = np.flatnonzero(flags)
         if len(wild):
             seconds = float(samples.stamp_ns[wild[0]] - samples.stamp_ns[0]) * 1e-9
             share = len(wild) / len(values)
@@ -165,21 +165,15 @@ def of_physical_numbers(samples: Samples) -> tuple[Samples, list[DataFinding]]:
                 name, 'unphysical', said('wild', count=len(wild), first=values[wild[0]],
                                          at=seconds),
                 everything(BAD if share > 0.01 else WARN), {'share': share}))
-        elif is_uninitialised(values):
-            findings.append(judged(name, 'unphysical', said(
-                'dead', largest=np.nanmax(np.abs(values))), everything(BAD)))
-    if not findings:
-        return samples, []
-    return replace(samples, u=physical_columns(u)[0], y=physical_columns(y)[0]), findings
+    return replace(samples, u=u, y=y) if findings else samples, findings
 
 
 def _jumping(samples: Samples) -> tuple[Samples, list[DataFinding]]:
-    """Return samples with turns counted on, and findings about jumps with their times."""
-    findings, y, wrapped = [], samples.y.copy(), False
+    """Return samples with turns counted on and outliers as not measured, and what was found."""
+    findings, y = [], samples.y.copy()
     for i, name in enumerate(checks.NAMES):
-        y[:, i], turned = counted_on(y[:, i], samples.stamp_ns)
-        wrapped |= bool(turned)
-        for jump in (*turned, *without_jumps(y[:, i], samples.stamp_ns)[1]):
+        y[:, i], jumping = without_jumps(y[:, i], samples.stamp_ns)
+        for jump in jumping:
             seconds = float(samples.stamp_ns[jump.row] - samples.stamp_ns[0]) * 1e-9
             many = jump.count > LIMITS.max_repaired * len(y)
             line, grades = {TURNS: ('wraps', hurts(BAD, BAD, WARN)),
@@ -188,7 +182,7 @@ def _jumping(samples: Samples) -> tuple[Samples, list[DataFinding]]:
             findings.append(judged(name, line, said(
                 f'reading_{line}', count=jump.count, size=jump.size, first=seconds), grades,
                 {'count': jump.count, 'first_s': seconds, 'size_rad': jump.size}))
-    return replace(samples, y=y) if wrapped else samples, findings
+    return replace(samples, y=y) if findings else samples, findings
 
 
 # --- a segment by itself and against a model ----------------------------------------------------
@@ -435,10 +429,10 @@ def measured_samples(samples: Samples, name: str) -> tuple[Samples, list[str]]:
         InputError: they are no samples of one drive.
     """
     require_samples(name, samples.stamp_ns, samples.y)
-    if is_uninitialised(samples.u[:, 0]):
-        raise InputError(f'{name}: effort of the motor: uninitialised memory, the largest amount '
-                         f'is {np.nanmax(np.abs(samples.u[:, 0])):.2g}, expected a torque')
-    samples, findings = of_physical_numbers(samples)
+    try:
+        samples, findings = of_physical_numbers(samples)
+    except InputError as error:
+        raise InputError(f'{name}: {error}') from None
     return samples, [f'{finding.group}: {finding.figure}' for finding in findings]
 
 

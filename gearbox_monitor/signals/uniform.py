@@ -21,6 +21,7 @@ from gearbox_monitor.kernels.elementary import DIFFERENCE_GAIN, quantisation_ste
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import Controller, DriveModel
 from gearbox_monitor.presentation import on_axis, said, say
+from gearbox_monitor.signals.jumps import wild_rows
 from gearbox_monitor.signals.recording_limits import LIMITS
 
 HELD = ('u', 'setpoint')  # over a sample
@@ -144,38 +145,30 @@ class UniformRecording:
         return len(self.t) * self.dt
 
 
-def is_uninitialised(values: Array) -> bool:
-    """Return whether `values` [N] (NaN: not measured) are memory that nobody wrote."""
-    amounts = np.abs(values[np.isfinite(values)])
-    return bool(len(amounts)) and 0.0 < float(amounts.max()) < LIMITS.unphysical
-
-
-def physical(values: Array) -> tuple[Array, int]:
+def physical(values: Array, field: str) -> tuple[Array, Flags]:
     """
-    Return values as they count, and how many of them are unphysical.
+    Return values as they count, and which of them are unphysical.
 
     Args:
         values: of one channel [N]; NaN: not measured.
+        field: name of the channel, a key of UNITS.
 
     Returns:
-        The values, NaN in place of those that are infinite or beyond HUGE, 0 throughout where the
-        channel is uninitialised; the number of values replaced.
+        The values, NaN in place of those that are infinite, beyond HUGE or outliers of a torque;
+        [N], which they are.
+
+    Raises:
+        InputError: the channel is memory that nobody wrote.
     """
     wild = np.abs(values) > HUGE
-    count = int(wild.sum())
-    if count:
-        values = np.where(wild, np.nan, values)
-    if is_uninitialised(values):
-        count += int((np.abs(values) > 0.0).sum())
-        values = np.where(np.isnan(values), np.nan, 0.0)
-    return values, count
-
-
-def physical_columns(values: Array) -> tuple[Array, int]:
-    """Return `values` [N, C] with each column as `physical` returns it, and the count of all."""
-    columns = [physical(column) for column in values.T]
-    count = sum(number for _, number in columns)
-    return (np.column_stack([column for column, _ in columns]) if count else values), count
+    if field == 'u':
+        wild[wild_rows(np.where(wild, np.nan, values))] = True
+    values = np.where(wild, np.nan, values) if wild.any() else values
+    largest = float(np.nanmax(np.abs(values), initial=0.0))
+    if 0.0 < largest < LIMITS.unphysical:
+        raise InputError(f'{field}: dead: uninitialised memory, the largest amount is '
+                         f'{largest:.2g}, expected numbers in {UNITS[field]}')
+    return values, wild
 
 
 def held_rate(model: DriveModel | None) -> float:
@@ -237,13 +230,9 @@ def _prepared(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None,
     if arm_torque is not None and not np.isnan(np.asarray(arm_torque, float)[keep]).all():
         values['arm_torque'] = np.array(arm_torque, float)[keep]
     for field in values:
-        if is_uninitialised(values[field]):
-            raise InputError(f'{field}: dead: uninitialised memory, the largest amount is '
-                             f'{np.nanmax(np.abs(values[field])):.2g}, expected numbers in '
-                             f'{UNITS[field]}')
-        values[field], count = physical(values[field])
-        if count:
-            notices.append(say('huge_values', count=count, field=field))
+        values[field], wild = physical(values[field], field)
+        if wild.any():
+            notices.append(say('huge_values', count=int(wild.sum()), field=field))
     if len(t) < 10:
         raise InputError(f'{len(t)} samples, expected at least {LIMITS.min_duration:g} s of them')
     _check_numbers(t, first, values)

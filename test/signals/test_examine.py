@@ -169,9 +169,9 @@ SPOILT = [
      'longest from 3 s to 4.499 s: 0 N m', WARN, ()),
     (lambda s: efforts(s, slice(1500, N), 9.0), ('torque', 'sticks'), 'clamped', BAD, PURPOSES),
     (lambda s: efforts(s, slice(100, 120), 6.9e220), ('torque', 'unphysical'),
-     '20 numbers infinite or beyond 1e9, the first 6.9e+220 at 0.1 s', WARN, ()),
-    (lambda s: changed(s, u=s.u * 1e-309), ('torque', 'unphysical'), 'dead: uninitialised', BAD,
-     PURPOSES),
+     'or far beyond all others, the first 6.9e+220 at 0.1 s', WARN, ()),
+    (lambda s: efforts(s, slice(700, 701), -5e5), ('torque', 'unphysical'),
+     'the first -5e+05 at 0.7 s', WARN, ()),
     (lambda s: changed(s, y=s.y * np.nan), ('motor', 'readings'), 'never measured', BAD, PURPOSES),
     (clipped, ('motor', 'sticks'), 'clipped', BAD, PURPOSES),
     (wrapped, ('arm', 'wraps'), 'jumps of one turn', BAD,
@@ -200,6 +200,20 @@ def test_what_is_wrong_is_said(half):
         assert words in line.figure
         assert {purpose for purpose in PURPOSES if suits[purpose] == BAD} >= set(spoilt)
         assert 'estimation' in spoilt or suits['estimation'] < BAD
+
+
+def test_memory_that_nobody_wrote_is_refused(sound):
+    for spoilt in (changed(sound, u=sound.u * 1e-309), changed(sound, y=sound.y * 1e-309)):
+        with pytest.raises(InputError, match='dead: uninitialised memory'):
+            judged(spoilt)
+
+
+def test_an_outlier_spoils_no_other_line(half):
+    y = half.y.copy()
+    y[700, 0] = 3000.0
+    lines, _ = judged(changed(half, y=y))
+    assert lines['motor', 'outliers'].verdict() == WARN
+    assert lines['signs', 'motor and arm'].verdict() == OK
 
 
 def test_one_encoder_suits_the_diagnosis(sound):

@@ -9,7 +9,7 @@ import pytest
 
 from gearbox_monitor.diagnosis.robot.robot_log import continuous, RawLog, SETPOINT
 from gearbox_monitor.signals.jumps import (
-    OUTLIER, PERIODS, SLIP, strangers, TURNS, turns, without_jumps)
+    OUTLIER, PERIODS, SLIP, strangers, TURNS, turns, wild_rows, without_jumps)
 
 T = np.arange(0.0, 20.0, 0.01)
 SWING = 1.4 * np.sin(2.0 * math.pi * 0.21 * T) + 0.3 * np.sin(2.0 * math.pi * 0.9 * T)
@@ -54,6 +54,16 @@ def test_outliers_and_slips_are_found_with_their_place():
     same, (finding,) = without_jumps(slipped, T)
     assert (finding.kind, finding.row) == (SLIP, 700) and np.array_equal(same, slipped)
     assert finding.size == pytest.approx(0.4, abs=0.03)
+
+
+def test_outliers_of_an_effort_are_alone_far_beyond_the_others():
+    load = 20.0 * np.sin(T) + np.random.default_rng(0).normal(size=len(T))
+    spoilt = load.copy()
+    spoilt[[300, 301, 1500]] = 5e5, 4e5, -7e4
+    assert wild_rows(spoilt).tolist() == [300, 301, 1500]
+    bump = np.where(np.abs(T - 10.0) < 0.05, 300.0, 0.01 * load)
+    for effort in (load, bump, np.sign(load), 0.0 * T, np.where(T > 19.9, load, 0.0), np.nan * T):
+        assert not len(wild_rows(effort))
 
 
 def test_rows_of_a_second_publisher_are_those_of_one_posture():

@@ -623,8 +623,8 @@ def _least_squares(balance: ConventionBalance, products: _Products, scale: Array
 def _is_large(reading: RobotReading) -> bool:
     """Return whether a reading is a convention and no small effect."""
     return all(c.reversed or c.unit != 1.0 or c.effort < 0.0 or abs(c.zero) >= LIMITS.zero
-               or abs(math.log(c.effort)) >= math.log(LIMITS.factor)
-               for c in reading.joints.values())
+               or LIMITS.factor <= max(c.effort, 1.0 / c.effort) <= 2.0 * max(_factors())
+               for c in reading.joints.values())  # beyond them a fit ignores the effort
 
 
 def _factors() -> list[float]:

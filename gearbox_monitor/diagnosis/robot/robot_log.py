@@ -13,7 +13,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.presentation import say
 from gearbox_monitor.signals.jumps import (
-    JumpFinding, OUTLIER, PERIODS, SLIP, strangers, TURNS, turns, without_jumps)
+    JumpFinding, OUTLIER, PERIODS, SLIP, strangers, TURNS, turns, wild_rows, without_jumps)
 from gearbox_monitor.signals.recording import AS_RECORDED, Convention, Recording
 
 TORQUE, CURRENT, SETPOINT = 'torque', 'current', 'setpoint'
@@ -128,7 +128,12 @@ def continuous(raw: RawLog) -> RawLog:
     t, position, given = raw.t[keep], dict[str, Array](), dict[str, Array]()
     for joint in joints:
         position[joint], found = without_jumps(raw.position[joint][keep], t)
-        given[joint] = raw.input[joint][keep]
+        given[joint] = raw.input[joint][keep].copy()
+        wild = wild_rows(given[joint]) if raw.kind != SETPOINT else np.empty(0, np.int64)
+        if len(wild):
+            notes.append(say('effort_outliers', place=joint, count=len(wild),
+                             first=given[joint][wild[0]], at=t[wild[0]] - t[0]))
+            given[joint][wild] = np.nan
         for finding in found:
             seconds = float(t[finding.row] - t[0])
             notes.append(f'{joint}: {jump_words(finding, seconds)}')
