@@ -48,6 +48,7 @@ from gearbox_monitor.recordings.innovations import innovation_topics, nis_of
 from gearbox_monitor.recordings.joint_input import bag_arguments, find_input
 from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.recorded_samples import sample_parts
+from gearbox_monitor.recordings.table import is_log_of_xml
 from gearbox_monitor.robot.description import SUFFIXES
 from gearbox_monitor.signals.examine import (
     Examination, examine, examined, joined, SAMPLES, WINDOWS)
@@ -84,7 +85,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
-    if Path(args.bag).suffix.lower() in SUFFIXES:
+    if Path(args.bag).suffix.lower() in SUFFIXES and not is_log_of_xml(args.bag):
         refuse(args, (*OF_DRIVE, *OF_ROBOT[:1], *OF_ROBOT[2:], 'model', 'topic'),
                f'of a recording, but {args.bag} is a robot')
         from gearbox_monitor.cli.robot_table import show_table
@@ -115,7 +116,7 @@ def run(args: Namespace) -> int:
                 'model': model is not None, 'topics': _topics(reader), 'notes': notes,
                 'options': {'model': args.model, 'topic': args.topic, 'params': args.params}}
     found = examined([*found.lines, *filters], found.begin, found.seconds)
-    axis = model.axis if model is not None else 'rotary'
+    axis = model.axis if model is not None else reader.axis
     data['lines'] = _plain(found.lines, args.purposes, axis)
     data['suits'] = {purpose: {'verdict': SUITS[verdict], 'because': list(names)}
                      for purpose, (verdict, names) in found.suits.items()
@@ -174,6 +175,8 @@ def _examined(reader: BagReader, topic: str, model: DriveModel | None,
     if not evaluated:
         raise InputError(f'{reader.path}: {topic}: {parts[0]}')
     notes = [reader.notice] if reader.notice else []
+    if unit := reader.effort_units.get(motor):
+        notes.append(f'the effort is in {unit}, without a constant: so are its figures')
     notes += [f'part {k} of {len(parts)} is not evaluated: {part}'
               for k, part in enumerate(parts, 1) if isinstance(part, InputError)]
     if len(parts) > 1:

@@ -162,9 +162,14 @@ def joined(episodes: Mapping[str, list[Leaf]]) -> Iterator[Leaf]:
     counts = [own.most_common(1)[0][0] if own else 0 for own in lengths]
     parts = [{leaf[0]: leaf for leaf in leaves if leaf[1].ndim and len(leaf[1]) == count}
              for leaves, count in zip(episodes.values(), counts)]
-    for name, value, unit in parts[0].values():
-        if all(name in own and own[name][1].shape[1:] == value.shape[1:] for own in parts):
-            yield name, np.concatenate([own[name][1] for own in parts]), unit
+    whole = [name for name, (_, value, _) in parts[0].items() if all(
+        name in own and own[name][1].shape[1:] == value.shape[1:] for own in parts)]
+    for name in whole:
+        yield name, np.concatenate([own[name][1] for own in parts]), parts[0][name][2]
+    others = dict.fromkeys(leaf[0] for leaves in episodes.values() for leaf in leaves
+                           if leaf[1].ndim and leaf[0] not in whole)
+    if others:
+        NOTES.append(f'of another length than its episode, not used: {", ".join(others)[:200]}')
     numbers = [int(re.findall(r'\d+', name)[-1]) for name in episodes]
     yield 'episode', np.repeat(numbers, counts), ''
 

@@ -30,6 +30,7 @@ from gearbox_monitor.recordings.times import (
 
 COARSE = 100.0  # whole numbers over a wider range are counts
 WIDE = 4.0 * np.pi  # rad: a joint turns less; a wider range without a unit may be degrees
+USUAL = 0.005, 0.995  # quantiles: a glitch beyond them says nothing about the unit
 MOST_JOINTS = 1000  # that q[6] in --columns may stand for
 GEARED = 0.2  # from 1: lost motion and noise make a ratio of 1 look that different
 BLANK = 0.05  # share of empty cells from which on curves have samples of their own
@@ -349,13 +350,14 @@ class _Proposal:
         values = candidate.values[np.isfinite(candidate.values)]
         span = float(np.ptp(values)) if len(values) else 0.0
         coarse = span > COARSE and bool((values == np.floor(values)).all())
+        usual_span = float(np.ptp(np.quantile(values, USUAL))) if len(values) else 0.0
         if not unit and quantity == EFFORT and meaning.is_input and role != 'reference_torque':
             usual = next((u for w, u in vocabulary()['inputs'].items() if w in meaning.words), '')
             unit = 'counts' if coarse else usual or '1'
         elif not unit and quantity == POSITION and coarse:
             unit = 'counts'
             self.assumptions.append(f'{meaning.label}: whole numbers, so counts.')
-        elif not unit and quantity == POSITION and span > WIDE and axis == ROTARY and (
+        elif not unit and quantity == POSITION and usual_span > WIDE and axis == ROTARY and (
                 'positions' not in self.questions):
             self._ask('unit', f'{meaning.label}: no unit in the file, and its range of {span:.4g} '
                       'is wide for rad', '--unit position=deg (or turns, or rad)')

@@ -280,7 +280,8 @@ def _drive_effort(choice: Choice, measured: Sequence[NamedColumn],
 
 def _ask_effort(choice: Choice, columns: Sequence[NamedColumn], question: str) -> None:
     choice.ask('effort', f'{", ".join(c.meaning.stem for c in columns)}: {question}',
-               *(use_option('effort', c.meaning.stem) for c in columns[:3]))
+               *(use_option('effort', c.meaning.stem) for c in columns[:3]),
+               use_option('effort', NONE))
 
 
 def _setpoints(choice: Choice, columns: Sequence[NamedColumn], refused: set[str]) -> None:

@@ -113,12 +113,22 @@ class Table:
 
 def printable(name: str) -> str:
     """Return a `name` with nothing that a terminal obeys or no text can hold."""
-    return re.sub(r'[\x00-\x1f\x7f-\x9f\ud800-\udfff]', '?', name)
+    return re.sub(r'[\x00-\x1f\x7f-\x9f\u200b-\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]',
+                  '?', name)
 
 
 def plain(name: str) -> str:
     """Return a dotted `name` however it is written: 'run/q' is 'run.q'."""
     return name.strip('/').replace('/', '.')
+
+
+def is_log_of_xml(path: str | Path) -> bool:
+    """Return whether a file is the log of a robot sensor interface, not a robot's description."""
+    try:
+        with open_unpacked(Path(path)) as stream:
+            return bool(re.search(rb'<(Rob|Sen)\s', stream.read(4096)))
+    except OSError:
+        return False
 
 
 def kind_of(path: Path) -> str:
@@ -136,8 +146,8 @@ def kind_of(path: Path) -> str:
                          'values as CSV')
     kind = next((kind for mark, kind in KINDS if head.startswith(mark) or start.startswith(mark)
                  and len(mark) == 1), 'text')
-    # Documents of 'ros2 topic echo': keys with values in further lines.
-    yaml = re.match(rb'(---\s*\n)?\w+:\s*\n(\s+\w+:|- )', start) and b'\n---' in head
+    # Documents of 'ros2 topic echo', maybe behind a warning: keys with values in further lines.
+    yaml = re.search(rb'(?m)^\w+: *\n(\s+\w+:|- )', start) and b'\n---' in head
     return 'yaml' if kind == 'text' and yaml else kind
 
 
@@ -202,8 +212,7 @@ def _text_table(path: Path, layout: TextLayout, whole: bool) -> Table:
     columns: list[Column] = []
     listed = {k: numbers_of_list(cells[k][0]) for k in cells}
     for k, own in listed.items():
-        factor, stated = unit_of_label(names[k])
-        unit = units[k] or stated
+        factor, unit = scaled_unit(units[k]) if units[k] else unit_of_label(names[k])
         if own is not None:
             for place in range(len(own)):
                 places[f'{names[k]}.{place + 1}'] = k, place
@@ -337,9 +346,9 @@ def _long_pivoted(table: Table) -> Table:
         TIME, POSITION, VELOCITY, EFFORT))
     words, place = np.unique(key.values, return_inverse=True)
     order = np.argsort([int(np.flatnonzero(place == k)[0]) for k in range(len(words))])
-    values = [c for c in table.columns if c is not key and c.values.dtype.kind in 'iufM'
-              and (c.values.dtype.kind == 'M' or np.isfinite(c.values).any())]
-    times = [c for c in values if _names(c) & time_words or c.values.dtype.kind == 'M']
+    values = [c for c in table.columns if _has_dates(c) or c is not key
+              and c.values.dtype.kind in 'iuf' and np.isfinite(c.values).any()]
+    times = [c for c in values if _has_dates(c) or _names(c) & time_words]
     if not times:
         return table
     single = [c for c in values if all(c is not time for time in times)]
@@ -359,6 +368,11 @@ def _long_pivoted(table: Table) -> Table:
         header=table.header) if clocks else table
 
 
+def _has_dates(column: Column) -> bool:
+    kind = column.values.dtype.kind
+    return kind == 'M' or kind == 'U' and bool(DATE.match(str(column.values[0])))
+
+
 def _names(column: Column) -> set[str]:
     return {word.lower() for word in re.findall(r'[A-Za-z]+', column.name)}
 
@@ -368,7 +382,7 @@ def _is_key(column: Column, table: Table) -> bool:
     values = column.values
     is_named = bool(_names(column) & NUMBERED) and not _names(column) & NO_JOINT
     if values.dtype.kind == 'U':
-        if DATE.match(str(values[0])):
+        if _has_dates(column):
             return False
     elif not is_named or values.dtype.kind not in 'iuf' or (
             column.unit or not np.isfinite(values).all() or (values != np.floor(values)).any()):
@@ -382,8 +396,8 @@ def _is_key(column: Column, table: Table) -> bool:
         return True
     if counts.min() < EVEN * counts.max():
         return False
-    times = [c for c in table.columns if c.values.dtype.kind in 'iuf'
+    times = [c.values for c in table.columns if _has_dates(c) or c.values.dtype.kind in 'iuf'
              and _names(c) & vocabulary()['quantities'][TIME]]
     blocks = turns.sum() == len(words) - 1 and is_named and any(
-        np.array_equal(np.diff(time.values) < 0, turns) for time in times)
+        np.array_equal(time[1:] < time[:-1], turns) for time in times)
     return bool(turns.mean() > TURNS or blocks)

@@ -25,7 +25,7 @@ import numpy as np
 from gearbox_monitor.errors import Check, expect_values, InputError, number_check
 from gearbox_monitor.files.opening import LONGEST_LINE, open_unpacked
 from gearbox_monitor.kernels.types import AnyArray, Array
-from gearbox_monitor.recordings.log_units import number_with_unit, standard_unit
+from gearbox_monitor.recordings.log_units import number_with_unit, scaled_unit
 
 DATE = re.compile(r'\s*\d{4}-\d\d-\d\d[T ]\d\d:\d\d')
 COMMENTS = ('#', '%', '//')
@@ -229,7 +229,7 @@ def _scope_layout(text: TextFormat, rows: Sequence[tuple[int, list[str]]], width
     labels = [f'time {names[min(k + 1, width - 1)]}' if k in times else name
               for k, name in enumerate(names)]
     return TextLayout(text, tuple(labels), tuple(
-        'ms' if k in times else standard_unit(unit) for k, unit in enumerate(units)), first, {
+        'ms' if k in times else _unit(unit) for k, unit in enumerate(units)), first, {
             k: max((time for time in times if time < k), default=0)
             for k in range(len(names)) if k not in times})
 
@@ -239,7 +239,7 @@ def _labels(rows: list[list[str]], width: int) -> tuple[list[str], list[str]]:
     rows = [[*row, *[''] * (width - len(row))][:width] for row in rows]
     units = [''] * width
     if len(rows) > 1:
-        last = [standard_unit(cell.strip('[]()')) for cell in rows[-1]]
+        last = [_unit(cell.strip('[]()')) for cell in rows[-1]]
         cells = [cell for cell in rows[-1] if cell.strip('-[]() ')]
         if cells and sum(map(bool, last)) >= 0.5 * len(cells):
             units, rows = last, rows[:-1]
@@ -251,10 +251,15 @@ def _labels(rows: list[list[str]], width: int) -> tuple[list[str], list[str]]:
     return [' '.join(filter(None, column)) for column in zip(*rows)] or [''] * width, units
 
 
+def _unit(cell: str) -> str:
+    """Return the unit in a `cell`, with the number in front of it, '' if it holds none."""
+    return cell.strip() if scaled_unit(cell)[1] else ''
+
+
 def _preamble_units(rows: Sequence[tuple[int, list[str]]], width: int) -> list[str]:
     """Return the units in a row above the header with as many cells, most of them units."""
-    above = ([standard_unit(cell) for cell in cells] for _, cells in rows if len(cells) == width
-             and 2 * sum(bool(standard_unit(cell)) for cell in cells) > sum(
+    above = ([*map(_unit, cells)] for _, cells in rows if len(cells) == width
+             and 2 * sum(bool(_unit(cell)) for cell in cells) > sum(
                  bool(cell.strip()) for cell in cells))
     return next(above, [''] * width)
 

@@ -429,6 +429,30 @@ def test_a_row_for_each_joint_in_every_format(tmp_path, capsys):
             T, T + 0.001, TORQUE)[1:], atol=1e-4)
 
 
+def test_rows_of_signals_with_dates_and_units_with_a_factor(tmp_path, capsys):
+    start = np.datetime64('2026-03-01T12:00:00', 'ns')
+    dates = start + np.round(T * 1e9).astype('m8[ns]')
+    path = tmp_path / 'plot.csv'
+    path.write_text('receive time,header.stamp,topic,value\n' + ''.join(
+        f'{date},,/joint_states.{name},{x:.9f}\n' for name, values in (
+            ('position[0]', ARM), ('effort[0]', TORQUE)) for date, x in zip(dates, values)))
+    assert main(['import', str(path), '--guess', str(tmp_path / 'dated')]) == 0
+    with open_bag(tmp_path / 'dated') as reader:
+        states = reader.joint_states('/joint_states', ['motor'])
+    np.testing.assert_allclose(states.position[:, 0], ARM, atol=1e-8)
+    assert states.stamp_ns[0] == start.astype(np.int64)
+    capsys.readouterr()
+    keys = ('Name', 'SampleTime[ms]', 'Unit')
+    scope = [','.join(f'{key},{value}' for value in values) for key, values in zip(
+        keys, (('ActPos', 'ActTorque'), ('5', '5'), ('deg', '0.1%')))]
+    path.write_text('\n'.join([*scope, '', *(f'{k},{q:.9f},{k},{u:.9f}' for k, (q, u) in enumerate(
+        zip(np.rad2deg(ARM), 300.0 * TORQUE)))]))
+    assert main(['import', str(path), '--guess']) == 3
+    out, err = capsys.readouterr()
+    assert yaml.safe_load(out)['signals']['motor_effort'] == {
+        'column': 'ActTorque', 'unit': '%', 'scale': 0.1} and '--torque-constant' in err
+
+
 ROLES = [
     # A temperature that flickers between two numbers is no name of a joint.
     ({**NAMED, 'motor_temp': np.random.default_rng(0).integers(41, 43, len(T))},
