@@ -127,7 +127,7 @@ class Demo:
             os.environ.pop(name, None)  # they would override the range
         os.environ.update(ROS_DOMAIN_ID=str(domain), ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST')
         print(f'{self.out}: {self.duration:g} s at {self.rate:g} Hz, filter {self.filter}, '
-              + (f'the gap{f" of {self.gearboxes[0]}" * bool(self.gearboxes[0])} grows'
+              + (f'the backlash{f" of {self.gearboxes[0]}" * bool(self.gearboxes[0])} grows'
                  if self.fault else 'no fault')
               + '\nTo look in with ros2 tools: export '
               f'ROS_DOMAIN_ID={domain} ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST', flush=True)

@@ -73,7 +73,8 @@ def text(data: Mapping[str, Any]) -> str:
         f'filter {data["filter"]}; dropped: {data["samples_missing"]} samples, '
         f'{data["estimates_missing"]} estimates',
         f'replay       identical: {", ".join(sorted(verdicts - {"yes"})) or "yes"} ({identical} '
-        f'of {compared} messages bit for bit)']
+        'messages bit for bit' + f'; {compared - identical} follow a loss' * (
+            identical < compared) + ')']
     for name, joint in joints.items():
         lines.append(f'{name or "gearbox":<12} {_seen(joint)}')
         lines += [f'             {alarm["t"]:.1f} s {alarm["component"]} {alarm["level"]}: '

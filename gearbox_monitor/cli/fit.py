@@ -43,7 +43,7 @@ import numpy as np
 
 from gearbox_monitor.cli.inputs import add_recording_arguments, load_recordings, settings_of
 from gearbox_monitor.cli.options import (
-    check_filter, estimator_options, opened, refuse, show, warn, wrapped)
+    estimator_options, opened, refuse, show, warn, wrapped)
 from gearbox_monitor.diagnosis.joint.nominal import fit_nominal, FittedValue
 from gearbox_monitor.diagnosis.joint.unit_adaptation import Adapted
 from gearbox_monitor.errors import InputError
@@ -274,7 +274,7 @@ def _fit_noise(args: Namespace) -> int:
     args.bag, = args.bag
     given, model_file = estimator_options(args)
     if args.filter:
-        given['filter'] = check_filter(args.filter)
+        given['filter'] = args.filter
     with opened(args) as reader:
         source = find_input(reader, args.topic)
         model, parameters, is_known = settings_of(

@@ -17,8 +17,7 @@ import argparse
 from argparse import ArgumentParser, Namespace
 import re
 
-from gearbox_monitor.cli.options import add_ros_option, rclpy_required, ros_words
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import InputError, installed_by
 
 NODE_NAME = r'/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*'
 
@@ -33,19 +32,23 @@ def add_arguments(parser: ArgumentParser) -> None:
                         help='name of the estimator node (default: estimator)')
     parser.add_argument('--watch', metavar='NODE', default='watch',
                         help='name of the node that watches the robot (default: watch)')
-    add_ros_option(parser)
+    parser.add_argument('--ros-args', nargs=argparse.REMAINDER, default=[],
+                        help='arguments for ROS, such as remappings')
 
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
-    words = ros_words(args)
     for option in ('estimator', 'watch'):
         if not re.fullmatch(NODE_NAME, name := getattr(args, option)):
             raise InputError(f'--{option}: {name!r}, expected the name of a node, such as '
                              f'{option} or /left/{option}')
-    with rclpy_required():
+    try:
         from gearbox_monitor.ros import live_node
-    return live_node.serve(args.host, args.port, (args.estimator, args.watch), words)
+    except ImportError as error:
+        raise InputError(f'rclpy: not installed here ({error}), expected a sourced ROS 2 or '
+                         f'{installed_by("ros")}') from None
+    return live_node.serve(args.host, args.port, (args.estimator, args.watch),
+                           ['--ros-args', *args.ros_args] if args.ros_args else [])
 
 
 def _port(text: str) -> int:

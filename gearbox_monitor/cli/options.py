@@ -2,10 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Options that commands share, and how commands open recordings, write files and print."""
-import argparse
 from argparse import Action, ArgumentParser, Namespace
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping, Sequence
 import os
 from pathlib import Path
 import re
@@ -14,10 +12,10 @@ import sys
 import textwrap
 from typing import Any
 
-from gearbox_monitor.errors import InputError, installed_by, unknown
+from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import dump, plain, write_new
 from gearbox_monitor.files.yaml_files import expect_folder_of, expect_new, load_parameters
-from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
+from gearbox_monitor.parameters import SETTINGS
 from gearbox_monitor.recordings.guess import Answers, Guess
 from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.reading import open_recording, ReadOptions
@@ -150,13 +148,6 @@ def warn(args: Namespace, notes: Iterable[str]) -> None:
         print(f'gearbox_monitor {args.command}: warning: {NO_MODEL}', file=sys.stderr)
 
 
-def check_filter(name: str) -> str:
-    """Return the `name` of a filter. Raises InputError."""
-    if name not in FILTER_NAMES:
-        raise InputError(f'filter: {name!r}, {unknown(name, FILTER_NAMES)}')
-    return name
-
-
 def expect_new_files(folder: str | None, names: Iterable[str]) -> None:
     """Raise InputError unless the files `names` in `folder` can be new; None: no folder."""
     expect_new(*(Path(folder) / name for name in names if folder))
@@ -231,24 +222,3 @@ def write_or_print(path: str | Path | None, text: str) -> None:
     else:
         write_new(path, text)
         print(f'written {path}')
-
-
-def add_ros_option(parser: argparse.ArgumentParser) -> None:
-    """Declare --ros-args in `parser`; it takes the rest of the command line."""
-    parser.add_argument('--ros-args', nargs=argparse.REMAINDER, default=[],
-                        help='arguments for ROS, such as remappings')
-
-
-def ros_words(args: argparse.Namespace) -> list[str]:
-    """Return the words of --ros-args as rclpy.init takes them."""
-    return ['--ros-args', *args.ros_args] if args.ros_args else []
-
-
-@contextmanager
-def rclpy_required() -> Iterator[None]:
-    """Raise InputError if an import in the block fails."""
-    try:
-        yield
-    except ImportError as error:
-        raise InputError(f'rclpy: not installed here ({error}), expected a sourced ROS 2 or '
-                         f'{installed_by("ros")}') from None

@@ -24,8 +24,7 @@ usage examples:
 """
 from argparse import ArgumentParser, Namespace
 
-from gearbox_monitor.cli.options import (
-    add_estimator_arguments, check_filter, reading_of, show, warn)
+from gearbox_monitor.cli.options import add_estimator_arguments, reading_of, show, warn
 from gearbox_monitor.library.recording_report import write_report
 from gearbox_monitor.parameters import FILTER_NAMES
 
@@ -40,8 +39,6 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
-    if args.filter:
-        check_filter(args.filter)
     pages = write_report(args.bag, args.out, topic=args.topic, model=args.model,
                          parameters=args.params, filter=args.filter, reading=reading_of(args))
     warn(args, pages.notes)

@@ -12,7 +12,7 @@ from gearbox_monitor.files.opening import plain, write_new
 from gearbox_monitor.files.yaml_files import expect_new_file, gearboxes_of, load_parameters
 from gearbox_monitor.library.progress import reported
 from gearbox_monitor.library.simulator_file import expect_path, load_model
-from gearbox_monitor.parameters import FILTER_NAMES, SETTINGS
+from gearbox_monitor.parameters import SETTINGS
 from gearbox_monitor.presentation import Shown
 from gearbox_monitor.recordings.joint_input import bag_arguments, recorded_inputs, topics_called
 from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOptions
@@ -69,8 +69,6 @@ def write_report(bag: str | Path, out: str | Path | None = None, *, topic: str =
     """
     path = expect_path(bag, 'bag', 'a bag folder or an MCAP file')
     page = Path(out or f'{path.resolve().stem}.html')
-    if filter is not None and filter not in FILTER_NAMES:
-        raise InputError(f'filter: {filter!r}, expected one of {", ".join(FILTER_NAMES)}')
     expect_new_file(page)
     with open_recording(path, reading, topic) as reader:
         estimators = sorted(recorded_inputs(reader, topic))
