@@ -91,7 +91,8 @@ def _seen(joint: Mapping[str, Any]) -> str:
     words = (f'backlash {number(gaps[0])} to {number(gaps[-1], "mrad")} (true: {number(true[0])} '
              f'to {number(true[1])})' if len(gaps) else joint['backlash'])
     if joint.get('tau_k_error') is not None:
-        words += (f'; tau_K error {joint["tau_k_error"]:.2f}, smoothed '
-                  f'{joint["tau_k_error_smoothed"]:.2f}, of {joint["tau_k_rms"]:.2f} N m rms; '
-                  f'NIS {joint["nis"]:.2f} ({joint["nis_expected"]:.3g} expected)')
+        error, late, size = (number(joint[f'tau_k_{name}']) for name in (
+            'error', 'error_smoothed', 'rms'))
+        words += (f'; tau_K error {error}, smoothed {late}, of {size} N m rms; NIS '
+                  f'{joint["nis"]:.2f} ({joint["nis_expected"]:.3g} expected)')
     return words + ('' if joint['alarms'] else '; no alarm')
