@@ -90,7 +90,8 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('--jobs', metavar='N', type=int, default=cores(),
                         help='threads (default: one per core); does not change the answer')
     parser.add_argument('-v', '--verbose', action='store_true',
-                        help='print ranking, places, model values and all notes as well')
+                        help='print ranking, places, model values, changes of files and all '
+                        'notes as well')
 
 
 def run(args: Namespace) -> int:
@@ -225,7 +226,7 @@ def text(data: VerdictData, recordings: Sequence[UniformRecording], model: Drive
     if verbose:
         rows += [*_ranking(data), *_where(data, recordings, model), *_nominal(data, model)]
     rows += [*_simulator(data), *_validation(data, files.validated, on_axis('rad', model.axis)),
-             *_notes(data, verbose), *(('change', change) for change in files.changes),
+             *_notes(data, verbose), *_changed(data, files, verbose),
              *(('next', advice) for advice in next_steps(data, files, model.axis)[
                  :None if verbose else NEXT]),
              *(('written', words) for words in _written(written))]
@@ -238,6 +239,15 @@ def _notes(data: VerdictData, verbose: bool) -> Rows:
     if len(notes) > 1 and not verbose:
         notes = [f'{notes[0]} (-v prints {counted(len(notes) - 1, "more note")})']
     return (('note', note) for note in notes)
+
+
+def _changed(data: VerdictData, files: UserFiles, verbose: bool) -> Rows:
+    """Yield the changes of a simulator's file, unless `verbose` their number and the rest."""
+    if verbose:
+        yield from (('change', change) for change in files.changes)
+    elif count := len(data.get('file_changes') or ()):
+        yield 'change', f'{counted(count, "change")} of {Path(files.robot).name}: -v prints them'
+        yield from (('', f'not in it: {row}') for row in data['lacking'])
 
 
 def _written(written: Sequence[Path]) -> Iterator[str]:
