@@ -57,7 +57,8 @@ from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.library.identify import adapt, write_adapted
 from gearbox_monitor.library.progress import progress_bar
 from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, MIXED, MODEL as MODEL_VALUES
-from gearbox_monitor.presentation import change, EXACT, number, on_axis, percent, Quantity
+from gearbox_monitor.presentation import (
+    change, credible, EXACT, number, on_axis, percent, Quantity)
 from gearbox_monitor.recordings.joint_input import find_input
 from gearbox_monitor.recordings.read import BagReader, JOINT_STATE
 from gearbox_monitor.recordings.recorded_samples import NO_MODEL, samples_of
@@ -132,7 +133,7 @@ def _lines(data: Mapping[str, Any], heads: Sequence[str], rows: Iterable[Sequenc
 
 def _value_rows(values: Iterable[FittedValue]) -> list[tuple[str, ...]]:
     """Return the row of each of the fitted `values`."""
-    return [(v.name, f'{v.start:.5g}', *Quantity(v.value, v.error).digits(), f'{v.unit:10s}',
+    return [(v.name, f'{v.start:.5g}', *credible(v.value, v.error).digits(), f'{v.unit:10s}',
              '' if v.determined else 'not identified') for v in values]
 
 
@@ -149,7 +150,7 @@ def largest_change(values: Mapping[str, Mapping[str, Any]]) -> list[str]:
         return ['None of them differs from the model file by more than its error.']
     v = values[name]
     by = f' ({change(v["value"], v["start"])})' if v['start'] else ''
-    return [f'{name} is {Quantity(v["value"], v["error"], v["unit"])}, not '
+    return [f'{name} is {credible(v["value"], v["error"], v["unit"])}, not '
             f'{number(v["start"])}{by}.']
 
 

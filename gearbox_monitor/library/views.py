@@ -28,7 +28,7 @@ from gearbox_monitor.library.recording_report import ReportPages
 from gearbox_monitor.library.robot import RobotDiagnosis
 from gearbox_monitor.library.simulator_file import expect_path, SimulatorFile
 from gearbox_monitor.plant.drive import DriveModel, expect_model
-from gearbox_monitor.presentation import number, on_axis, percent, Quantity
+from gearbox_monitor.presentation import credible, number, on_axis, percent, Quantity
 from gearbox_monitor.recordings.joint_input import match_stamps
 from gearbox_monitor.report.diagnosis_evidence import gather
 from gearbox_monitor.report.diagnosis_page import diagnosis_page
@@ -121,7 +121,7 @@ def _verdict_in_words(verdict: Verdict) -> list[str]:
 
 def _fit_in_brief(fit: NominalFit) -> str:
     start = '' if fit.gap_before is None else f'{number(fit.gap_before)} -> '
-    values = ', '.join(f'{v.name} {Quantity(v.value, v.error)}' for v in fit.values
+    values = ', '.join(f'{v.name} {credible(v.value, v.error)}' for v in fit.values
                        if v.determined)
     return f'{values or "no value determined"}; gap {start}{number(fit.gap_after)}'
 
