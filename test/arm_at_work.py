@@ -36,7 +36,7 @@ class Arm:
     """
     An arm that moves between postures; its load (kg), friction and gains may change.
 
-    added: kg at PLACE of link 2.
+    added: kg at PLACE of link 2; rotor: kg m^2 at each joint.
     """
 
     def __init__(self, seed=3):
@@ -44,7 +44,7 @@ class Arm:
         self.chain = chain_of(parse(text, 'arm', {}), joint_losses(text, 'arm'))
         self.rng = np.random.default_rng(seed)
         self.load, self.friction, self.gain, self.still = 0.0, np.ones(3), np.ones(3), ()
-        self.added = 0.0
+        self.added, self.rotor = 0.0, np.zeros(3)
         self.goals, self.noise, self.number = self.rng.uniform(-1.0, 1.0, (5, 3)), 0.1, 0
         self.at = np.zeros(3)
 
@@ -64,7 +64,7 @@ class Arm:
         for r in self.chain.regressors(q, v):
             momentum[:, r.joint] += r.p @ theta[r.link]
             effort[:, r.joint] += (r.g - r.k) @ theta[r.link]
-        effort += CubicSpline(t, momentum)(t, 1)
+        effort += CubicSpline(t, momentum + self.rotor * v)(t, 1)
         effort += self.friction * (DRY * np.tanh(v / 0.01) + WET * v)
         effort = self.gain * effort + self.rng.normal(0.0, self.noise, q.shape)
         stamps = START + self.number * BLOCK * SECOND + np.round(t * SECOND).astype(np.int64)

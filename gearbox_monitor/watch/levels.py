@@ -119,15 +119,16 @@ def step_in(levels: Levels) -> LevelStep | None:
     Return the step that the recent blocks in `levels` make sure, if there is one.
 
     Whether something stepped is a question of what states scatter by; which state did, of how much
-    of the blocks since then each explains.
+    of the blocks since then each explains beyond what its freedom would (Occam factor): a weight
+    can do all that a rotor does.
     """
     s, blocks = WATCH_SETTINGS, len(levels.begin_ns)
     if blocks < s.lasting:
         return None
-    odds = np.array([_evidence(levels, np.ones(age)) for age in range(1, blocks + 1)])
+    odds = np.array([_evidence(levels, np.ones(age))[0] for age in range(1, blocks + 1)])
     odds[:, levels.seen < s.settle] = -np.inf
     age = 1 + int(np.unravel_index(np.argmax(odds), odds.shape)[0])
-    gain = levels.gains[-age:].sum(axis=0)
+    gain = levels.gains[-age:].sum(axis=0) - _evidence(levels, np.ones(age))[1]
     f = int(np.argmax(gain))
     prior = math.log(s.often * len(levels.level))
     unsure = odds[age - 1, f] - prior < math.log(s.sure / (1.0 - s.sure))
@@ -135,7 +136,7 @@ def step_in(levels: Levels) -> LevelStep | None:
     ambiguous = gain[f] - gain[second] < s.lead
     if age < s.lasting or unsure or (ambiguous and age < s.recent):
         return None
-    least = min(float(_evidence(levels, np.arange(age) != t)[f]) for t in range(age))
+    least = min(float(_evidence(levels, np.arange(age) != t)[0][f]) for t in range(age))
     return LevelStep(f, levels.begin_ns[-age], levels.level[f], second if ambiguous else None) if (
         least > s.alone * odds[age - 1, f]) else None
 
@@ -156,8 +157,12 @@ def _inflation(blocks: float) -> float:
     return 1.0 + WATCH_SETTINGS.correlation * max(blocks - 1.0, 0.0)
 
 
-def _evidence(levels: Levels, use: Array) -> Array:
-    """Return the log likelihood ratio [F] of a step in the last blocks, of those in `use` [T]."""
+def _evidence(levels: Levels, use: Array) -> tuple[Array, Array]:
+    """
+    Return what speaks for a step of each state [F] in the last blocks, of those in `use` [T].
+
+    The log likelihood ratio; and the deviance that its freedom costs, the Occam factor.
+    """
     share = use / (_inflation(float(np.sum(use))) * levels.scatter[:, None])     # [F, T]
     precision = levels.precision[-len(use):]
     information = np.einsum('ft,tfij->fij', share, precision)
@@ -166,11 +171,12 @@ def _evidence(levels: Levels, use: Array) -> Array:
     still = levels.covariance       # what is not known of the level is no step
     eye = np.eye(still.shape[1])
 
-    def likelihood(prior: Array) -> Array:
+    def gain_and_cost(prior: Array) -> Array:
         inner = np.linalg.inv(prior) + information
         gain = np.einsum('fi,fi->f', score, np.linalg.solve(inner, score[..., None])[..., 0])
-        return 0.5 * gain - 0.5 * np.linalg.slogdet(eye + prior @ information)[1]
-    return likelihood(still + eye * levels.jump[:, :, None] ** 2) - likelihood(still)
+        return np.array([gain, np.linalg.slogdet(eye + prior @ information)[1]])
+    gain, cost = gain_and_cost(still + eye * levels.jump[:, :, None] ** 2) - gain_and_cost(still)
+    return 0.5 * (gain - cost), cost
 
 
 def _aged(levels: Levels) -> Levels:

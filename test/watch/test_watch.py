@@ -117,6 +117,16 @@ def test_a_weight_near_the_end_is_no_load(settled, arm):
         replace(change, size=watch.standing[0].size, std=watch.standing[0].std),)
 
 
+def test_a_rotor_is_no_weight_of_a_link_that_could_do_the_same(settled, arm):
+    """Of ten numbers of a body one, its inertia about the axis, is the rotor's."""
+    arm.rotor[1] = 0.3
+    watch, _ = watched(settled[1], messages(arm, 5))
+    change, = watch.standing
+    assert (change.kind, change.place) == (ROTOR, NAMES[1])
+    own = np.mean([arm.chain.inertia(arm.rng.uniform(-1.0, 1.0, (50, 3)))[:, 1, 1]])
+    assert abs(change.size - 0.3 / own) < 0.2 * change.size
+
+
 def test_the_columns_of_a_weight_make_all_of_its_torque():
     """Without its inertia the next link, at whose axis a mass has one, would explain it better."""
     rows = []
