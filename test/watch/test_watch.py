@@ -16,6 +16,7 @@ import pytest
 from rosbags.typesys import get_typestore, Stores
 
 from gearbox_monitor.cli.main import main
+from gearbox_monitor.diagnosis.robot.knowledge import farther, states_of
 from gearbox_monitor.diagnosis.robot.robot_log import checked_log
 from gearbox_monitor.diagnosis.robot.rows import rows_of
 from gearbox_monitor.errors import InputError
@@ -144,6 +145,18 @@ def test_the_columns_of_a_weight_make_all_of_its_torque():
         error = np.abs(x @ theta - torque).max()
         assert error < 0.02 * np.abs(torque).max()
         assert j == 0 or error < 0.2 * np.abs(x[:, :4] @ theta[:4] - torque).max()
+
+
+def test_a_program_that_is_repeated_exactly_is_near_itself():
+    """Else all that was not repeated so would count as unknown, and no load were weighed."""
+    stream, rows = Arm().block(), []
+    for begin_ in (0, 7):
+        cutter = Cutter()
+        for stamp, q, v, effort in stream[begin_:]:
+            assert not cutter.take(stamp, NAMES, q, v, effort)
+        log = checked_log(raw_log(cutter.end(), NAMES, 'one block'), NAMES)
+        rows.append(rows_of(log, robot_of(urdf(), ())[0]))
+    assert farther(rows[1:], states_of(3 * rows[:1])) < 3.0
 
 
 @pytest.mark.parametrize('roll, kind, axis, weighed', [

@@ -124,7 +124,9 @@ def states_of(recordings: Sequence[Rows]) -> States:
     x = x / deviations
     nearest = np.concatenate([scipy.spatial.cKDTree(x[part != p]).query(x[part == p])[0]
                             for p in range(parts)])
-    return States(x, deviations, float(np.median(nearest)))
+    # Of a program that is repeated exactly, samples are a quarter of a step from the nearest.
+    step = np.linalg.norm(np.diff(x, axis=0), axis=1)
+    return States(x, deviations, float(max(np.median(nearest), 0.25 * np.median(step))))
 
 
 def farther(recordings: Sequence[Rows], states: States) -> float:
@@ -357,7 +359,9 @@ def learn(robot: RobotModel, logs: Sequence[RobotLog], model: str = '',
     recordings = _references(robot, logs, shapes)
     noisy = _noisy(recordings)
     for _ in range(2):     # the second time with the torque that the first one taught
-        recordings = _references(robot, logs, shapes, _taught(recordings, noisy))
+        mean = _taught(recordings, noisy)
+        del recordings     # as in _noisy
+        recordings = _references(robot, logs, shapes, mean)
     evidence = RobotEvidence(recordings, variance=noisy)
     fit = evidence.fit()
     effects = {*EFFECTS, *(e.id for e in ROBOT_EFFECTS)} - {
