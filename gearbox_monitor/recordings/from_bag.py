@@ -138,6 +138,9 @@ def names_in_log(path: str, present: Sequence[str], joints: Sequence[str],
             first = sorted(fitting)[0]
             raise Undecided(f'{path}: {", ".join(sorted(fitting))}: {len(fitting)} robots with '
                             f'these joints, expected one: --prefix {first}')
+        short = {joint: joint.removesuffix('_joint') for joint in joints}
+        if all(name in present for name in short.values()):    # as of position_NAME_joint
+            return short, ['names of the log are those of the model without _joint']
         if numbers := _by_number(present, joints) if serial else {}:
             why = 'a drive' if 'motor' in numbers.values() else \
                 'its joints have only numbers, taken from the base on'

@@ -212,6 +212,7 @@ NAMES = [
     (('left_a', 'left_b', 'right_a', 'right_b'), JOINTS, {'*': 'right_'},
      {'a': 'right_a', 'b': 'right_b'}),
     (('m', 'b'), JOINTS, {'a': 'm'}, {'a': 'm', 'b': 'b'}),
+    (('lift', 'pan'), ['pan_joint', 'lift_joint'], {}, {'pan_joint': 'pan', 'lift_joint': 'lift'}),
     (('motor', 'arm'), ['elbow'], {}, {'elbow': 'motor'}),
     (('motor', 'arm'), ['arm'], {}, {'arm': 'arm'})]
 
