@@ -114,7 +114,7 @@ def watch_headline(watch: Watch) -> str:
 def watch_text(watch: Watch) -> str:
     """Return the watch in some lines, the answer first."""
     lines = [watch_headline(watch)]
-    lines += [f'  {words}' for words in (*watch.doubts, *readings_of(watch))]
+    lines += [f'  {words}' for words in (*watch.doubts, *watch.notes, *readings_of(watch))]
     if watch.phase == WATCH:
         lines += [f'  {payload_words(p)}' for p in watch.payloads]
         lines += [f'  earlier: {change_words(c)}' for c in watch.changes if c.over_ns][-3:]

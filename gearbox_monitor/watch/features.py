@@ -100,7 +100,8 @@ class Features:
     [k, k], as if all others were healthy, None where the block does not show them. gains: deviance
     that each group alone explains. sizes: of each group [k, k], so that x' sizes x is the mean
     square of the torque that states x make; own: states of all that is there [k]. load {link:
-    (values [10], covariance [10, 10])}: what it holds.
+    (values [10], covariance [10, 10])}: what it holds. left [J]: power that remains unexplained
+    of each joint, over what the references left.
     """
 
     deviations: tuple[Deviation | None, ...]
@@ -108,6 +109,7 @@ class Features:
     sizes: tuple[Array, ...]
     own: tuple[Array, ...]
     load: Mapping[str, Deviation]
+    left: Array
 
 
 def features_of(log: RobotLog, robot: RobotModel, knowledge: Knowledge, groups: Sequence[Group],
@@ -156,7 +158,8 @@ def features_of(log: RobotLog, robot: RobotModel, knowledge: Knowledge, groups: 
         rival = max(x for x, g in zip(gains, groups) if g.kind != WEIGHT)
         weights = [c for c in candidates if c.effect == WEIGHT]
         if empty := _weight_instead(evidence, prior, fit, weights, knowledge.dispersion, rival):
-            deviations, gains = _deviations(empty, empty.fit(), candidates, knowledge.dispersion)
+            evidence, fit = empty, empty.fit()
+            deviations, gains = _deviations(evidence, fit, candidates, knowledge.dispersion)
             load = {name: (np.zeros_like(b), c) for name, (b, c) in load.items()}
     sizes, own = list[Array](), list[Array]()
     for g, c in zip(groups, candidates):
@@ -166,7 +169,9 @@ def features_of(log: RobotLog, robot: RobotModel, knowledge: Knowledge, groups: 
         own.append(robot.chain.links[g.index].theta if g.kind == WEIGHT else
                    np.array([rms[g.index] if g.kind == RIPPLE else 1.0, 0.0]) if simple else
                    np.ones(g.width))
-    return Features(deviations, gains, tuple(sizes), tuple(own), load)
+    left = [np.sum(a.count / w) / np.sum(a.count * of_joint[a.band])
+            for a, w, of_joint in zip(evidence.at, fit.weights, variance)]
+    return Features(deviations, gains, tuple(sizes), tuple(own), load, np.array(left))
 
 
 def _weight_instead(evidence: RobotEvidence, prior: Prior, fit: RobotFit,

@@ -78,6 +78,8 @@ def step(watch: Watch, block: Block) -> tuple[Watch, tuple[WatchEvent, ...]]:
         return _watched(watch, block)
     if not _moves(block, [j.name for j in watch.joints]).any():
         return watch, ()
+    if watch.phase == LEARN and {j.name for j in watch.joints if not _whole(j)} != {*watch.locked}:
+        watch = replace(watch, phase=DESCRIBE, kept=(), locked={})
     watch = replace(watch, kept=(*watch.kept, block))
     if watch.phase == DESCRIBE:
         return _settled(watch) if len(watch.kept) >= WATCH_SETTINGS.part else (watch, ())
@@ -121,6 +123,8 @@ def _described(watch: Watch, block: Block) -> Watch:
         k = block.joints.index(joint.name)
         has = tuple(q for q in ('position', 'velocity', 'effort')
                     if np.isfinite(getattr(block, q)[:, k]).any())
+        if 'effort' in has and _dead(block.effort[:, k], bool(moved)):
+            has = has[:-1]
         seen = np.isfinite(block.position[:, k])
         stamps = block.stamps[seen]
         rate = SECOND / float(np.median(np.diff(stamps))) if len(stamps) > 2 else 0.0
@@ -130,10 +134,22 @@ def _described(watch: Watch, block: Block) -> Watch:
         why = joint.fixed or (
             f'no {"position" if "position" not in has else "effort"}'
                if not {'position', 'effort'} <= set(has) else
+               'had no effort while the robot was learnt' if joint.name in watch.locked else
                'has not moved yet' if total < 1.0 else joint.why if joint.states else 'learns')
         joints.append(replace(joint, has=has, rate=rate, moved=total, why=why))
     return replace(watch, joints=tuple(joints), others=tuple(
         sorted({*watch.others, *(n for n in block.joints if n not in names)})))
+
+
+def _dead(effort: Array, moves: bool) -> bool:
+    """Return whether an `effort` is none: always 0, or the same while its joint moves."""
+    value = effort[np.isfinite(effort)]
+    return bool(np.all(value == 0.0) or (moves and np.all(value == value[0])))
+
+
+def _whole(joint: JointWatch) -> bool:
+    """Return whether the newest block has what it takes to judge a joint."""
+    return not joint.fixed and {'position', 'effort'} <= set(joint.has)
 
 
 def _moved(block: Block, names: Sequence[str]) -> Array:
@@ -160,7 +176,7 @@ def _moves(block: Block, names: Sequence[str]) -> Flags:
 def _settled(watch: Watch) -> tuple[Watch, tuple[WatchEvent, ...]]:
     """Return the watch that knows which joints have an effort, and how they are read."""
     locked = {j.name: _usual(watch.kept, j.name) for j in watch.joints
-              if j.fixed or not {'position', 'effort'} <= set(j.has)}
+              if not _whole(j)}
     if len(locked) == len(watch.joints):
         return replace(watch, kept=watch.kept[1:], notes=(
             'no joint of the description has both position and effort',)), ()
@@ -200,10 +216,15 @@ def _log(watch: Watch, blocks: Sequence[Block]) -> RobotLog:
 
 def _enough(watch: Watch) -> bool:
     """Return whether all joints that move have moved enough to be learnt."""
-    s, judged = WATCH_SETTINGS, [j for j in watch.joints if j.name not in watch.locked]
-    waiting = [j.name for j in judged if j.moved < s.moved]
+    s = WATCH_SETTINGS
     return len(watch.kept) >= s.parts * s.part and len(watch.kept) % s.part == 0 and (
-        not waiting or len(watch.kept) >= s.patience)
+        not _waiting(watch) or len(watch.kept) >= s.patience)
+
+
+def _waiting(watch: Watch) -> list[str]:
+    """Return the joints that have not moved enough to be learnt."""
+    return [j.name for j in watch.joints if j.name not in watch.locked
+            and j.moved < WATCH_SETTINGS.moved]
 
 
 def _learnt(watch: Watch) -> tuple[Watch, tuple[WatchEvent, ...]]:
@@ -230,8 +251,10 @@ def _learnt(watch: Watch) -> tuple[Watch, tuple[WatchEvent, ...]]:
                 first, robot, knowledge, groups, _levels(states, groups)).load
     empty = tuple(Held(link, values, covariance, watch.kept[0].begin_ns)
                   for link, (values, covariance) in load.items())
+    notes = [f'{name} hardly moved while the robot was learnt: once it works, call ~/learn_again'
+             for name in _waiting(watch)]
     watch = replace(watch, phase=WATCH, knowledge=knowledge, kept=(), baseline=_baseline(states),
-                    empty=empty, states=states)
+                    empty=empty, states=states, notes=(*watch.notes, *notes))
     return watch, (WatchEvent('phase', watch.stamp_ns, 'robot', 'watches'),)
 
 
@@ -260,6 +283,9 @@ def _watched(watch: Watch, block: Block) -> tuple[Watch, tuple[WatchEvent, ...]]
     if not _moves(block, robot.chain.joints).any():
         return watch, ()
     try:
+        silent = [j.name for j in watch.joints if j.name not in watch.locked and not _whole(j)]
+        if silent:
+            raise InputError(f'no position or no effort of {", ".join(silent)}')
         log = _log(watch, [block])
     except InputError as error:
         unread = (j if j.level == Level.WARN else replace(
@@ -367,6 +393,9 @@ def _with_states(watch: Watch, features: Features, groups: Sequence[Group]) -> W
     """Return the watch with the states of each joint, and its level."""
     s, bad = WATCH_SETTINGS, {c.place for c in watch.standing if c.found_ns}
     assert watch.knowledge is not None and watch.states is not None
+    astray = {name for name, x in zip(watch.knowledge.joints, features.left) if x > s.alike}
+    gains = watch.states.gains.sum(axis=0)
+    likeliest = {groups[i].place: i for i in np.argsort(gains) if groups[i].kind != RIPPLE}
     states: dict[str, list[StateHealth]] = {}
     for i, (g, baseline) in enumerate(zip(groups, watch.baseline)):
         if g.kind == RIPPLE:
@@ -374,8 +403,12 @@ def _with_states(watch: Watch, features: Features, groups: Sequence[Group]) -> W
         mean, covariance = now(watch.states, i, g.width)
         size, std = (_size if g.kind == TILT else _share)(
             mean - np.array(baseline)[:g.width], covariance, features, i)
-        judged = bool(std < s.power * s.kinds[g.kind].limit
-                      and watch.states.seen[i] >= s.settle)
+        limit = s.kinds[g.kind].limit
+        judged = bool(std < s.power * limit and watch.states.seen[i] >= s.settle)
+        off, off_std = _share(mean - level_of(watch.states, i, g.width)[0], covariance,
+                              features, i)
+        if judged and i == likeliest[g.place] and abs(off) - s.certain * off_std > limit:
+            astray.add(g.place)
         states.setdefault(g.place, []).append(StateHealth(g.kind, size, std, judged))
     joints = []
     for joint in watch.joints:
@@ -385,12 +418,14 @@ def _with_states(watch: Watch, features: Features, groups: Sequence[Group]) -> W
             why = joint.why
         elif joint.name in watch.knowledge.unjudged:
             why = 'the description leaves more than half of its effort unexplained'
+        elif joint.name in astray:
+            why = 'its newest torques are not as learnt; no change is sure yet'
         elif unknown := [NOUNS[x.kind] for x in own if x.kind in NOUNS and not x.judged]:
             why = f'{" and ".join(unknown)} not known yet'
         level = Level.WARN if joint.name in bad else None if why else Level.OK
         joints.append(replace(joint, states=own, level=level, why=why))
     # What one joint hides is not known of the robot.
-    levels = [j.level for j in joints if j.name not in watch.locked]
+    levels = [j.level for j in joints if j.name not in watch.locked or _whole(j)]
     level = Level.WARN if bad else Level.OK if levels and None not in levels else None
     return replace(watch, joints=tuple(joints), tilt=states[BASE][0], level=level)
 

@@ -50,7 +50,7 @@ class WatchSettings:
     alike: float = 6.0
     least: int = 7
     moved: float = 15.0
-    patience: int = 30
+    patience: int = 15
     # Estimates of a block: friction less than this share of a joint's effort was not learnt;
     # shares that no change exceeds, so that coefficients which a block does not show stay finite;
     # gain for each coefficient from which one of `fitted` candidates is fitted whole.

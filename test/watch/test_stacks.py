@@ -47,7 +47,7 @@ def with_a_gripper():
     rows = stream()
     rows += [(t + 3_000_000, stamp + 3_000_000, ['finger', 'wheel', 'camera'],
               np.array([0.02 + 0.01 * np.sin(k / 50), k / 10.0, 0.0]), NONE,
-              np.array([np.nan, 1.0, np.nan])) for k, (t, stamp, *_) in enumerate(rows)]
+              np.array([np.nan, np.cos(k), np.nan])) for k, (t, stamp, *_) in enumerate(rows)]
     text = urdf().replace('</robot>', FINGER.format('finger', '') + FINGER.format(
         'other', '<mimic joint="finger"/>') + WHEEL + '</robot>')
     return rows, [(0, text)]
@@ -78,6 +78,19 @@ def described_late():
     return stream(), [(START + 30 * SECOND, urdf()), (START + 45 * SECOND, urdf([2.0, 2.0, 2.0]))]
 
 
+def all_together():
+    """Two arms and a gripper, in any order, by a clock that is set back to 0, described late."""
+    (rows, ((_, text),)), (hand, _) = of_two_arms(), with_a_gripper()
+    rng, out = np.random.default_rng(2), []
+    for t, stamp, names, q, v, effort in rows + [row for row in hand if 'finger' in row[2]]:
+        order = rng.permutation(len(names))
+        stamp = (stamp - START) % (40 * SECOND)
+        out.append((t, stamp, [names[i] for i in order], q[order], NONE, effort[order]))
+    text = text.replace('</robot>', FINGER.replace('link3', 'left_link3').format(
+        'finger', '') + WHEEL.replace('"base"', '"left_base"') + '</robot>')
+    return out, [(START + 5 * SECOND, text)]
+
+
 def both_doors(folder, rows, described):
     """Return the watch of the live node's process, and that of a bag of the same messages."""
     items = sorted([*((t, DESCRIPTION, text) for t, text in described),
@@ -102,7 +115,7 @@ def both_doors(folder, rows, described):
 
 
 @pytest.mark.parametrize('made', [in_any_order, with_a_gripper, of_two_arms,
-                                  by_the_clock_of_a_simulation, described_late])
+                                  by_the_clock_of_a_simulation, described_late, all_together])
 def test_live_and_from_a_bag_are_one(tmp_path, made):
     rows, described = made()
     live, offline = both_doors(tmp_path, rows, described)
@@ -119,6 +132,12 @@ def test_live_and_from_a_bag_are_one(tmp_path, made):
     elif made is of_two_arms:
         assert len(known) == 6 and set(known.values()) == {(whole, 'learns')}
         assert live.phase == 'learn'
+    elif made is all_together:
+        assert len(known) == 8 and live.others == ('camera',) and set(live.locked) == {
+            'finger', 'wheel'}
+        assert [why for has, why in known.values() if has[-1] == 'effort'] == 6 * ['learns'] + [
+            'moves no mass in the description']
+        assert len(live.kept) == 3 and live.stamp_ns < DATED and live.phase == 'learn'
     elif made is by_the_clock_of_a_simulation:
         assert len(live.kept) == 3 and live.stamp_ns < DATED
     else:

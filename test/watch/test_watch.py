@@ -210,6 +210,41 @@ def test_what_does_not_move_or_drowns_in_noise_is_not_judged(settled, arm):
     assert not watch.changes
 
 
+@pytest.mark.parametrize('quantity, value', [('effort', 0.0), ('effort', 7.5), ('position', 0.3)])
+def test_a_dead_sensor_of_a_joint_is_never_ok(settled, arm, quantity, value):
+    """An effort without noise, or an encoder that says the joint stands still."""
+    watch = settled[1]
+    for _ in range(3):
+        stream = arm.block()
+        for _, q, _, effort in stream:
+            (q if quantity == 'position' else effort)[1] = value
+        watch, _ = watched(watch, stream)
+        assert watch.level is None
+    assert quantity == 'position' or watch.notes == ('no position or no effort of joint2',)
+    watch, _ = watched(watch, messages(arm, 9))
+    assert watch.level == Level.OK and not watch.changes
+
+
+def test_a_friction_that_comes_and_goes_is_never_ok(settled, arm):
+    watch = settled[1]
+    for number in range(18):
+        arm.friction[1] = 1.0 if number % 3 else 1.8
+        watch, _ = watched(watch, arm.block())
+        assert watch.level != Level.OK or number in (1, 2)
+
+
+def test_a_joint_whose_effort_comes_late_is_described_again():
+    arm, watch = Arm(), begin(urdf())
+    for number in range(9):
+        stream = arm.block()
+        for _, _, _, effort in stream:
+            effort[2] = effort[2] if number > 4 else 0.0
+        watch, _ = watched(watch, stream)
+        if number == 4:
+            assert watch.phase == 'learn' and [*watch.locked] == [NAMES[2]]
+    assert watch.phase == 'learn' and not watch.locked and len(watch.kept) == 4
+
+
 def test_same_bits_however_messages_arrive_and_after_a_restart(settled, arm, tmp_path):
     """Late by less than a second, twice, in other portions, saved and loaded in the middle."""
     arm.friction[1] = 1.4
