@@ -31,6 +31,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.parameters import WATCH_NODE, WatchParameters
 from gearbox_monitor.recordings.topics import (
     DIAGNOSTICS, FINDINGS, JOINT_STATES, PAYLOAD, PAYLOAD_STD, ROBOT_DESCRIPTION)
@@ -43,7 +44,7 @@ from gearbox_monitor.ros.watch_child import DESCRIPTION, ROWS, SERVICES
 
 DEPTH = 5000    # messages that may wait
 WAITING = 600   # orders of a second each that wait while the child learns
-SILENT = 5.0    # s without a message that are reported
+SILENT, BEHIND = 5.0, 300.0     # s without a message, or without a block of them: reported
 END = 20.0      # s that the child may take for its last block
 
 
@@ -112,6 +113,8 @@ class WatchNode(TableNode):
         self._child = WatchChild(Path(values.state_file or Path(home, f'{name}.state')))
         self._known: dict[str, Any] = {}
         self._described, self._last, self._count = False, time.monotonic(), 0
+        self._taken, self._newest = self._last, -1      # newest: stamp of the child's last block
+        self._fresh = False     # what the state file says is not how the robot is now
         self._findings = advertise(self, String, FINDINGS, latched())
         self._payload = [advertise(self, InertiaStamped, topic, 10)
                          for topic in (PAYLOAD, PAYLOAD_STD)]
@@ -157,8 +160,11 @@ class WatchNode(TableNode):
             self._known = self._child.told.popleft()
             for event in self._known['events']:
                 self.get_logger().info(event)
-            if self._known['data']:
-                self._publish(self._known['data'])
+            if data := self._known['data']:
+                self._publish(data)
+                if data['stamp_ns'] != self._newest:
+                    self._fresh = self._newest >= 0
+                    self._newest, self._taken = data['stamp_ns'], time.monotonic()
         self._diagnostics.publish(to_diagnostics(
             self._statuses(), self.get_clock().now().to_msg()))
 
@@ -178,23 +184,26 @@ class WatchNode(TableNode):
 
     def _statuses(self) -> list[DiagnosticStatus]:
         """Return a status of the robot, and one of each joint."""
-        known, data = self._known, self._known.get('data', {})
+        known, data, now = self._known, self._known.get('data', {}), time.monotonic()
         problem = (
             'the process that watches has ended: start the node again'
             if not self._child.alive else
             f'no {ROBOT_DESCRIPTION}' if not self._described else
-            'no joint_states' if time.monotonic() - self._last > SILENT else
-            known.get('problem', ''))
+            'no joint_states' if now - self._last > SILENT else
+            f'nothing of joint_states is taken for {BEHIND:.0f} s: their stamps are set back, or '
+            'the computer is too slow' if now - self._taken > BEHIND else
+            known.get('problem') or ('' if self._fresh or data.get('phase') != 'watch' else
+                                     'nothing compared since the start'))
         values = {'phase': data.get('phase', ''), 'problem': problem, 'samples': str(self._count),
                   'dropped': str(self._child.dropped + known.get('dropped', 0))}
         out = [self._status('robot', problem or data.get('summary', 'starts'),
-                            DiagnosticStatus.WARN if problem else _level(data.get('level')),
-                            values)]
+                            DiagnosticStatus.WARN if problem else
+                            _level(data.get('level')), values)]
         for name, joint in data.get('joints', {}).items():
             words = [f['words'] for f in data['findings'] if f['joint'] == name]
             out.append(self._status(
                 name, '; '.join(words) or (joint['why'] if joint['level'] is None else
-                                           'as learnt'), _level(joint['level']),
+                                           'as learnt'), _level(joint['level'], problem),
                 {f'{kind}_{key}': f'{state[key]:.4g}' for kind, state in joint['states'].items()
                  if state['judged'] for key in ('size', 'std')}))
         return out
@@ -212,9 +221,10 @@ class WatchNode(TableNode):
         self._child.close()
 
 
-def _level(level: int | None) -> bytes:
-    """Return the level of a status; what is not known is never OK."""
-    out: bytes = DiagnosticStatus.STALE if level is None else LEVELS[level]
+def _level(level: int | None, problem: str = '') -> bytes:
+    """Return the level of a status; what is not known, or old by a `problem`, is never OK."""
+    out: bytes = DiagnosticStatus.STALE if level is None or (
+        problem and level == Level.OK) else LEVELS[level]
     return out
 
 

@@ -26,6 +26,7 @@ from std_srvs.srv import Trigger  # noqa: E402
 from test_live import live  # noqa: E402
 
 from gearbox_monitor.files.watch_file import load_watch, save_watch, watch_bytes  # noqa: E402
+from gearbox_monitor.health.checks.outcome import Level  # noqa: E402
 from gearbox_monitor.report.watch_page import watch_part  # noqa: E402
 from gearbox_monitor.report.watch_words import watch_data  # noqa: E402
 from gearbox_monitor.robot.arm_plant import WorkingArm  # noqa: E402
@@ -103,7 +104,8 @@ def test_live_is_offline_and_goes_on_after_a_restart(graph, tmp_path):
 
 def test_services_change_what_is_known_and_the_page_shows_it(graph, tmp_path):
     """A friction that was found, and a load; nothing moves, so what the page shows is old."""
-    state, findings, since = tmp_path / 'arm.state', [], 1_700_000_000 * SECOND
+    state, findings, statuses = tmp_path / 'arm.state', [], []
+    since = 1_700_000_000 * SECOND
     robot, _ = robot_of(urdf(), ())
     known = begin(urdf())
     held = Held('link3', np.array([1.5, 0.0, 0.0, 0.3, *np.zeros(6)]), 1e-4 * np.eye(10), since)
@@ -112,9 +114,11 @@ def test_services_change_what_is_known_and_the_page_shows_it(graph, tmp_path):
             robot, groups_of(robot), np.ones(3)), held=(held,), empty=(replace(
                 held, values=np.zeros(10)),), payloads=(HeldLoad(
                     'link3', 1.5, 0.1, (0.0, 0.0, 0.2), (0.1, 0.1, 0.1), since),),
-        changes=(Change(FRICTION, 'joint2', 0.3, 0.02, since, since),))
+        changes=(Change(FRICTION, 'joint2', 0.3, 0.02, since, since),),
+        joints=tuple(replace(j, level=Level.OK) for j in known.joints))
     save_watch(state, known)
     graph.node.create_subscription(String, '/watch/findings', findings.append, LATCHED)
+    graph.node.create_subscription(DiagnosticArray, '/diagnostics', statuses.append, DEEP)
     process = graph.start('watch_node', state_file=state)
     page = live('--port', '0')
     graph.processes.append(page)
@@ -142,6 +146,9 @@ def test_services_change_what_is_known_and_the_page_shows_it(graph, tmp_path):
     graph.stop(process)
     assert watch_bytes(load_watch(state)) == watch_bytes(known)
     assert known.phase == 'describe' and not known.changes
+    told = {s.name for message in statuses for s in message.status}     # what is old is not OK
+    assert 'watch: joint1' in told and not any(
+        s.level == DiagnosticStatus.OK for message in statuses for s in message.status)
 
 
 def test_the_arm_of_the_tutorial_is_as_most_robots_and_changes_while_it_works(graph):
