@@ -18,7 +18,8 @@ from gearbox_monitor.diagnosis.joint import localisation
 from gearbox_monitor.diagnosis.joint.drive_recordings import DriveRecordings
 from gearbox_monitor.diagnosis.joint.innovation_fit import (
     evaluated, fitted, InnovationFit)
-from gearbox_monitor.diagnosis.joint.innovations import JointLikelihood, JointlyFiltered
+from gearbox_monitor.diagnosis.joint.innovations import (
+    JointLikelihood, JointlyFiltered, named_motion)
 from gearbox_monitor.diagnosis.joint.localisation import InputEstimate, SPACING
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.diagnosis.joint.windows import WindowRuns
@@ -34,6 +35,7 @@ APART = 3         # s, after which a filter has forgotten a burst
 FAR = 1e9         # s, from one recording to the next
 LONGEST = 0.24    # s, of one burst where it is found
 LITTLE = 0.02     # of the largest step: of finite differences
+EDGES = 5.0       # percent of the time of bursts about either end of a range of the motion
 ENOUGH = 0.5      # gain in -2 log L for another iteration
 RULE = Damping(1e-2, 20.0, 1e-3, smallest=1e-9, attempts=5)
 
@@ -140,6 +142,40 @@ def _likeliest(evidence: DriveRecordings, fit: InnovationFit, theta: Array,
     return theta
 
 
+def follows_motion(whole: JointLikelihood, fit: InnovationFit, theta: Array, owner: Integers
+                   ) -> bool:
+    """
+    Return whether bursts fill the time in which one quantity of the motion is in one range.
+
+    Bursts at times of their own leave the range that the quantity has during several of them to
+    most other times, too.
+
+    Args:
+        whole: likelihood of the recordings.
+        fit: of the model that lacks the bursts.
+        theta: bursts, see with_bursts.
+        owner: see with_bursts.
+    """
+    acts: list[Flags] = []
+    moved: dict[str, list[Array]] = {}
+    for i, (part, states) in enumerate(zip(whole.parts, whole.smoothed(
+            evaluated(whole, fit).run))):
+        index = np.flatnonzero(np.isfinite(states[:, 0]))
+        acts.append(torque_of(theta[owner == i], part.recording)[index] != 0.0)
+        for name, x in named_motion(part.recording, states, index).items():
+            moved.setdefault(name, []).append(x)
+    inside = np.concatenate(acts)
+    if len(theta) < 2 or not inside.any():
+        return False
+    for name in moved.keys() - {'time'}:
+        x = np.concatenate(moved[name])
+        low, high = np.percentile(x[inside], (EDGES, 100.0 - EDGES))
+        elsewhere = ((x > low) & (x < high) & ~inside).sum()
+        if elsewhere < THRESHOLDS.followed * inside.sum():
+            return True
+    return False
+
+
 def _gain(enough: float, trial: tuple[Array, JointlyFiltered]) -> float:
     """Return by how much a trial is below a -2 log L that is enough."""
     return enough - trial[1].deviance
@@ -154,27 +190,31 @@ def _apart(theta: Array, owner: Integers) -> list[Integers]:
     return [order[first::groups] for first in range(groups)]
 
 
-def pulses_in(runs: WindowRuns, price: float, beside: bool = False) -> Array:
+def pulses_in(runs: WindowRuns, price: float) -> Array:
     """
     Return the bursts [B, 3] that free runs lack, see with_bursts.
 
     Args:
         runs: free runs over the windows of one recording.
         price: chi2 that a burst must gain, beside that of its place.
-        beside: whether other bursts act already: then any window may hold another one.
     """
     if 'arm_side' not in localisation.visible_places(runs):
         return np.zeros((0, 3))
     free = localisation.free_forms(runs, ('arm_side',))['arm_side']
-    bursts, windows = rectangles(free, price,
-                                 beside | (runs.chi2 > THRESHOLDS.quiet * runs.data.size))
+    bursts, windows, gains = rectangles(free, price)
     bursts[:, 0] += runs.data.windows.first[windows] * runs.recording.dt
-    return bursts
+    # Windows overlap: one burst is found in several of them, best in the middle of one.
+    apart: list[int] = []
+    for number in np.argsort(-gains):
+        lengths = np.abs(bursts[apart, 0] - bursts[number, 0]) / LONGEST
+        if (lengths > 1.0).all():
+            apart.append(int(number))
+    return bursts[sorted(apart)]
 
 
-def rectangles(free: InputEstimate, price: float, lacking: Flags) -> tuple[Array, Integers]:
+def rectangles(free: InputEstimate, price: float) -> tuple[Array, Integers, Array]:
     """
-    Return the bursts in a free-form torque to first order, and the windows [B] that hold them.
+    Return the bursts in a free-form torque to first order, their windows and gains in chi2.
 
     At most one in each window: that of the largest likelihood ratio (Willsky and Jones, 1976),
     the torque elsewhere being 0.
@@ -182,16 +222,15 @@ def rectangles(free: InputEstimate, price: float, lacking: Flags) -> tuple[Array
     Args:
         free: free-form input estimate.
         price: chi2 that a burst must gain, beside that of its place.
-        lacking: windows [W] that may have one.
 
     Returns:
-        Bursts [B, 3], their begin from that of the window, and the numbers [B] of the windows.
+        Bursts [B, 3], their begin from that of the window, the numbers [B] of the windows, and
+        the gains [B].
     """
     values = free.signal.shape[1]
     price += 2.0 * float(np.log(values * (values + 1) / 2))
-    bursts, windows = [], []
-    for window in np.flatnonzero(lacking):
-        precision, signal = free.precision[window], free.signal[window]
+    bursts, windows, gains = [], [], []
+    for window, (precision, signal) in enumerate(zip(free.precision, free.signal)):
         force = precision @ signal
         highest, amplitude, begin, end = price, 0.0, 0, 0
         for first in range(values):
@@ -203,5 +242,6 @@ def rectangles(free: InputEstimate, price: float, lacking: Flags) -> tuple[Array
                     begin, end = first, last + 1
         if end:
             windows.append(window)
+            gains.append(highest)
             bursts.append(((begin - 0.5) * SPACING, (end - begin) * SPACING, amplitude))
-    return np.array(bursts).reshape(-1, 3), np.array(windows, int)
+    return np.array(bursts).reshape(-1, 3), np.array(windows, int), np.array(gains)

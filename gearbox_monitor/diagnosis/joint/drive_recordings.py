@@ -197,11 +197,11 @@ class DriveRecordings:
             allowed = np.maximum(allowed, THRESHOLDS.torque_noise * self.torque)
         return allowed
 
-    def runs(self, fit: InnovationFit) -> tuple[WindowRuns, ...]:
+    def runs(self, fit: InnovationFit, overlapping: bool = False) -> tuple[WindowRuns, ...]:
         """Return the free runs of a fit over the windows of each recording."""
         at, model = evaluated(self.whole, fit), fit.model
-        return tuple(free_runs(segment, model, smooth) for segment, smooth in zip(
-            self.segments, self.whole.smoothed(at.run)))
+        return tuple(free_runs(segment.overlapping if overlapping else segment, model, smooth)
+                     for segment, smooth in zip(self.segments, self.whole.smoothed(at.run)))
 
     def beyond_share(self, fit: InnovationFit) -> float:
         """

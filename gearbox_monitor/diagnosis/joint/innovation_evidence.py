@@ -20,8 +20,10 @@ import numpy as np
 from gearbox_monitor.diagnosis.contest import CONTEST
 from gearbox_monitor.diagnosis.hypothesis import (
     MemberEstimate, FUNCTION, Hypothesis, LAW, Member, Remains, TRAIN)
+from gearbox_monitor.diagnosis.question import of_size, Question
 from gearbox_monitor.diagnosis.joint import lawless
-from gearbox_monitor.diagnosis.joint.bursts import Burst, pulses_in, sharpened, with_bursts
+from gearbox_monitor.diagnosis.joint.bursts import (
+    Burst, follows_motion, pulses_in, sharpened, with_bursts)
 from gearbox_monitor.diagnosis.joint.candidates import NOT_FITTED, origin, PERIODIC, with_law
 from gearbox_monitor.diagnosis.joint.effect_scan import Proposal, raced, scan, signature
 from gearbox_monitor.diagnosis.joint.drive_recordings import (
@@ -143,10 +145,12 @@ class InnovationEvidence:
         leaves.
         """
         data = h.fit.beside or self.data
-        if data.balances:
-            return math.inf
-        at = evaluated(data.fine, h.fit.fit).run
-        least = data.fine.with_noise(at, data.fine.least_noise)[2]
+        return math.inf if data.balances else self._reach(data.fine, h.fit.fit)
+
+    def _reach(self, likelihood: JointLikelihood, fit: InnovationFit) -> float:
+        """Return what the torque noise of `fit` gains in a `likelihood`, see reach."""
+        at = evaluated(likelihood, fit).run
+        least = likelihood.with_noise(at, likelihood.least_noise)[2]
         return float(np.log(at.variance / least).sum()) / self.dispersion
 
     def dispersed(self, dispersion: float | None) -> 'InnovationEvidence':
@@ -249,9 +253,7 @@ class InnovationEvidence:
 
     def _unseen_torque(self, data: DriveRecordings, fit: InnovationFit) -> float:
         """Return the same with the noise annealed to all parts, those held out of fits too."""
-        at = evaluated(data.whole, fit)
-        return self._noise_worth(data, data.whole, replace(
-            at.alone(), torque=annealed(data.whole, at)))
+        return self._noise_worth(data, data.whole, _annealed_to_all(data, fit))
 
     def _noise_worth(self, data: DriveRecordings, likelihood: JointLikelihood,
                      fit: InnovationFit) -> float:
@@ -414,11 +416,11 @@ class InnovationEvidence:
         whole = evaluated(data.whole, fit)
         theta: Array = np.zeros((0, 3))
         owner: Integers = np.zeros(0, int)
-        runs, at = data.runs(fit), fit
-        payable = (self.reach(best) + self.price(best) - self.price(h)
-                   - CONTEST.margin) / self.price_of_event
-        for number in range(TRAINS):
-            found = [pulses_in(run, 3.0 * self.unit, number > 0) for run in runs]
+        runs, at = data.runs(fit, overlapping=True), fit
+        reach = self._reach(data.whole, _annealed_to_all(data, best.fit.fit))
+        payable = (reach + self.price(best) - self.price(h) - CONTEST.margin) / self.price_of_event
+        for _ in range(TRAINS):
+            found = [pulses_in(run, 3.0 * self.unit) for run in runs]
             if not any(map(len, found)):
                 return
             theta = np.concatenate([theta, *found])
@@ -427,6 +429,8 @@ class InnovationEvidence:
             owner = np.concatenate([owner, *(np.full(len(o), i) for i, o in enumerate(found))])
             least = self.dispersion * CONTEST.close * len(theta) * self.price_of_event
             theta, at = sharpened(data, at, theta, owner, least)
+            if follows_motion(data.whole, fit, theta, owner):
+                return
             beside = with_bursts(data, theta, owner)
             there = evaluated(beside.whole, at)
             if whole.deviance - there.deviance < least:
@@ -439,4 +443,10 @@ class InnovationEvidence:
             member = Member(TRAIN, DISTURBANCE.id, EFFECTS[DISTURBANCE.id].location)
             yield Hypothesis((*h.members, member), deviance,
                              DriveFit(at, h.fit.occam, h.fit.slips, tuple(bursts), beside))
-            runs = beside.runs(at)
+            runs = beside.runs(at, overlapping=True)
+
+
+def _annealed_to_all(data: DriveRecordings, fit: InnovationFit) -> InnovationFit:
+    """Return `fit` with the torque noise of all parts, those held out of fits too."""
+    at = evaluated(data.whole, fit)
+    return replace(at.alone(), torque=annealed(data.whole, at))

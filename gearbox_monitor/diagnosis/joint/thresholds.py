@@ -24,6 +24,12 @@ class Thresholds:
     rough_lattice: float = 2.0
     # chi2 per reading of a window that lacks nothing: error of the noise level, and chance in 1 s.
     quiet: float = 1.12
+    # Time that a quantity spends elsewhere in the range that it has during bursts, over theirs: at
+    # times of their own, a few bursts leave it many times as much.
+    followed: float = 0.5
+    # Share of the squared misfit of free runs from which on a law explains something beside what
+    # has no known cause: a tenth of the misfit.
+    idle: float = 0.01
     # 2 log likelihood between distinguishable effects: a Bayes factor of e^10.
     isolable: float = 20.0
     # The same over the evidence where much lasts that no model explains: real drives.

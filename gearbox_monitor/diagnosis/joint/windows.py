@@ -66,6 +66,14 @@ class WindowData:
         """Number of readings in a window: L samples of C encoders."""
         return self.windows.length * len(self.channels)
 
+    @cached_property
+    def overlapping(self) -> 'WindowData':
+        """The same with windows half a window apart."""
+        w = self.windows
+        first, begin = (np.sort(np.append(x, x[:-1] + w.length // 2)) for x in (w.first, w.begin))
+        return replace(self, windows=ShootingWindows(first, w.length, begin),
+                       held_out=np.repeat(self.held_out, 2)[:len(first)])
+
     @property
     def span(self) -> slice:
         """Samples that are evidence."""

@@ -23,12 +23,12 @@ def test_a_burst_is_the_interval_of_the_largest_likelihood_ratio():
     signal = 0.3 * np.random.default_rng(0).standard_normal((WINDOWS, VALUES))
     signal[5, 10:13] -= 8.0
     free = InputEstimate(signal, PRECISION, *np.zeros((2, WINDOWS)))
-    bursts, windows = rectangles(free, 20.0, np.ones(WINDOWS, bool))
-    assert windows.tolist() == [5] and len(bursts) == 1
+    bursts, windows, gains = rectangles(free, 20.0)
+    assert windows.tolist() == [5] and len(bursts) == len(gains) == 1
     begin, duration, amplitude = bursts[0]
     assert begin == pytest.approx(9.5 * SPACING) and duration == pytest.approx(3 * SPACING)
     assert amplitude == pytest.approx(-8.0, abs=0.5)
-    assert not len(rectangles(free, 20.0, np.zeros(WINDOWS, bool))[0])
+    assert not len(rectangles(free, 1e4)[0])
 
 
 def test_a_load_on_a_likelihood_is_that_of_a_recording_with_it():

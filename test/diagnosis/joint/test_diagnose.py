@@ -229,9 +229,7 @@ def test_what_needs_both_encoders_of_an_elastic_drive_says_so(folder, tmp_path, 
 
 
 @pytest.mark.system
-@pytest.mark.parametrize('follows', [False, pytest.param(True, marks=pytest.mark.xfail(
-    strict=True, reason='a function of torque on ten knots fits no steps at its peaks: they are '
-    'named disturbance'))])
+@pytest.mark.parametrize('follows', [False, True])
 def test_bursts_that_follow_the_torque_are_no_disturbance(folder, tmp_path, capsys, follows):
     """The same torque on the arm, at times of its own or whenever the command is near its peak."""
     _, u, _ = record(seconds=10.0)
