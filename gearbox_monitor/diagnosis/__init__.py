@@ -11,7 +11,7 @@ Public names, by module:
 
     contest: CONTEST
     joint: closed_model, diagnose, unit_adaptation
-    joint.candidates: CandidateModel, Coordinate, NUISANCES, sine_and_cosine
+    joint.candidates: CandidateModel, Coordinate, NUISANCES, sine_and_cosine, with_effects
     joint.change_diagnosis: diagnose_change
     joint.closed_model: closed_of, gap_of, ModelRun, Overlay, overlay
     joint.diagnose: chosen_ids, diagnose

@@ -19,7 +19,7 @@ from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB
 from gearbox_monitor.presentation import (
     change, credible, number, on_axis, percent, Quantity, Said, say)
 from gearbox_monitor.report.sentences import TABLE
-from gearbox_monitor.report.words import counted
+from gearbox_monitor.report.words import counted, motion_words
 
 OF_CHANGES = {'Cc_change': 'N m', 'Cv_change': 'N m s/rad', 'm1_change': 'kg m^2',
               'T_change': 's', 'kp_factor': '', 'Ca': 'N m', 'moment': 'kg m', 'moved': 'm'}
@@ -225,15 +225,10 @@ def _size(question: Mapping[str, Any], key: str, axes: Mapping[str, str]) -> str
 
 def question_words(question: Mapping[str, Any], axes: Mapping[str, str]) -> str:
     """Return the motion that would answer a `question` of a verdict; `axes`: of the joints."""
-    joint, effect = question['joint'], question['effect']
-    unit = on_axis('rad/s', axes.get(joint, 'rotary'))
-    speed, seconds = max(question['speed'], 0.1), question['seconds']
-    how = {MOTOR_COULOMB.id: f'move {joint} alone, to and fro at {0.2 * speed:.2g} to '
-                             f'{speed:.2g} {unit}',
-           TORQUE_GAIN.id: f'move {joint} fast or against gravity, with and without a load, to '
-                           f'and fro at up to {2.0 * speed:.2g} {unit}'}.get(
-        effect, f'move all joints that carry {question["place"]} against gravity')
-    return (f'{how} for {seconds:.0f} s: it would show {_named(effect)} of '
+    motion = motion_words(question, axes.get(question['joint'], 'rotary'))
+    if question['rival']:
+        return motion
+    return (f'{motion}: it would show {_named(question["effect"])} of '
             f'{_size(question, "plausible", axes)} at {question["place"]}')
 
 
@@ -254,6 +249,7 @@ def next_steps(data: Mapping[str, Any]) -> list[str]:
         if rivals:
             steps.append(f'{f["effect"]} at {f.get("joint") or f.get("link")} is '
                          f'indistinguishable from {", ".join(rivals)}')
+    steps += [question_words(q, axes_of(data)) for q in data['questions'] if q['rival']]
     if data['drifts']:
         steps.append(f'record {data["drifts"][0]["joint"]} again at the temperature of the '
                      'references, or learn references of other days, too')

@@ -40,7 +40,7 @@ def summary(data: Mapping[str, Any], axis: str = 'rotary') -> str:
     gap, misfit = data.get('gap_before') or 0.0, data.get('gap_after') or 0.0
     if data['verdict'] == 'undecided':
         return say('unshown', changes=' or of '.join(
-            f'{EFFECTS[name].noun} below '
+            f'any {EFFECTS[name].noun}' if size is None else f'{EFFECTS[name].noun} below '
             f'{number(size, on_axis(EFFECTS[name].parameters[0].unit, axis))}'
             for name, size in data['unshown'].items()))
     if data['verdict'] == 'none':

@@ -10,8 +10,11 @@ from typing import Any, NamedTuple
 
 from gearbox_monitor.diagnosis.joint.verdict import INCOMPLETE, NONE, UNKNOWN
 from gearbox_monitor.plant.effects import EFFECTS, library
-from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
+from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN
+from gearbox_monitor.plant.effects.arm_side import ARM_INERTIA, DISTURBANCE
+from gearbox_monitor.plant.effects.controller import SERVO_GAIN
 from gearbox_monitor.plant.effects.gearbox import SLIP
+from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_INERTIA
 from gearbox_monitor.presentation import (
     change, credible, EXACT, number, on_axis, percent, Quantity)
 from gearbox_monitor.report.summary import NEAR_FLOOR, PLACES
@@ -229,7 +232,9 @@ def next_steps(data: Mapping[str, Any], files: UserFiles, axis: str = 'rotary') 
 
     """
     if data['verdict'] == 'undecided':
-        return ['record a motion that loads the drive and reverses often']
+        return [f'{motion_words(q, axis)}: it would show {EFFECTS[q["effect"]].noun} of '
+                + number(q['plausible'], on_axis(EFFECTS[q['effect']].parameters[0].unit, axis))
+                for q in data['questions']]
     if data['verdict'] == 'none':
         return ['nothing: simulate with the model as it is. An effect too small for this motion '
                 'and noise stays hidden']
@@ -264,6 +269,34 @@ def next_steps(data: Mapping[str, Any], files: UserFiles, axis: str = 'rotary') 
         advice.append('test it on a recording with another motion: '
                       + files.command('diagnose', options='--validate BAG2'))
     return advice
+
+
+def motion_words(question: Mapping[str, Any], axis: str) -> str:
+    """
+    Return the motion that a question of a verdict asks for, and its expected evidence.
+
+    Args:
+        question: as JSON has it.
+        axis: of its joint.
+    """
+    joint, effect, rival = question['joint'], question['effect'], question['rival']
+    speed, evidence = max(question['speed'], 0.1), question['evidence']
+    slow, fast = (on_axis(f'{factor * speed:.2g} rad/s', axis) for factor in (0.2, 2.0))
+    rival_id, _, place = rival.partition('@')
+    apart = next((motion for pair, motion in SEPARATES if pair == {effect, rival_id}
+                  and not motion.startswith('no ')), '')
+    how = (f'to tell {effect} from {rival}, ' + (
+        f'move {joint} with {apart}' if apart else
+        f'move {joint} alone, then {place} alone, in two postures a quarter turn apart' if place
+        else f'move {joint} alone, with and without a load') if rival else {
+        MOTOR_COULOMB.id: f'move {joint} alone, to and fro',
+        TORQUE_GAIN.id: f'move {joint} fast or against gravity, with and without a load',
+        SERVO_GAIN.id: f'step the setpoint of {joint} under a load',
+        MOTOR_INERTIA.id: f'accelerate {joint} hard, to and fro',
+        ARM_INERTIA.id: f'accelerate {joint} hard, to and fro'}.get(
+        effect, f'move all joints that carry {question["place"]} against gravity'))
+    return (f'{how}, at {slow} to {fast} for {question["seconds"]:.0f} s' + (
+        '' if evidence is None else f' (expected evidence {evidence:.0f})'))
 
 
 def _separating_motions(ids: set[str], rivals: Iterable[str], axis: str) -> list[str]:

@@ -148,8 +148,8 @@ class Decision:
         """The function that explains most beside the laws, None where none explains anything."""
         remains, best = self.outcome.remains, self.outcome.best
         if best.function is not None:
-            table = self.closed.candidate.values(self.closed.z)[1][
-                best.members.index(best.function)]
+            closed = self.closed.candidate
+            table = closed.values(self.closed.z)[1][next(iter(closed.tables))]
             return FreeFunction(table, np.array(table['values']),
                                 self.fit.deviance - self.closed.deviance, best.fit.occam)
         if remains.follows > 0.0 and remains.functions:

@@ -18,7 +18,8 @@ from gearbox_monitor.diagnosis.joint.innovation_fit import fitted, InnovationFit
 from gearbox_monitor.diagnosis.joint.parameter_ranges import between_recordings
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.diagnosis.joint.torque_domain import driven
-from gearbox_monitor.diagnosis.joint.verdict import LATTICES, location_of, report, Verdict
+from gearbox_monitor.diagnosis.joint.verdict import (
+    LATTICES, location_of, report, Verdict, without_idle_laws)
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
@@ -73,7 +74,7 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
             progress(done := next(steps), done + 1, text)
     evidence = evidence_of(recordings, model, ids, jobs, reported)
     otherwise = read_as_doubted(evidence)
-    decision = decide(evidence)
+    decision = without_idle_laws(decide(evidence))
     notes = [*decision.notes, *doubts(decision, otherwise)]
     stated, lasts = (m.process_torque_time for m in (model, decision.recordings.model))
     if lasts != stated:

@@ -175,6 +175,18 @@ class DriveRecordings:
         return model.tolerance > 0.0 or bool(model.process_torque) or model.lasting
 
     @property
+    def joint(self) -> str:
+        """Reading of the joint that the motor moves."""
+        return self.recordings[0].readings[0]
+
+    @property
+    def motion(self) -> tuple[float, float]:
+        """Usual speed, rad/s, and length of the recordings, s."""
+        speeds = [np.quantile(np.abs(np.diff(r.positions[::10, r.channels[0]])), 0.9) / (
+            10.0 * r.dt) for r in self.recordings]
+        return float(max(speeds)), sum(float(r.duration) for r in self.recordings)
+
+    @property
     def torque(self) -> float:
         """Standard deviation of the torque, N m."""
         return max(float(np.std(np.concatenate([r.torque for r in self.recordings]))), 1e-9)

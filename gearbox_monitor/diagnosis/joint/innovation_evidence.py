@@ -375,9 +375,9 @@ class InnovationEvidence:
 
     # --- power
 
-    def hidden(self, none: Hypothesis) -> dict[str, float]:
+    def hidden(self, none: Hypothesis) -> list[Question]:
         """
-        Return {effect: smallest size that shows} where a change of plausible size would not show.
+        Return the changes of plausible size that would not show, and the motions that would.
 
         Of friction, gain and inertia. The smallest size that pays its price and the margin follows
         from the information about it, values with tolerances given way, over the dispersion by
@@ -393,9 +393,9 @@ class InnovationEvidence:
                  SERVO_GAIN.id: share * model.value('kp') if model.controller else 0.0,
                  MOTOR_INERTIA.id: 2.0 * share * model.motor_inertia,
                  ARM_INERTIA.id: 2.0 * share * model.arm_inertia}
-        limit = self.dispersion * (
-            CONTEST.margin + self.unit + 2.0 * math.log(self.rivals))
-        out = {}
+        price = self.unit + 2.0 * math.log(self.rivals)
+        limit = self.dispersion * (CONTEST.margin + price)
+        out = []
         for name in data.ids:
             if sizes.get(name):
                 columns, change = signature(data.fine, tested.at, data.starts.candidates(name)[0])
@@ -403,7 +403,8 @@ class InnovationEvidence:
                 information = float((column * tested.without(column)).sum())
                 smallest = math.sqrt(limit / max(information, 1e-300))
                 if not smallest < sizes[name]:
-                    out[name] = smallest
+                    out.append(of_size((name, library()[name].location, data.joint), data.motion,
+                                       (smallest, sizes[name]), price))
         return out
 
     # --- bursts

@@ -12,10 +12,12 @@ from typing import Any
 import numpy as np
 import scipy
 
+from gearbox_monitor.diagnosis.question import of_rival
 from gearbox_monitor.diagnosis.joint import closed_model, localisation
 from gearbox_monitor.diagnosis.joint.candidates import (
     CandidateModel, GAINS, NUISANCES, replaced_value, SHAPES, with_effects, ZERO)
 from gearbox_monitor.diagnosis.joint.decision import Decision, standard_errors
+from gearbox_monitor.diagnosis.joint.innovation_fit import fitted, InnovationFit
 from gearbox_monitor.diagnosis.joint.isolability import rivals, separations
 from gearbox_monitor.diagnosis.joint.thresholds import STATEMENTS, THRESHOLDS
 from gearbox_monitor.diagnosis.joint.windows import misfit_of, solve_states, WindowRuns
@@ -135,7 +137,8 @@ class Verdict(Drawn, Paged):
     model: DriveModel that closes the gap as far as is known; without effect or map, with the
     values of the model that were estimated along. basis: what the search found. not_tried {effect:
     why} of the library. unshown {effect: smallest size that would have been seen}, of an undecided
-    verdict. model_values {effect: {parameter: value of the nominal model}}.
+    verdict. questions: changes that do not show, or not apart from a rival, with the motion that
+    would tell. model_values {effect: {parameter: value of the nominal model}}.
     """
 
     verdict: str
@@ -172,7 +175,8 @@ class Verdict(Drawn, Paged):
     nominal_shift: Mapping[str, float] | None = None
     validation: Mapping[str, Any] | None = None
     not_tried: Mapping[str, str] = field(default_factory=dict)
-    unshown: Mapping[str, float] = field(default_factory=dict)
+    unshown: Mapping[str, float | None] = field(default_factory=dict)
+    questions: list[Mapping[str, Any]] = field(default_factory=list)
     between_recordings: Mapping[str, Any] | None = None
 
     @property
@@ -220,8 +224,8 @@ def report(decision: Decision, lattices: Sequence[str], validate: UniformRecordi
     if not decision.remains and len(effects) < 2:
         effects += lattices[:2 if not effects else 1]
     kind = kind_of(bool(effects), decision.remains)
-    unshown = decision.outcome.evidence.hidden(decision.outcome.none) if kind == NONE else {}
-    kind = UNDECIDED if unshown else kind
+    unseen = decision.outcome.evidence.hidden(decision.outcome.none) if kind == NONE else []
+    kind = UNDECIDED if unseen else kind
     where, remaining = localisation.NOWHERE, None
     locations = [location_of(i) for i in effects]
     if effects:  # they name the place; what free signals explain illustrates it
@@ -280,7 +284,11 @@ def report(decision: Decision, lattices: Sequence[str], validate: UniformRecordi
         slips=[asdict(slip) for slip in decision.slips],
         equivalent=equivalents(findings, decision.model),
         model_values=model_values(params, decision.model), model=model, basis=decision,
-        unshown=unshown, nominal_shift=shifts(closed.candidate, nuisances) if nuisances else None,
+        unshown={q.effect: q.smallest for q in unseen},
+        questions=[asdict(q) for q in (*unseen, *(
+            of_rival((name, location_of(name), data.joint), data.motion, rival, 0.0)
+            for name in effects for rival in others.get(name, ())[:1]))],
+        nominal_shift=shifts(closed.candidate, nuisances) if nuisances else None,
         validation=None if validate is None else closed_model.validate(
             validate, decision.model, model, data.level))
 
@@ -361,6 +369,32 @@ def explained_shares(decision: Decision) -> dict[str, tuple[str, float | None]]:
         out[name] = (decision.data.recordings[0].readings[int(np.argmax(losses))],
                      float(np.clip(losses.sum() / total, 0.0, 1.0)) if total > 0.0 else None)
     return out
+
+
+def without_idle_laws(decision: Decision) -> Decision:
+    """
+    Return a decision without the laws that explain next to nothing where much has no known cause.
+
+    Of what no law explains, a law that is nearly free imitates a part; free runs deny it.
+
+    Args:
+        decision: of a contest.
+    """
+    shares = explained_shares(decision) if decision.remains else {}
+    idle = {name for name, (_, share) in shares.items()
+            if share is not None and share < THRESHOLDS.idle}
+    if not idle:
+        return decision
+
+    def reduced(fit: InnovationFit) -> InnovationFit:
+        """Return a fit without the idle laws."""
+        ids = fit.candidate.ids
+        candidate, z = decision.data.starts.reduced(
+            fit.candidate, fit.z, [i for i, name in enumerate(ids) if name not in idle])
+        return fitted(decision.data.fine, InnovationFit(candidate, z, fit.torque))
+    fit = reduced(decision.fit)
+    closed = fit if decision.closed is decision.fit else reduced(decision.closed)
+    return without_idle_laws(replace(decision, fit=fit, closed=closed))
 
 
 def _without(run: WindowRuns, nominal: DriveModel, name: str) -> Array:

@@ -135,9 +135,13 @@ class RobotContest:
 
     def cost(self, candidate: Candidate) -> float:
         """Return the extended BIC of a candidate: ln n per parameter and the choice among all."""
-        count = self.lawless if candidate.free else self.names
-        return float(candidate.size * np.log(max(self.evidence.rows_in(candidate), 3.0))
-                     + 2.0 * np.log(count)) + self.extra
+        return self.price(candidate.size, self.evidence.rows_in(candidate),
+                          self.lawless if candidate.free else self.names)
+
+    def price(self, size: int, rows: float, rivals: int = 0) -> float:
+        """Return the cost of `size` parameters by some `rows` among rivals; 0: among all laws."""
+        return float(size * np.log(max(rows, 3.0)) + 2.0 * np.log(
+            rivals or self.names)) + self.extra
 
     def worth(self, current: RobotFit, fit: RobotFit) -> float:
         """Return the tempered gain of what `fit` adds to `current`, less its cost."""

@@ -8,11 +8,11 @@ The power of a motion: the smallest size of each effect that it shows, and what 
 would not, the verdict is undecided, with the motion that would tell.
 """
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 import math
 
 import numpy as np
 
+from gearbox_monitor.diagnosis.question import of_size, Question
 from gearbox_monitor.diagnosis.robot.candidates import Candidate
 from gearbox_monitor.diagnosis.robot.contest import RobotContest, tempered
 from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence, RobotFit
@@ -24,28 +24,8 @@ from gearbox_monitor.plant.effects.controller import SERVO_LIMIT
 from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB
 
 LARGEST = 1e6  # beyond it a motion does not show an effect at all
-UNSEEN = 10.0  # times the plausible size: what shows only beyond it does not show
 
 Sizes = Mapping[str, Mapping[str, float]]  # {effect: {place: size}}
-
-
-@dataclass(frozen=True)
-class Question:
-    """
-    A change of plausible size that a motion would not show, and the motion that would.
-
-    effect, place: of the change. smallest: size that would have been a finding, infinite for none;
-    plausible: size that should be one. joint: to move, at some speed (rad/s or m/s), for some
-    seconds.
-    """
-
-    effect: str
-    place: str
-    smallest: float
-    plausible: float
-    joint: str
-    speed: float
-    seconds: float
 
 
 def smallest_visible(contest: RobotContest, fit: RobotFit, laws: Sequence[Candidate]
@@ -102,29 +82,33 @@ def visible_size(contest: RobotContest, fit: RobotFit, c: Candidate, covariance:
     return value if math.isfinite(value) else None
 
 
-def questions(evidence: RobotEvidence, visible: Sizes) -> tuple[Question, ...]:
+def speed_of(evidence: RobotEvidence, joint: int) -> tuple[float, float]:
+    """Return the usual speed of a `joint`, and the length of the recordings of `evidence`, s."""
+    recordings = evidence.recordings
+    return (float(np.max([np.quantile(np.abs(rows.joints[joint].v), 0.9) for rows in recordings])),
+            sum(len(rows.motion.t) * rows.motion.step for rows in recordings))
+
+
+def questions(contest: RobotContest, visible: Sizes) -> tuple[Question, ...]:
     """
     Return what the recordings would not have shown.
 
     Args:
-        evidence: of the recordings.
+        contest: of the recordings.
         visible: sizes that would have been findings.
     """
+    evidence = contest.evidence
     chain, s, recordings = evidence.recordings[0].robot.chain, SETTINGS, evidence.recordings
-    time = sum(len(rows.motion.t) * rows.motion.step for rows in recordings)
     moves = [j for j in range(evidence.joints)
              if max(rows.tests.share[j] for rows in recordings) > s.moving]
     out: list[Question] = []
 
-    def ask(effect: str, place: str, plausible: float, joint: int) -> None:
+    def ask(effect: str, place: str, plausible: float, joint: int, width: int = 1) -> None:
         smallest = visible.get(effect, {}).get(place, math.inf)
         if smallest > plausible:
-            speed = float(np.max([np.quantile(np.abs(rows.joints[joint].v), 0.9)
-                                  for rows in recordings]))
-            seconds = time * min(smallest / plausible, UNSEEN) ** 2
-            smallest = smallest if smallest < UNSEEN * plausible else math.inf
-            out.append(Question(effect, place, smallest, plausible, chain.joints[joint], speed,
-                                float(np.clip(10.0 * round(0.1 * seconds), 20.0, 600.0))))
+            out.append(of_size((effect, place, chain.joints[joint]), speed_of(evidence, joint),
+                               (smallest, plausible),
+                               contest.price(width, float(evidence.at[joint].count.sum()))))
     for j in moves or range(evidence.joints):
         effort = np.concatenate([rows.joints[j].effort for rows in recordings])
         size = math.sqrt(float(np.mean(effort ** 2)))
@@ -134,5 +118,5 @@ def questions(evidence: RobotEvidence, visible: Sizes) -> tuple[Question, ...]:
     for k, link in enumerate(chain.links):
         carried = sum(chain.links[i].mass for i in chain.movers[k])
         if link.mass > 0.0 and not any(other.parent == k for other in chain.links):
-            ask(PAYLOAD.id, link.name, s.plausible_load * carried, k)
-    return tuple(sorted(out, key=lambda q: -q.smallest / q.plausible))
+            ask(PAYLOAD.id, link.name, s.plausible_load * carried, k, 4)
+    return tuple(sorted(out, key=lambda q: -(q.smallest or 0.0) / (q.plausible or 1.0)))

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.diagnosis.joint.verdict import Finding, kind_of, Remainder, UNDECIDED
+from gearbox_monitor.diagnosis.question import of_rival, Question
 from gearbox_monitor.diagnosis.robot.candidates import (
     Candidate, free_functions, library, visible_in)
 from gearbox_monitor.diagnosis.robot.contest import Contender, informed, RobotContest
@@ -17,7 +18,7 @@ from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence, RobotFit
 from gearbox_monitor.diagnosis.robot.knowledge import (
     burstiness, energy_over, farther, friction_drifts, FrictionDrift, Knowledge, scattered,
     unvisited_shares, with_unvisited, worst_segments)
-from gearbox_monitor.diagnosis.robot.power import Question, questions, smallest_visible
+from gearbox_monitor.diagnosis.robot.power import questions, smallest_visible, speed_of
 from gearbox_monitor.diagnosis.robot.robot_effects import (
     BASE, BASE_TILT, JOINT_ZERO, LINK_INERTIA, PAYLOAD, QUADRATIC, ROBOT_EFFECTS)
 from gearbox_monitor.diagnosis.robot.robot_log import RobotLog, SETPOINT
@@ -44,6 +45,7 @@ OF_BODIES = (PAYLOAD.id, LINK_INERTIA.id, BASE_TILT.id, JOINT_ZERO.id)  # in the
 MOST_SCALES = 4    # verdicts, each with the gains that the last one found: gains scale loads
 LEAST_SCALE = 0.1  # gain of the model over that of the servo: it may be 10 times as large
 LEAST_SEEN = 0.05  # of a motion: what is new all over is no evidence, but a limit has to be
+BURSTS = 'bursts'  # of a remainder, in place of a variable
 HELD_SHARE = 0.25   # of the period, which shifts a sampled torque by half of it
 CERTAIN = 5.0      # deviations
 TOTALS = {'Cc_change': ('Cc', 'coulomb'), 'Cv_change': ('Cv', 'viscous'),
@@ -149,8 +151,10 @@ def _verdict_on(recordings: Sequence[Rows], knowledge: Knowledge | None,
     remainders = [r for r in _remainders(evidence, search, knowledge, max(away, 1.0))
                   if r.joint not in unjudged]
     short = knowledge is not None and knowledge.short
-    # What a short reference does not know of another day is no difference yet.
-    known = tuple(r for r in remainders if not short or r.over is not None)
+    # What a short reference does not know of another day is no difference yet, nor is a function
+    # of a motion that no reference knows.
+    known = tuple(r for r in remainders if (not short or r.over is not None)
+                  and (away <= 1.0 or r.over in (None, BURSTS)))
     cautions = _cautions(knowledge.joints, shares, away) if knowledge else ()
     visible = smallest_visible(search.contest, blank, laws)
     drifts = friction_drifts(evidence, search.fit, knowledge.prior, search.contest.dispersion) if (
@@ -161,17 +165,22 @@ def _verdict_on(recordings: Sequence[Rows], knowledge: Knowledge | None,
         _not_tried(recordings[0], laws),
         (*cautions, *_of_reference(knowledge), *_of_gains(evidence, search.fit),
          *held_setpoints(evidence, search.fit), *_of_small(evidence, search)), bool(cautions),
-        () if effects else questions(evidence, visible), tuple(sorted(unjudged)),
+        (*_rival_questions(search), *(() if effects else questions(search.contest, visible))),
+        tuple(sorted(unjudged)),
         len(known) < len(remainders), tuple(d for d in drifts if d.joint not in found), search.fit,
         evidence)
 
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """A candidate that was taken: its worth and its rivals that explain the same."""
+    """
+    A candidate that was taken: its worth and the rivals that explain the same.
+
+    rivals {effect: 2 log likelihood by which it lags}.
+    """
 
     worth: float
-    rivals: tuple[str, ...]
+    rivals: Mapping[str, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -260,7 +269,7 @@ def _search(contest: RobotContest, blank: RobotFit, laws: Sequence[Candidate],
     s, current, small, first = SETTINGS, blank, None, list[Contender]()
     steps: list[Step] = []
     if begin is not None:
-        current, steps = begin.fit, [Step(begin.worth, begin.candidate.twins)]
+        current, steps = begin.fit, [Step(begin.worth, dict.fromkeys(begin.candidate.twins, 0.0))]
     for step in range(len(steps), s.most_findings + 1):
         small, contest = None, contest.beside(current)
         lawless = contest.entries(current, free, 6)[:1]
@@ -276,7 +285,7 @@ def _search(contest: RobotContest, blank: RobotFit, laws: Sequence[Candidate],
             elif function > s.share_unknown * _gain_at(contest.evidence, blank, current,
                                                          where):
                 current = lawless[0].fit
-                steps.append(Step(function, ()))
+                steps.append(Step(function, {}))
                 break
             else:
                 small = lawless[0]
@@ -339,15 +348,33 @@ def examined(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge
     return _findings(_search(contest, evidence.fit(), laws, []))
 
 
-def _rivals(entries: Sequence[Contender], margin: float) -> tuple[str, ...]:
-    """Return the effects, with their place, that explain a recording like the first."""
+def _rivals(entries: Sequence[Contender], margin: float) -> dict[str, float]:
+    """Return {effect, with its place: lag} of what explains a recording like the first."""
     first = entries[0].candidate
-    rivals = [e.candidate for e in entries[1:]
+    rivals = [e for e in entries[1:]
               if e.worth > 0.0 and e.likeness > entries[0].likeness - margin
               and e.candidate.name != first.name]
-    names = [f'{c.effect}@{c.place}' if c.place != first.place else
-             f'{c.effect} ({c.over})' if c.effect == first.effect else c.effect for c in rivals]
-    return tuple(dict.fromkeys((*names, *first.twins)))
+    lags: dict[str, float] = {}
+    for e in rivals:
+        c = e.candidate
+        name = (f'{c.effect}@{c.place}' if c.place != first.place else
+                f'{c.effect} ({c.over})' if c.effect == first.effect else c.effect)
+        lags.setdefault(name, max(entries[0].likeness - e.likeness, 0.0))
+    return {**lags, **dict.fromkeys(first.twins, 0.0)}
+
+
+def _rival_questions(search: RobotSearch) -> tuple[Question, ...]:
+    """Return which of two effects the recordings leave open, one for each finding."""
+    evidence, out = search.contest.evidence, []
+    chain = evidence.recordings[0].robot.chain
+    for c, step in zip(search.fit.chosen, search.steps):
+        rivals = {name: lag for name, lag in step.rivals.items() if not name.startswith('arm_')}
+        if rivals and not c.free:
+            j = max(c.columns)  # the outermost joint that shows it
+            rival, lag = next(iter(rivals.items()))
+            out.append(of_rival((c.effect, c.place, chain.joints[j]), speed_of(evidence, j),
+                                rival, lag))
+    return tuple(out)
 
 
 def _shares(evidence: RobotEvidence, fit: RobotFit) -> list[float]:
@@ -398,7 +425,7 @@ def _findings(search: RobotSearch) -> tuple[Finding, ...]:
             c.effect, _location(c), values, deviations, round(step.worth, 3),
             share, channel=c.over or None, joint=c.joint,
             link=c.link if c.link else (BASE if c.joint is None else None),
-            confusable=step.rivals))
+            confusable=tuple(step.rivals)))
     return _joined(out)
 
 
@@ -611,7 +638,7 @@ def _remainders(evidence: RobotEvidence, search: RobotSearch, knowledge: Knowled
         if size[j] > SETTINGS.bursts * usual and not healthy and all(
                 r.joint != chain.joints[j] for r in out):
             out.append(Remainder(
-                'arm_side', 'effort', rms_in_motion(evidence, j, fit.residual[j]), 'bursts',
+                'arm_side', 'effort', rms_in_motion(evidence, j, fit.residual[j]), BURSTS,
                 chain.joints[j], tuple((begin, end) for _, begin, end in times[j]),
                 tuple(name for name, *_ in times[j]) if several else (),
                 {'burstiness': round(float(size[j]), 2)}))
