@@ -376,10 +376,10 @@ OF_ONE_JOINT = {
 
 def is_robot(args: Namespace) -> bool:
     """Return whether the options `args` of diagnose are about a whole robot."""
-    if args.joint is None and Path(args.model).suffix.lower() in SUFFIXES:
+    if args.joint is None and (args.reference or Path(args.model).suffix.lower() in SUFFIXES):
         return True
     refuse(args, ('reference', 'recorded', 'prefix', 'convention'),
-           'of a whole robot, expected an MJCF or URDF file as --model, and no --joint')
+           'of a whole robot or with a --reference, expected no --joint')
     return False
 
 

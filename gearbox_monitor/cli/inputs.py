@@ -170,8 +170,8 @@ def add_robot_arguments(parser: ArgumentParser, reference: bool = True, values: 
     """Declare in `parser` what only whole robots take: a `reference`, `values` and folder."""
     if reference:
         parser.add_argument('--reference', metavar='LOG', nargs='+', default=[],
-                            help='of a whole robot: logs of the healthy one without a load, or '
-                            'one file of learn')
+                            help='logs of the healthy robot without a load, or of a drive with '
+                            'one encoder; or one file of learn')
     if values:
         parser.add_argument('--values', metavar='FILE',
                             help='of a whole robot: values that its file does not state')

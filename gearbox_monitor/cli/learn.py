@@ -28,7 +28,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument('log', nargs='+', metavar='LOG',
                         help='log of all joints of the healthy robot, of any kind')
     parser.add_argument('--model', metavar='FILE', required=True,
-                        help='MJCF or URDF file of the robot')
+                        help='MJCF or URDF file of the robot, or model file of a drive')
     parser.add_argument('--out', metavar='FILE', required=True,
                         help=f'file to write, NAME{SUFFIX}')
     parser.add_argument('--topic', default='joint_states', help='topic of the joints, in bags')

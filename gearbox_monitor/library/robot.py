@@ -17,14 +17,17 @@ from gearbox_monitor.diagnosis.robot.conventions import log_as_read, misfit, nam
 from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence
 from gearbox_monitor.diagnosis.robot.knowledge import Knowledge
 from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
-from gearbox_monitor.diagnosis.robot.robot_log import RobotLog, SETPOINT, TORQUE
+from gearbox_monitor.diagnosis.robot.robot_log import (
+    checked_log, RawLog, RobotLog, SETPOINT, TORQUE)
 from gearbox_monitor.diagnosis.robot.rows import rows_of
 from gearbox_monitor.diagnosis.robot.verdict import effort_curves, RobotVerdict, verdict_data
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.files.knowledge_file import load_knowledge, SUFFIX
 from gearbox_monitor.files.opening import plain
 from gearbox_monitor.library.progress import reported
+from gearbox_monitor.library.recording import load_recording
 from gearbox_monitor.library.simulator_file import expect_path
+from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.presentation import Paged, said, Saved
 from gearbox_monitor.recordings.from_bag import ANY
@@ -39,7 +42,7 @@ from gearbox_monitor.robot.description import SUFFIXES
 from gearbox_monitor.signals.finding import BAD, DataFinding, hurts, judged, WARN
 from gearbox_monitor.signals.recording import conventions_of
 from gearbox_monitor.simulators.mujoco_run import rollouts
-from gearbox_monitor.simulators.robot_model import ChainFile, read_robot
+from gearbox_monitor.simulators.robot_model import ChainFile, MODEL_FILES, read_robot
 from gearbox_monitor.simulators.robot_patch import closed_file, title_of
 
 Progress = Callable[..., object]
@@ -120,9 +123,10 @@ def load_robot(path: str | Path, *, values: str | Path | None = None,
         InputError: naming the fault of the file and the expectation.
     """
     path = expect_path(path, 'path', 'an MJCF or URDF file')
-    if path.suffix.lower() not in SUFFIXES:
-        raise InputError(f'{path}: expected an MJCF (.xml) or URDF file of the whole robot; one '
-                         'joint of it, or a model file of a drive, goes to load_model (--joint)')
+    if path.suffix.lower() not in (*SUFFIXES, *MODEL_FILES):
+        raise InputError(f'{path}: expected an MJCF (.xml) or URDF file of the whole robot, or a '
+                         'model file of a drive; one joint of a robot goes to load_model '
+                         '(--joint)')
     stated = None if values is None else str(values)
     file = read_robot(path, root, load_locked(stated))
     return Robot(file, load_values(stated, file))
@@ -162,8 +166,11 @@ def robot_logs(paths: str | Path | Sequence[str | Path], robot: Robot, *,
             raise InputError(f'recorded: {unknown(joint, robot.joints)}')
     listed = [paths] if isinstance(paths, (str, Path)) else paths
     model = robot_model(robot.file, robot.values, learnt)
-    logs = [load_log(str(expect_path(path, 'paths', 'a log')), robot.file, model, robot.values,
-                     recorded or {}, topic, reading) for path in listed]
+    read = [str(expect_path(path, 'paths', 'a log')) for path in listed]
+    drive = robot.file.drive
+    logs = [load_log(path, robot.file, model, robot.values, recorded or {}, topic, reading)
+            if drive is None else _drive_log(path, drive, recorded or {}, topic, reading)
+            for path in read]
     if not logs:
         raise InputError('paths: none, expected at least one log')
     for log in logs:
@@ -171,6 +178,21 @@ def robot_logs(paths: str | Path | Sequence[str | Path], robot: Robot, *,
             raise InputError(f'{log.name}: {log.kind}, but {logs[0].name}: {logs[0].kind}; '
                              'expected one kind of input')
     return logs
+
+
+def _drive_log(path: str, drive: DriveModel, recorded: Mapping[str, str], topic: str,
+               reading: ReadOptions) -> RobotLog:
+    """Return the log of a `drive` as that of a robot of one joint; see robot_logs."""
+    recording, notes = load_recording(path, drive, joints={
+        joint: name for joint, name in recorded.items() if joint != ANY}, topic=topic,
+        reading=reading).uniform()
+    if len(recording.channels) > 1 and drive.transmission.kind != 'rigid':
+        raise InputError(f'{path}: two encoders of a drive, expected one with a reference; else '
+                         'fit model to the reference, and diagnose with the file that it writes')
+    return checked_log(RawLog(
+        path, recording.t, {'motor': recording.y[:, recording.channels[0]]},
+        {'motor': recording.u}, TORQUE if drive.controller is None else SETPOINT,
+        notes=tuple(notes)), ['motor'])
 
 
 def learn_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
@@ -215,8 +237,11 @@ def _learnt(logs: str | Path | Sequence[str | Path], robot: Robot,
         result = knowledge.learn(robot_model(robot.file, robot.values, True), read,
                                  robot.file.digest, progress=report)
     limits = robot.file.low, robot.file.high
-    floor = min(misfit(log, robot_model(robot.file, robot.values, False), limits) for log in read)
-    differs = balance.examined(robot_model(robot.file, robot.values, True), read, result)
+    floor = 0.0 if robot.file.drive else min(
+        misfit(log, robot_model(robot.file, robot.values, False), limits) for log in read)
+    # No load of a drive is known, against which its torque has a scale.
+    differs = () if robot.file.drive else balance.examined(
+        robot_model(robot.file, robot.values, True), read, result)
     axes = {link.joint: 'prismatic' if link.slides else 'rotary'
             for link in robot.file.chain.links}
     return result, [*(f'{log.name}: {note}' for log in read for note in log.notes),
@@ -360,6 +385,8 @@ def as_named(logs: Sequence[RobotLog], robot: Robot, reading: ReadOptions, floor
         reading: as the user states it; joints of its conventions are read as it says.
         floor: least misfit of a reference, which is read rightly.
     """
+    if robot.file.drive is not None:
+        return list(logs), []
     model, limits = robot_model(robot.file, robot.values, False), (robot.file.low, robot.file.high)
     stated = conventions_of(reading.conventions, robot.joints)
     log = max(logs, key=lambda log: misfit(log, model, limits)) if len(logs) > 1 else logs[0]

@@ -123,7 +123,9 @@ def robot_model(file: ChainFile, values: RobotValues, learnt: bool) -> RobotMode
     if usual is None:
         usual = SETTINGS.tolerance_learnt if learnt else SETTINGS.tolerance
     tolerance = np.array([values.links.get(link.name, usual) for link in file.chain.links])
-    return RobotModel(file.chain, tolerance, 0.0 if learnt else values.friction_tolerance, learnt,
+    # A drive's inertia is all its joint's, which is else known as well as friction.
+    friction = usual if file.drive else 0.0 if learnt else values.friction_tolerance
+    return RobotModel(file.chain, tolerance, friction, learnt,
                       _gains(values.kp, file.kp, file), _gains(values.kd, file.kd, file),
                       values.compensated, values.gain_tolerance, values.torque_tolerance)
 

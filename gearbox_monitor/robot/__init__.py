@@ -19,6 +19,6 @@ Public names, by module:
         undecided_of_robot, Unread
     description: expanded_root, finite_number, LOCKED_IN_VALUES, LONGEST, own_joints, parse,
         PRINCIPAL, RobotDescription, rotations, SUFFIXES, turn
-    dynamics: ArmLoad, arrays_of, MotionState, Payload
+    dynamics: ArmLoad, arrays_of, GRAVITY, MotionState, Payload
     plausibility: implausible, implausible_limits, implausible_links
 """

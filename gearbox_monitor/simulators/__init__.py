@@ -17,7 +17,7 @@ Public names, by module:
     mjcf_patch: patched
     mujoco_run: rollouts
     randomisation: randomisation, WRITERS
-    robot_model: ChainFile, read_robot
+    robot_model: ChainFile, MODEL_FILES, read_robot
     robot_patch: closed_file, title_of
     urdf_patch: in_urdf, patched_urdf
     user_simulator: confirmation, joint_readings, JointReading, NONE, SERVO, SPEED, TORQUE,

@@ -4,7 +4,8 @@
 """
 Read a whole robot in a simulator's file: a URDF by itself, an MJCF as MuJoCo compiles it.
 
-An open chain of hinges and slides on a fixed base. What is none is refused by name.
+An open chain of hinges and slides on a fixed base, or a drive in a model file. What is none is
+refused by name.
 """
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -17,13 +18,16 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.plant.drive import DriveModel, weight_of
 from gearbox_monitor.robot.chain import (
     Chain, chain_of, inertial, joint_losses, Link, PER_LINK, ranges_in)
 from gearbox_monitor.robot.compiled_model import (
     actuator_law, actuator_losses, actuators_on, disabled, ends_of, mujoco_module, name_of,
     scalar_joints, tendon_forces, undecided_of_robot, Unread)
 from gearbox_monitor.robot.description import LOCKED_IN_VALUES, parse
+from gearbox_monitor.robot.dynamics import GRAVITY
 from gearbox_monitor.robot.plausibility import (
     implausible, implausible_limits, implausible_links)
 from gearbox_monitor.simulators.compiling import compiled_model
@@ -42,6 +46,7 @@ class ChainFile:
     root: folder of files that an MJCF names, None for its own; locked {joint: position, rad or m}:
     joints that stand still, which the chain has not. low, high [J]: ends of the range of each
     joint, rad or m, infinite where the file states none. doubts: values that cannot be true.
+    drive: that the file is of, None of a robot.
     """
 
     path: Path
@@ -57,6 +62,10 @@ class ChainFile:
     high: Array = field(default_factory=lambda: np.array([math.inf]))
     unread: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
+    drive: DriveModel | None = None
+
+
+MODEL_FILES = ('.yaml', '.yml')  # of drives
 
 
 def read_robot(path: str | Path, root: str | Path | None = None,
@@ -65,7 +74,7 @@ def read_robot(path: str | Path, root: str | Path | None = None,
     Return a robot's file.
 
     Args:
-        path: of an MJCF or URDF.
+        path: of an MJCF or URDF, or of the model of a drive.
         root: folder below which the files lie that an MJCF names, None for its own folder.
         locked: {joint that stands still: its position, rad or m}.
 
@@ -77,6 +86,8 @@ def read_robot(path: str | Path, root: str | Path | None = None,
     """
     path, locked = Path(path), dict(sorted((locked or {}).items()))
     data = read_file(path)
+    if path.suffix.lower() in MODEL_FILES:
+        return _of_drive(path, hashlib.sha256(data).hexdigest())
     digest = hashlib.sha256(data + (json.dumps(locked).encode() if locked else b'')).hexdigest()
     element = parse_xml(data, str(path)).root
     if element.tag == 'robot':
@@ -105,6 +116,29 @@ def read_robot(path: str | Path, root: str | Path | None = None,
                      np.where(limited, m.jnt_range[:, 0], -math.inf),
                      np.where(limited, m.jnt_range[:, 1], math.inf),
                      doubts=tuple(implausible(m)))
+
+
+def _of_drive(path: Path, digest: str) -> ChainFile:
+    """Return the drive of a model file as a link without mass, whose inertia is its joint's."""
+    drive = load_model(path).folded()
+    servo = drive.controller
+    if servo is not None and (servo.ki or servo.feedforward or servo.feedforward_inertia):
+        raise InputError(f'{path}: controller: ki or feedforward, expected kp and kd alone in a '
+                         'model that is compared with a reference')
+    (weight, phase), gravity = weight_of(drive.effects), float(np.linalg.norm(GRAVITY))
+    theta = np.zeros(PER_LINK)
+    theta[1:3] = weight / gravity * np.array([math.cos(phase), math.sin(phase)])
+    slides = drive.axis == 'prismatic'
+    axis = np.array([0.0, 1.0, 0.0] if slides else [0.0, 0.0, 1.0])
+    chain = Chain(
+        (Link('drive', 'motor', -1, np.eye(3), np.zeros(3), axis, slides, theta),),
+        np.array([drive.motor_inertia + drive.arm_inertia]), np.array([drive.viscous_friction]),
+        np.array([drive.coulomb_friction]), np.array([gravity, 0.0, 0.0]),
+        spring=np.array([drive.position_gain]))
+    return ChainFile(
+        path, chain, None if servo is None else np.array([servo.kp]),
+        None if servo is None else np.array([servo.kd]), digest,
+        no_servo='the model has no controller', drive=drive)
 
 
 def _refuse(m: Any, path: Path) -> None:

@@ -12,10 +12,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from gearbox_monitor.diagnosis.joint.candidates import with_effects
 from gearbox_monitor.diagnosis.robot.robot_effects import (
     BASE, BASE_TILT, INERTIA_NAMES, LINK_INERTIA, PAYLOAD, tilted)
 from gearbox_monitor.errors import InputError, unknown
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.files.yaml_files import model_text
+from gearbox_monitor.kernels.types import Array, Values
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.controller import SERVO_GAIN
 from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_INERTIA, MOTOR_VISCOUS
 from gearbox_monitor.robot.chain import inertial
@@ -84,6 +88,8 @@ def closed_file(file: ChainFile, findings: Sequence[Mapping[str, Any]], author: 
     Returns:
         The text, None if nothing of them can stand in it, and {title of what cannot: reason}.
     """
+    if file.drive is not None:
+        return _closed_drive(file.drive, findings, author)
     document, omitted = parse_xml(read_file(file.path), str(file.path)), dict[str, str]()
     edits, patch = FileEdits(), Patch(document.data, ())
     for finding in findings:
@@ -103,6 +109,27 @@ def closed_file(file: ChainFile, findings: Sequence[Mapping[str, Any]], author: 
         return patch.data.decode('utf-8') if patch.changes else None, omitted
     except UnicodeDecodeError:
         return None, {**omitted, str(file.path): 'not UTF-8, expected it for a file to be written'}
+
+
+def _closed_drive(drive: DriveModel, findings: Sequence[Mapping[str, Any]], author: str
+                  ) -> tuple[str | None, dict[str, str]]:
+    """Return as closed_file, of a `drive`."""
+    effects, omitted = list[Values](), dict[str, str]()
+    for finding in findings:
+        effect, values = EFFECTS.get(finding['effect']), finding['values']
+        parameters = effect.parameters if effect is not None else ()
+        held = drive.value(effect.replaces) if effect is not None and effect.replaces else 0.0
+        own = {p.name: values[p.name] if p.name in values else
+               held + values[f'{p.name}_change'] if f'{p.name}_change' in values else
+               held * values[f'{p.name}_factor'] for p in parameters
+               if {p.name, f'{p.name}_change', f'{p.name}_factor'} & set(values)}
+        if own and len(own) == len(parameters):
+            effects.append({'id': finding['effect'], **own})
+        else:
+            omitted[title_of(finding)] = 'a drive has no such effect'
+    if not effects:
+        return None, omitted
+    return model_text(with_effects(drive, effects), [f'Written by {author}.']), omitted
 
 
 def _edits(file: ChainFile, document: XmlDocument, finding: Mapping[str, Any], before: FileEdits
