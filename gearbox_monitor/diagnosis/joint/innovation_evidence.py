@@ -280,8 +280,10 @@ class InnovationEvidence:
         data = reread(data, fit)
         if data.model.lasting:
             data = self._in_its_time(data, fit)
-        if remains.worth > CONTEST.margin:
+        # Before the first law: one may imitate the error of the steps.
+        if remains.worth > CONTEST.margin or not h.members:
             data = self._with_steps(data, fit, remains)
+        if remains.worth > CONTEST.margin:
             if fit.candidate.ids and any(map(data.hides, data.recordings)):
                 data = replace(data, reference=fit)
             if data.unseen is not None and (self._slipping(fit) is not None or (
