@@ -373,16 +373,17 @@ def explained_shares(decision: Decision) -> dict[str, tuple[str, float | None]]:
 
 def without_idle_laws(decision: Decision) -> Decision:
     """
-    Return a decision without the laws that explain next to nothing where much has no known cause.
+    Return a decision without the laws beside which another one explains nearly all that is known.
 
-    Of what no law explains, a law that is nearly free imitates a part; free runs deny it.
+    Of what has no known cause, a further law imitates a part; free runs deny it.
 
     Args:
         decision: of a contest.
     """
-    shares = explained_shares(decision) if decision.remains else {}
-    idle = {name for name, (_, share) in shares.items()
-            if share is not None and share < THRESHOLDS.idle}
+    shares = {name: share or 0.0 for name, (_, share) in (
+        explained_shares(decision) if decision.remains else {}).items()}
+    largest = max(shares.values(), default=0.0)
+    idle = {name for name, share in shares.items() if share < THRESHOLDS.idle * largest}
     if not idle:
         return decision
 
