@@ -211,12 +211,12 @@ def _judged(contest: RobotContest, blank: RobotFit, laws: Sequence[Candidate],
     difference from them is evidence; and what parts of the recordings differ by beside all
     findings shows that the model is not true there: it is over-dispersion as well.
     """
-    if knowledge is None:
-        return _best_search(contest, blank, laws, free)
-    visible = np.array([max(1.0 - max(of.values()), LEAST_SEEN) for of in shares])
-    contest = replace(contest, dispersion=contest.dispersion / visible)
-    if knowledge.short:
-        contest = replace(contest, extra=SETTINGS.margin, day=SETTINGS.day)
+    visible = np.ones(len(contest.dispersion))
+    if knowledge is not None:
+        visible = np.array([max(1.0 - max(of.values()), LEAST_SEEN) for of in shares])
+        contest = replace(contest, dispersion=contest.dispersion / visible)
+        if knowledge.short:
+            contest = replace(contest, extra=SETTINGS.margin, day=SETTINGS.day)
     search = _best_search(contest, blank, laws, free)
     if search.fit.chosen:
         of_joints = [c for c in (*laws, *free) if len(c.columns) == 1]
@@ -282,8 +282,8 @@ def _search(contest: RobotContest, blank: RobotFit, laws: Sequence[Candidate],
             pairs = _pairs(contest, entries, laws, lawless[0])
             if pairs:
                 entries = pairs
-            elif function > s.share_unknown * _gain_at(contest.evidence, blank, current,
-                                                         where):
+            elif _weighs(lawless[0].fit) and function > s.share_unknown * _gain_at(
+                    contest.evidence, blank, current, where):
                 current = lawless[0].fit
                 steps.append(Step(function, {}))
                 break
@@ -297,6 +297,15 @@ def _search(contest: RobotContest, blank: RobotFit, laws: Sequence[Candidate],
             current, stayed = contest.pruned(current)
             steps = [steps[i] for i in stayed]
     return RobotSearch(current, steps, contest, small, first)
+
+
+def _weighs(fit: RobotFit) -> bool:
+    """Return whether the function at the end of a fit has torque beside the laws at its joint."""
+    j, = fit.chosen[-1].columns
+    torques = [c.columns[j] @ fit.values[fit.of(i)] for i, c in enumerate(fit.chosen)
+               if j in c.columns]
+    laws = np.sum(torques[:-1], axis=0)
+    return bool(np.sum(torques[-1] ** 2) > SETTINGS.idle * np.sum(laws ** 2))
 
 
 def _pairs(contest: RobotContest, entries: Sequence[Contender], laws: Sequence[Candidate],
