@@ -549,7 +549,8 @@ def test_a_motion_that_would_not_show_a_change_is_undecided(taught):
     data = plain(verdict_data(verdict)) | {'references': ['a'], 'logs': ['a'], 'model': 'a',
                                            'options': '', 'warnings': [], 'readings': []}
     assert question.place in robot_headline(data)
-    assert any(question.place in step and 's: it would show' in step for step in next_steps(data))
+    assert any(question.place in step and f'(expected evidence {question.evidence:.0f}): it would '
+               'show' in step for step in next_steps(data))
 
 
 def test_one_short_reference_says_so_and_asks_more(taught):
