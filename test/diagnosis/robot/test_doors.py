@@ -72,7 +72,8 @@ def test_a_reference_gives_one_answer_at_both_doors(tmp_path, capsys, changes, e
 def test_a_model_file_gives_one_answer_at_both_doors(tmp_path, capsys, changes, effect):
     path = log(tmp_path / 'log.csv', 2, **changes)
     for verdict, found in answers(tmp_path, capsys, path):
-        assert verdict == ('effect' if effect else 'none')
+        # Of a load, which a robot's link may carry, a motion may say too little.
+        assert verdict in (('effect',) if effect else ('none', 'undecided'))
         assert list(found) == [effect] * bool(effect)
 
 
