@@ -21,6 +21,7 @@ from gearbox_monitor.kernels.linear_least_squares import covariance
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.effects.gearbox import slipped
 
+SOFT = 0.2       # of the torque: noise with which a filter follows what a slip sets in motion
 THINNED = 0.02   # s, from value to value of the zero in which steps are looked for
 APART = 1.0      # s, between two slips, and from the begin and the end
 SURE = 6.0       # median deviations of the zero beyond which a step is none by chance
@@ -28,6 +29,8 @@ MOST = 10        # steps that are looked for in a recording
 REFITTED = 6     # iterations of the fit beside slips
 ROUNDS, REFITS = 3, 2  # searches for slips; fits of their sizes in each
 STEP = 1e-4      # rad, of finite differences
+NEAR = 0.3       # s, about a step of the zero, where the slip begins
+WILD = 9.0       # times the variance of a reading: of one that is not as predicted
 
 
 @dataclass(frozen=True)
@@ -86,8 +89,9 @@ def slipping(data: DriveRecordings, fit: InnovationFit, price: float) -> DriveRe
         price: -2 log L that each slip has to gain.
     """
     bare, known = without_slips(data), len(data.slips)
-    for _ in range(ROUNDS):
-        slips, owner = _steps(bare, fit)
+    for number in range(ROUNDS + 1):
+        slips, owner = _steps(bare, fit) if number < ROUNDS else _begun(
+            bare, fit, data.slips, data.slip_owner)
         for _ in range(REFITS if len(slips) else 0):
             data = with_slips(bare, slips, owner)
             fit = fitted(data.whole, fit, REFITTED)
@@ -119,11 +123,12 @@ def _columns(data: DriveRecordings, fit: InnovationFit) -> tuple[JointlyFiltered
 def _steps(data: DriveRecordings, fit: InnovationFit) -> tuple[Array, Integers]:
     """Return the steps ([B, 2], owner [B]) of the zeros of recordings, the largest first."""
     rows, owner = [], []
+    torque = np.maximum(fit.torque, SOFT * data.torque)
     for number, part in enumerate(data.whole.parts):
         if len(part.recording.channels) < 2:
             continue
         drifting = part.drifting()
-        zero = drifting.drift(drifting.run(fit.model, fit.torque))
+        zero = drifting.drift(drifting.run(fit.model, torque))
         every = max(1, round(THINNED / part.recording.dt))
         known = np.flatnonzero(np.isfinite(zero))[::every]
         for k, size in _splits(zero[known], round(APART / (every * part.recording.dt))):
@@ -131,6 +136,23 @@ def _steps(data: DriveRecordings, fit: InnovationFit) -> tuple[Array, Integers]:
             owner.append(number)
     order = np.argsort([-abs(row[1]) for row in rows], kind='stable')
     return np.array(rows).reshape(-1, 2)[order], np.array(owner, int)[order]
+
+
+def _begun(data: DriveRecordings, fit: InnovationFit, slips: Array, owner: Integers
+           ) -> tuple[Array, Integers]:
+    """Return slips that begin where the readings cease to be as predicted, close to `slips`."""
+    # Counted on later, so that up to its begin each is as predicted.
+    late = with_slips(data, slips + (NEAR, 0.0), owner)
+    slips = slips.copy()
+    for number, run in enumerate(late.whole.run(fit.model, fit.torque).runs):
+        dt = data.recordings[number].dt
+        square = (run.residual ** 2).max(axis=1)
+        odds = run.read.any(axis=1) * (square * (1.0 - 1.0 / WILD) - np.log(WILD))
+        for k in np.flatnonzero(owner == number):
+            begin = max(0, round((slips[k, 0] - NEAR) / dt))
+            rows = odds[begin:round((slips[k, 0] + NEAR) / dt)]
+            slips[k, 0] = (begin + 1 + int(np.argmin(np.cumsum(rows)))) * dt
+    return slips, owner
 
 
 def _splits(x: Array, least: int) -> list[tuple[int, float]]:
