@@ -5,7 +5,8 @@
 Make the pictures of pages: python docs/make_pictures.py [PICTURE ..].
 
 Each is the page of a command of the documentation, drawn by a headless Chromium. Every page is
-checked at 390 and 1400 px, light and dark: nothing scrolls sideways, no text lies on another one.
+checked at 390 and 1400 px, light and dark, and on paper: nothing scrolls sideways, no text lies on
+another one.
 Exit code 1: a page fails.
 """
 from base64 import b64decode
@@ -53,6 +54,7 @@ from gearbox_monitor.watch.fold import begin, step  # noqa: E402
 BROWSERS = 'chromium', 'chromium-browser', 'google-chrome'
 SMOOTHED = next(s for s in SIGNALS if s.topic == 'transmission_state_smoothed')
 WIDTHS, SCHEMES = (390, 1400), ('light', 'dark')
+PAPER = 718  # px: the width of A4 between margins
 LIMIT = 250_000  # bytes of a picture
 # Lines of text that lie on another one, by the middle of their boxes; labels in plots as well.
 FAULTS = """(() => {
@@ -91,7 +93,7 @@ class Browser:
             sys.exit(f'no browser, expected one of {", ".join(BROWSERS)}')
         read, self._write = os.pipe()
         self._read, write = os.pipe()
-        self._profile = tempfile.TemporaryDirectory()
+        self._profile = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
         # The browser reads from descriptor 3 and writes to 4.
         words = [program, '--headless', '--no-sandbox', '--disable-gpu', '--hide-scrollbars',
                  '--remote-debugging-pipe', f'--user-data-dir={self._profile.name}']
@@ -135,10 +137,14 @@ class Browser:
                 return dict(answer['result'])
 
     def show(self, address: str, width: int, height: int, scheme: str, ready: str) -> None:
-        """Open `address` in a window of `width` x `height`, until the JavaScript `ready` holds."""
+        """
+        Open `address` in a window of `width` x `height`, until the JavaScript `ready` holds.
+
+        scheme: light, dark, or print: on paper.
+        """
         self._call('Emulation.setDeviceMetricsOverride', width=width, height=height,
                    deviceScaleFactor=1, mobile=False)
-        self._call('Emulation.setEmulatedMedia',
+        self._call('Emulation.setEmulatedMedia', media='print' if scheme == 'print' else 'screen',
                    features=[{'name': 'prefers-color-scheme', 'value': scheme}])
         self._call('Page.navigate', url=address)
         until = time.monotonic() + 60.0
@@ -317,7 +323,7 @@ def draw(browser: Browser, name: str, folder: Path) -> list[str]:
     """Draw the picture `name`; return the faults of its page."""
     picture, faults = PICTURES[name], []
     with picture.page(folder) as address:
-        for width, scheme in itertools.product(WIDTHS, SCHEMES):
+        for width, scheme in (*itertools.product(WIDTHS, SCHEMES), (PAPER, 'print')):
             browser.show(address, width, 900, scheme, picture.ready)
             faults += [f'{name}: {width} px, {scheme}: {fault}'
                        for fault in browser.value(FAULTS)]

@@ -204,7 +204,7 @@ def fleet_csv(gearboxes: Sequence[Gearbox]) -> str:
 def _shop(gearboxes: Sequence[Gearbox]) -> Section:
     """Return the table for the shop."""
     return Section('fleet/shop.html', {
-        'table': PageTable(SHOP, shop_rows(gearboxes), unbroken=True), 'file': CSV_NAME},
+        'table': PageTable(SHOP, shop_rows(gearboxes)), 'file': CSV_NAME},
         'For the shop')
 
 
