@@ -123,8 +123,8 @@ def _described(watch: Watch, block: Block) -> Watch:
         k = block.joints.index(joint.name)
         has = tuple(q for q in ('position', 'velocity', 'effort')
                     if np.isfinite(getattr(block, q)[:, k]).any())
-        if 'effort' in has and _dead(block.effort[:, k], bool(moved)):
-            has = has[:-1]
+        if (moved or joint.name in watch.locked) and _constant(block, joint.name):
+            has = tuple(q for q in has if q != 'effort')
         seen = np.isfinite(block.position[:, k])
         stamps = block.stamps[seen]
         rate = SECOND / float(np.median(np.diff(stamps))) if len(stamps) > 2 else 0.0
@@ -141,10 +141,11 @@ def _described(watch: Watch, block: Block) -> Watch:
         sorted({*watch.others, *(n for n in block.joints if n not in names)})))
 
 
-def _dead(effort: Array, moves: bool) -> bool:
-    """Return whether an `effort` is none: always 0, or the same while its joint moves."""
-    value = effort[np.isfinite(effort)]
-    return bool(np.all(value == 0.0) or (moves and np.all(value == value[0])))
+def _constant(block: Block, joint: str) -> bool:
+    """Return whether the effort of a joint in a block is one value, as of a dead sensor."""
+    effort = block.effort[:, block.joints.index(joint)] if joint in block.joints else np.empty(0)
+    effort = effort[np.isfinite(effort)]
+    return len(effort) > 0 and bool(np.all(effort == effort[0]))
 
 
 def _whole(joint: JointWatch) -> bool:
@@ -175,8 +176,11 @@ def _moves(block: Block, names: Sequence[str]) -> Flags:
 
 def _settled(watch: Watch) -> tuple[Watch, tuple[WatchEvent, ...]]:
     """Return the watch that knows which joints have an effort, and how they are read."""
+    names = [j.name for j in watch.joints]
+    dead = {name for block in watch.kept for name, moved in zip(names, _moved(block, names))
+            if moved and _constant(block, name)}
     locked = {j.name: _usual(watch.kept, j.name) for j in watch.joints
-              if not _whole(j)}
+              if not _whole(j) or j.name in dead}
     if len(locked) == len(watch.joints):
         return replace(watch, kept=watch.kept[1:], notes=(
             'no joint of the description has both position and effort',)), ()
