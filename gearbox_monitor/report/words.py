@@ -251,6 +251,8 @@ def next_steps(data: Mapping[str, Any], files: UserFiles, axis: str = 'rotary') 
     advice = _separating_motions(ids, data.get('confusable') or (), axis)
     if SLIP.id in ids:
         advice.append('check clutch, hub and couplings')
+    if ids == {SLIP.id}:
+        return advice
     if DISTURBANCE.id in ids:
         return [*advice, 'look for contacts at these times, and record again without them']
     if any(name in EFFECTS and EFFECTS[name].lattice for name in ids):

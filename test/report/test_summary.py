@@ -20,6 +20,7 @@ WEIGHT = Finding('gravity', 'arm_side', {'G': 1.5, 'phi': 0.3}, {'G': 0.01, 'phi
 OFFSET = Finding('torque_offset', 'actuator', {'u0': 0.1}, {'u0': 0.01}, 90.0)
 RIPPLE = Finding('cogging', 'motor_side', {'A': 0.21, 'N': 6.0, 'phi': 1.0},
                  {'A': None, 'N': 0.0, 'phi': 0.1}, 90.0)
+SLIPS = Finding('slip', 'transmission', {'Ds': -0.15, 't0': 12.2}, {'Ds': 2e-4, 't0': None}, 9e3)
 REST = Remainder('motor_side', 'motor', 0.01, 'speed of the motor')
 
 
@@ -52,6 +53,9 @@ ANSWERS = [
     (data_of('effect', Finding('disturbance', 'arm_side', {
         't0': 3.0, 'duration': 0.1, 'amplitude': 2.0}, {}, 9.0), bursts=[1, 2]),
      '2 bursts of torque on the arm, the largest 2.00 N m at 3.00 s. This explains the whole '
+     'difference.'),
+    (data_of('effect', SLIPS, slips=[1, 2]),
+     'Motor and arm slip 2 times, most by 0.1500 ± 0.0002 rad at 12.2 s. This explains the whole '
      'difference.'),
     (data_of('unknown', remainder=REST),
      'The recording differs from the model by 8.31 times the noise, and no known effect explains '
@@ -122,6 +126,7 @@ def test_next_steps_have_the_names_and_options_of_the_user():
             '--validate BAG2') in steps
     assert ('fit model run1 run2 --model out/drive.closed.yaml --topic left --out fitted.yaml'
             ) in steps
+    assert next_steps(data_of('effect', SLIPS), files) == ['check clutch, hub and couplings']
     robot = UserFiles('arm.urdf', ('run1',), '', 'out/drive.closed.yaml', robot='arm.urdf',
                       joint='--joint elbow', values='my values.yaml')
     steps = ' | '.join(next_steps(data_of('effect', HEAVY), robot))
