@@ -269,7 +269,7 @@ def checked_log(raw: RawLog, joints: Sequence[str]) -> RobotLog:
         keep[i] = t[i] - latest[i - 1] >= SETTINGS.coincident * period
     dropped = int(np.sum(~keep))
     if dropped:
-        notes.append(say('stamped_before', count=dropped))
+        notes.append(say('stamped_before', count=dropped, samples=len(t)))
     t, values = t[keep], values[keep]
     gaps = np.flatnonzero(np.diff(t) > max(SETTINGS.gap * period, SETTINGS.gap_seconds)) + 1
     ends = np.union1d(gaps, np.searchsorted(t, raw.slips))

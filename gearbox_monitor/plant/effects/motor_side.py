@@ -49,7 +49,7 @@ def friction_side(x3: float, base: MotorFriction) -> float:
 MOTOR_VISCOUS = Effect(
     'motor_viscous', 'motor_side', 'Cv differs from the model file', (_CV,),
     noun='viscous friction',
-    shows='The torque that the model lacks is proportional to the speed: fast moves are too fast '
+    shows='The unexplained torque is proportional to the speed: fast moves are too fast '
           'or too slow, slow ones fit.',
     meaning='viscous friction of the motor differs from the model',
     replaces='viscous_friction', counterpart='arm_viscous',
@@ -65,7 +65,7 @@ MOTOR_VISCOUS = Effect(
 MOTOR_COULOMB = Effect(
     'motor_coulomb', 'motor_side', 'Cc differs from the model file', (_CC,),
     noun='Coulomb friction',
-    shows='The torque that the model lacks has one size at all speeds and changes sign with the '
+    shows='The unexplained torque has one size at all speeds and changes sign with the '
           'direction; the difference is largest right after a reversal.',
     meaning='Coulomb friction of the motor differs from the model',
     replaces='coulomb_friction', counterpart='arm_coulomb',
