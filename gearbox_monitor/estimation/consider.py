@@ -170,25 +170,26 @@ def accompany(layout: Layout, companions: Companions, z: Array, reading: Reading
 
 
 @inline
-def variance_of(n: int, record: Array, at: int, i: int) -> float:
+def variance_of(n: int, record: Array, place: tuple[int, int], i: int) -> float:
     """
     Return what the model's errors add to the variance of a state.
 
     Args:
         n: number of states.
         record: of the step.
-        at: place of its sensitivities (filtered or smoothed).
+        place: number of its sensitivities (filtered or smoothed), and where they begin.
         i: number of the state.
 
     """
-    total = 0.0
-    for c in range(sensitivities(n, record.shape[0])[0]):
+    (count, at), total = place, 0.0
+    for c in range(count):
         total += record[at + c * n + i] * record[at + c * n + i]
     return total
 
 
 @inline
-def variances_of(layout: Layout, z: Array, record: Array, at: int, p: Array) -> Triple:
+def variances_of(layout: Layout, z: Array, record: Array, place: tuple[int, int],
+                 p: Array) -> Triple:
     """
     Return what the model's errors add to the variances of twist, twist rate and tau_K.
 
@@ -196,12 +197,11 @@ def variances_of(layout: Layout, z: Array, record: Array, at: int, p: Array) -> 
         layout: of the n states.
         z: state [n].
         record: of the step.
-        at: place of its sensitivities (filtered or smoothed).
+        place: as of variance_of.
         p: process_model.pack.
 
     """
-    n, curve = layout.n, layout.curve
-    count, _, _, _ = sensitivities(n, record.shape[0])
+    n, curve, (count, at) = layout.n, layout.curve, place
     late = p[ENCODER_DELAY_STD] * z[X4]
     of_twist, of_rate, of_torque = late * late, 0.0, 0.0
     slopes = torque_slopes(layout, z, p)

@@ -152,7 +152,7 @@ def sensitivities(n: int, length: int) -> tuple[int, int, int, int]:
 
     """
     begin = 4 * n + 3 * n * n + 8
-    size = (length - begin - 1) // 3
+    size = max(length - begin - 1, 0) // 3
     return size // n, begin, begin + size, begin + 2 * size
 
 

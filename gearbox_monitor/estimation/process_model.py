@@ -17,7 +17,7 @@ import numpy as np
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.filter_kind import filter_kind
 from gearbox_monitor.kernels.elementary import fma
-from gearbox_monitor.kernels.kernel import apart, entry, inline, kernel
+from gearbox_monitor.kernels.kernel import entry, inline, kernel
 from gearbox_monitor.kernels.types import (
     Array, Curve, Four, Layout, Matrix, Packed, Pair, Slopes, Triple, Vector)
 from gearbox_monitor.parameters import CURVES, EstimatorParameters, LEARNED, RANDOM_WALK
@@ -1079,7 +1079,7 @@ def _columns_of_curve(layout: Layout, z: Array, phi: Array, memory: float, law: 
 
 
 @entry
-@apart
+@inline
 def propagate(layout: Layout, z: Vector, phi: Vector, torques: Pair, dt: float, n_substeps: int,
               p: Vector) -> None:
     """

@@ -124,8 +124,8 @@ def smooth(layout: Layout, ring: Matrix, span: Span, p: Vector, z: Vector, matri
 @kernel
 def _write(layout: Layout, z: Array, P: Array, p: Array, record: Array, row: Array) -> None:
     n = layout.n
-    _, _, _, at_smoothed = sensitivities(n, record.shape[0])
-    of_twist, of_rate, of_torque = variances_of(layout, z, record, at_smoothed, p)
+    count, _, _, at_smoothed = sensitivities(n, record.shape[0])
+    of_twist, of_rate, of_torque = variances_of(layout, z, record, (count, at_smoothed), p)
     row[S_TWIST] = z[X1] - z[X2]
     row[S_TWIST_RATE] = z[X3] - z[X4]
     row[S_TAU_K], variance = torque_of(layout, z, P, p)

@@ -534,12 +534,13 @@ def noise_share(clock: Array) -> float:
 def _write_estimate(layout: Layout, belief: Belief, record: Array, reading: Reading, p: Array,
                     share: float, row: Array) -> None:
     n, z, P = layout.n, belief.z, belief.P
-    _, _, at_s, _ = sensitivities(n, record.shape[0])
+    count, _, at_s, _ = sensitivities(n, record.shape[0])
+    off = count, at_s
     row[:E_STD + 7] = math.nan
     for i in range(4):
         row[i] = z[i]
-        row[E_STD + i] = math.sqrt(P[i * n + i] + variance_of(n, record, at_s, i))
-    of_twist, of_rate, of_torque = variances_of(layout, z, record, at_s, p)
+        row[E_STD + i] = math.sqrt(P[i * n + i] + variance_of(n, record, off, i))
+    of_twist, of_rate, of_torque = variances_of(layout, z, record, off, p)
     row[E_TAU_K], variance = torque_of(layout, z, P, p)
     row[E_TAU_K_NOISE_STD] = math.sqrt(variance)
     row[E_MOTOR_SIDE_NOISE_STD] = math.sqrt(
@@ -556,11 +557,11 @@ def _write_estimate(layout: Layout, belief: Belief, record: Array, reading: Read
     if p[LOAD_AT] > 0.0:
         i = int(p[LOAD_AT])
         row[E_TAU_ARM] = z[i] + reading.load
-        row[E_STD + E_TAU_ARM] = math.sqrt(P[i * n + i] + variance_of(n, record, at_s, i))
+        row[E_STD + E_TAU_ARM] = math.sqrt(P[i * n + i] + variance_of(n, record, off, i))
     if p[FRICTION_AT] > 0.0:
         i = int(p[FRICTION_AT])
         row[E_TAU_E] = z[i]
-        row[E_STD + E_TAU_E] = math.sqrt(P[i * n + i] + variance_of(n, record, at_s, i))
+        row[E_STD + E_TAU_E] = math.sqrt(P[i * n + i] + variance_of(n, record, off, i))
     row[E_TWIST] = z[X1] - z[X2]
     row[E_TWIST_RATE] = z[X3] - z[X4]
     row[E_TWIST_STD] = math.sqrt(

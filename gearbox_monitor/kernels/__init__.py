@@ -28,5 +28,5 @@ Public names, by module:
     translate.values: Array, constant, ELEMENTS, real, stored, Tuple, type_of, Value, View
     types: AnyArray, Array, Block, Bytes, column, Cube, Curve, FlagMatrix, Flags, Four,
         IntegerMatrix, Integers, Layout, Matrix, Numbers, Packed, Pair, Slopes, table, Triple,
-        Values, Vector, WordMatrix, Words
+        unrolled, Values, Vector, WordMatrix, Words
 """

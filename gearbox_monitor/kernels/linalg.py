@@ -11,7 +11,7 @@ from typing import TypeAlias
 
 from gearbox_monitor.kernels.elementary import fma
 from gearbox_monitor.kernels.kernel import apart, inline, kernel
-from gearbox_monitor.kernels.types import Array, Layout
+from gearbox_monitor.kernels.types import Array, Layout, unrolled
 
 # A row of a matrix in variables: the compiler cannot know that what is written to is none of the
 # matrices that are read. Kernels know LEAST to MOST states; behind the n of them are zeros.
@@ -65,14 +65,14 @@ def carry(layout: Layout, phi: Array, P: Array, half: Array, cross: Array,
         _carry_curve(layout.curve, n, phi, P, half, cross, out)
         return
     full = layout.loaded or layout.curve >= 0
-    for i in range(n):
+    for i in unrolled(n):
         row = ZEROS
-        for k in range(n):
+        for k in unrolled(n):
             if full or k != 1 or i == 1:
                 row = _fused(n, phi[i * n + k], P, k * n, row)
         _put(n, row, cross, i * n)
         row = _weighted(n, phi, i * n, half, row)
-        for j in range(n):
+        for j in unrolled(n):
             _mirrored(out, n, i, j, _product(n, row, phi, j * n, full or j == 1))
 
 

@@ -59,6 +59,11 @@ class Layout(NamedTuple):
     law: bool
 
 
+def unrolled(n: int) -> range:
+    """Return range(n); C writes the turns of such a loop out where `n` is a small constant."""
+    return range(n)
+
+
 def column(value: Any, name: str, what: str, length: int | None = None) -> Array:
     """
     Return `value` as a float64 array [N].

@@ -19,7 +19,7 @@ from gearbox_monitor.estimation.process_model import (
 from gearbox_monitor.kernels.elementary import fma
 from gearbox_monitor.kernels.kernel import apart, folded, inline
 from gearbox_monitor.kernels.linalg import carry
-from gearbox_monitor.kernels.types import Array, Four, Layout, Pair, Triple, Vector
+from gearbox_monitor.kernels.types import Array, Four, Layout, Pair, Triple, unrolled, Vector
 from gearbox_monitor.parameters import CURVES, RANDOM_WALK
 from gearbox_monitor.plant.drive import ALPHA, ARM_ALPHA, substeps
 
@@ -65,7 +65,7 @@ def predict(layout: Layout, belief: Belief, reading: Reading, p: Array, scratch:
     at_z, at_P, at_cross, _, _, _, _, _, _ = places(n)
     phi = scratch.matrices[0]
     cross, P_pred = record[at_cross:at_cross + n * n], record[at_P:at_P + n * n]
-    for i in range(n):  # the first half
+    for i in unrolled(n):  # the first half
         record[at_z + i] = 0.5 * dt * noise(z, p, i)
     counted = substeps(dt, p[EIGENVALUE])
     motor, arm = p[ALPHA], p[ARM_ALPHA]
@@ -80,7 +80,7 @@ def predict(layout: Layout, belief: Belief, reading: Reading, p: Array, scratch:
     if p[STATISTICAL] > 0.0:
         p[ALPHA], p[ARM_ALPHA] = motor, arm
     carry(layout, phi, P, record[at_z:at_z + n], cross, P_pred)
-    for i in range(n):
+    for i in unrolled(n):
         P_pred[i * n + i] += 0.5 * dt * noise(z, p, i)
         record[at_z + i] = z[i]
 
@@ -135,18 +135,19 @@ def update(layout: Layout, belief: Belief, y1: float, y2: float, p: Array,
     record[at_scores] = nis
     record[at_scores + 1] = -0.5 * (nis + math.log(determinant) + dof * LOG_TWO_PI)
     record[at_scores + 2] = dof
-    for i in range(n):
+    for i in unrolled(n):
         c1, c2 = prior[i * n], prior[i * n + 1]
         k1, k2 = c1 * i11 + c2 * i12, c1 * i12 + c2 * i22
         record[at_K + 2 * i], record[at_K + 2 * i + 1] = k1, k2
         z[i] += k1 * e1 + k2 * e2
         record[at_z + i] = z[i]
         row = joseph(i, (k1, k2), (c1, c2), (prior[0], prior[1], prior[n + 1]), (r1, r2))
-        for j in range(i + 1):
-            value = joseph_element(i, prior[i * n + j], row, (prior[j], prior[n + j]),
-                                   (record[at_K + 2 * j], record[at_K + 2 * j + 1]))
-            P[i * n + j], P[j * n + i] = value, value
-            record[at_P + i * n + j], record[at_P + j * n + i] = value, value
+        for j in unrolled(n):
+            if j <= i:
+                value = joseph_element(i, prior[i * n + j], row, (prior[j], prior[n + j]),
+                                       (record[at_K + 2 * j], record[at_K + 2 * j + 1]))
+                P[i * n + j], P[j * n + i] = value, value
+                record[at_P + i * n + j], record[at_P + j * n + i] = value, value
     return True
 
 
@@ -209,7 +210,7 @@ def joseph_element(i: int, prior: float, row: Four, column_j: Pair, gain: Pair) 
 def healthy(layout: Layout, belief: Belief) -> bool:
     """Return True if z of the `belief` in `states` is finite and P has a positive diagonal."""
     n, z, P = layout.n, belief.z, belief.P
-    for i in range(n):
+    for i in unrolled(n):
         if not (math.isfinite(z[i]) and P[i * n + i] > 0.0 and math.isfinite(P[i * n + i])):
             return False
     return True

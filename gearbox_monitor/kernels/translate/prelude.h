@@ -7,6 +7,9 @@
 #define GM_STATIC static
 #else
 #include <math.h>
+#if defined(__GNUC__) && !defined(__clang__)
+#define GM_UNROLLED _Pragma("GCC unroll 8")
+#endif
 #if defined(__GNUC__)
 #define GM_INLINE static inline __attribute__((always_inline, unused))
 #define GM_APART static __attribute__((noinline, unused))
@@ -39,6 +42,9 @@
 #define gm_hypot hypot
 #define gm_pow pow
 #define gm_copysign copysign
+#endif
+#ifndef GM_UNROLLED
+#define GM_UNROLLED
 #endif
 typedef union { int64_t i; double d; void *p; } gm_slot;
 /* An index as Python counts it, and a bound of a slice. */

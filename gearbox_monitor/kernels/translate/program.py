@@ -117,12 +117,18 @@ class Program:
 
     # ------------------------------------------------------------------ functions
 
-    def instance(self, function: FunctionType, types: tuple[Type, ...]) -> Function:
-        """Return `function` translated for arguments of the `types`."""
-        key = id(function), types
+    def instance(self, function: FunctionType, types: tuple[Type, ...],
+                 complete: bool = False) -> Function:
+        """
+        Return `function` translated for arguments of the `types`.
+
+        One that has usual first arguments chooses among its instances; `complete`: one of these.
+        """
+        key = id(function), types, complete
         if key not in self._instances:
             self._kept.append(function)
             made = self._instances[key] = Function(self, function, types)
+            made.complete = complete
             self._open.append(key)
             made.translate()
             self._open.pop()

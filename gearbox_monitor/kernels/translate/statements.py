@@ -9,8 +9,10 @@ from gearbox_monitor.kernels.translate.expressions import Expressions
 from gearbox_monitor.kernels.translate.values import (
     constant, join, Known, Number, Object, OPEN, Record, Scalar, stored, Tuple, Type, type_of,
     Value, words)
+from gearbox_monitor.kernels.types import unrolled
 
 MOST_PASSES = 30
+MOST_TURNS = 6  # of a loop that is written out
 KEYWORDS = {'inline': 'GM_INLINE', 'apart': 'GM_APART'}
 
 
@@ -18,6 +20,7 @@ class Function(Expressions):
     """Translate a function for one combination of argument types: text, result."""
 
     text = ''
+    complete = False  # whether it has a body of its own where its first argument is a usual one
 
     def translate(self) -> None:
         """Translate until no variable widens any more. Raises Refused."""
@@ -44,8 +47,8 @@ class Function(Expressions):
             kind = self.declare(name, kind, self.node)
             if stored(kind):
                 parameters.append(f'{self.program.c_type(kind)} {name}_')
-        self._leave_usual(names)
-        ended = self._block(self.node.body) if isinstance(
+        chooses = self._leave_usual(names)
+        ended = chooses or self._block(self.node.body) if isinstance(
             self.node.body, list) else self.s_Return(ast.Return(self.node.body))
         if not ended:
             self._give(Object(None), self.node)
@@ -53,7 +56,8 @@ class Function(Expressions):
         result = self.program.c_type(given) if stored(given) else 'void'
         variables = [f'    {self.program.c_type(kind)} {name}_;' for name, kind in
                      self.variables.items() if name not in names and stored(kind)]
-        keyword = KEYWORDS.get(getattr(self.function, 'placed', 'inline'), 'GM_STATIC')
+        keyword = KEYWORDS.get('inline' if chooses else getattr(
+            self.function, 'placed', 'inline'), 'GM_STATIC')
         code = self.function.__code__
         file = code.co_filename.rpartition('gearbox_monitor/')[2]
         self.text = '\n'.join([
@@ -61,22 +65,29 @@ class Function(Expressions):
             f'{keyword} {result} {self.name}({", ".join(parameters) or "void"})', '{',
             *variables, *self.lines, '}'])
 
-    def _leave_usual(self, names: list[str]) -> None:
-        """Leave what has a usual first argument to an instance with that folded in."""
+    def _leave_usual(self, names: list[str]) -> bool:
+        """Leave all to instances, a usual first argument folded in; return whether it has any."""
         usual = getattr(self.function, 'usual', ())
-        for first in usual if usual and isinstance(self.types[0], Record) else ():
-            made = self.program.instance(self.function, (Known(first), *self.types[1:]))
+        if self.complete or not usual or not isinstance(self.types[0], Record):
+            return False
+        for first in usual:
             given = self.items(self.program.value(self.types[0], f'{names[0]}_'))
             self.emit('if ({}) {{'.format(' && '.join(
                 f'{self.number(item).c} == {self.number(constant(value)).c}'
                 for item, value in zip(given, first))))
-            call = '{}({})'.format(made.name, ', '.join(
-                f'{name}_' for name, kind in zip(names[1:], self.types[1:]) if stored(kind)))
-            result = made.result or Known(None)
-            if not stored(result):
-                self.emit(f'{call};')
-            self._give(self.program.value(result, call), self.node)
+            self._leave_to(names, (Known(first), *self.types[1:]))
             self.emit('}')
+        self._leave_to(names, self.types)
+        return True
+
+    def _leave_to(self, names: list[str], types: tuple[Type, ...]) -> None:
+        made = self.program.instance(self.function, types, True)
+        call = '{}({})'.format(made.name, ', '.join(
+            f'{name}_' for name, kind in zip(names, types) if stored(kind)))
+        result = made.result or Known(None)
+        if not stored(result):
+            self.emit(f'{call};')
+        self._give(self.program.value(result, call), self.node)
 
     def _block(self, body: list[Any]) -> bool:
         """Translate statements; return whether what follows them is never reached."""
@@ -237,8 +248,9 @@ class Function(Expressions):
         over = node.iter
         called = self.e(over.func) if isinstance(over, ast.Call) and isinstance(
             over.func, ast.Name) else None
-        if isinstance(called, Object) and called.value is range:
-            self._range(node, [self.number(self.settled(v)) for v in self.several(over.args)])
+        if isinstance(called, Object) and called.value in (range, unrolled):
+            self._range(node, [self.number(self.settled(v)) for v in self.several(over.args)],
+                        called.value is unrolled)
             return False
         if isinstance(called, Object) and called.value is enumerate and len(over.args) == 1:
             items: list[Value] = [Tuple([constant(i), item]) for i, item in enumerate(
@@ -251,7 +263,7 @@ class Function(Expressions):
         self._unrolled(node, [self.settled(item) for item in items])
         return False
 
-    def _range(self, node: Any, bounds: list[Scalar]) -> None:
+    def _range(self, node: Any, bounds: list[Scalar], written_out: bool) -> None:
         begin, step = bounds[0] if len(bounds) > 1 else self.number(constant(0)), 1
         if len(bounds) == 3:
             step = bounds[2].constant
@@ -265,6 +277,8 @@ class Function(Expressions):
         test = f'{k} {"<" if up else ">"} {last}'
         if step is OPEN and not up:
             test, natural = f'{by} > 0 ? {k} < {last} : {k} > {last}', False
+        if written_out and end.constant is not OPEN and end.constant <= MOST_TURNS:
+            self.emit('GM_UNROLLED')
         self.emit(f'for (int64_t {k} = {self.cast(begin, "i")}; {test}; {k} += {by}) {{')
         if name != '_':
             self.declare(name, Number('i', natural), node)
