@@ -7,6 +7,7 @@ from pathlib import Path
 import re
 import shutil
 import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -238,6 +239,25 @@ def test_no_symbol_of_libm_or_heap(tmp_path, name):
                               capture_output=True, text=True)
         assert set(done.stdout.split()) - {'U', '_GLOBAL_OFFSET_TABLE_'} <= {
             'memcpy', 'memmove', 'memset', '__stack_chk_fail'}
+
+
+@pytest.mark.parametrize('processor, real, most', [
+    ('cortex_m4+vfp4d16sp', ['-DGM_FLOAT'], 17_500), ('cortex_m7+fp_armv8d16', [], 18_500)])
+def test_code_for_a_microcontroller_is_small_and_needs_no_library(tmp_path, processor, real, most):
+    """For the default drive, trust flags and backlash window included."""
+    pytest.importorskip('ziglang')
+    text = firmware(DriveModel(), OUT, 'drive.h')
+    (tmp_path / 'drive.c').write_text(text.source)
+    (tmp_path / 'drive.h').write_text(text.header)
+    subprocess.run([sys.executable, '-m', 'ziglang', 'cc', '-target', 'thumb-freestanding-eabihf',
+                    f'-mcpu={processor}', '-std=c99', '-Os', '-ffp-contract=off', *real, '-c',
+                    'drive.c', '-o', 'drive.o'], cwd=tmp_path, check=True)
+    sizes, symbols = (subprocess.run([*command, 'drive.o'], cwd=tmp_path, check=True, text=True,
+                                     capture_output=True).stdout
+                      for command in (['size'], ['nm', '-u']))
+    assert int(sizes.split()[6]) < most
+    allowed = '__aeabi_(unwind_cpp_pr[01]|u?l2[fd]|[fd]2u?lz|u?ldivmod)|mem(cpy|move|set)'
+    assert all(re.fullmatch(allowed, name) for name in set(symbols.split()) - {'U'})
 
 
 @needs_gcc

@@ -91,7 +91,10 @@ static inline double gm_upper(double a)
  * Melquiond 2008). Numbers are those of drives: no part of them under- or overflows. */
 static double gm_fma_double(double a, double b, double c)
 {
-#if defined(GM_FMA_DOUBLE)
+#if defined(GM_FMA_DOUBLE) && defined(__arm__) /* clang calls a library for the builtin */
+    __asm__("vfma.f64 %P0, %P1, %P2" : "+w"(c) : "w"(a), "w"(b));
+    return c;
+#elif defined(GM_FMA_DOUBLE)
     return GM_BUILTIN(fma)(a, b, c);
 #else
     const double product = a * b, a1 = gm_upper(a), b1 = gm_upper(b), a2 = a - a1, b2 = b - b1;
@@ -122,7 +125,10 @@ static inline float gm_sqrt(float x)
 }
 static inline float gm_fma(float a, float b, float c)
 {
-#if defined(GM_FMA_DOUBLE) || defined(__ARM_FEATURE_FMA)
+#if defined(__ARM_FEATURE_FMA) && defined(__arm__)
+    __asm__("vfma.f32 %0, %1, %2" : "+t"(c) : "t"(a), "t"(b));
+    return c;
+#elif defined(GM_FMA_DOUBLE) || defined(__ARM_FEATURE_FMA)
     return GM_BUILTIN(fmaf)(a, b, c);
 #else
     return a * b + c;
