@@ -35,7 +35,7 @@ BENCHMARKS = {
     'naming': ('naming', 'what changed between two recordings, named as after an alert'),
     'real_gap': ('real_gap', 'diagnosis of pairs of real logs whose truth stays sealed'),
     'actuators': ('actuators', 'an entry of the catalogue of actuators from public recordings'),
-    'startup': ('startup', 'CPU time of first commands, kernels compiled and from the cache'),
+    'startup': ('startup', 'CPU time of first commands'),
     'robot_cost': ('robot_cost', 'CPU time and memory of the diagnosis of whole robots'),
     'ranges': ('ranges', 'how often new simulated drives lie in the ranges of others'),
     'closed_loop': ('closed_loop', 'a controller tuned in a corrected simulator, in the true one'),

@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Start-up: CPU time of the first commands that a user types, kernels compiled and from the cache.
+Start-up: CPU time of the first commands that a user types.
 
-`example`, `replay` and `diagnose` run one after the other, each in a process of its own, first
-with an empty cache of kernels, then again with what that has left.
+They run one after the other, each in a process of its own, as after an installation.
 
 usage examples:
   python -m benchmarks startup
@@ -21,7 +20,10 @@ import numpy as np
 
 from benchmarks.harness import add_json_option, write_json
 
-TOUR = ('example {bag}', 'replay {bag}', 'diagnose {bag} --model {bag}.drive.yaml')
+TOUR = {
+    'example': 'example {bag}', 'replay': 'replay {bag}',
+    'fit noise': 'fit noise {bag} --model {bag}.drive.yaml --out {bag}.noise.yaml',
+    'diagnose': 'diagnose {bag} --model {bag}.drive.yaml'}
 CODES = {
     'import scipy.optimize': 'import scipy.optimize',
     'first step': """
@@ -55,27 +57,22 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> int:
     """Run the benchmark with the options `args`; returns the exit code."""
     seconds = tour()
-    print('CPU s         first   again')
-    for command, (first, again) in seconds.items():
-        print(f'{command:12s}{first:7.1f} {again:7.1f}')
-    print(f'{"all":12s}{sum(s[0] for s in seconds.values()):7.1f} '
-          f'{sum(s[1] for s in seconds.values()):7.1f}')
+    for command, value in {**seconds, 'all': sum(seconds.values())}.items():
+        print(f'{command:12s}{value:7.2f} CPU s')
     write_json(seconds, args.json)
     return 0
 
 
-def tour() -> dict[str, list[float]]:
-    """Return the CPU times (s) of each command of TOUR: [with an empty cache, with its result]."""
-    seconds: dict[str, list[float]] = {line.split()[0]: [] for line in TOUR}
+def tour() -> dict[str, float]:
+    """Return the CPU time (s) of each command of TOUR."""
+    seconds = {}
     with TemporaryDirectory() as folder:
-        environment = {**os.environ, 'NUMBA_CACHE_DIR': folder}
-        for bag in ('first', 'again'):
-            for line in TOUR:
-                words = line.format(bag=Path(folder, bag)).split()
-                begin = _of_children()
-                subprocess.run([sys.executable, '-m', 'gearbox_monitor', *words], check=True,
-                               env=environment, capture_output=True)
-                seconds[words[0]].append(_of_children() - begin)
+        for name, line in TOUR.items():
+            words = line.format(bag=Path(folder, 'bag')).split()
+            begin = _of_children()
+            subprocess.run([sys.executable, '-m', 'gearbox_monitor', *words], check=True,
+                           capture_output=True)
+            seconds[name] = _of_children() - begin
     return seconds
 
 

@@ -55,10 +55,15 @@ def stepper(model: DriveModel, parameters: Values, u: Array, y: Array,
     kind, states = filter_kind(complete.filter), layout_of(p, n)
     loop = bound(_loop, complete.filter, filter_step=kind.step)
 
+    belief, scratch, state = loop_arrays(kind, n, 1, model)
+    start(states, belief, y[0, 0], y[0, 1], p, state.ring[0])
+    carried = *belief, state.ring[0], p
+    begun = [array.copy() for array in carried]
+
     def run() -> int:
-        belief, scratch, state = loop_arrays(kind, n, 1, model)
-        start(states, belief, y[0, 0], y[0, 1], p, state.ring[0])
-        return loop(states, belief, u, y, dt, p.copy(), scratch, state.ring[0])
+        for array, first in zip(carried, begun):
+            array[:] = first
+        return loop(states, belief, u, y, dt, p, scratch, state.ring[0])
     return run
 
 
