@@ -40,9 +40,10 @@ from gearbox_monitor.cli.inputs import (
     reading_of_robot, robot_of, robot_options, written_options)
 from gearbox_monitor.cli.options import (
     entries, expect_new_files, ids_in, refuse, show, wrapped, write_files)
+from gearbox_monitor.diagnosis.hypothesis import NONE, UNDECIDED
 from gearbox_monitor.diagnosis.joint import closed_model
 from gearbox_monitor.diagnosis.joint.diagnose import chosen_ids
-from gearbox_monitor.diagnosis.joint.verdict import NONE, UNDECIDED, Verdict
+from gearbox_monitor.diagnosis.joint.verdict import Verdict
 from gearbox_monitor.errors import expect_whole, InputError, unknown
 from gearbox_monitor.files.opening import dump, plain
 from gearbox_monitor.files.yaml_files import expect_new_file, model_text

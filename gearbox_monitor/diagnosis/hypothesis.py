@@ -15,6 +15,9 @@ import math
 from typing import Any, Protocol, Self
 
 LAW, FUNCTION, TRAIN = 'law', 'function', 'train'
+# Kinds of verdicts.
+NONE, EFFECT, INCOMPLETE, UNKNOWN = 'none', 'effect', 'incomplete', 'unknown'
+UNDECIDED = 'undecided'  # nothing was found, and the motion would not have shown it
 
 
 @dataclass(frozen=True)

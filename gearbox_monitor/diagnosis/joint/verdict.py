@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import scipy
 
+from gearbox_monitor.diagnosis.hypothesis import EFFECT, INCOMPLETE, NONE, UNDECIDED, UNKNOWN
 from gearbox_monitor.diagnosis.question import of_rival
 from gearbox_monitor.diagnosis.joint import closed_model, localisation
 from gearbox_monitor.diagnosis.joint.candidates import (
@@ -31,8 +32,6 @@ from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.presentation import Drawn, Paged, Said, said
 from gearbox_monitor.signals.uniform import UniformRecording
 
-NONE, EFFECT, INCOMPLETE, UNKNOWN = 'none', 'effect', 'incomplete', 'unknown'
-UNDECIDED = 'undecided'  # nothing was found, and the motion would not have shown it
 KINDS = (NONE, EFFECT, INCOMPLETE, UNKNOWN, UNDECIDED)
 
 

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.joint.verdict import Finding, kind_of, Remainder, UNDECIDED
+from gearbox_monitor.diagnosis.hypothesis import UNDECIDED
+from gearbox_monitor.diagnosis.joint.verdict import Finding, kind_of, Remainder
 from gearbox_monitor.diagnosis.question import of_rival, Question
 from gearbox_monitor.diagnosis.robot.candidates import (
     Candidate, free_functions, library, visible_in)
