@@ -290,8 +290,8 @@ NOTES = {
     'own_messages': Sentence('{names}: messages of their own, interpolated to the stamps of '
                              '{place}'),
     'not_whole': Sentence('{count} of {samples} samples without all joints are left out'),
-    'stamped_before': Sentence('left out for a stamp at or before another one: {count} of '
-                               '{samples} samples'),
+    'stamped_before': Sentence('{count} of {samples} samples with a stamp at or before another '
+                               'one are left out'),
     'after_stamp_gaps': Sentence('{gaps} gaps in the stamps: {used} of {samples} samples are '
                                  'used'),
     'after_slips': Sentence('{slips} slips of positions: {used} of {samples} samples are used'),

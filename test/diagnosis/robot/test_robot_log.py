@@ -59,7 +59,7 @@ def test_stamps_on_top_of_each_other_are_left_out():
     t[1::2] += 1e-9
     log = checked_log(raw(t), JOINTS)
     assert np.diff(log.sections[0].t).min() > 0.009
-    assert any('1000 samples' in note for note in log.notes)
+    assert any('1000 of 2000 samples' in note for note in log.notes)
 
 
 def expect_one_clock(kind):
