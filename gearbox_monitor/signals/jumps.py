@@ -153,8 +153,10 @@ def turns(q: Array, t: Array | Integers) -> tuple[float, Integers]:
         at = np.flatnonzero(np.abs(np.abs(step) - period) < LIMITS.near * period)
         if len(at) and np.abs(step[at]).min() > usual and np.ptp(x) < 1.05 * period:
             return period, own[at + 1]
-    at = np.searchsorted(own, jumps(q, t)) - 1
-    if len(at) < LIMITS.alike or at[0] < 1 or at[-1] > len(step) - 2:
+    rows = jumps(q, t)
+    at = np.searchsorted(own, rows) - 1
+    if len(at) < LIMITS.alike or at[0] < 1 or at[-1] > len(step) - 2 or (
+            2 * np.isin(rows, _away(q, rows)).sum() >= len(rows)):  # outliers of one size
         return 0.0, own[:0]
     motion = 0.5 * (step[at - 1] + step[at + 1])
     period = float(np.median(np.abs(step[at] - motion)))

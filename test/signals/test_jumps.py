@@ -56,6 +56,14 @@ def test_outliers_and_slips_are_found_with_their_place():
     assert finding.size == pytest.approx(0.4, abs=0.03)
 
 
+def test_outliers_of_one_size_are_no_turns():
+    q = SWING.copy()
+    q[[700, 1200, 1600]] = 1e4
+    without, (finding,) = without_jumps(q, T)
+    assert finding.kind == OUTLIER and finding.count == 3
+    assert np.isnan(without[[700, 1200, 1600]]).all() and np.nanmax(np.abs(without)) < 2.0
+
+
 def test_outliers_of_an_effort_are_alone_far_beyond_the_others():
     load = 20.0 * np.sin(T) + np.random.default_rng(0).normal(size=len(T))
     spoilt = load.copy()
