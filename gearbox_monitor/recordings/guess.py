@@ -17,11 +17,11 @@ import yaml
 from gearbox_monitor.errors import expect, InputError, Undecided
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.recordings.log_units import (
-    axis_of, COUNTS, EFFORT, POSITION, PRISMATIC, ROTARY, SI, standard_unit, unit_factor,
-    unit_of_label, units_of, VELOCITY, vocabulary)
+    axis_of, COUNTS, EFFORT, POSITION, PRISMATIC, ROTARY, SI, standard_unit, strange_unit,
+    unit_factor, unit_of_label, units_of, VELOCITY, vocabulary)
 from gearbox_monitor.recordings.mapping import kind_of, OF_TIME, TURN, with_settings
 from gearbox_monitor.recordings.meaning import (
-    joints_of, joints_of_none, Meaning, meaning_of, meanings, SETPOINT)
+    joints_of, joints_of_none, known_words, Meaning, meaning_of, meanings, SETPOINT, words_of)
 from gearbox_monitor.recordings.roles import (
     Choice, choice_of, matches, NamedColumn, NONE, OpenQuestion)
 from gearbox_monitor.recordings.table import Column, Table
@@ -351,7 +351,12 @@ class _Proposal:
         span = float(np.ptp(values)) if len(values) else 0.0
         coarse = span > COARSE and bool((values == np.floor(values)).all())
         usual_span = float(np.ptp(np.quantile(values, USUAL))) if len(values) else 0.0
-        if not unit and quantity == EFFORT and meaning.is_input and role != 'reference_torque':
+        strange = strange_unit(meaning.label)
+        if not unit and strange and not set(words_of(strange)) & {
+                *known_words(), *meaning.own_words}:
+            self._ask(f'unit {strange}', f'{meaning.label}: [{strange}] is no unit that is known',
+                      f'--unit {quantity}=UNIT')
+        elif not unit and quantity == EFFORT and meaning.is_input and role != 'reference_torque':
             usual = next((u for w, u in vocabulary()['inputs'].items() if w in meaning.words), '')
             unit = 'counts' if coarse else usual or '1'
         elif not unit and quantity == POSITION and coarse:

@@ -41,12 +41,12 @@ def units_of(quantity: str, *axes: str) -> dict[str, float]:
 @lru_cache(None)
 def _spellings() -> dict[str, str]:
     units = [unit for quantity in vocabulary()['units'] for unit in units_of(quantity)]
-    table = {re.sub(r'\s', '', unit): unit for unit in units}
-    for unit, words in vocabulary()['spellings'].items():
-        for word in words.split():
+    table = {}
+    for unit in units:
+        for word in (re.sub(r'\s', '', unit), *vocabulary()['spellings'].get(unit, '').split()):
             table[word] = unit
             if f'{unit}/s' in units:
-                table |= {f'{word}/{second}': f'{unit}/s' for second in ('s', 'sec')}
+                table |= {f'{word}{second}': f'{unit}/s' for second in ('/s', '/sec', 's-1')}
     return table
 
 
@@ -76,6 +76,12 @@ def unit_of_label(label: str) -> tuple[float, str]:
     # Single letters after an underscore are indices more often than units.
     ending = re.search(r'[_ /-]([A-Za-z%°]{2,})$', label)
     return 1.0, standard_unit(ending[1]) if ending and ending[1] not in ('in', 'min') else ''
+
+
+def strange_unit(label: str) -> str:
+    """Return what stands in the place of a unit, 'torque [foo]', and is none; '' if nothing."""
+    match = re.search(r'\s\[([^\[\]]*[^\W\d][^\[\]]*)\]\s*$', label)
+    return match[1].strip() if match and not scaled_unit(match[1])[1] else ''
 
 
 def number_with_unit(cell: str) -> tuple[float, str] | None:

@@ -140,7 +140,7 @@ def meaning_of(label: str, unit: str = '') -> Meaning:
     short = quantity == NOTHING and words[:1] in (['p'], ['v']) and not foreign
     if short:
         quantity = POSITION if words[0] == 'p' else VELOCITY
-    unexplained = [word for k, word in enumerate(words) if word not in _all_words()
+    unexplained = [word for k, word in enumerate(words) if word not in known_words()
                    and not (desired and word == 'd' if k else short)]
     if quantity == NOTHING and source == MEASURED and {'joint', 'joints'} & set(words) and all(
             word.isdigit() for word in unexplained) and not foreign:
@@ -153,7 +153,8 @@ def meaning_of(label: str, unit: str = '') -> Meaning:
 
 
 @lru_cache(None)
-def _all_words() -> frozenset[str]:
+def known_words() -> frozenset[str]:
+    """Return the words that name a quantity, a source, a side or a unit, or contain them."""
     known = vocabulary()
     return known['containers'] | known['unit_words'] | frozenset().union(
         *(names for table in ('quantities', 'sources', 'sides')

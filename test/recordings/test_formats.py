@@ -329,7 +329,8 @@ def test_units_are_checked():
 
 def test_spellings_of_units():
     spellings = {'Nm': 'N m', 'N*m': 'N m', 'N·m': 'N m', 'Degrees': 'deg', 'rev/min': 'rpm',
-                 'µs': 'us', 'x': ''}
+                 'µs': 'us', 'x': '', 'deg/sec': 'deg/s', 'rad s^-1': 'rad/s', 'cNm': 'N cm',
+                 'in-lb': 'lbf in', 'U/min': 'rpm', 'A rms': 'A', 'inches': 'in', 'MA': ''}
     assert {text: standard_unit(text) for text in spellings} == spellings
     labels = {'q [deg]': 'deg', 'q_deg': 'deg', 'tau(Nm)': 'N m', 'time_m': '', 'i [Amps]': 'A'}
     assert {text: unit_of_label(text)[1] for text in labels} == labels

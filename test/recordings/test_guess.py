@@ -453,6 +453,18 @@ def test_rows_of_signals_with_dates_and_units_with_a_factor(tmp_path, capsys):
         'column': 'ActTorque', 'unit': '%', 'scale': 0.1} and '--torque-constant' in err
 
 
+def test_a_unit_that_is_not_known_is_asked_for(tmp_path, capsys):
+    path = tmp_path / 'run.csv'
+    path.write_text('t,pos [furlong],torque [actual]\n' + ''.join(
+        f'{t:.3f},{q:.6f},{u:.6f}\n' for t, q, u in zip(T, ARM, TORQUE)))
+    assert main(['import', str(path), '--guess']) == 3
+    err = capsys.readouterr().err
+    assert '[furlong] is no unit that is known: --unit position=UNIT' in err
+    assert '[actual]' not in err.splitlines()[-1]
+    assert main(['import', str(path), '--guess', '--unit', 'position=deg']) == 0
+    capsys.readouterr()
+
+
 ROLES = [
     # A temperature that flickers between two numbers is no name of a joint.
     ({**NAMED, 'motor_temp': np.random.default_rng(0).integers(41, 43, len(T))},
