@@ -154,12 +154,11 @@ class _Topic:
         """Note what the messages of `block` name; decode: of this topic."""
         self.count += len(block)
         if self.kind == JOINT_STATE:
-            states = decode(block)
+            self.is_stamped |= bool(decode(block).stamp_ns.any())
             self.joints.update(decode.joints)
             self.interfaces |= {SETPOINT} if self.is_setpoint else {*OF_STATE}
-            self.is_stamped |= bool(states.stamp_ns.any())
             return
-        for part in self.columns(block, decode):
+        for part in self._interfaces(block):
             self.joints.update(dict.fromkeys(part.joints))
             self.interfaces |= set(part.values)
             self.is_stamped |= bool(part.stamp_ns.any())
