@@ -597,8 +597,8 @@ class _Proposal:
                         meaning.quantity in (POSITION, VELOCITY, EFFORT)) else
                     f'{meaning.source} {meaning.quantity}'.strip() or 'nothing of a joint')
             alike = re.sub(rf'\b{re.escape(meaning.joint)}\b', '', why) if meaning.joint else why
-            families.setdefault((meaning.stem, role, unit, alike), (why, []))[1].append(
-                meaning.label)
+            stem = re.sub(r'[ .]\d+$', '', meaning.stem)  # columns of one matrix
+            families.setdefault((stem, role, unit, alike), (why, []))[1].append(meaning.label)
         return rows + [(labels[0] if len(labels) == 1 else f'{labels[0]} ... {labels[-1]}', role,
                         unit, why) for (_, role, unit, _), (why, labels) in families.items()]
 

@@ -142,9 +142,10 @@ def meaning_of(label: str, unit: str = '') -> Meaning:
         quantity = POSITION if words[0] == 'p' else VELOCITY
     unexplained = [word for k, word in enumerate(words) if word not in known_words()
                    and not (desired and word == 'd' if k else short)]
-    if quantity == NOTHING and source == MEASURED and {'joint', 'joints'} & set(words) and all(
-            word.isdigit() for word in unexplained) and not foreign:
-        quantity = POSITION  # feedBack.joints[3]: what is measured of a joint as such
+    if quantity == NOTHING and (source == MEASURED or {'state', 'states'} & set(leaf)) and {
+            'joint', 'joints'} & set(words) and not foreign and all(
+            word.isdigit() for word in unexplained):
+        quantity = POSITION  # feedBack.joints[3], joint_states: what is measured of a joint
     deciding = [word for table, kind in (('quantities', quantity), ('sources', source),
                                          ('sides', side)) for word in words
                 if kind and word in known[table].get(kind, ())]

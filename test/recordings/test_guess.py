@@ -466,6 +466,9 @@ def test_a_unit_that_is_not_known_is_asked_for(tmp_path, capsys):
 
 
 ROLES = [
+    # What a robot states of its joints as such, as episodes of demonstrations have it.
+    ({'t': T, 'obs.joint_states': ARM, 'obs.ee_pos': NOISE, 'actions': ARM + NOISE},
+     {'motor_position': 'obs.joint_states', 'motor_setpoint': 'actions'}),
     # A temperature that flickers between two numbers is no name of a joint.
     ({**NAMED, 'motor_temp': np.random.default_rng(0).integers(41, 43, len(T))},
      {'motor_position': 'q', 'motor_effort': 'tau'}),

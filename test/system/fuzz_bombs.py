@@ -30,6 +30,7 @@ from fuzz_damage import LAUGHS, MAGIC
 import lz4.frame
 from mcap.writer import CompressionType, Writer
 import numpy as np
+from rosbags.typesys import get_typestore, Stores
 
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.files.opening import config_path
@@ -44,6 +45,7 @@ GUARD = 120          # s after which a command that only waits is ended
 T0 = 1_700_000_000 * 10 ** 9
 JOINTS = ('motor', 'arm')
 TYPE = 'sensor_msgs/msg/JointState'
+TYPES = get_typestore(Stores.ROS2_JAZZY).types
 MAPPING = """format: {format}
 time: {{rate: 1000.0}}
 signals:
@@ -250,9 +252,10 @@ def _names(count, messages=1):
             writer.add_topic('/joint_states', TYPE)
             for k in range(messages):
                 names = [*JOINTS, *(f'{j:x}{k}' for j in range(count))]
-                (raw,) = encode_joint_states([T0 + k * 10 ** 6], names,
-                                             [[0.0] * len(names)], effort=[[0.0] * len(names)])
-                writer.write('/joint_states', T0 + k * 10 ** 6, raw)
+                time = TYPES['builtin_interfaces/msg/Time'](*divmod(T0 + k * 10 ** 6, 10 ** 9))
+                zeros = np.zeros(len(names))
+                writer.write_message('/joint_states', T0 + k * 10 ** 6, TYPES[TYPE](
+                    TYPES['std_msgs/msg/Header'](time, ''), names, zeros, zeros[:0], zeros))
     return make
 
 
