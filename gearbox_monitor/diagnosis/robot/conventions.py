@@ -623,7 +623,7 @@ def _least_squares(balance: ConventionBalance, products: _Products, scale: Array
 def _is_large(reading: RobotReading) -> bool:
     """Return whether a reading is a convention and no small effect."""
     return all(c.reversed or c.unit != 1.0 or c.effort < 0.0 or abs(c.zero) >= LIMITS.zero
-               or LIMITS.factor <= max(c.effort, 1.0 / c.effort) <= 2.0 * max(_factors())
+               or LIMITS.factor <= max(c.effort, 1.0 / c.effort) <= max(_factors()) ** 2
                for c in reading.joints.values())  # beyond them a fit ignores the effort
 
 
