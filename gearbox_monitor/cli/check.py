@@ -170,7 +170,9 @@ def _examined(reader: BagReader, topic: str, model: DriveModel | None,
                                          name_of_setpoint in decode.joints))
                 except InputError as error:
                     parts.append(error)
-    reader.require_joints(topic, [motor, *setpoint], decode.joints)
+    reader.require_joints(topic, [motor, *setpoint], decode.joints,
+                          "one of these (--motor-joint NAME --arm-joint ''), or --model "
+                          'ROBOT.urdf for all of them')
     evaluated = [part for part in parts if isinstance(part, Examination)]
     if not evaluated:
         raise InputError(f'{reader.path}: {topic}: {parts[0]}')

@@ -50,6 +50,7 @@ FEW = 4  # joints of a drive, all of which are read at once
 MAX_HELD = 1 << 26  # bytes of messages that wait for chunks with earlier ones
 FORMATS = ('.mcap', '.db3')
 ROS1 = b'#ROSBAG V2.0'  # first bytes of a bag of ROS 1
+OR_NONE = "one of these, or '' for an encoder that the drive does not have"
 
 
 def open_bag(path: str | Path) -> 'BagReader':
@@ -242,7 +243,8 @@ class BagReader(AbstractContextManager['BagReader']):
         self.require_joints(topic, names, joints)
         return states.of(names)
 
-    def require_joints(self, topic: str, names: Iterable[str], joints: Iterable[str]) -> None:
+    def require_joints(self, topic: str, names: Iterable[str], joints: Iterable[str],
+                       expected: str = OR_NONE) -> None:
         """
         Check that a topic has some joints.
 
@@ -250,15 +252,15 @@ class BagReader(AbstractContextManager['BagReader']):
             topic: its name, for the message.
             names: joints that are required; '' stands for a joint that the drive does not have.
             joints: joints on the topic.
+            expected: in place of a joint that is missing.
 
         Raises:
             InputError: a joint is missing.
         """
         for name in names:
             if name and name not in joints:
-                raise InputError(f'{self.path}: topic {topic} has no joint {name!r}, '
-                                 f'it has {", ".join(joints) or "none"}; expected one of '
-                                 "these, or '' for an encoder that the drive does not have")
+                raise InputError(f'{self.path}: topic {topic} has no joint {name!r}, it has '
+                                 f'{", ".join(joints) or "none"}; expected {expected}')
 
     def decoder(self, topic: str, names: Sequence[str]) -> Decoder:
         """Return the cdr.Decoder of `topic` with the joints `names` as columns."""

@@ -289,11 +289,9 @@ def _in_child(path: Path, kind: str) -> Table:
         if done.returncode == container_child.FAILED:
             raise InputError(f'{path}: ' + done.stderr.decode('utf-8', 'replace').strip())
         if done.returncode:
-            why = {-11: 'its library crashes while it reads it', -24: '', -9: ''}.get(
-                done.returncode)
-            raise InputError(f'{path}: ' + (why or f'takes more than {CPU_SECONDS} s or '
-                                            f'{MEMORY >> 30} GB of memory to read')
-                             + ', expected a smaller, sound recording')
+            why = 'its library crashes while it reads it' if done.returncode == -11 else \
+                f'takes more than {CPU_SECONDS} s or {MEMORY >> 30} GB of memory to read'
+            raise InputError(f'{path}: {why}, expected a smaller, sound recording')
         with np.load(out) as archive:
             index: dict[str, Any] = json.loads(archive['index'].tobytes())
             values = [archive[f'c{k}'] for k in range(len(index['columns']))]
