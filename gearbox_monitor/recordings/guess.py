@@ -31,6 +31,7 @@ from gearbox_monitor.recordings.times import (
 COARSE = 100.0  # whole numbers over a wider range are counts
 WIDE = 4.0 * np.pi  # rad: a joint turns less; a wider range without a unit may be degrees
 USUAL = 0.005, 0.995  # quantiles: a glitch beyond them says nothing about the unit
+LOOKED = 1 << 20  # rows that a guess looks at
 MOST_JOINTS = 1000  # that q[6] in --columns may stand for
 GEARED = 0.2  # from 1: lost motion and noise make a ratio of 1 look that different
 BLANK = 0.05  # share of empty cells from which on curves have samples of their own
@@ -155,6 +156,8 @@ class _Proposal:
 
     def __init__(self, table: Table, settings: Sequence[str], answers: Answers, constants: bool
                  ) -> None:
+        table = replace(table, columns=tuple(replace(c, values=c.values[:LOOKED])
+                                             for c in table.columns))
         self.table, self.originals = _renamed(table, answers.columns)
         self.settings, self.answers = settings, answers
         self.needs_constants = constants

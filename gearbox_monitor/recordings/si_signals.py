@@ -28,6 +28,7 @@ from gearbox_monitor.signals.stamps import evened
 FIRST_STAMP_NS = 1_000_000_000  # stamp 0 means "no stamp" to ROS and to the estimator
 EPOCH = 10 ** 18  # ns: a stamp from 2001 on is a date
 SHORTEST, LONGEST = 5e-6, 0.1  # s, sample times of drives: bus and servo rates
+ROWS = 1 << 16  # that become messages at once
 PAUSE = 1_000_000_000  # ns between recordings in one file: longer than what a filter bridges
 LAST = 2 ** 31 * 1_000_000_000  # ns: the header of a message holds no later second
 EXACT = 2.0 ** 53  # ns from which on a double rounds
@@ -43,6 +44,12 @@ class Signals:
     stamp_ns: Integers
     values: Dict[str, Array]
     notes: tuple[str, ...] = ()
+
+    def parts(self) -> Iterator['Signals']:
+        """Yield the samples in parts of ROWS."""
+        for k in range(0, len(self.stamp_ns), ROWS):
+            rows = slice(k, k + ROWS)
+            yield Signals(self.stamp_ns[rows], {name: x[rows] for name, x in self.values.items()})
 
     def __getitem__(self, name: str) -> Array:
         """Return the signal `name` [N], NaN throughout where it is not recorded."""

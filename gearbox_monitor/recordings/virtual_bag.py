@@ -4,6 +4,7 @@
 """A recording of any kind as a bag: joint states are encoded where they are read, in blocks."""
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -92,21 +93,19 @@ def bag_of_table(table: Table, mapping: Columns) -> VirtualBag:
     """Return the bag of a table as `mapping` reads it. Raises InputError."""
     topics = _signals_of_topics(mapping)
     if is_streamed(table, mapping):
+        parts: Callable[[], Iterator[Signals]] = partial(signal_blocks, table, mapping)
         notes, (count, begin, end) = table.notes, _extent(table, mapping)
-
-        def chunks() -> Iterator[Sequence[Frames]]:
-            latest = 0
-            for part in signal_blocks(table, mapping):
-                frames = _frames(part, topics, latest)
-                latest = int(frames[0].log_ns[-1])
-                yield frames
     else:
         signals = signals_of(table, mapping)
-        whole, notes, count = _frames(signals, topics, 0), signals.notes, len(signals.stamp_ns)
-        begin, end = int(whole[0].log_ns[0]), int(whole[0].log_ns[-1])
+        parts, notes, count = signals.parts, signals.notes, len(signals.stamp_ns)
+        begin, end = int(signals.stamp_ns[0]), int(signals.stamp_ns.max())
 
-        def chunks() -> Iterator[Sequence[Frames]]:
-            yield whole
+    def chunks() -> Iterator[Sequence[Frames]]:
+        latest = 0
+        for part in parts():
+            frames = _frames(part, topics, latest)
+            latest = int(frames[0].log_ns[-1])
+            yield frames
     bag = VirtualBag(table.path, dict.fromkeys(topics, count), chunks, (begin, end), notes)
     bag.arm_side, bag.axis = True, mapping.kind  # whatever the model's gear ratio
     bag.effort_units = {
