@@ -114,7 +114,10 @@ def layout_of(path: Path, text: TextFormat = FOUND) -> TextLayout:
         InputError: it is empty or binary.
     """
     with open_unpacked(path) as stream:
-        raw = list(islice(iter(lambda: stream.readline(1 << 22), b''), HEAD_LINES))
+        raw = list(islice(iter(lambda: stream.readline(BLOCK), b''), HEAD_LINES))
+    if any(len(line) == BLOCK and not line.endswith(b'\n') for line in raw):
+        raise InputError(f'{path}: a line of more than {BLOCK >> 20} MB, expected a table of '
+                         'text: is it binary?')
     head = b''.join(raw)
     if text.encoding:
         encoding = text.encoding

@@ -92,6 +92,12 @@ def test_text_with_a_row_per_signal_is_refused(tmp_path, capsys):
     assert 'a row for each of 3 signals, expected a column for each: transpose it' in message
 
 
+def test_a_line_without_an_end_is_no_table(tmp_path, capsys):
+    path = written(tmp_path, 't,q\n' + '1,' * 3 * 2 ** 20)
+    message = refused(tmp_path, capsys, text_mapping(), path)
+    assert 'a line of more than 4 MB' in message
+
+
 def test_mat_with_a_row_per_signal_is_recognised_by_its_shape(tmp_path, capsys):
     scipy.io.savemat(tmp_path / 'm.mat', {'M': np.array([T, Q, U])})
     mapping = {'time': {'column': 'M 1'},
