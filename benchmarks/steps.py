@@ -14,7 +14,7 @@ from gearbox_monitor.estimation.filter_setup import loop_arrays
 from gearbox_monitor.estimation.filters.ekf import step as filter_step
 from gearbox_monitor.estimation.process_model import layout_of, pack, state_names
 from gearbox_monitor.estimation.sample_loop import start
-from gearbox_monitor.kernels.kernel import bound, entry
+from gearbox_monitor.kernels.kernel import bound, entry, Repeated
 from gearbox_monitor.kernels.types import Array, Layout, Matrix, Values, Vector
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
@@ -53,17 +53,18 @@ def stepper(model: DriveModel, parameters: Values, u: Array, y: Array,
     model = model.with_(arm_load=complete.arm_load)
     n, p = len(state_names(model, complete)), pack(model, complete)
     kind, states = filter_kind(complete.filter), layout_of(p, n)
-    loop = bound(_loop, complete.filter, filter_step=kind.step)
+    loop = Repeated(bound(_loop, complete.filter, filter_step=kind.step))
 
     belief, scratch, state = loop_arrays(kind, n, 1, model)
     start(states, belief, y[0, 0], y[0, 1], p, state.ring[0])
-    carried = *belief, state.ring[0], p
+    record = state.ring[0]
+    carried = *belief, record, p
     begun = [array.copy() for array in carried]
 
     def run() -> int:
         for array, first in zip(carried, begun):
             array[:] = first
-        return loop(states, belief, u, y, dt, p, scratch, state.ring[0])
+        return int(loop(states, belief, u, y, dt, p, scratch, record))
     return run
 
 
