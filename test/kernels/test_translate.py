@@ -16,7 +16,8 @@ from gearbox_monitor.kernels.elementary import exponential, fma, signed, sine, t
 from gearbox_monitor.kernels.kernel import apart, Entry, folded, instruction
 from gearbox_monitor.kernels.translate.program import Program
 from gearbox_monitor.kernels.translate.values import FLOAT, INT, Known, Refused
-from gearbox_monitor.kernels.types import IntegerMatrix, Integers, Layout, Matrix, Vector, Words
+from gearbox_monitor.kernels.types import (
+    IntegerMatrix, Integers, Layout, Matrix, unrolled, Vector, Words)
 
 FLOATS = (0.0, -0.0, 1.5, -2.25, 1e300, math.inf, -math.inf, math.nan)
 WHOLE = (-7, -1, 0, 1, 2, 5)
@@ -162,7 +163,7 @@ def tuples(a: float, n: int) -> tuple[float, float, float]:
     return x[n % 3], total, ((3.0,) * 2)[1] + y[-1]
 
 
-def unrolled(a: float) -> float:
+def over_tuples(a: float) -> float:
     total = 0.0
     for scale in (1.0, 2.0, 4.0):
         if a * scale > 3.0:
@@ -195,6 +196,18 @@ TWICE, THRICE = _scaled(2.0), _scaled(3.0)
 
 def closures(a: float) -> float:
     return _applied(TWICE, a) + THRICE(a, offset=-a)
+
+
+def written_out(a: Vector, n: int) -> float:
+    total = 0.0
+    for i in unrolled(6):
+        if i == 2:
+            continue
+        for j in unrolled(n):
+            if j > i:
+                break
+            total = 2.0 * total + a[i] * a[j]
+    return total
 
 
 def loops(n: int, step: int) -> tuple[int, int, float]:
