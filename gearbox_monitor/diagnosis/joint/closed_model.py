@@ -96,7 +96,8 @@ def file_closure(recordings: Sequence[UniformRecording], model: DriveModel, sigm
         closed: of the model that closes the gap, near whose states those of the file begin.
         seed: seed of the random numbers.
     """
-    runs = [open_loop(recording, model, sigma) for recording in recordings]
+    runs = [run.without(~np.isin(run.data.windows.first, other.data.windows.first)) for run, other
+            in zip((open_loop(r, model, sigma) for r in recordings), closed)]
     return closure(published, with_starts_of(runs, closed), True, seed)
 
 

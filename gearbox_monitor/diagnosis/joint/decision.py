@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """The outcome of a contest on recordings of one drive: fits, free runs, where the rest acts."""
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 import math
@@ -124,8 +125,14 @@ class Decision:
             if not self.data.balances:
                 published = tuple(runs_from(other.data, self.model, run.states, run.memory)
                                   for run, other in zip(published, none))
-        return ComparedRuns(published, none, closed if self.closed is self.fit else self.runs,
-                            closed)
+        laws = closed if self.closed is self.fit else self.runs
+        return ComparedRuns(*map(self.calm, (published, none, laws, closed)))
+
+    def calm(self, runs: Sequence[WindowRuns]) -> tuple[WindowRuns, ...]:
+        """Return free runs without the windows in which the drive slips: no model repeats that."""
+        return tuple(run.without(shaken) if (shaken := self.data.shaken(
+            number, run.data.windows.samples)).any() and not shaken.all() else run
+            for number, run in enumerate(runs))
 
     @property
     def widest(self) -> int:

@@ -21,7 +21,7 @@ from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.diagnosis.joint.torque_domain import likelihood_of
 from gearbox_monitor.diagnosis.joint.windows import (
     free_runs, hidden_begins, seconds_at_rest, SETTLING, window_data, WindowData, WindowRuns)
-from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.signals.uniform import UniformRecording
@@ -113,6 +113,12 @@ class DriveRecordings:
                     part = part.coloured(self.colour)
                 parts.append(part)
         return JointLikelihood(parts)
+
+    def shaken(self, number: int, samples: Integers) -> Flags:
+        """Return in which windows [W], by their `samples` [W, L] of a recording, it slips."""
+        t = samples * self.recordings[number].dt
+        return np.any([((t > t0 - BEFORE) & (t < t0 + AFTER)).any(axis=1) for t0, _ in
+                       self.slips[self.slip_owner == number]] or [np.zeros(len(t), bool)], axis=0)
 
     def _between_slips(self, number: int, span: slice) -> list[slice]:
         """Return the parts of the `span` of a recording in which nothing slips: all but a blow."""

@@ -358,8 +358,8 @@ def explained_shares(decision: Decision) -> dict[str, tuple[str, float | None]]:
         if name in (TORQUE_MAP.id, DISTURBANCE.id):
             continue
         losses = np.zeros(2)
-        others = (decision.bare.runs(decision.fit) if name == SLIP.id and len(ids) > 1
-                  else runs.none)
+        others = (decision.calm(decision.bare.runs(decision.fit))
+                  if name == SLIP.id and len(ids) > 1 else runs.none)
         for none, run in zip(others, runs.laws):
             without = none.residual if len(ids) == 1 or name == SLIP.id else _without(
                 run, decision.model, name)

@@ -64,6 +64,7 @@ def test_slips_are_named_with_times_and_sizes(seed):
     run, planted = recording(seed, 1 + seed % 5)
     verdict = verdict_on(run)
     assert (verdict.verdict, verdict.effect) == ('effect', 'slip')
+    assert verdict.gap_before > verdict.gap_after and verdict.gap_after < 1.1
     assert_found(verdict, planted)
 
 
