@@ -149,7 +149,7 @@ def _channels(before: Sequence[WindowRuns], after: Sequence[WindowRuns]
         gaps = []
         for runs in (before, after):
             powers = [run.residual[run.data.held_out | every][
-                :, :, run.data.channels.index(number)] ** 2
+                :, :, run.data.channels.index(number)].ravel() ** 2
                 for run in runs if number in run.data.channels]
             gaps += [math.sqrt(float(np.concatenate(powers).mean()))] if powers else []
         if gaps:

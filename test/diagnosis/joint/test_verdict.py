@@ -4,10 +4,13 @@
 """The verdict as JSON: keys of the last release stay, findings and remainder say what is known."""
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from test_decision import record
 
+from gearbox_monitor.diagnosis.joint.closed_model import _channels
 from gearbox_monitor.diagnosis.joint.diagnose import diagnose
 from gearbox_monitor.diagnosis.joint.verdict import Finding, kind_of, KINDS
 from gearbox_monitor.plant.drive import DriveModel
@@ -62,3 +65,14 @@ VERDICTS = [
 def test_the_kind_follows_from_findings_and_remainder():
     for findings, remainder, expected in VERDICTS:
         assert kind_of(findings, remainder) == expected and expected in KINDS
+
+
+def test_windows_of_several_recordings_differ_in_length():
+    """Rates within a per cent are one rate: 1 s is 1000 rows of one recording, 990 of another."""
+    def run(rows, residual):
+        return SimpleNamespace(
+            recording=SimpleNamespace(readings=('motor', 'arm')),
+            residual=np.full((3, rows, 1), residual),
+            data=SimpleNamespace(held_out=np.array([False, True, True]), channels=(1,)))
+    figures = _channels([run(1000, 3.0), run(990, 3.0)], [run(1000, 1.0), run(990, 1.0)])
+    assert figures == {'arm': {'before': 3.0, 'after': 1.0, 'closed': 1.0}}
