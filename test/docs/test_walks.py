@@ -124,8 +124,8 @@ WALKS = (
          claims={r'`backlash_gap`, a dead zone of \S+ rad': r'b = \S+',
                  r'`arm_coulomb`, \S+ N m': r'Cac = \S+',
                  r'`mesh_error`(.|\n)*? periods per turn': r'mesh_error [AN] = \S+',
-                 r'\| model file, zero.*': r'torque \S+, arm\s+\S+ before',
-                 r'\| with backlash.*': r'torque \S+, arm\s+\S+ after',
+                 r'\| model file, zero.*': r'torque \S+, arm\s+\S+\s+before',
+                 r'\| with these.*': r'torque \S+, arm\s+\S+\s+after',
                  r'\| fitted once more.*': r'before, \S+ rms after'}),
     Walk(BENCHMARKS, ('Servos by their setpoints',),
          brings={name: DATA / 'bam_servo_pendulum/xl330' / name for name in (
@@ -155,7 +155,8 @@ def unprinted(claim, output, printed):
     """Return the effects of a claim that the output lacks, and figures not in `printed` of it."""
     text = re.sub(r'\]\([^)]*\)', ']', claim)
     lacking = [name for name in re.findall('`([^`]*)`', text)
-               if name in library() and not re.search(rf'^  {name} \(', output, re.MULTILINE)]
+               if name in library() and not re.search(rf'^(values)? +{name} ', output,
+                                                      re.MULTILINE)]
     lines = [match[0] for match in re.finditer(printed, output, re.MULTILINE)]
     figures, plain = NUMBER.findall('\n'.join(lines)), re.sub('`[^`]*`', '', text)
     for match in NUMBER.finditer(plain):
@@ -167,7 +168,7 @@ def unprinted(claim, output, printed):
 
 
 def test_a_wrong_figure_and_a_missing_effect_are_told():
-    output = '  lugre (motor side): friction\nNIS  1.974 (2 when right)\n  motor  0.1829  0.0453\n'
+    output = 'values  lugre Fc = 0.27 N m\nNIS  1.974 (2 when right)\n  motor  0.1829  0.0453\n'
     line = '^  motor .*'
     for claim, lacking in (('183 mm to 45 mm', []), ('183 mm to 47 mm', ['47']),
                            ('1.97', ['1.97']), ('`lugre`, 45 mm', []),
