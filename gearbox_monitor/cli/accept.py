@@ -29,7 +29,6 @@ from typing import Any
 import numpy as np
 import scipy
 
-from gearbox_monitor.report.sentences import phrase
 from gearbox_monitor.cli.options import (
     add_estimator_arguments, entries, estimator_options, opened, show, warn, wrapped)
 from gearbox_monitor.errors import InputError
@@ -135,7 +134,7 @@ def judge(fits: Sequence[Any], limits: Mapping[str, float | None],
     used, separable = separable_of(fits)
     data: dict[str, Any] = {'windows': len(fits), 'windows_used': len(used)}
     if not used:
-        return {'verdict': 'not excited', 'reason': phrase(reason_of(fits)), **data}
+        return {'verdict': 'not excited', 'reason': str(reason_of(fits)), **data}
     gap = combine(used, 'gap', LIMITS.gap_error)
     stiffness = combine(used, 'stiffness', LIMITS.stiffness_error)
     hysteresis = combine(used, 'hysteresis')

@@ -25,7 +25,6 @@ from gearbox_monitor.library.recording import DriveRecording, SECOND
 from gearbox_monitor.parameters import EstimatorParameters, SETTINGS, values_of
 from gearbox_monitor.plant.drive import DriveModel, expect_model
 from gearbox_monitor.presentation import Drawn
-from gearbox_monitor.report.sentences import phrase
 
 Parameters = EstimatorParameters | Mapping[str, object] | str | Path | None
 
@@ -107,7 +106,7 @@ class BacklashWindows(Drawn):
     @property
     def reason(self) -> str:
         """Why no window shows the backlash, '' where one does."""
-        return '' if self._used[0] else phrase(reason_of(
+        return '' if self._used[0] else str(reason_of(
             [fit for fit in self.fits if isinstance(fit, NotExcited)]))
 
 

@@ -34,7 +34,6 @@ from gearbox_monitor.report.diagnosis_evidence import gather
 from gearbox_monitor.report.diagnosis_page import diagnosis_page
 from gearbox_monitor.report.robot_gap_page import robot_gap_page
 from gearbox_monitor.report.robot_words import robot_text
-from gearbox_monitor.report.sentences import phrase
 from gearbox_monitor.report.summary import summary
 from gearbox_monitor.report.watch_words import watch_headline, watch_text
 from gearbox_monitor.report.words import NOTHING, value_rows
@@ -192,7 +191,7 @@ def _windows(windows: BacklashWindows) -> Columns:
     usual = dict.fromkeys(names, np.nan) | {'separable': False}
     return {'end': windows.ends, **{
         name: [getattr(fit, name, usual[name]) for fit in windows.fits] for name in names},
-        'reason': [phrase(fit.said) if isinstance(fit, NotExcited) else ''
+        'reason': [str(fit.said) if isinstance(fit, NotExcited) else ''
                    for fit in windows.fits]}
 
 
