@@ -302,7 +302,11 @@ class InnovationEvidence:
         shorter, torque = replace(data, finer=FINER), np.minimum(fit.torque, data.allowed_noise)
         change = data.whole.run(fit.model, torque).deviance - shorter.whole.run(
             fit.model, torque).deviance
-        return shorter if abs(change) > max(CONTEST.margin, STEPS * remains.torque) else data
+        # Where nothing remains, the error has to pay the price of a law to pass for one.
+        left = remains.worth > CONTEST.margin
+        least = 0.0 if left else self.unit + 2.0 * math.log(self.rivals)
+        return shorter if abs(change) > max(
+            CONTEST.margin + least, STEPS * remains.torque) else data
 
     def _in_its_time(self, data: DriveRecordings, fit: InnovationFit) -> DriveRecordings:
         """
