@@ -135,8 +135,9 @@ class DriveRecordings:
 
     @cached_property
     def coarse(self) -> JointLikelihood:
-        """Likelihood of the training parts, on larger steps."""
-        return self._likelihood([part.training for part in self.segments], coarse=True)
+        """Likelihood of the training parts, on larger steps; usual ones where short ones show."""
+        return replace(self, finer=1)._likelihood(
+            [part.training for part in self.segments], coarse=self.finer == 1)
 
     @cached_property
     def fine(self) -> JointLikelihood:
