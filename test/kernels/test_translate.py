@@ -160,7 +160,7 @@ def tuples(a: float, n: int) -> tuple[float, float, float]:
         if p > 1e10:
             break
         total += p * q
-    return x[n % 3], total, ((3.0,) * 2)[1] + y[-1]
+    return x[n % 3], total, (2.0, 3.0)[1] + y[-1]
 
 
 def over_tuples(a: float) -> float:

@@ -174,11 +174,6 @@ class Expressions(Arrays):
         """Return `left` op `right`."""
         if isinstance(left, Tuple) and isinstance(op, ast.Add):
             return Tuple(left.items + self.items(right))
-        if isinstance(left, Tuple) and isinstance(op, ast.Mult):
-            count = self.number(right).constant
-            if count is OPEN:
-                raise Refused('a tuple repeated a number of times that is no constant')
-            return Tuple(left.items * count)
         a, b, zero = self.number(left), self.number(right), False
         if isinstance(op, ast.Pow):
             return self._power(a, b)
@@ -251,11 +246,10 @@ class Expressions(Arrays):
         return Scalar(BOOL, f'({" && ".join(parts)})') if parts else self.boolean(True)
 
     def _is(self, ops: list[Any], values: list[Value]) -> Value:
-        none = isinstance(values[-1], Object) and values[-1].value is None
-        if len(ops) > 1 or not none:
+        none = [isinstance(v, Object) and v.value is None for v in values]
+        if len(ops) > 1 or not none[-1]:
             raise Refused('is, with something else than None')
-        same = isinstance(values[0], Object) and values[0].value is None
-        return self.boolean(same == isinstance(ops[0], ast.Is))
+        return self.boolean(none[0] == isinstance(ops[0], ast.Is))
 
     def e_BoolOp(self, node: Any) -> Value:
         both = isinstance(node.op, ast.And)
@@ -382,8 +376,8 @@ class Expressions(Arrays):
                       f'{getattr(called, "__name__", called)}, which is no kernel')
 
     def _named_tuple(self, made_of: Any, given: dict[str, Value]) -> Value:
-        known = {name: self.program.known(v) for name, v in made_of._field_defaults.items()}
-        fields = known | given
+        defaults = made_of._field_defaults.items()
+        fields = {name: self.program.known(value) for name, value in defaults} | given
         if set(fields) != set(made_of._fields):
             raise Refused(f'{made_of.__name__} with other fields')
         return self.tuple_of([fields[name] for name in made_of._fields], made_of)
@@ -404,8 +398,7 @@ class Expressions(Arrays):
 
     def _as(self, kind: str, number: Scalar, called: Any) -> Scalar:
         if number.constant is not OPEN:
-            made = constant(called(number.constant))
-            return self.number(made)
+            return self.number(constant(called(number.constant)))
         natural = kind == 'u' or number.type.natural or number.type.kind == 'b'
         return Scalar(Number(kind, natural and kind != 'f'), self.cast(number, kind))
 
@@ -435,19 +428,16 @@ class Expressions(Arrays):
         if len(given) < len(values) - len(rest) + len(named) or set(given) - set(names) or (
                 rest and not spec.vararg):
             raise Refused(f'other arguments than {function.__qualname__} takes')
-        for name in names:
-            if name not in given and name not in defaults:
-                raise Refused(f'{function.__qualname__} without {name}')
+        for name in (name for name in names if name not in given | defaults):
+            raise Refused(f'{function.__qualname__} without {name}')
         passed = [given[n] if n in given else self.program.known(defaults[n]) for n in names]
         if spec.vararg:
             passed.append(Tuple(rest))
         types = tuple(map(type_of, passed))
         made = self.program.instance(function, types)
         c = ', '.join(self.expression(v, t) for v, t in zip(passed, types) if stored(t))
-        result = made.result or Known(None)
-        if not stored(result):
-            self.emit(f'{made.name}({c});')
-            return self.program.value(result, '')
-        name = self.fresh()
-        self.emit(f'{self.program.c_type(result)} {name} = {made.name}({c});')
-        return self.program.value(result, name, stable=True)
+        call, result = f'{made.name}({c})', made.result or Known(None)
+        if stored(result):
+            return self.temporary(self.program.value(result, call))
+        self.emit(f'{call};')
+        return self.program.value(result, '')

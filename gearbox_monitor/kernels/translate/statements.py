@@ -70,24 +70,23 @@ class Function(Expressions):
         usual = getattr(self.function, 'usual', ())
         if self.complete or not usual or not isinstance(self.types[0], Record):
             return False
-        for first in usual:
-            given = self.items(self.program.value(self.types[0], f'{names[0]}_'))
-            self.emit('if ({}) {{'.format(' && '.join(
-                f'{self.number(item).c} == {self.number(constant(value)).c}'
-                for item, value in zip(given, first))))
-            self._leave_to(names, (Known(first), *self.types[1:]))
+        given = self.items(self.program.value(self.types[0], f'{names[0]}_'))
+        for first in (*map(Known, usual), self.types[0]):
+            if isinstance(first, Known):
+                self.emit('if ({})'.format(' && '.join(
+                    f'{self.number(item).c} == {self.number(constant(value)).c}'
+                    for item, value in zip(given, first.value))))
+            types = first, *self.types[1:]
+            made = self.program.instance(self.function, types, True)
+            call = '{}({})'.format(made.name, ', '.join(
+                f'{name}_' for name, kind in zip(names, types) if stored(kind)))
+            result = made.result or Known(None)
+            self.emit('{')
+            if not stored(result):
+                self.emit(f'{call};')
+            self._give(self.program.value(result, call), self.node)
             self.emit('}')
-        self._leave_to(names, self.types)
         return True
-
-    def _leave_to(self, names: list[str], types: tuple[Type, ...]) -> None:
-        made = self.program.instance(self.function, types, True)
-        call = '{}({})'.format(made.name, ', '.join(
-            f'{name}_' for name, kind in zip(names, types) if stored(kind)))
-        result = made.result or Known(None)
-        if not stored(result):
-            self.emit(f'{call};')
-        self._give(self.program.value(result, call), self.node)
 
     def _block(self, body: list[Any]) -> bool:
         """Translate statements; return whether what follows them is never reached."""
@@ -227,20 +226,16 @@ class Function(Expressions):
         self.emit('}')
 
     def s_Break(self, node: Any) -> bool:
-        return self._leave('break')
-
-    def s_Continue(self, node: Any) -> bool:
-        return self._leave('continue')
-
-    def _leave(self, how: str) -> bool:
-        loop = self.loops[-1]
+        loop, ends = self.loops[-1], isinstance(node, ast.Break)
         if loop is None:
-            self.emit(f'{how};')
+            self.emit('break;' if ends else 'continue;')
         else:
-            label = f'{loop["name"]}_{"end" if how == "break" else loop["turn"]}'
+            label = f'{loop["name"]}_{"end" if ends else loop["turn"]}'
             loop['left'].add(label)
             self.emit(f'goto {label};')
         return True
+
+    s_Continue = s_Break
 
     def s_For(self, node: Any) -> bool:
         if node.orelse:
@@ -264,15 +259,13 @@ class Function(Expressions):
         return False
 
     def _range(self, node: Any, bounds: list[Scalar], written_out: bool) -> None:
-        begin, step = bounds[0] if len(bounds) > 1 else self.number(constant(0)), 1
-        if len(bounds) == 3:
-            step = bounds[2].constant
-        end = bounds[1] if len(bounds) > 1 else bounds[0]
+        begin, end, *rest = bounds if len(bounds) > 1 else [self.number(constant(0)), *bounds]
+        step = rest[0].constant if rest else 1
         if not isinstance(node.target, ast.Name) or any(b.type.kind == 'f' for b in bounds):
             self.refuse(node, 'such a range')
-        up = bounds[2].type.natural if step is OPEN else step > 0
+        up = rest[0].type.natural if step is OPEN else step > 0
         natural = begin.type.natural if up else end.constant is not OPEN and end.constant >= -1
-        k, name, by = self.fresh('k'), node.target.id, bounds[2].c if step is OPEN else str(step)
+        k, name, by = self.fresh('k'), node.target.id, rest[0].c if step is OPEN else str(step)
         last = self.cast(end, 'i')
         test = f'{k} {"<" if up else ">"} {last}'
         if step is OPEN and not up:
