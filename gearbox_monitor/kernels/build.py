@@ -34,8 +34,8 @@ EVERYTHING = (
     'health.checks.elastic_curve', 'health.checks.innovation', 'health.checks.observability',
     'health.elastic_regression', 'plant.batch', 'plant.equivalent_torque', 'recordings.cdr',
     'robot.arm_plant', 'robot.dynamics')
-FLAGS = ('-std=c99', '-O2', '-fvect-cost-model=dynamic', '-fPIC', '-ffp-contract=off',
-         '-fno-math-errno', '-fno-trapping-math', '-w')
+FLAGS = ('-std=c99', '-O2', '-fPIC', '-ffp-contract=off', '-fno-math-errno',
+         '-fno-trapping-math', '-w')
 
 
 def compiler() -> list[str]:
@@ -83,6 +83,8 @@ def compile_(text: str, path: Path, *flags: str) -> None:
         InputError: there is no compiler, or it fails.
     """
     command, newer = [*compiler(), *FLAGS, *flags], path.stem.endswith(library.STEMS[0])
+    if 'ziglang' not in command:  # which does not know it
+        command.append('-fvect-cost-model=dynamic')
     if platform.machine() in ('x86_64', 'AMD64'):
         command.append(('-mcpu=x86_64' if 'ziglang' in command else '-march=x86-64') + (
             ('_v3' if 'ziglang' in command else '-v3') if newer else ''))
@@ -93,8 +95,9 @@ def compile_(text: str, path: Path, *flags: str) -> None:
         run = subprocess.run([*command, '-shared', '-o', str(made), str(source), '-lm'],
                              capture_output=True, text=True, check=False)
         if run.returncode:
-            raise library.missing(f'{command[0]} failed: '
-                                  f'{(run.stderr.strip().splitlines() or [""])[0]}')
+            lines = run.stderr.strip().splitlines() or ['']
+            reason = next((line for line in lines if 'error' in line), lines[0])
+            raise library.missing(f'{command[0]} failed: {reason}')
         os.replace(made, path)
 
 

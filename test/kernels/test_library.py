@@ -90,6 +90,15 @@ def test_a_library_of_other_sources_is_not_used(tmp_path, monkeypatch):
     library.digest.cache_clear()
 
 
+def test_ziglang_compiles_to_the_same_bits_where_there_is_no_compiler(tmp_path, monkeypatch):
+    pytest.importorskip('ziglang')
+    monkeypatch.setenv('PATH', '')
+    monkeypatch.delenv('CC', raising=False)
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
+    made = Entry(added)
+    assert 'ziglang' in build.compiler() and made(np.array([0.1]), 0.2, 3.0) == (0.1 + 0.2) * 3.0
+
+
 def test_without_a_compiler_one_line_says_what_to_install(monkeypatch):
     monkeypatch.setenv('PATH', '')
     monkeypatch.delenv('CC', raising=False)

@@ -71,7 +71,8 @@ class Function(Expressions):
         if self.complete or not usual or not isinstance(self.types[0], Record):
             return False
         given = self.items(self.program.value(self.types[0], f'{names[0]}_'))
-        for first in (*map(Known, usual), self.types[0]):
+        firsts: list[Type] = [*map(Known, usual), self.types[0]]
+        for first in firsts:
             if isinstance(first, Known):
                 self.emit('if ({})'.format(' && '.join(
                     f'{self.number(item).c} == {self.number(constant(value)).c}'
