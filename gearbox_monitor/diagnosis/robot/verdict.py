@@ -219,7 +219,9 @@ def _judged(contest: RobotContest, blank: RobotFit, laws: Sequence[Candidate],
         if knowledge.short:
             contest = replace(contest, extra=SETTINGS.margin, day=SETTINGS.day)
     search = _best_search(contest, blank, laws, free)
-    if search.fit.chosen:
+    # Without references a function may be what the parts differ by.
+    lawless = knowledge is None and any(c.free for c in search.fit.chosen)
+    if search.fit.chosen and not lawless:
         of_joints = [c for c in (*laws, *free) if len(c.columns) == 1]
         own = scattered(contest.evidence, search.fit, of_joints)[1] / visible
         if any(own[j] > contest.dispersion[j] for c in search.fit.chosen for j in c.columns):
