@@ -243,12 +243,11 @@ def _notes(data: VerdictData, verbose: bool) -> Rows:
 
 
 def _changed(data: VerdictData, files: UserFiles, verbose: bool) -> Rows:
-    """Yield the changes of a simulator's file, unless `verbose` their number and the rest."""
-    if verbose:
-        yield from (('change', change) for change in files.changes)
-    elif count := len(data.get('file_changes') or ()):
-        yield 'change', f'{counted(count, "change")} of {Path(files.robot).name}: -v prints them'
-        yield from (('', f'not in it: {row}') for row in data['lacking'])
+    """Yield the changes of a simulator's file, unless `verbose` their number, and the rest."""
+    rows, count = list(files.changes), len(data.get('file_changes') or ())
+    if count and not verbose:
+        rows[:count] = [f'{counted(count, "change")} of {Path(files.robot).name}: -v prints them']
+    return (('' if k else 'change', row) for k, row in enumerate(rows))
 
 
 def _written(written: Sequence[Path]) -> Iterator[str]:

@@ -41,7 +41,6 @@ from gearbox_monitor.recordings.recorded_samples import (
     joined_samples, NO_MODEL, NO_SERIAL, samples_of)
 from gearbox_monitor.recordings.storage import FILE_NAME
 from gearbox_monitor.removed import refusal
-from gearbox_monitor.report.sentences import phrase
 from gearbox_monitor.report.watch_words import watch_data
 from gearbox_monitor.signals.examine import admitted
 from gearbox_monitor.watch.fold import begin
@@ -347,7 +346,7 @@ def _features(windows: Sequence[Any]) -> Row:
     if used:
         row['separable'] = separable
     else:
-        row['not_excited'] = phrase(reason_of(windows))
+        row['not_excited'] = str(reason_of(windows))
     for name in COMBINED:
         # Lost motion needs no torque: every window counts that shows it.
         combined = combine(windows if name == 'lost_motion' else used, name)

@@ -237,7 +237,7 @@ def _described(health: Health, test: ChangeTest, values: dict[str, Any]) -> Said
         if feature.reach:
             reach = feature.reach
             values.update(zip(('forecast_s', 'forecast_earliest_s', 'forecast_latest_s'), reach))
-            additions.append(Said('reach', {
+            additions.append(Said('reach' if reach[1] >= 1.0 else 'reach_soon', {
                 'limit': percent(health.limits(test)[2]),
                 **dict(zip(('expected', 'earliest', 'latest'), map(span, reach)))}))
         elif feature.steady:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Diagnose, fit, tune and adapt: recordings of one drive and its model, in one call."""
-from collections.abc import Callable, Iterable, Mapping, Sequence, Set
+from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ from gearbox_monitor.estimation.tune import tune as tuned
 from gearbox_monitor.files.yaml_files import save_model, write_parameters
 from gearbox_monitor.kernels.types import Array, column
 from gearbox_monitor.library.estimation import estimator_values, expect_recording, Parameters
-from gearbox_monitor.library.progress import reported
+from gearbox_monitor.library.progress import Progress, reported
 from gearbox_monitor.library.recording import all_of, DriveRecording
 from gearbox_monitor.parameters import EstimatorParameters, MIXED, resolve
 from gearbox_monitor.plant.drive import DriveModel, expect_model
@@ -28,7 +28,6 @@ from gearbox_monitor.signals.examine import measured_samples
 from gearbox_monitor.signals.uniform import at_one_rate, UniformRecording
 
 Recorded = DriveRecording | UniformRecording
-Progress = Callable[..., object]
 
 
 def diagnose(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,

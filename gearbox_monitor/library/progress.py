@@ -14,6 +14,7 @@ from tqdm import tqdm
 
 EVERY = 10.0  # s between the lines where no bar is shown
 FORM = '{desc} {percentage:3.0f} %|{bar:20}| {elapsed}'
+Progress = Callable[..., object]  # called with (done, total, text)
 
 
 class Bar(tqdm):
@@ -84,7 +85,7 @@ def _screen() -> tuple[int, int] | tuple[None, None]:
     return (None, None) if sized else (80, 24)
 
 
-class Progress:
+class PlayerBar:
     """Takes the parts of a Player and moves a progress bar."""
 
     topics: tuple[str, ...] = ()
@@ -131,10 +132,9 @@ def shown_time(command: str) -> Iterator[None]:
 
 
 @contextmanager
-def reported(name: str, progress: Callable[..., object] | None
-             ) -> Iterator[Callable[..., object]]:
+def reported(name: str, progress: Progress | None) -> Iterator[Progress]:
     """
-    Yield whom a computation reports its progress to: the user's, or a bar or lines.
+    Yield the function that takes the progress of a computation: the user's, a bar or lines.
 
     Args:
         name: of the computation.

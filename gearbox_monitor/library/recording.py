@@ -233,9 +233,8 @@ def load_recording(source: Any, model: Any = None, *, joints: Mapping[str, str] 
     if not isinstance(joints, (Mapping, type(None))):
         raise InputError(f'joints: {joints!r}, expected names by role, as '
                          "{'motor': 'elbow_motor'}")
-    if type(model).__name__ == 'Robot':
-        from gearbox_monitor.library.robot import robot_logs
-        return robot_logs(source, model, recorded=joints, topic=topic, reading=reading)[0]
+    if hasattr(model, 'read_log'):  # a robot
+        return model.read_log(source, joints, topic, reading)
     for role in joints or {}:
         if role not in ROLES:
             raise InputError(f'joints: {role!r}, {unknown(role, ROLES)}')

@@ -10,7 +10,7 @@ from typing import Any
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import plain, write_new
 from gearbox_monitor.files.yaml_files import expect_new_file, gearboxes_of, load_parameters
-from gearbox_monitor.library.progress import reported
+from gearbox_monitor.library.progress import Progress, reported
 from gearbox_monitor.library.simulator_file import expect_path, load_model
 from gearbox_monitor.parameters import SETTINGS
 from gearbox_monitor.presentation import Shown
@@ -19,8 +19,6 @@ from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOpt
 from gearbox_monitor.recordings.topics import JOINT_STATES
 from gearbox_monitor.report.recording_page import figures, headline, recording_page, robot_page
 from gearbox_monitor.report.timeline import recorded_timeline, RecordingFacts, Timeline
-
-Progress = Callable[..., object]
 
 
 @dataclass(frozen=True, repr=False)

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """A whole robot: its file, logs, healthy reference, and diagnosis of all joints."""
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import unified_diff
 from pathlib import Path
@@ -24,7 +24,7 @@ from gearbox_monitor.diagnosis.robot.verdict import effort_curves, RobotVerdict,
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.files.knowledge_file import load_knowledge, SUFFIX
 from gearbox_monitor.files.opening import plain
-from gearbox_monitor.library.progress import reported
+from gearbox_monitor.library.progress import Progress, reported
 from gearbox_monitor.library.recording import load_recording
 from gearbox_monitor.library.simulator_file import expect_path
 from gearbox_monitor.plant.drive import DriveModel
@@ -45,8 +45,6 @@ from gearbox_monitor.simulators.mujoco_run import rollouts
 from gearbox_monitor.simulators.robot_model import ChainFile, MODEL_FILES, read_robot
 from gearbox_monitor.simulators.robot_patch import closed_file, title_of
 
-Progress = Callable[..., object]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Robot:
@@ -62,6 +60,11 @@ class Robot:
     def joints(self) -> tuple[str, ...]:
         """Names of the joints that move."""
         return tuple(self.file.chain.joints)
+
+    def read_log(self, log: str | Path, joints: Mapping[str, str] | None, topic: str,
+             reading: ReadOptions) -> RobotLog:
+        """Return a `log`, see load_recording."""
+        return robot_logs(log, self, recorded=joints, topic=topic, reading=reading)[0]
 
 
 @dataclass(frozen=True, eq=False, repr=False)

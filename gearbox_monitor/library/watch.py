@@ -3,14 +3,14 @@
 
 """The watch of a robot over recordings: the same fold as the live node's, the same bits."""
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from datetime import datetime, UTC
 from pathlib import Path
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.watch_file import load_watch
-from gearbox_monitor.library.progress import reported
+from gearbox_monitor.library.progress import Progress, reported
 from gearbox_monitor.recordings.from_bag import names_in_log
 from gearbox_monitor.recordings.joint_input import find_topic
 from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOptions
@@ -28,7 +28,7 @@ STRING = 'std_msgs/msg/String'
 def watch_robot(recordings: str | Path | Sequence[str | Path], model: str | Path | None = None, *,
                 state: Watch | str | Path | None = None, topic: str = JOINT_STATES,
                 reading: ReadOptions = BY_NAMES,
-                progress: Callable[..., object] | None = None) -> Watch:
+                progress: Progress | None = None) -> Watch:
     """
     Return what is known of a robot after recordings of its joint states.
 

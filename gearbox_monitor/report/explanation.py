@@ -64,7 +64,7 @@ def rivals(name: str) -> dict[str, str]:
     balance of a robot.
     """
     out: dict[str, str] = {}
-    for pair, motion in SEPARATES:
+    for pair, motion in SEPARATES.items():
         if name in pair:
             rival, = pair - {name}
             out[rival] = motion

@@ -279,6 +279,7 @@ WEAR_SENTENCES = {
     'parts': Sentence(' (viscous {viscous:+}, Coulomb {coulomb:+})'),
     'warm_up': Sentence(' (warm-up?)'), 'steady': Sentence(', steady now'),
     'reach': Sentence(', reaches {limit:+} in about {expected} ({earliest} to {latest})'),
+    'reach_soon': Sentence(', reaches {limit:+} in {latest} at most'),
     'not_compared': Sentence('{noun} not compared{since}: {why}'),
     'untrusted': Sentence('the estimates are not trusted, see the other indicators'),
     'not_identifiable': Sentence('not identifiable in this motion'),
@@ -330,7 +331,7 @@ MOTION = {
                              'both flanks: turn the output to and fro')}
 
 NODE = {
-    'as_written': Sentence('{text}'),  # by another program or a user
+    'as_written': Sentence('{text}'),  # by others, or a note in words
     'state_not_kept': Sentence('the state of drift is not kept: {problem}'),
     'unpaired': Sentence('stamps of motor and arm are {apart:.6f} s apart, pair_tolerance is '
                          '{tolerance:g} s'),

@@ -25,8 +25,14 @@ NAMING = ('effect', 'incomplete')  # verdicts with findings
 # The meaning of each effect on a real drive.
 MEANINGS = {name: effect.meaning for name, effect in EFFECTS.items()}
 # Motions that separate effects which other motions confuse.
-SEPARATES = tuple(({name, rival}, motion) for name, effect in EFFECTS.items()
-                  for rival, motion in effect.separated_by.items())
+SEPARATES = {frozenset((name, rival)): motion for name, effect in EFFECTS.items()
+             for rival, motion in effect.separated_by.items()}
+# Motions that show an effect; all others are shown by the weight of the arm.
+SHOWS = {MOTOR_COULOMB.id: 'move {joint} alone, to and fro',
+         TORQUE_GAIN.id: 'move {joint} fast or against gravity, with and without a load',
+         SERVO_GAIN.id: 'step the setpoint of {joint} under a load',
+         **dict.fromkeys((MOTOR_INERTIA.id, ARM_INERTIA.id),
+                         'accelerate {joint} hard, to and fro')}
 
 
 def meaning(name: str, axis: str) -> str:
@@ -284,19 +290,15 @@ def motion_words(question: Mapping[str, Any], axis: str) -> str:
     joint, effect, rival = question['joint'], question['effect'], question['rival']
     speed, evidence = max(question['speed'], 0.1), question['evidence']
     slow, fast = (on_axis(f'{factor * speed:.2g} rad/s', axis) for factor in (0.2, 2.0))
-    rival_id, _, place = rival.partition('@')
-    apart = next((motion for pair, motion in SEPARATES if pair == {effect, rival_id}
-                  and not motion.startswith('no ')), '')
-    how = (f'to tell {effect} from {rival}, ' + (
-        f'move {joint} with {apart}' if apart else
-        f'move {joint} alone, then {place} alone, in two postures a quarter turn apart' if place
-        else f'move {joint} alone, with and without a load') if rival else {
-        MOTOR_COULOMB.id: f'move {joint} alone, to and fro',
-        TORQUE_GAIN.id: f'move {joint} fast or against gravity, with and without a load',
-        SERVO_GAIN.id: f'step the setpoint of {joint} under a load',
-        MOTOR_INERTIA.id: f'accelerate {joint} hard, to and fro',
-        ARM_INERTIA.id: f'accelerate {joint} hard, to and fro'}.get(
-        effect, f'move all joints that carry {question["place"]} against gravity'))
+    how = SHOWS.get(effect, 'move all joints that carry {place} against gravity').format(
+        joint=joint, place=question['place'])
+    if rival:
+        name, _, place = rival.partition('@')
+        apart = SEPARATES.get(frozenset((effect, name)), 'no motion')
+        how = f'to distinguish {effect} from {rival}, move {joint}' + (
+            f': {apart}' if not apart.startswith('no ') else
+            f' alone, then {place} alone, in two postures a quarter turn apart' if place else
+            ' alone, with and without a load')
     return (f'{how}, at {slow} to {fast} for {question["seconds"]:.0f} s' + (
         '' if evidence is None else f' (expected evidence {evidence:.0f})'))
 
@@ -304,7 +306,7 @@ def motion_words(question: Mapping[str, Any], axis: str) -> str:
 def _separating_motions(ids: set[str], rivals: Iterable[str], axis: str) -> list[str]:
     """Return the motions that separate the effects `ids` from their rivals."""
     advice = []
-    for pair, motion in SEPARATES:
+    for pair, motion in SEPARATES.items():
         if pair & ids and (pair - ids) & set(rivals) and not pair <= ids:
             effect, rival = ', '.join(sorted(pair & ids)), ', '.join(sorted(pair - ids))
             advice.append(f'{effect} or {rival}: {motion}' if motion.startswith('no ') else

@@ -27,7 +27,6 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.presentation import Said
 from gearbox_monitor.recordings.joint_input import Joiner
 from gearbox_monitor.recordings.topics import JOINT_STATES, PAIRED_JOINT_STATES
-from gearbox_monitor.report.sentences import phrase
 from gearbox_monitor.ros.convert import (
     joint_values_of, RawSample, SampleReader, stamp_of, to_paired)
 from gearbox_monitor.ros.runtime import (
@@ -325,7 +324,7 @@ class GearboxInput:
         problem = Said('unpaired', {'apart': nearest / SECOND, 'tolerance': tolerance})
         if unpaired:
             self._node.get_logger().warning(
-                f'{self.arm_topic}: nothing is paired: {phrase(problem)}',
+                f'{self.arm_topic}: nothing is paired: {problem}',
                 throttle_duration_sec=60.0)
         return values, problem
 

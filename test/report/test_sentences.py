@@ -100,7 +100,7 @@ def health_of(rng):
     features = tuple(FeatureHealth(
         abs(rng.normal()), abs(rng.normal()), 1.0, 0.1, maybe(0.3 * rng.normal()),
         maybe(abs(rng.normal()) * 10.0 ** rng.integers(-5, 1)), int(rng.integers(2) * 10 ** 9),
-        reach=(1e5, 9e4, 2e5) if rng.integers(2) else None, steady=bool(rng.integers(2)),
+        reach=[None, (1e5, 9e4, 2e5), (1e5, 0.0, 2e5)][rng.integers(3)], steady=bool(rng.integers(2)),
         is_open=bool(rng.integers(2)), newest=0.1 * rng.integers(2)) for _ in FEATURES)
     tests = rng.choice([test.key for test in TESTS], rng.integers(3), replace=False)
     window = NotExcited(10 ** 9, str(rng.choice(list(MOTION))), numbers={
@@ -127,6 +127,7 @@ def test_any_health_is_told_at_its_level():
         health, states = health_of(rng), []
         for component, outcome in outcomes(health).items():
             expect_good(outcome.message, (outcome.codes, health))
+            assert not re.search(r'(?<![\d.])0 s\b', outcome.message)
             assert outcome.level == max(said.level for group in outcome.says for said in group) \
                 or 'unmeasured' in outcome.codes[0]
             states.append((outcome.level, component, outcome.message))
