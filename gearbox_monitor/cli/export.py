@@ -45,12 +45,13 @@ from pathlib import Path
 import sys
 
 from gearbox_monitor.cli.inputs import (
-    add_bag_arguments, add_joint_arguments, joint_of, load_recording)
+    add_bag_arguments, add_joint_arguments, joint_of, recording_of)
 from gearbox_monitor.cli.options import estimator_options, refuse, wrapped, write_or_print
 from gearbox_monitor.diagnosis.joint.closed_model import overlay
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import write_new
 from gearbox_monitor.files.yaml_files import expect_new, expect_new_file
+from gearbox_monitor.library.identify import uniform
 from gearbox_monitor.library.ranges import ranges
 from gearbox_monitor.library.simulator_file import (
     CatalogueActuator, export_model, in_units, is_actuator, load_actuator, load_model, NAMES,
@@ -217,7 +218,7 @@ def checked(drive: MjcfDrive, file: SimulatorFile, model: DriveModel, args: Name
         args: options of the command.
 
     """
-    recording, notes = load_recording(args.check, model, args)
+    (recording,), _, notes = uniform(recording_of(args.check, model, args), model)
     models = {drive.path.name: in_units(drive, model),
               'patched': written_model(file, model, **joint_of(args)),
               Path(args.model).name: model}

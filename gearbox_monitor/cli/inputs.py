@@ -107,28 +107,6 @@ def add_recording_arguments(parser: ArgumentParser, model_required: bool = True)
     add_setpoint_argument(parser)
 
 
-def load_recording(name: str, model: DriveModel, args: Namespace
-                   ) -> tuple[UniformRecording, list[str]]:
-    """
-    Read a recording and check it.
-
-    Args:
-        name: of a bag or CSV file.
-        model: of the drive.
-        args: options of add_recording_arguments.
-
-    Returns:
-        The recording and notes about it.
-
-    Raises:
-        InputError: it cannot be read, or allows no statement about the drive.
-
-    """
-    from gearbox_monitor.library.identify import uniform
-    (recording,), _, notes = uniform(_recording_of(name, model, args), model)
-    return recording, notes
-
-
 def load_recordings(args: Namespace, weigh: bool = False) -> tuple[
         DriveModel, list[UniformRecording], UniformRecording | None, list[str]]:
     """
@@ -150,17 +128,25 @@ def load_recordings(args: Namespace, weigh: bool = False) -> tuple[
             raise InputError(f'{path}: twice, expected different recordings')
     model = load_drive(args)
     from gearbox_monitor.library.identify import uniform
-    recordings = [_recording_of(path, model, args) for path in paths]
+    recordings = [recording_of(path, model, args) for path in paths]
     return model, *uniform(recordings[:len(args.bag)], model,
                            recordings[-1] if validate else None, weigh)
 
 
-def _recording_of(name: str, model: DriveModel, args: Namespace) -> 'DriveRecording':
-    from gearbox_monitor.library.recording import load_recording as recording_of
+def recording_of(name: str, model: DriveModel, args: Namespace) -> 'DriveRecording':
+    """
+    Return a recording of a drive. Raises InputError.
+
+    Args:
+        name: of a bag or another file.
+        model: of the drive.
+        args: options of add_bag_arguments.
+    """
+    from gearbox_monitor.library.recording import load_recording
     joints = {role: name for role, name in (
         ('motor', args.motor_joint), ('arm', args.arm_joint),
         ('setpoint', getattr(args, 'setpoint_joint', 'setpoint'))) if name != role}
-    recording: DriveRecording = recording_of(
+    recording: DriveRecording = load_recording(
         name, model, joints=joints, topic=args.topic, reading=reading_of(args))
     return recording
 

@@ -25,8 +25,8 @@ from gearbox_monitor.presentation import on_axis
 from gearbox_monitor.report.svg import bar_views, chart_view, plane_view
 
 
-SHORT = 28  # characters of a cell in which lines do not break
-WHOLE = r'--[a-z][a-z-]*|\d{4}-\d\d-\d\d|[+-]?[\d.]+ %'  # of texts: no line breaks there
+# Parts of texts that no line break divides: options, dates, values with their deviations.
+WHOLE = r'--[a-z][a-z-]*|\d{4}-\d\d-\d\d|[+-]?[\d.]+ (± [\d.]+ \S+|%)'
 
 
 @dataclass(frozen=True)
@@ -60,24 +60,17 @@ class PageTable:
     """
     A table: header and rows of text.
 
-    numeric: columns aligned to the right. unbroken: whether lines do not break in short cells.
+    numeric: columns aligned to the right.
     """
 
     header: Sequence[str]
     rows: Sequence[Sequence[object]]
     numeric: Sequence[int] = field(default=())
-    unbroken: bool = False
 
 
 def units_of(text: str, axis: str) -> str:
     """Return `text` with the units of `axis`; escaped text stays escaped."""
     return type(text)(on_axis(text, axis))
-
-
-def unbroken(text: str) -> str:
-    """Return a short `text` with spaces, and hyphens of dates, at which no line breaks."""
-    return text if len(text) > SHORT else re.sub(
-        r'(?<=\d)-(?=\d)', '\u2011', text).replace(' ', '\u00a0')
 
 
 def whole_words(text: str) -> Markup:
@@ -92,7 +85,7 @@ def environment() -> Environment:
     jinja = Environment(
         loader=PackageLoader('gearbox_monitor.report'), autoescape=True, trim_blocks=True,
         lstrip_blocks=True, undefined=StrictUndefined)
-    for drawer in (units_of, unbroken, whole_words, chart_view, plane_view, bar_views):
+    for drawer in (units_of, whole_words, chart_view, plane_view, bar_views):
         jinja.filters[drawer.__name__] = drawer
     return jinja
 

@@ -87,7 +87,7 @@ def robots_page(joints: Sequence[Joint], bags: Sequence[Bag], counts: Mapping[st
     kind = 'warn' if found else '' if silent else 'good'
     table = PageTable(('robot', 'joint', 'state', *STATES.values(), 'recorded', 'bags'), [
         (j['robot'], j['joint'], j['summary'], *(_share(j['states'].get(k)) for k in STATES),
-         _days(j), str(j['bags'])) for j in joints], unbroken=True)
+         _days(j), str(j['bags'])) for j in joints])
     return render_page(Page('Fleet', page_summary(kind, robots_headline(joints), facts), [
         advice(steps or [NOTHING]), Section('fleet/joints.html', {'joints': table}, 'All joints'),
         *_joint_curves(joints), bag_problems(bags, other_settings)]))
@@ -313,7 +313,7 @@ def _table(gearboxes: Sequence[Gearbox]) -> Section:
     return Section('fleet/table.html', {
         'gearboxes': PageTable((
             'gearbox', 'newest backlash', 'growth', 'stiffness', 'friction', 'trust', 'model',
-            'measured in bags', 'per year', 'recorded'), rows, unbroken=True),
+            'measured in bags', 'per year', 'recorded'), rows),
         'unmeasured': PageTable(('never measured', 'missing in the newest bag'), [
             (gearbox['gearbox'], gearbox['not_excited']) for gearbox in gearboxes
             if gearbox['not_excited']])}, 'All gearboxes', folded=True)

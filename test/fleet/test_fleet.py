@@ -467,7 +467,7 @@ def test_a_service_begins_a_new_baseline_and_is_a_mark():
     assert box['marks'] == [[date, 'serviced, gear replaced']]
     assert box['level'] == 'WARN' and box['features']['gap']['change'] == pytest.approx(
         1.02 / 0.9 - 1.0, abs=0.01)
-    assert '2023\u201111\u201124\u00a0gear\u00a0replaced' in fleet_page([box], [], {'done': 22}, 0)
+    assert '>2023-11-24</span> gear replaced' in fleet_page([box], [], {'done': 22}, 0)
     before, = gearboxes([row for row in rows if row['start'] < date])
     assert before['level'] == 'ERROR' and before['marks'] == []
 

@@ -248,7 +248,8 @@ def test_a_page_of_a_bag_is_written_once(tmp_path, monkeypatch):
     pages = gm.write_report('bag', model='drive.yaml')
     assert str(pages.page) == 'bag.html' and pages.headline in pages.page.read_text()
     assert pages.figures['headline'] == pages.headline and not pages.pages
-    for wrong, message in (({}, 'bag.html: exists'), ({'filter': 'kalman'}, "filter: 'kalman'"),
+    for wrong, message in (({}, 'bag.html: exists'),
+                           ({'filter': 'kalman', 'out': 'p.html'}, "filter: 'kalman'"),
                            ({'out': 'no/p.html'}, 'no such folder')):
         with pytest.raises(gm.InputError, match=message):
             gm.write_report('bag', model='drive.yaml', **wrong)
@@ -287,6 +288,6 @@ def test_robots_and_drives_are_not_confused(tmp_path):
             (lambda: gm.diagnose_robot('a.csv', robot), 'a.csv: no such file'),
             (lambda: gm.diagnose_robot('a.csv', robot, effects=['paylod']), "'payload'"),
             (lambda: gm.load_recording('a.csv', robot, joints={'joint9': 'j'}), 'joint'),
-            (lambda: gm.load_robot(tmp_path / 'a.yaml'), r'expected an MJCF \(.xml\) or URDF')):
+            (lambda: gm.load_robot(tmp_path / 'a.csv'), r'expected an MJCF \(.xml\) or URDF')):
         with pytest.raises(gm.InputError, match=message):
             call()

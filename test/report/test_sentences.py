@@ -100,8 +100,9 @@ def health_of(rng):
     features = tuple(FeatureHealth(
         abs(rng.normal()), abs(rng.normal()), 1.0, 0.1, maybe(0.3 * rng.normal()),
         maybe(abs(rng.normal()) * 10.0 ** rng.integers(-5, 1)), int(rng.integers(2) * 10 ** 9),
-        reach=[None, (1e5, 9e4, 2e5), (1e5, 0.0, 2e5)][rng.integers(3)], steady=bool(rng.integers(2)),
-        is_open=bool(rng.integers(2)), newest=0.1 * rng.integers(2)) for _ in FEATURES)
+        reach=[None, (1e5, 9e4, 2e5), (1e5, 0.0, 2e5)][rng.integers(3)],
+        steady=bool(rng.integers(2)), is_open=bool(rng.integers(2)),
+        newest=0.1 * rng.integers(2)) for _ in FEATURES)
     tests = rng.choice([test.key for test in TESTS], rng.integers(3), replace=False)
     window = NotExcited(10 ** 9, str(rng.choice(list(MOTION))), numbers={
         'count': 3, 'std': 0.5}) if rng.integers(2) else Backlash(
