@@ -15,6 +15,7 @@ from typing import Any, cast, TypeAlias
 
 import numpy as np
 
+from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Estimates, Samples
 from gearbox_monitor.estimation.estimator import (
     Estimator, snapshot_errors, SnapshotError, unsmoothed)
@@ -34,6 +35,7 @@ from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.recorded_samples import (
     NO_MODEL, NO_SAMPLES, read_snapshots, RecordedSnapshot, samples_of, sliced)
 from gearbox_monitor.robot.description import RobotDescription
+from gearbox_monitor.signals.examine import unstamped
 
 Follower: TypeAlias = Callable[[Monitor, Samples, Estimates], None]
 STATE = ('z', 'P', 'memory', 'gate', 'clock', 'efforts', 'parameters', 'model')
@@ -173,9 +175,14 @@ class Player:
             sink.finish()
 
     def parts(self, topics: Iterable[str] = ()) -> Iterator[ReplayPart]:
-        """Yield the ReplayParts; their blocks also hold the messages on `topics`."""
+        """
+        Yield the ReplayParts; their blocks also hold the messages on `topics`.
+
+        Raises InputError behind the last one: no sample was stamped.
+        """
         decode = self.reader.decoder(self.topic, self._names)
         index, following = 0, 0  # of the next sample, of the next snapshot
+        stamped = False
         for block in self.reader.blocks(tuple(dict.fromkeys((self.topic, *topics)))):
             samples, log_ns = self._samples_of(decode(block.of(self.topic)))
             begin, end = 0, len(log_ns)
@@ -194,9 +201,12 @@ class Player:
                     estimates += self._run(sliced(samples, begin, stop))
                 begin = stop
             index += end
+            stamped |= bool((samples.stamp_ns > 0).any())
             yield ReplayPart(block, samples, log_ns,
                              joined_estimates(estimates or [self._engine.run(NO_SAMPLES)]),
                              np.array(resumed, np.int64))
+        if index > 1 and not stamped:
+            raise InputError(f'{self.reader.path}: {self.topic}: {unstamped(index)}')
         for snapshot in self._snapshots[following:]:
             self._resume(snapshot)
 

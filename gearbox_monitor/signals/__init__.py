@@ -11,7 +11,7 @@ Public names, by module:
 
     .: SignalHandlerOptions
     examine: admitted, Examination, examine, examined, joined, measured_samples,
-        require_samples, SAMPLES, WINDOWS
+        require_samples, SAMPLES, unstamped, WINDOWS
     finding: BAD, DataFinding, hurts, judged, OK, PURPOSES, WARN
     jumps: counted_on, JumpFinding, OUTLIER, PERIODS, SLIP, strangers, TURNS, turns, wild_rows,
         without_jumps
