@@ -217,13 +217,10 @@ class JointStates:
         if tuple(names) == self.names:
             return self
         index = _first_index(self.names)
-        place, absent = [index.get(name, -1) for name in names], [
-            name not in index for name in names]
-        named, *values = (getattr(self, field)[:, place] for field in ('named', *FIELDS))
-        named[:, absent] = False
-        for column in values:
-            column[:, absent] = np.nan
-        return JointStates(tuple(names), self.stamp_ns, self.log_ns, named, *values)
+        place = np.array([index.get(name, -1) for name in names], int)
+        return JointStates(
+            tuple(names), self.stamp_ns, self.log_ns, self.named[:, place] & (place >= 0), *(
+                np.where(place < 0, np.nan, getattr(self, field)[:, place]) for field in FIELDS))
 
     def of_named(self) -> 'JointStates':
         """Return the messages that name one of the joints."""

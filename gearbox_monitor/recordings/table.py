@@ -196,17 +196,13 @@ def load_table(path: Path, text: TextFormat = FOUND, whole: bool = False) -> Tab
 # --- text ---------------------------------------------------------------------------------------
 def _text_table(path: Path, layout: TextLayout, whole: bool) -> Table:
     """Return the Table of a text; columns of lists become a column for each place."""
-    width = len(layout.names)
-    names, units = list(layout.names), list(layout.units)
-    named = any(names)
-    if not named:
-        names = [str(k + 1) for k in range(width)]
-    names = [name or str(k + 1) for k, name in enumerate(names)]
-    whole_cells = {str(k): (k, None) for k in range(width)}
+    names, units = [printable(name) or str(k + 1)
+                    for k, name in enumerate(layout.names)], layout.units
+    whole_cells = {str(k): (k, None) for k in range(len(names))}
     head = next(TextRows(path, layout, whole_cells)((), whole_cells), None)
     if head is None:
         raise InputError(f'{path}: no rows of data, expected a recording')
-    cells = {k: head.values[str(k)] for k in range(width)}
+    cells = {k: head.values[str(k)] for k in range(len(names))}
     places: dict[str, tuple[int, int | None]] = {}  # name: column, place in its list
     texts: set[str] = set()
     columns: list[Column] = []
@@ -227,15 +223,13 @@ def _text_table(path: Path, layout: TextLayout, whole: bool) -> Table:
         clock = layout.clocks.get(k)
         columns.append(Column(names[k], np.empty(0), unit, factor,
                               '' if clock is None else names[clock]))
-    rows = TextRows(path, layout, {printable(name): place for name, place in places.items()})
-    columns = [replace(c, name=printable(c.name), clock=printable(c.clock)) for c in columns]
-    texts = {printable(name) for name in texts}
+    rows = TextRows(path, layout, places)
     wanted = [c.name for c in columns if c.name not in texts]
     looked = list(rows(wanted, texts)) if whole else [next(rows(wanted, texts))]
     columns = [replace(column, values=np.concatenate([b.values[column.name] for b in looked]))
                for column in columns]
     streamed = not whole and (path.stat().st_size >= BLOCK or _is_packed(path))
-    return Table(path, tuple(columns), named, _listed_joints(path), None,
+    return Table(path, tuple(columns), any(layout.names), _listed_joints(path), None,
                  _text_header(path, layout), (), rows, streamed)
 
 
@@ -360,10 +354,8 @@ def _long_pivoted(table: Table) -> Table:
             columns.append(Column(word if alone else f'{c.name} {word}', c.values[rows], c.unit,
                                   c.factor, '' if any(c is time for time in times) else
                                   f'{times[0].name} {word}'))
-    clocks = {f'{t.name} {w}' for t in times for w in words}
     return replace(table, rows=None, streamed=False, columns=tuple(columns), notes=(
-        *table.notes, f'a row for each {key.name}: {", ".join(map(str, words[order]))[:200]}'),
-        header=table.header) if clocks else table
+        *table.notes, f'a row for each {key.name}: {", ".join(map(str, words[order]))[:200]}'))
 
 
 def _has_dates(column: Column) -> bool:

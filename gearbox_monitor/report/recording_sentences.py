@@ -183,7 +183,7 @@ CHECKS = {
     'no_model': Sentence('none', 'use --model to check signs, units and motion against it'),
     'rigid_model': Sentence('transmission.kind is rigid', 'for estimation use the model of a '
                             'drive with two encoders'),
-    'accepted': Sentence('accepted without remarks'), 'with_remarks': Sentence('; {remarks}'),
+    'accepted': Sentence('accepted without remarks'),
     'remarked': Sentence('accepted; {remarks}', 'see above'),
     'doubted': Sentence('accepted; {remarks}', _CHECK_MODEL),
     'refused': Sentence('refuses it: {remarks}', 'see above'),

@@ -20,7 +20,7 @@ from gearbox_monitor.signals.finding import (
     BAD, DataFinding, everything, hurts, judged, OK, WARN)
 from gearbox_monitor.signals.recording_limits import LIMITS
 from gearbox_monitor.signals.smoothed_motion import constant_runs, reversals, SmoothedMotion
-from gearbox_monitor.signals.uniform import UniformRecording
+from gearbox_monitor.signals.uniform import rms_of, UniformRecording
 
 NAMES = ('motor', 'arm')
 Noises: TypeAlias = Sequence[tuple[float, float] | None]
@@ -35,8 +35,8 @@ def measured(y: Array, without_arm: bool = False) -> list[DataFinding]:
         share, neither = float(np.isnan(values).mean()), bool(np.isnan(y).all())
         grade = (BAD if share > LIMITS.missing_many
                  else WARN if share > LIMITS.missing_notice else OK)
-        code, grades = 'readings' if share else 'all_readings', hurts(min(grade, WARN), grade,
-                                                                     grade)
+        code = 'readings' if share else 'all_readings'
+        grades = hurts(min(grade, WARN), grade, grade)
         if share == 1.0 and without_arm and name == 'arm':
             code, grades = 'no_arm', hurts(WARN, WARN)
         elif share == 1.0:
@@ -173,7 +173,7 @@ def motion(moved: SmoothedMotion, half_gap: float | None, drift_window: float
     if any(line.hurts.get('estimation') for line in travels):
         return travels
     v, i = moved.v[:, moved.i], moved.i
-    fast, rms = float(np.abs(v).max()), float(np.sqrt(np.mean(v ** 2)))
+    fast, rms = float(np.abs(v).max()), rms_of(v)
     speed = judged('motion', f'speed, {NAMES[i]}', said('speed', rms=rms, largest=fast),
                    values={'speed_rms': rms, 'speed_max': fast})
     found = [*travels, speed, reverses(moved)]
@@ -280,9 +280,8 @@ def torques(u: Array, known: bool, has_setpoint: bool = False) -> list[DataFindi
     elif share > LIMITS.missing_many or not known:
         code, grades = 'no_torque' if share == 1.0 else 'torque_missing', everything(BAD)
     else:
-        low, high, rms = float(torque.min()), float(torque.max()), float(np.sqrt(np.mean(
-            torque ** 2)))
-        values.update(rms=rms, low=low, high=high)
+        low, high = float(torque.min()), float(torque.max())
+        values.update(rms=rms_of(torque), low=low, high=high)
         code, limits = 'torque', torque_limits(torque)
         grades = hurts(WARN, WARN, BAD) if share > LIMITS.missing_notice else {}
         if low == high:

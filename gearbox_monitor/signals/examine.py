@@ -14,13 +14,12 @@ import numpy as np
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.estimation.sample_loop import HUGE
 from gearbox_monitor.kernels.elementary import noise_levels
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import simulate
-from gearbox_monitor.presentation import on_axis, said
+from gearbox_monitor.presentation import on_axis, said, say
 from gearbox_monitor.signals import checks, stamps, torque, wiring
 from gearbox_monitor.signals.finding import (
     BAD, DataFinding, everything, Grade, hurts, judged, OK, PURPOSES, WARN)
@@ -152,19 +151,19 @@ def of_one_publisher(samples: Samples) -> tuple[Samples, list[DataFinding], bool
 
 def of_physical_numbers(samples: Samples) -> tuple[Samples, list[DataFinding]]:
     """Return samples without unphysical numbers, and findings about these with their times."""
-    findings, u, y = [], np.where(np.abs(samples.u) > HUGE, np.nan, samples.u), samples.y.copy()
-    for name, field, values, column in (
-            ('torque', 'u', samples.u[:, 0], u[:, 0]),
-            *((name, name, samples.y[:, i], y[:, i]) for i, name in enumerate(checks.NAMES))):
-        column[:], flags = physical(values, field)
+    findings, u, y = [], samples.u.copy(), samples.y.copy()
+    for name, field, column in (('torque', 'u', u[:, 0]), ('motor', 'motor', y[:, 0]),
+                                ('arm', 'arm', y[:, 1])):
+        values, flags = physical(column, field)
         wild = np.flatnonzero(flags)
         if len(wild):
             seconds = float(samples.stamp_ns[wild[0]] - samples.stamp_ns[0]) * 1e-9
             share = len(wild) / len(values)
             findings.append(judged(
-                name, 'unphysical', said('wild', count=len(wild), first=values[wild[0]],
+                name, 'unphysical', said('wild', count=len(wild), first=column[wild[0]],
                                          at=seconds),
                 everything(BAD if share > 0.01 else WARN), {'share': share}))
+            column[:] = values
     return replace(samples, u=u, y=y) if findings else samples, findings
 
 
@@ -217,7 +216,7 @@ def _diagnosis(samples: Samples, model: DriveModel | None, effort_is: str) -> li
     """Return what diagnose itself says of the recording, and what the effort is."""
     if model is None:
         return [judged('model', 'model file', said('no_model'), hurts(OK, OK, WARN))]
-    rigid = [judged('model', 'model file', said('rigid_model'), hurts(BAD, BAD))
+    lines = [judged('model', 'model file', said('rigid_model'), hurts(BAD, BAD))
              ] if model.transmission.kind == 'rigid' else []
     rows, repeats = usable_rows(samples.stamp_ns)
     u, y = samples.u[rows], samples.y[rows]
@@ -228,24 +227,21 @@ def _diagnosis(samples: Samples, model: DriveModel | None, effort_is: str) -> li
         recording, _ = without_slip(recording.with_servo(model.controller))
     except InputError as error:
         one_encoder = not takes_one_encoder(model) and np.isnan(samples.y).all(axis=0).any()
-        return [*rigid, judged('model', 'diagnose', said(
+        return [*lines, judged('model', 'diagnose', said(
             'refused_encoder' if one_encoder else 'refused', remarks=error,
             expected=ONE_ENCODER), hurts(diagnosis=BAD))]
     found = check(recording, model)
     fatal = [f for f in found if f.fatal]
     doubts = [f for f in found if f.fault in (*READ_OTHERWISE, 'implausible')]
+    remarks = [*(f.text for f in fatal or found), *filter(None, [repeats]), *notes]
     code, wired = ('doubted', everything(BAD)) if doubts else (
         'refused', hurts(diagnosis=BAD)) if fatal else (
-        'remarked', hurts(diagnosis=WARN)) if found else ('accepted', {})
-    if model.controller is None and len(recording.channels) == 2 and not rigid and not any(
+        'remarked' if remarks else 'accepted', hurts(diagnosis=WARN) if found else {})
+    if model.controller is None and len(recording.channels) == 2 and not lines and not any(
             f.fault in ('sign', 'swapped') for f in doubts):
-        rigid = [wiring.effort(SmoothedMotion(recording, noise_levels(recording.y)[0]), model,
+        lines = [wiring.effort(SmoothedMotion(recording, noise_levels(recording.y)[0]), model,
                                effort_is)]
-    remarks = [*(f.text for f in fatal or found), *filter(None, [repeats]), *notes]
-    return [*rigid, judged('model', 'diagnose', (
-        said(code, remarks='; '.join(remarks)),
-        *([said('with_remarks', remarks='; '.join(remarks))] if remarks and not found else [])),
-        wired)]
+    return [*lines, judged('model', 'diagnose', said(code, remarks='; '.join(remarks)), wired)]
 
 
 def check(recording: UniformRecording, model: DriveModel) -> list[DataFinding]:
@@ -487,8 +483,8 @@ def admitted(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, 
                          'measured')
     if model.arm_load != 'measured':
         if measured and arm_torque is not None and np.nanmax(np.abs(arm_torque)) > 0.0:
-            notes.append(str(said('arm_torque_unused', model=model_name, load=model.arm_load,
-                                  input=on_axis('torque', model.axis))))
+            notes.append(say('arm_torque_unused', model=model_name, load=model.arm_load,
+                             input=on_axis('torque', model.axis)))
         arm_torque = None
     missing = [side for side, column in zip(checks.NAMES, np.asarray(y, float).T)
                if np.isnan(column).all()]
@@ -498,7 +494,7 @@ def admitted(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, 
     recording, repaired = prepare(t, u, y, arm_torque, name, kind_of(model))
     recording, slips = without_slip(recording.with_servo(model.controller))
     if model.driven_by == 'position' or model.transmission.kind == 'rigid':
-        notes += [str(said('counted_on', finding=slip.figure)) for slip in slips]
+        notes += [say('counted_on', finding=slip.figure) for slip in slips]
     found = check(recording, model)
     fatal = [f.text for f in found if f.fatal]
     if fatal:

@@ -29,8 +29,8 @@ class JumpLimits:
     from a turn. alike: times that jumps of one size, against the motion, have to come to be turns
     of an unknown period. away: rows that an outlier lasts at most. stranger: how often one value
     must come between the readings to be a second publisher's; share: of all rows that may be its,
-    at most. wild: times what all but `rest` of
-    the efforts stay below: no motor reaches it, above all not for `away` rows alone.
+    at most. wild: times the amount that all but a share `rest` of the efforts stay below: no motor
+    reaches it, and even less for `away` rows alone.
     """
 
     usual: float = 6.0
@@ -183,13 +183,12 @@ def _away(q: Array, rows: Integers) -> Integers:
 
 def wild_rows(effort: Array) -> Integers:
     """Return the rows of an effort [N] (NaN: not measured) alone and far beyond all others."""
-    measured = effort[np.isfinite(effort)]
-    if not len(measured):
-        return np.empty(0, np.int64)
-    middle = float(np.median(measured))
-    usual = float(np.quantile(np.abs(measured - middle), 1.0 - LIMITS.rest))
-    rows = np.flatnonzero(np.abs(effort - middle) > LIMITS.wild * usual) if usual else \
-        np.empty(0, np.int64)
+    own = np.flatnonzero(np.isfinite(effort))
+    if not len(own):
+        return own
+    off = np.abs(effort - np.median(effort[own]))
+    rows = np.flatnonzero(off > LIMITS.wild * (
+        np.quantile(off[own], 1.0 - LIMITS.rest) or math.inf))
     runs = np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)
     return np.concatenate([rows[:0], *(run for run in runs if len(run) <= LIMITS.away)])
 
