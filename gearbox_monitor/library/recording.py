@@ -166,7 +166,8 @@ class DriveRecording(Drawn):
         Return (recording on even times, repaired and checked, notes).
 
         Args:
-            weigh: whether a doubt about channels, signs and units is weighed, and no note.
+            weigh: whether a doubt about channels, signs and units, or a slip, is weighed, and no
+                note.
 
         Raises:
             InputError: it allows no statement about the drive.
@@ -176,8 +177,9 @@ class DriveRecording(Drawn):
         rows, repeats = usable_rows(self.stamp_ns)
         recording, notes = admitted(self.stamp_ns[rows], u[rows, 0], y[rows], u[rows, 1],
                                     self.name, self.model, self.model.origin.name)
-        if recording.doubt is not None and not weigh:
-            notes.append(recording.doubt.text)
+        if not weigh:
+            notes += [*map(str, recording.counted_on()), *(
+                [recording.doubt.text] if recording.doubt is not None else [])]
         return recording, [*self.notes, *turned, *([repeats] if repeats else []), *notes]
 
     def _counted_on(self) -> tuple[Array, Array, list[str]]:

@@ -249,7 +249,8 @@ CHECKS = {
     'in_part': Sentence(' (part from {begin:.0f} s on)')}
 
 NOTES = {
-    'counted_on': Sentence('{finding}: counted on'),
+    'counted_on': Sentence('motor and arm slip by {size:.3g} rad at {at:.4g} s: the motor is '
+                           'counted on over it'),
     'arm_torque_unused': Sentence('the {input} measured on the arm is not used: arm_load in '
                                   '{model} is {load}, not measured'),
     'huge_values': Sentence('{count} values of {field} were infinite or beyond 1e9, or far beyond '

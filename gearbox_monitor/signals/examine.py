@@ -492,9 +492,7 @@ def admitted(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, 
         raise InputError(f'{name}: {missing[0]}: never measured, expected both encoders, or in '
                          f'{model_name} {ONE_ENCODER}')
     recording, repaired = prepare(t, u, y, arm_torque, name, kind_of(model))
-    recording, slips = without_slip(recording.with_servo(model.controller))
-    if model.driven_by == 'position' or model.transmission.kind == 'rigid':
-        notes += [say('counted_on', finding=slip.figure) for slip in slips]
+    recording, _ = without_slip(recording.with_servo(model.controller))
     found = check(recording, model)
     fatal = [f.text for f in found if f.fatal]
     if fatal:

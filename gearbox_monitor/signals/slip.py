@@ -43,7 +43,7 @@ def without_slip(part: UniformRecording) -> tuple[UniformRecording, list[DataFin
     y = part.y.copy()
     y[row:, 0] -= size
     seconds = part.begin + row * part.dt
-    return replace(part, y=y, slip=(row, size)), [judged(
+    return replace(part, y=y, slip=(float(part.t[row]), size)), [judged(
         'motion', 'slip', said('drive_slips', size=size, at=seconds),
         hurts(WARN, WARN, BAD if scatter > 0.5 * abs(size) else WARN),
         {'slip_rad': size, 'slip_s': seconds})]

@@ -20,7 +20,7 @@ from gearbox_monitor.estimation.sample_loop import BACKWARD, HUGE, stamp_codes, 
 from gearbox_monitor.kernels.elementary import DIFFERENCE_GAIN, quantisation_step
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import Controller, DriveModel
-from gearbox_monitor.presentation import on_axis, said, say
+from gearbox_monitor.presentation import on_axis, said, Said, say
 from gearbox_monitor.signals.jumps import wild_rows
 from gearbox_monitor.signals.recording_limits import LIMITS
 
@@ -66,7 +66,7 @@ class UniformRecording:
     which the noise of the encoders is not, whatever interpolated readings look like; servo_torque
     [N] N m: what a servo commands, None without; shift: sample times by which a torque that is
     sampled acts later, None: it is held from t_k to t_k+1. begin: s, where t is 0 in the source.
-    slip: row from which on the motor is counted on over a slip, and by how much, rad.
+    slip: t from which on the motor is counted on over a slip, s, and by how much, rad.
 
     If the motor's motion drives the model (torque_domain), motor [N, 5] holds it: position, speed,
     acceleration, whether it moves, and u without its noise; y then has u in place of the motor's
@@ -86,16 +86,21 @@ class UniformRecording:
     shift: float | None = None
     doubt: Doubt | None = None
     begin: float = 0.0
-    slip: tuple[int, float] | None = None
+    slip: tuple[float, float] | None = None
 
     def as_read(self) -> 'UniformRecording':
         """Return the recording whose motor is not counted on over a slip."""
         if self.slip is None:
             return self
-        row, size = self.slip
+        at, size = self.slip
         y = self.y.copy()
-        y[row:, 0] += size
+        y[self.t >= at, 0] += size
         return replace(self, y=y, slip=None)
+
+    def counted_on(self) -> list[Said]:
+        """Return the note on a slip over which the motor is counted on, [] without one."""
+        return [said('counted_on', size=self.slip[1], at=self.begin + self.slip[0])
+                ] if self.slip else []
 
     def first(self, seconds: float) -> 'UniformRecording':
         """Return its first `seconds` s."""

@@ -23,6 +23,7 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, Plant
 from gearbox_monitor.signals.examine import admitted, examine
+from gearbox_monitor.signals.uniform import at_one_rate
 
 MODEL, DT = DriveModel(), 2e-3
 SECONDS, AT = 34.0, 14.0
@@ -100,7 +101,12 @@ def test_check_names_a_slip_and_counts_on_over_it(healthy):
     t = replace(healthy, y=y)
     recording, _ = admitted(t.stamp_ns, t.u[:, 0], t.y, None, 'log', MODEL, 'the model')
     assert recording.slip[1] == slip.values['slip_rad']
-    assert recording.as_read().y[-1] == pytest.approx(y[len(recording.y) - 1], abs=1e-9)
+    note, = recording.counted_on()
+    assert 'slip by 0.1' in str(note) and not recording.as_read().counted_on()
+    np.testing.assert_allclose(recording.as_read().y, y[:len(recording.y)], atol=1e-9)
+    slower, _ = at_one_rate([recording, replace(recording, dt=1.05 * recording.dt)])
+    off = slower.as_read().y[:, 0] - np.interp(slower.t, recording.t, y[:len(recording.y), 0])
+    assert len(slower.y) < 0.96 * len(y) and (np.abs(off) > 0.1).sum() < 5
     off = recording.y - healthy.y[:len(recording.y)]
     assert np.median(np.abs(off[-1000:])) < 0.01
     for change in (lambda y, s: None, gap_opens):

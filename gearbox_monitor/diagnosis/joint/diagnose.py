@@ -75,7 +75,8 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     evidence = evidence_of(recordings, model, ids, jobs, reported)
     otherwise = read_as_doubted(evidence)
     decision = without_idle_laws(decide(evidence))
-    notes = [*decision.notes, *doubts(decision, otherwise)]
+    notes = [*decision.notes, *doubts(decision, otherwise),
+             *(note for r in recordings for note in r.counted_on())]
     stated, lasts = (m.process_torque_time for m in (model, decision.recordings.model))
     if lasts != stated:
         notes.append(said('torque_lasts', seconds=lasts, stated=stated))
