@@ -79,7 +79,7 @@ def unit_of_label(label: str) -> tuple[float, str]:
 
 
 def strange_unit(label: str) -> str:
-    """Return what stands in the place of a unit, 'torque [foo]', and is none; '' if nothing."""
+    """Return the text in brackets that names no known unit, as in 'torque [foo]', else ''."""
     match = re.search(r'\s\[([^\[\]]*[^\W\d][^\[\]]*)\]\s*$', label)
     return match[1].strip() if match and not scaled_unit(match[1])[1] else ''
 

@@ -145,7 +145,7 @@ def meaning_of(label: str, unit: str = '') -> Meaning:
     if quantity == NOTHING and (source == MEASURED or {'state', 'states'} & set(leaf)) and {
             'joint', 'joints'} & set(words) and not foreign and all(
             word.isdigit() for word in unexplained):
-        quantity = POSITION  # feedBack.joints[3], joint_states: what is measured of a joint
+        quantity = POSITION  # feedBack.joints[3], joint_states: a measured joint as such
     deciding = [word for table, kind in (('quantities', quantity), ('sources', source),
                                          ('sides', side)) for word in words
                 if kind and word in known[table].get(kind, ())]

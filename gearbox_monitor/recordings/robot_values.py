@@ -24,7 +24,7 @@ from gearbox_monitor.signals.recording import conventions_of
 from gearbox_monitor.simulators.robot_model import ChainFile
 
 BEYOND = 0.05  # rad or m: a joint that leaves its range by less is at its stop
-OF_DEGREES = 3.0  # times the range: beyond what a wrong zero or turns make of radians
+OF_DEGREES = 3.0  # times the range: no wrong zero or turn leads radians so far
 KEYS = ('tolerance', 'link_tolerance', 'friction_tolerance', 'torque_constants', 'effort', 'kp',
         'kd', 'gain_tolerance', 'torque_tolerance', 'compensated', 'locked')
 
@@ -123,7 +123,7 @@ def robot_model(file: ChainFile, values: RobotValues, learnt: bool) -> RobotMode
     if usual is None:
         usual = SETTINGS.tolerance_learnt if learnt else SETTINGS.tolerance
     tolerance = np.array([values.links.get(link.name, usual) for link in file.chain.links])
-    # A drive's inertia is all its joint's, which is else known as well as friction.
+    # All inertia of a drive belongs to its joint, whose tolerance is otherwise that for friction.
     friction = usual if file.drive else 0.0 if learnt else values.friction_tolerance
     return RobotModel(file.chain, tolerance, friction, learnt,
                       _gains(values.kp, file.kp, file), _gains(values.kd, file.kd, file),

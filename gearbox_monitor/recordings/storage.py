@@ -209,7 +209,7 @@ class SqliteFile:
             if head[:3] != WAL_MAGIC:
                 written, size = 1, 0
             while written * frame < size and stream.read(16)[8:] == head[16:24]:
-                written += 1  # frames of an earlier log stand behind, with another salt
+                written += 1  # frames of an earlier log follow, with another salt
                 stream.seek(WAL_HEAD + written * frame)
         (_, used, _), = self._rows('PRAGMA wal_checkpoint')
         if max(used, 0) < written:

@@ -114,7 +114,7 @@ class WatchNode(TableNode):
         self._known: dict[str, Any] = {}
         self._described, self._last, self._count = False, time.monotonic(), 0
         self._taken, self._newest = self._last, -1      # newest: stamp of the child's last block
-        self._fresh = False     # what the state file says is not how the robot is now
+        self._fresh = False     # until a block was compared: the state file is old
         self._findings = advertise(self, String, FINDINGS, latched())
         self._payload = [advertise(self, InertiaStamped, topic, 10)
                          for topic in (PAYLOAD, PAYLOAD_STD)]
@@ -197,8 +197,8 @@ class WatchNode(TableNode):
         values = {'phase': data.get('phase', ''), 'problem': problem, 'samples': str(self._count),
                   'dropped': str(self._child.dropped + known.get('dropped', 0))}
         out = [self._status('robot', problem or data.get('summary', 'starts'),
-                            DiagnosticStatus.WARN if problem else
-                            _level(data.get('level')), values)]
+                            DiagnosticStatus.WARN if problem else _level(data.get('level')),
+                            values)]
         for name, joint in data.get('joints', {}).items():
             words = [f['words'] for f in data['findings'] if f['joint'] == name]
             out.append(self._status(
@@ -222,7 +222,7 @@ class WatchNode(TableNode):
 
 
 def _level(level: int | None, problem: str = '') -> bytes:
-    """Return the level of a status; what is not known, or old by a `problem`, is never OK."""
+    """Return the level of a status; neither an unknown nor, with a `problem`, an old one is OK."""
     out: bytes = DiagnosticStatus.STALE if level is None or (
         problem and level == Level.OK) else LEVELS[level]
     return out

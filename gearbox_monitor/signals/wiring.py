@@ -309,7 +309,7 @@ def _wiring_said(reading: Variant) -> Said:
 
 
 def _unit_said(model: DriveModel, reading: Variant) -> Said:
-    """Return what the recording's values are times the expected ones."""
+    """Return by which factor the recorded values differ from the expected ones, and why."""
     quantity = reading.quantity
     factor = 1.0 / (reading.torque if quantity == 'torque' else
                     reading.scale[1] if quantity == 'arm' else reading.scale[0])

@@ -149,7 +149,7 @@ def _constant(block: Block, joint: str) -> bool:
 
 
 def _whole(joint: JointWatch) -> bool:
-    """Return whether the newest block has what it takes to judge a joint."""
+    """Return whether the newest block holds position and effort of a joint that can move."""
     return not joint.fixed and {'position', 'effort'} <= set(joint.has)
 
 
@@ -428,7 +428,7 @@ def _with_states(watch: Watch, features: Features, groups: Sequence[Group]) -> W
             why = f'{" and ".join(unknown)} not known yet'
         level = Level.WARN if joint.name in bad else None if why else Level.OK
         joints.append(replace(joint, states=own, level=level, why=why))
-    # What one joint hides is not known of the robot.
+    # While the state of one joint is unknown, so is that of the robot.
     levels = [j.level for j in joints if j.name not in watch.locked or _whole(j)]
     level = Level.WARN if bad else Level.OK if levels and None not in levels else None
     return replace(watch, joints=tuple(joints), tilt=states[BASE][0], level=level)

@@ -118,9 +118,9 @@ def step_in(levels: Levels) -> LevelStep | None:
     """
     Return the step that the recent blocks in `levels` make sure, if there is one.
 
-    Whether something stepped is a question of what states scatter by; which state did, of how much
-    of the blocks since then each explains beyond what its freedom would (Occam factor): a weight
-    can do all that a rotor does.
+    The usual scatter of the states decides whether something stepped. The state that stepped is
+    the one that explains most of the blocks since then, less the deviance that its freedom costs
+    (Occam factor): a weight can imitate any rotor.
     """
     s, blocks = WATCH_SETTINGS, len(levels.begin_ns)
     if blocks < s.lasting:
@@ -159,9 +159,9 @@ def _inflation(blocks: float) -> float:
 
 def _evidence(levels: Levels, use: Array) -> tuple[Array, Array]:
     """
-    Return what speaks for a step of each state [F] in the last blocks, of those in `use` [T].
+    Return the evidence for a step of each state [F] in the last blocks, of those in `use` [T].
 
-    The log likelihood ratio; and the deviance that its freedom costs, the Occam factor.
+    It is the log likelihood ratio, and the deviance that the freedom costs (the Occam factor).
     """
     share = use / (_inflation(float(np.sum(use))) * levels.scatter[:, None])     # [F, T]
     precision = levels.precision[-len(use):]
