@@ -225,9 +225,8 @@ class JointStates:
     def of_named(self) -> 'JointStates':
         """Return the messages that name one of the joints."""
         rows = self.named.any(axis=1)
-        return self if rows.all() else JointStates(
-            self.names, self.stamp_ns[rows], self.log_ns[rows], self.named[rows],
-            self.position[rows], self.velocity[rows], self.effort[rows])
+        return self if rows.all() else JointStates(self.names, *(
+            getattr(self, field)[rows] for field in ('stamp_ns', 'log_ns', 'named', *FIELDS)))
 
 
 @dataclass(frozen=True)

@@ -251,7 +251,8 @@ class Player:
         if snapshot.content.get('reason') not in STATE_UNCHANGED:
             return False
         recorded = snapshot.content if self.whole else self._restored(snapshot).snapshot()
-        same = _same_state(self._engine.snapshot(), recorded)
+        present = self._engine.snapshot()
+        same = all(present[key] == recorded.get(key) for key in STATE)
         if same and self.whole:
             self.monitor.adopt_baseline(snapshot.content)
         return same
@@ -376,8 +377,3 @@ def joined_estimates(parts: Sequence[Estimates]) -> Estimates:
         return parts[0]
     return Estimates(*(np.concatenate([getattr(part, name) for part in parts])
                        for name in Estimates.__dataclass_fields__))
-
-
-def _same_state(present: Mapping[str, str], recorded: Mapping[str, str]) -> bool:
-    """Return whether the snapshots `present` and `recorded` are of one state."""
-    return all(present[key] == recorded.get(key) for key in STATE)
