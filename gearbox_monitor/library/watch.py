@@ -16,6 +16,7 @@ from gearbox_monitor.recordings.joint_input import find_topic
 from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOptions
 from gearbox_monitor.recordings.topics import JOINT_STATES
 from gearbox_monitor.robot.description import LONGEST
+from gearbox_monitor.signals.stamps import require_stamps
 from gearbox_monitor.watch.block import Block, Cutter
 from gearbox_monitor.watch.fold import begin, step
 from gearbox_monitor.watch.record import Watch
@@ -118,14 +119,15 @@ def _taken(path: Path, cutter: Cutter, topic: str, reading: ReadOptions, known: 
         assumed: see _renamed.
 
     Raises:
-        InputError: it has no such topic, or begins more than a block before the end
-            of the last.
+        InputError: it has no such topic, no message is stamped, or it begins more than a block
+            before the end of the last.
     """
     described, after_ns = deque(_descriptions(path, reading)), known.stamp_ns
     with open_recording(path, reading, topic) as reader:
         topic = find_topic(reader, topic)
         recorded = reader.joint_names(topic)
         states = reader.joint_states(topic, recorded)
+    require_stamps(str(path), states.stamp_ns)
     names = _renamed(path, recorded, known, assumed)
     first = int(states.stamp_ns.min()) if len(states.stamp_ns) else after_ns
     if DATED <= first < after_ns - WATCH_SETTINGS.block_ns:    # the last block was cut short

@@ -35,7 +35,7 @@ from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.recorded_samples import (
     NO_MODEL, NO_SAMPLES, read_snapshots, RecordedSnapshot, samples_of, sliced)
 from gearbox_monitor.robot.description import RobotDescription
-from gearbox_monitor.signals.examine import unstamped
+from gearbox_monitor.signals.stamps import unstamped
 
 Follower: TypeAlias = Callable[[Monitor, Samples, Estimates], None]
 STATE = ('z', 'P', 'memory', 'gate', 'clock', 'efforts', 'parameters', 'model')

@@ -190,8 +190,8 @@ class WatchNode(TableNode):
             if not self._child.alive else
             f'no {ROBOT_DESCRIPTION}' if not self._described else
             'no joint_states' if now - self._last > SILENT else
-            f'nothing of joint_states is taken for {BEHIND:.0f} s: their stamps are set back, or '
-            'the computer is too slow' if now - self._taken > BEHIND else
+            f'nothing of joint_states is taken for {BEHIND:.0f} s: their stamps are 0 or set '
+            'back, or the computer is too slow' if now - self._taken > BEHIND else
             known.get('problem') or ('' if self._fresh or data.get('phase') != 'watch' else
                                      'nothing compared since the start'))
         values = {'phase': data.get('phase', ''), 'problem': problem, 'samples': str(self._count),

@@ -11,7 +11,7 @@ Public names, by module:
 
     .: SignalHandlerOptions
     examine: admitted, Examination, examine, examined, joined, measured_samples,
-        require_samples, SAMPLES, unstamped, WINDOWS
+        require_samples, SAMPLES, WINDOWS
     finding: BAD, DataFinding, hurts, judged, OK, PURPOSES, WARN
     jumps: counted_on, JumpFinding, OUTLIER, PERIODS, SLIP, strangers, TURNS, turns, wild_rows,
         without_jumps
@@ -19,7 +19,7 @@ Public names, by module:
         JointSignals, MOTOR, NOT_MEASURED, Recording, RULES, UNKNOWN
     recording_limits: LIMITS
     smoothed_motion: SmoothedMotion
-    stamps: evened
+    stamps: evened, require_stamps, unstamped
     uniform: at_one_rate, expect_one_rate, prepare, RecordingKind, rms_of, UniformRecording,
         usable_rows
 """

@@ -66,8 +66,7 @@ def examine(samples: Samples, parameters: EstimatorParameters,
     Raises:
         InputError: there is nothing to judge.
     """
-    if len(samples.stamp_ns) >= LIMITS.min_samples and (samples.stamp_ns <= 0).all():
-        raise InputError(unstamped(len(samples.stamp_ns)))
+    stamps.require_stamps('stamps', samples.stamp_ns)
     samples, publishers, apart = of_one_publisher(samples)
     clock = stamps.clock(samples.stamp_ns, parameters.max_gap)
     if clock is None or len(clock.seconds) < LIMITS.min_samples:
@@ -111,13 +110,6 @@ def examined(lines: Iterable[DataFinding], begin: float, seconds: float) -> Exam
 
 
 # --- what is no sample of this drive ------------------------------------------------------------
-def unstamped(count: int) -> str:
-    """Return what to say of `count` messages without a header stamp."""
-    return (f'all {count} header stamps are 0: the driver does not stamp its messages, expected '
-            'times of measurement; gearbox_monitor import BAG --stamps received NEW takes the '
-            'times of receipt')
-
-
 def of_one_publisher(samples: Samples) -> tuple[Samples, list[DataFinding], bool]:
     """
     Return samples of one publisher, the finding about two, and whether each has one encoder.
@@ -406,8 +398,7 @@ def require_samples(name: str, stamp_ns: Integers, y: Array) -> None:
     Raises:
         InputError: no message is stamped, or two publishers sent them.
     """
-    if len(stamp_ns) > 1 and (stamp_ns <= 0).all():
-        raise InputError(f'{name}: {unstamped(len(stamp_ns))}')
+    stamps.require_stamps(name, stamp_ns)
     for finding in of_one_publisher(Samples(stamp_ns, np.empty((len(y), 2)), y))[1]:
         raise InputError(f'{name}: {finding.figure}, expected those of the drive alone: '
                          f'{finding.advice}')

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.sample_loop import (
     BACKWARD, CONFIRM, DUPLICATE, ESTIMATE, JUMP, stamp_codes, START, ZERO_STAMP)
 from gearbox_monitor.kernels.types import Array, Flags, Integers
@@ -80,6 +81,19 @@ def clock(stamps: Integers, max_gap: float = LIMITS.max_gap) -> StampClock | Non
     jitter = float(even.std()) / np.sqrt(2.0)  # a late stamp moves the step before and behind it
     return StampClock(usable, seconds, period, jitter, absent_samples(seconds),
                       tuple(restarts.tolist()), burst)
+
+
+def unstamped(count: int) -> str:
+    """Return what to say of `count` messages without a header stamp."""
+    return (f'all {count} header stamps are 0: the driver does not stamp its messages, expected '
+            'times of measurement; gearbox_monitor import BAG --stamps received NEW takes the '
+            'times of receipt')
+
+
+def require_stamps(name: str, stamps: Integers) -> None:
+    """Raise InputError, naming the recording `name`, if several `stamps` [N] (ns) are all 0."""
+    if len(stamps) > 1 and (stamps <= 0).all():
+        raise InputError(f'{name}: {unstamped(len(stamps))}')
 
 
 def segment(clock: StampClock, u: Array, y: Array) -> UniformRecording:

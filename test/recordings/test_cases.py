@@ -123,7 +123,8 @@ def test_all_interfaces_of_a_joint_are_used(capsys, tmp_path):
 REFUSED = [
     (('import', 'import_binary/log.csv', '--guess'), 'is it binary?', 2),
     *(((*words, 'zero_stamps/bag'), '--stamps received', 2) for words in (
-        ['check'], ['replay'], ['report'], ['accept', '--max-gap', '0.1'])),
+        ['check'], ['replay'], ['report'], ['accept', '--max-gap', '0.1'],
+        ['watch', '--model', 'robot_wraps/robot.urdf'])),
     (('diagnose', 'robot_prefix/bag', '--model', 'robot_prefix/robot.urdf'), '--prefix left_', 3)]
 
 

@@ -15,6 +15,7 @@ from gearbox_monitor.presentation import say
 from gearbox_monitor.signals.jumps import (
     JumpFinding, OUTLIER, PERIODS, SLIP, strangers, TURNS, turns, wild_rows, without_jumps)
 from gearbox_monitor.signals.recording import AS_RECORDED, Convention, Recording
+from gearbox_monitor.signals.stamps import require_stamps
 
 TORQUE, CURRENT, SETPOINT = 'torque', 'current', 'setpoint'
 LEAST_SECONDS = 4.0  # a section holds at least one test function and what a smoother loses
@@ -85,9 +86,10 @@ def raw_log(recording: Recording, joints: Mapping[str, str], kind: str,
         constants: torque per current, N m/A, of each joint; without them currents stay A.
 
     Raises:
-        InputError: the recording has no joint of that name.
+        InputError: the recording has no joint of that name, or no message is stamped.
     """
     stamps, signals = recording.on_one_clock(list(joints.values()))
+    require_stamps(recording.name, stamps)
     by_joint = dict(zip(joints, signals))
     inputs = {joint: s.setpoint if kind == SETPOINT else s.effort
               for joint, s in by_joint.items()}
