@@ -83,7 +83,8 @@ def compile_(text: str, path: Path, *flags: str) -> None:
         InputError: there is no compiler, or it fails.
     """
     command, newer = [*compiler(), *FLAGS, *flags], path.stem.endswith(library.STEMS[0])
-    if 'ziglang' not in command:  # which does not know it
+    version = subprocess.run([*command, '--version'], capture_output=True, text=True, check=False)
+    if 'Free Software Foundation' in version.stdout:  # other compilers than GCC refuse it
         command.append('-fvect-cost-model=dynamic')
     if platform.machine() in ('x86_64', 'AMD64'):
         command.append(('-mcpu=x86_64' if 'ziglang' in command else '-march=x86-64') + (
