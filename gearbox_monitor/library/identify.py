@@ -117,7 +117,7 @@ def uniform(recordings: Recorded | Sequence[Recorded], model: DriveModel,
         recordings: one or several.
         model: of the drive.
         validate: recording that is used for validation only.
-        weigh: whether a doubt about channels, signs and units is weighed, and no note.
+        weigh: see DriveRecording.uniform.
 
     Raises:
         InputError: a recording allows no statement about the drive, or validate is not one.

@@ -28,7 +28,6 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS, library
-from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 from gearbox_monitor.plant.effects.gearbox import SLIP
 from gearbox_monitor.presentation import on_axis, Said, said
 from gearbox_monitor.signals.uniform import at_one_rate, expect_one_rate, UniformRecording
@@ -131,7 +130,7 @@ def diagnose_change(reference: UniformRecording, later: UniformRecording, model:
         raise InputError(f'{later.name}: other encoders than {reference.name}, expected the same')
     ids = [i for i in chosen_ids(None, ()) if not hidden_by(i, model, [reference, later])]
     nominal = _reference_fit(reference, model, ids)
-    evidence = evidence_of([later], nominal.model, ids)
+    evidence = evidence_of([later.as_read() if SLIP.id in ids else later], nominal.model, ids)
     otherwise = read_as_doubted(evidence)
     decision = decide(evidence)
     notes = [*decision.notes, *doubts(decision, otherwise)]
@@ -210,7 +209,7 @@ def _refuted(nominal: ReferenceFit, effect: str, values: Values) -> bool:
         effect: id.
         values: of its parameters now.
     """
-    if effect in (DISTURBANCE.id, SLIP.id):  # at times of its own
+    if library()[effect].is_event:
         return True
     model = with_effects(nominal.model, [{'id': effect, **values}])
     fine, fit = nominal.evidence.fine, nominal.fit

@@ -17,10 +17,10 @@ FILE = DriveModel()
 DT, SECONDS, SUBSTEPS = 4e-3, 5.0, 40
 
 
-def drive(seed, gap=0.1, friction=1.0, stiffness=25.0, noise=0.002):
+def drive(seed, gap=0.1, friction=1.0, stiffness=25.0, noise=0.002, seconds=SECONDS):
     """Return a recording of the paper's drive, integrated by semi-implicit Euler."""
     random = np.random.default_rng(seed)
-    t = np.arange(round(SECONDS / DT)) * DT
+    t = np.arange(round(seconds / DT)) * DT
     u = sum(a * np.sin(2.0 * math.pi * f * t + random.uniform(0.0, 6.0))
             for a, f in ((4.0, 0.5), (2.0, 1.3), (1.0, 3.1)))
     y, (x1, x2, v1, v2), h = np.empty((len(t), 2)), (0.0,) * 4, DT / SUBSTEPS
@@ -58,6 +58,13 @@ def test_what_was_planted_is_named(healthy, values, changed):
     assert verdict.verdict == ('effect' if changed else 'none')
     assert verdict.held and verdict.holds is not bool(changed)
     assert verdict.to_dict()['model_holds'] is verdict.holds
+
+
+@pytest.mark.system
+def test_a_slip_over_which_a_check_counted_on_is_named():
+    earlier, later = (drive(seed, seconds=8.0) for seed in (1, 2))
+    finding, = diagnose_change(earlier, replace(later, slip=(3.9, 0.3)), FILE).findings
+    assert finding.effect == 'slip' and finding.values[0].now == pytest.approx(0.3, abs=0.002)
 
 
 @pytest.mark.system
