@@ -40,9 +40,9 @@ def summary(data: Mapping[str, Any], axis: str = 'rotary') -> str:
     gap, misfit = data.get('gap_before') or 0.0, data.get('gap_after') or 0.0
     if data['verdict'] == 'undecided':
         return say('unshown', changes=' or of '.join(
-            f'any {EFFECTS[name].noun}' if size is None else f'{EFFECTS[name].noun} below '
-            f'{number(size, on_axis(EFFECTS[name].parameters[0].unit, axis))}'
-            for name, size in data['unshown'].items()))
+            f'any {effect.noun}' if q['smallest'] is None else f'{effect.noun} below '
+            f'{number(q["smallest"], on_axis(effect.parameters[0].unit, axis))}'
+            for q in data['questions'] for effect in (EFFECTS[q['effect']],)))
     if data['verdict'] == 'none':
         code = ('small_residual' if misfit > NEAR_FLOOR else
                 'within_tolerances' if gap > NEAR_FLOOR else 'no_gap')

@@ -135,9 +135,8 @@ class Verdict(Drawn, Paged):
 
     model: DriveModel that closes the gap as far as is known; without effect or map, with the
     values of the model that were estimated along. basis: what the search found. not_tried {effect:
-    why} of the library. unshown {effect: smallest size that would have been seen}, of an undecided
-    verdict. questions: changes that do not show, or not apart from a rival, with the motion that
-    would tell. model_values {effect: {parameter: value of the nominal model}}.
+    why} of the library. questions: changes that do not show, or not apart from a rival, with the
+    motion that would decide. model_values {effect: {parameter: value of the nominal model}}.
     """
 
     verdict: str
@@ -174,7 +173,6 @@ class Verdict(Drawn, Paged):
     nominal_shift: Mapping[str, float] | None = None
     validation: Mapping[str, Any] | None = None
     not_tried: Mapping[str, str] = field(default_factory=dict)
-    unshown: Mapping[str, float | None] = field(default_factory=dict)
     questions: list[Mapping[str, Any]] = field(default_factory=list)
     between_recordings: Mapping[str, Any] | None = None
 
@@ -238,7 +236,7 @@ def report(decision: Decision, lattices: Sequence[str], validate: UniformRecordi
                  if value or name not in SHAPES}
     model, params = closed.model, {
         name: {k: float(v) for k, v in values.items()}
-        for name, values in decision.values.items() if name not in (DISTURBANCE.id, SLIP.id)}
+        for name, values in decision.values.items() if not library()[name].is_event}
     for i, name in enumerate(LATTICES):
         if name in effects:
             params[name] = {'q': float(decision.recordings.quantum[i])}
@@ -283,7 +281,6 @@ def report(decision: Decision, lattices: Sequence[str], validate: UniformRecordi
         slips=[asdict(slip) for slip in decision.slips],
         equivalent=equivalents(findings, decision.model),
         model_values=model_values(params, decision.model), model=model, basis=decision,
-        unshown={q.effect: q.smallest for q in unseen},
         questions=[asdict(q) for q in (*unseen, *(
             of_rival((name, location_of(name), data.joint), data.motion, rival, 0.0)
             for name in effects for rival in others.get(name, ())[:1]))],
@@ -330,7 +327,7 @@ def _finding(decision: Decision, name: str, values: Mapping[str, float],
     if name in LATTICES:
         deviations = dict.fromkeys(values, 0.0)
         channel = decision.data.recordings[0].readings[LATTICES.index(name)]
-    if name in (DISTURBANCE.id, SLIP.id):
+    if library()[name].is_event:
         values = decision.values[name]
         deviations = dict.fromkeys(values)
         if name == SLIP.id:
@@ -372,9 +369,9 @@ def explained_shares(decision: Decision) -> dict[str, tuple[str, float | None]]:
 
 def without_idle_laws(decision: Decision) -> Decision:
     """
-    Return a decision without the laws beside which another one explains nearly all that is known.
+    Return a decision without laws that explain next to nothing of the misfit, against the largest.
 
-    Of what has no known cause, a further law imitates a part; free runs deny it.
+    Where something has no known cause, such a law imitates a part of it; free runs deny it.
 
     Args:
         decision: of a contest.
@@ -382,7 +379,8 @@ def without_idle_laws(decision: Decision) -> Decision:
     shares = {name: share or 0.0 for name, (_, share) in (
         explained_shares(decision) if decision.remains else {}).items()}
     largest = max(shares.values(), default=0.0)
-    idle = {name for name, share in shares.items() if share < THRESHOLDS.idle * largest}
+    idle = {name for name in decision.fit.candidate.ids
+            if shares.get(name, largest) < THRESHOLDS.idle * largest}
     if not idle:
         return decision
 

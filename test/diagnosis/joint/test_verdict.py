@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from test_decision import record
 
+from gearbox_monitor.diagnosis.joint import verdict as verdicts
 from gearbox_monitor.diagnosis.joint.closed_model import _channels
 from gearbox_monitor.diagnosis.joint.diagnose import diagnose
 from gearbox_monitor.diagnosis.joint.verdict import Finding, kind_of, KINDS
@@ -65,6 +66,15 @@ VERDICTS = [
 def test_the_kind_follows_from_findings_and_remainder():
     for findings, remainder, expected in VERDICTS:
         assert kind_of(findings, remainder) == expected and expected in KINDS
+
+
+def test_a_slip_with_a_small_share_is_no_idle_law(monkeypatch):
+    """No fit has it among its laws, from which it could be taken."""
+    fit = SimpleNamespace(candidate=SimpleNamespace(ids=('stiffness',)))
+    decision = SimpleNamespace(remains=True, fit=fit)
+    monkeypatch.setattr(verdicts, 'explained_shares', lambda decision: {
+        'stiffness': ('motor', 0.9), 'slip': ('motor', 1e-3)})
+    assert verdicts.without_idle_laws(decision) is decision
 
 
 def test_windows_of_several_recordings_differ_in_length():
