@@ -524,7 +524,7 @@ class Plant:
         first = round(first) if abs(first - round(first)) < 1e-6 else first
         t = (first + np.arange(len(u))) * dt
         slip = slip_profile(self._model.effects, t)
-        if slip is None:
+        if slip is None or not len(u):
             return self._run(u, dt, t)
         cuts, parts = [0, *(np.flatnonzero(np.diff(slip)) + 1), len(u)], []
         for a, b in pairwise(cuts):
@@ -535,7 +535,7 @@ class Plant:
                              for column in fields(Trajectory)})
 
     def _slip_by(self, angle: float) -> None:
-        """Let the motor slip by `angle`, rad, against the arm, where it stands."""
+        """Let the motor slip by `angle`, rad, against the arm."""
         self._slipped += angle
         self.state[0] -= angle
         self._past_x[:, 0] -= angle
