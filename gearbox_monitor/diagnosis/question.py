@@ -7,7 +7,7 @@ import math
 
 from gearbox_monitor.diagnosis.contest import CONTEST
 
-UNSEEN = 10.0  # times the plausible size: what shows only beyond it does not show
+UNSEEN = 10.0  # times the plausible size, beyond which a change counts as never shown
 SHORTEST, LONGEST = 20.0, 600.0  # s, of a motion that is asked for
 
 

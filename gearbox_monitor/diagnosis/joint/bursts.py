@@ -152,10 +152,12 @@ def follows_motion(whole: JointLikelihood, fit: InnovationFit, theta: Array, own
 
     Args:
         whole: likelihood of the recordings.
-        fit: of the model that lacks the bursts.
+        fit: of the model without bursts.
         theta: bursts, see with_bursts.
         owner: see with_bursts.
     """
+    if len(theta) < 2:
+        return False
     acts: list[Flags] = []
     moved: dict[str, list[Array]] = {}
     for i, (part, states) in enumerate(zip(whole.parts, whole.smoothed(
@@ -165,7 +167,7 @@ def follows_motion(whole: JointLikelihood, fit: InnovationFit, theta: Array, own
         for name, x in named_motion(part.recording, states, index).items():
             moved.setdefault(name, []).append(x)
     inside = np.concatenate(acts)
-    if len(theta) < 2 or not inside.any():
+    if not inside.any():
         return False
     for name in moved.keys() - {'time'}:
         x = np.concatenate(moved[name])
@@ -206,8 +208,7 @@ def pulses_in(runs: WindowRuns, price: float) -> Array:
     # Windows overlap: one burst is found in several of them, best in the middle of one.
     apart: list[int] = []
     for number in np.argsort(-gains):
-        lengths = np.abs(bursts[apart, 0] - bursts[number, 0]) / LONGEST
-        if (lengths > 1.0).all():
+        if (np.abs(bursts[apart, 0] - bursts[number, 0]) > LONGEST).all():
             apart.append(int(number))
     return bursts[sorted(apart)]
 

@@ -103,9 +103,8 @@ class DriveRecordings:
         parts = []
         for number, (recording, span) in enumerate(zip(self.recordings, spans)):
             if span.stop > span.start:
-                part = likelihood_of(
-                    recording, self.model, sigma, self._between_slips(number, span), coarse,
-                    1 if coarse else self.finer)
+                part = likelihood_of(recording, self.model, sigma,
+                                     self._between_slips(number, span), coarse, self.finer)
                 if self.hides(recording) and isinstance(part, InnovationLikelihood):
                     fit = self.reference or unfitted(part, self.starts.none())
                     part = hidden_begins(part, fit.model, sigma)

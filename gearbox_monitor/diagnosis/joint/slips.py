@@ -6,7 +6,7 @@ Slips: steps of the twist at times of their own, as of a clutch or a loose hub.
 
 A filter in which the zero of the motor's encoder is a state that drifts shows when it has moved,
 and by how much, even by a hundredth of the twist. Steps that pay their price are slips. How one
-happens is open: what is about it, no likelihood sees; behind it the motor counts on. Their sizes
+happens is open: no likelihood sees the samples around it; after it the motor counts on. The sizes
 are those of the largest likelihood.
 """
 from dataclasses import dataclass, replace
@@ -21,12 +21,12 @@ from gearbox_monitor.kernels.linear_least_squares import covariance
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.effects.gearbox import slipped
 
-SOFT = 0.2       # of the torque: noise with which a filter follows what a slip sets in motion
+SOFT = 0.2       # of the torque: noise with which a filter follows the motion after a slip
 THINNED = 0.02   # s, from value to value of the zero in which steps are looked for
 APART = 1.0      # s, between two slips, and from the begin and the end
 SURE = 6.0       # median deviations of the zero beyond which a step is none by chance
 MOST = 10        # steps that are looked for in a recording
-REFITTED = 6     # iterations of the fit beside slips
+REFITTED = 6     # iterations of the fit with slips
 ROUNDS, REFITS = 3, 2  # searches for slips; fits of their sizes in each
 STEP = 1e-4      # rad, of finite differences
 NEAR = 0.3       # s, about a step of the zero, where the slip begins
@@ -81,11 +81,12 @@ def slipping(data: DriveRecordings, fit: InnovationFit, price: float) -> DriveRe
     """
     Return recordings whose motor counts on over more slips than known, None if there are none.
 
-    Torque noise as large as what slips leave blurs them; it shrinks as they are found.
+    Slips that are not known enlarge the torque noise, which blurs others; it shrinks as they are
+    found.
 
     Args:
         data: the recordings, with the slips that are known.
-        fit: beside them.
+        fit: with them.
         price: -2 log L that each slip has to gain.
     """
     bare, known = without_slips(data), len(data.slips)

@@ -27,8 +27,8 @@ class Thresholds:
     # Time that a quantity spends elsewhere in the range that it has during bursts, over theirs: at
     # times of their own, a few bursts leave it many times as much.
     followed: float = 0.5
-    # Share of the squared misfit of free runs that a law explains, over the largest one, from
-    # which on it is a finding beside what has no known cause: a tenth of the misfit.
+    # Where something has no known cause, a law is a finding from this share on of the squared
+    # misfit that the largest one explains in free runs: a tenth of the misfit.
     idle: float = 0.01
     # 2 log likelihood between distinguishable effects: a Bayes factor of e^10.
     isolable: float = 20.0

@@ -219,7 +219,7 @@ def _judged(contest: RobotContest, blank: RobotFit, laws: Sequence[Candidate],
         if knowledge.short:
             contest = replace(contest, extra=SETTINGS.margin, day=SETTINGS.day)
     search = _best_search(contest, blank, laws, free)
-    # Without references a function may be what the parts differ by.
+    # Without references such a function may be the difference between the parts.
     lawless = knowledge is None and any(c.free for c in search.fit.chosen)
     if search.fit.chosen and not lawless:
         of_joints = [c for c in (*laws, *free) if len(c.columns) == 1]
@@ -303,7 +303,7 @@ def _search(contest: RobotContest, blank: RobotFit, laws: Sequence[Candidate],
 
 
 def _weighs(fit: RobotFit) -> bool:
-    """Return whether the function at the end of a fit has torque beside the laws at its joint."""
+    """Return whether the function at the end of a fit weighs against the laws at its joint."""
     j, = fit.chosen[-1].columns
     torques = [c.columns[j] @ fit.values[fit.of(i)] for i, c in enumerate(fit.chosen)
                if j in c.columns]
