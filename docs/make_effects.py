@@ -22,7 +22,7 @@ HEAD = """\
 # Effects
 
 `docs/make_effects.py` generates this page from `gearbox_monitor/plant/effects/`. An effect is a
-behaviour of a drive that the plain model lacks. [`gearbox_monitor diagnose`](diagnose.md)
+behaviour of a drive beyond the plain model. [`gearbox_monitor diagnose`](diagnose.md)
 identifies effects. The simulated plant takes them from the key `effects` of the model file, or at
 run time from `ros2 param set /plant effects '["stribeck Cs=0.1 vs=0.2"]'`.
 
@@ -49,7 +49,7 @@ TABLE_OF_TORQUE = """\
 `diagnose` fits a torque map to what no effect explains. `place` and `variable` select the
 quantity; `deviations` are the standard errors of `values`. A model has at most one map."""
 OF_ROBOTS = """\
-[`diagnose`](robot_gap.md) names these in logs of a whole robot, beside effects of one joint."""
+[`diagnose`](robot_gap.md) names these in logs of a whole robot, besides effects of one joint."""
 IN_SIMULATORS = """\
 What `export` makes of each effect. *native*: an attribute or element of MJCF implements it.
 *construct*: a combination does, approximately. *refused*: MJCF cannot represent it. A free run of

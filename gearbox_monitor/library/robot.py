@@ -29,7 +29,7 @@ from gearbox_monitor.library.recording import load_recording
 from gearbox_monitor.library.simulator_file import expect_path
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
-from gearbox_monitor.presentation import Paged, said, Saved
+from gearbox_monitor.presentation import Paged, said, Saved, say
 from gearbox_monitor.recordings.from_bag import ANY
 from gearbox_monitor.recordings.reading import BY_NAMES, ReadOptions
 from gearbox_monitor.recordings.robot_values import (
@@ -236,22 +236,18 @@ def _learnt(logs: str | Path | Sequence[str | Path], robot: Robot,
     _, doubts = as_named(read, robot, reading)
     if doubts:
         raise InputError('; '.join(doubts))
+    model = robot_model(robot.file, robot.values, True)
     with reported('learn', progress) as report:
-        result = knowledge.learn(robot_model(robot.file, robot.values, True), read,
-                                 robot.file.digest, progress=report)
-    limits = robot.file.low, robot.file.high
-    floor = 0.0 if robot.file.drive else min(
-        misfit(log, robot_model(robot.file, robot.values, False), limits) for log in read)
-    # No load of a drive is known, against which its torque has a scale.
-    differs = () if robot.file.drive else balance.examined(
-        robot_model(robot.file, robot.values, True), read, result)
-    axes = {link.joint: 'prismatic' if link.slides else 'rotary'
-            for link in robot.file.chain.links}
-    return result, [*(f'{log.name}: {note}' for log in read for note in log.notes),
-                    *(f'the reference is not as the file says: {finding_words(f.to_dict(), axes)}'
-                      for f in differs),
-                    *(f'{joint}: the model leaves more than half of its effort unexplained: it '
-                      'is not judged' for joint in result.unjudged)], floor
+        result = knowledge.learn(model, read, robot.file.digest, progress=report)
+    notes, floor = [f'{log.name}: {note}' for log in read for note in log.notes], 0.0
+    if robot.file.drive is None:  # no known load gives the torque of a drive a scale
+        stated = robot_model(robot.file, robot.values, False)
+        floor = min(misfit(log, stated, (robot.file.low, robot.file.high)) for log in read)
+        axes = {link.joint: 'prismatic' if link.slides else 'rotary'
+                for link in robot.file.chain.links}
+        notes += [f'the reference is not as the file says: {finding_words(f.to_dict(), axes)}'
+                  for f in balance.examined(model, read, result)]
+    return result, [*notes, *(say('unjudged', place=joint) for joint in result.unjudged)], floor
 
 
 def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,

@@ -58,7 +58,8 @@ class Trace:
         x, y = np.asarray(self.x, float), np.asarray(self.y, float)
         if self.step:
             x, y = np.repeat(x, 2)[1:-1], np.repeat(y, 2)
-        return thinned(x, y)
+        at = thinned_rows(y)
+        return x[at], y[at]
 
 
 @dataclass(frozen=True)
@@ -261,25 +262,18 @@ def round_span(values: Array) -> Span:
     return math.floor(low / step) * step, math.ceil(high / step) * step
 
 
-def thinned(x: Array, y: Array, limit: int = MAX_POINTS) -> tuple[Array, Array]:
+def thinned_rows(y: Array, limit: int = MAX_POINTS) -> Integers:
     """
-    Return a curve with fewer points; its extremes stay.
+    Return the rows of fewer points of a curve, ascending; its extremes stay.
 
     Args:
-        x: [N], ascending.
         y: [N]; values that are not finite count as 0 in the search for extremes.
-        limit: about so many points are returned.
+        limit: about so many rows are returned.
 
     Returns:
-        x and y of lowest and highest point of each of `limit` / 2 stretches, and of both ends.
+        Rows of lowest and highest point of each of `limit` / 2 stretches, and of both ends.
 
     """
-    at = thinned_rows(y, limit)
-    return x[at], y[at]
-
-
-def thinned_rows(y: Array, limit: int) -> Integers:
-    """Return the rows of `y` [N] that `thinned` keeps with `limit`, ascending."""
     if len(y) <= limit:
         return np.arange(len(y))
     size = -(-2 * len(y) // limit)
