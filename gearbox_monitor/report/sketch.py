@@ -11,7 +11,6 @@ import numpy as np
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.report.svg import View
 from gearbox_monitor.robot.chain import Chain
-from gearbox_monitor.robot.description import rotations
 
 WIDTH, HEIGHT, MARGIN = 460.0, 300.0, 40.0
 LINE, LETTER = 17.0, 8.8    # height of a line of text, and width of a bold letter on average
@@ -62,7 +61,8 @@ def sketch(chain: Chain, posture: Array, dots: Mapping[str, Dot]) -> View:
         posture: usual positions [J].
         dots: {joint: its dot}, the most important first; others are drawn without text.
     """
-    xy = _seen(joint_places(chain, posture))
+    _, places, _, _ = chain.poses(posture[None])
+    xy = _seen(np.vstack([np.zeros(3), *(place[0] for place in places)]))
     at = {link.joint: xy[i + 1] for i, link in enumerate(chain.links)}
     taken = [Box(x - 7.0, y - 7.0, x + 7.0, y + 7.0) for x, y in xy]
     views = []
@@ -108,21 +108,3 @@ def _places(x: float, y: float, lines: Sequence[str], dot: Dot) -> Iterator[Box]
         top = y + shift - 0.5 * height
         yield Box(x + away, top, x + away + width, top + height)
         yield Box(x - away - width, top, x - away, top + height)
-
-
-def joint_places(chain: Chain, posture: Array) -> Array:
-    """Return places [J + 1, 3] m of base and joints of `chain` at positions `posture` [J]."""
-    turns: list[Array] = []
-    places: list[Array] = []
-    for i, link in enumerate(chain.links):
-        turn = turns[link.parent] if link.parent >= 0 else np.eye(3)
-        at = places[link.parent] if link.parent >= 0 else np.zeros(3)
-        place, turn = at + turn @ link.origin, turn @ link.rotation
-        q = float(posture[i] - np.broadcast_to(chain.zero, len(chain.links))[i])
-        if link.slides:
-            place = place + turn @ link.axis * q
-        else:
-            turn = turn @ rotations(link.axis, np.array([q]))[0]
-        turns.append(turn)
-        places.append(place)
-    return np.vstack([np.zeros(3), *places])

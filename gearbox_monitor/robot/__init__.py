@@ -18,7 +18,7 @@ Public names, by module:
         open_loop, Refusal, runge_kutta, scalar_joints, tendon_forces, undecided,
         undecided_of_robot, Unread
     description: expanded_root, finite_number, LOCKED_IN_VALUES, LONGEST, own_joints, parse,
-        PRINCIPAL, RobotDescription, rotations, SUFFIXES, turn
+        PRINCIPAL, RobotDescription, SUFFIXES, turn
     dynamics: ArmLoad, arrays_of, GRAVITY, MotionState, Payload
     plausibility: implausible, implausible_limits, implausible_links
 """

@@ -134,7 +134,7 @@ class Chain:
             links: those that are wanted, None for all.
         """
         gravity = self.gravity if gravity is None else gravity
-        turns, places, axes, anchors = self._poses(q - self.zero)
+        turns, places, axes, anchors = self.poses(q)
         for index, movers in enumerate(self.movers):
             if links is not None and index not in links:
                 continue
@@ -201,7 +201,7 @@ class Chain:
 
     def _pulls(self, q: Array) -> tuple[list[Array], list[Array]]:
         """Return axes [N, 3], and what gravity is multiplied by to pull each joint back."""
-        turns, places, axes, anchors = self._poses(q - self.zero)
+        turns, places, axes, anchors = self.poses(q)
         count, theta = len(self.links), self.theta
         masses = [float(mass) for mass in theta[:, 0]]
         moments = [mass * place + turn @ own
@@ -215,8 +215,14 @@ class Chain:
                       _cross(axes[k], moments[k] - masses[k] * anchors[k])
                       for k, link in enumerate(self.links)]
 
-    def _poses(self, q: Array) -> tuple[list[Array], list[Array], list[Array], list[Array]]:
-        """Return rotation, origin, axis and anchor of each link in the base's frame."""
+    def poses(self, q: Array) -> tuple[list[Array], list[Array], list[Array], list[Array]]:
+        """
+        Return rotation, origin, axis and anchor of each link in the base's frame.
+
+        Args:
+            q: positions [N, J], rad or m.
+        """
+        q = q - self.zero
         turns: list[Array] = []
         places: list[Array] = []
         axes: list[Array] = []
