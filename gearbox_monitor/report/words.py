@@ -61,7 +61,7 @@ def counted(count: int, noun: str) -> str:
     return f'{count} {noun if count == 1 else plural}'
 
 
-class Answers(NamedTuple):
+class AnswerWords(NamedTuple):
     """The answer about many: their noun, the sentence for none, the words for those that hold."""
 
     noun: str
@@ -70,13 +70,13 @@ class Answers(NamedTuple):
     rest: str
 
 
-GEARBOXES = Answers(
+GEARBOXES = AnswerWords(
     'gearbox', 'No gearbox was measured twice: growth needs two bags, each with windows in which '
     'it moves both ways.', 'No wear detected in {}', 'not compared')
-JOINTS = Answers('joint', 'No joint could be judged.', '{} as learnt', 'not judged')
+JOINTS = AnswerWords('joint', 'No joint could be judged.', '{} as learnt', 'not judged')
 
 
-def answer(found: Sequence[str], levels: Sequence[object], words: Answers) -> str:
+def answer(found: Sequence[str], levels: Sequence[object], words: AnswerWords) -> str:
     """
     Return the answer about many gearboxes or joints in one sentence.
 

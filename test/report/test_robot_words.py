@@ -3,7 +3,7 @@
 
 """What the diagnosis of a robot says in words."""
 
-from gearbox_monitor.report.robot_words import remainder_words
+from gearbox_monitor.report.robot_words import question_words, remainder_words
 
 
 REMAINS = [
@@ -18,3 +18,20 @@ def test_what_remains_has_its_size_and_how_it_shows():
     for over, more, words in REMAINS:
         remainder = {'joint': 'lift', 'size': 1.23, 'over': over, **more}
         assert remainder_words(remainder, {'lift': 'prismatic'}) == words
+
+
+QUESTIONS = [
+    ('motor_viscous', 'motor_coulomb', 'to distinguish motor_viscous from motor_coulomb, move '
+     'lift: steps to several speeds, at 0.1 m/s to 1 m/s for 40 s (expected evidence 12)'),
+    ('payload', 'payload@hand', 'to distinguish payload from payload@hand, move lift alone, then '
+     'hand alone, in two postures a quarter turn apart, at 0.1 m/s to 1 m/s for 40 s (expected '
+     'evidence 12)'),
+    ('motor_coulomb', '', 'move lift alone, to and fro, at 0.1 m/s to 1 m/s for 40 s (expected '
+     'evidence 12): it would show Coulomb friction of about 1.0 N at lift')]
+
+
+def test_a_question_is_answered_by_a_motion():
+    for effect, rival, words in QUESTIONS:
+        question = {'joint': 'lift', 'place': 'lift', 'effect': effect, 'rival': rival,
+                    'speed': 0.5, 'seconds': 40.0, 'evidence': 12.0, 'plausible': 1.0}
+        assert question_words(question, {'lift': 'prismatic'}) == words
