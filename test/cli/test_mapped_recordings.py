@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import yaml
 
-from gearbox_monitor.cli.inputs import add_recording_arguments, load_drive, load_recording
+from gearbox_monitor.cli.inputs import add_recording_arguments, load_recordings
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.plant.drive import model_from_dict
@@ -45,7 +45,8 @@ def options(recording, model):
 
 
 def loaded(args):
-    return load_recording(args.bag[0], load_drive(args), args)
+    _, (recording,), _, notes = load_recordings(args)
+    return recording, notes
 
 
 def columns_of(run, **changes):
