@@ -406,18 +406,17 @@ def _derivative_free(result: Tuned, evaluate: Rough, names: Sequence[str],
                    failed=result.failed + sum(failures))
 
 
-def widened(error: Array, variance: Array, share: float = 0.682689) -> float:
+def widened(error: Array, variance: Array) -> float:
     """
-    Return the deviation to add in quadrature, so that the deviations cover a share of the errors.
+    Return the deviation to add in quadrature, so that one deviation covers 68 % of the errors.
 
     Args:
         error: of the estimates [N].
         variance: stated by the filter [N].
-        share: of the errors that one standard deviation should cover.
 
     Returns:
         The deviation, in the unit of the errors; 0.0 if they are covered already.
 
     """
     # |e| <= sqrt(v + m^2)  <=>  e^2 - v <= m^2
-    return math.sqrt(max(float(np.quantile(error ** 2 - variance, share)), 0.0))
+    return math.sqrt(max(float(np.quantile(error ** 2 - variance, 0.682689)), 0.0))

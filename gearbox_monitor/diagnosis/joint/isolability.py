@@ -23,7 +23,7 @@ from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 Separations: TypeAlias = dict[str, tuple[float, dict[str, float]]]
 
 
-def twins(alone: bool = False) -> list[tuple[str, str]]:
+def twins(alone: bool) -> list[tuple[str, str]]:
     """
     Return the pairs of effects of which no motion distinguishes the first from the second.
 
