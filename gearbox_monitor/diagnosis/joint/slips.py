@@ -19,6 +19,8 @@ from gearbox_monitor.diagnosis.joint.innovation_fit import fitted, InnovationFit
 from gearbox_monitor.diagnosis.joint.innovations import JointlyFiltered
 from gearbox_monitor.kernels.linear_least_squares import covariance
 from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.effects.gearbox import slipped
 
 SOFT = 0.2       # of the torque: noise with which a filter follows the motion after a slip
@@ -124,12 +126,17 @@ def _columns(data: DriveRecordings, fit: InnovationFit) -> tuple[JointlyFiltered
 def _steps(data: DriveRecordings, fit: InnovationFit) -> tuple[Array, Integers]:
     """Return the steps ([B, 2], owner [B]) of the zeros of recordings, the largest first."""
     rows, owner = [], []
-    torque = np.maximum(fit.torque, SOFT * data.torque)
+    model, torque = fit.model, np.maximum(fit.torque, SOFT * data.torque)
+    servo = model.folded().controller
+    if servo is not None:  # whose reading moves with the zero
+        data = replace(data, model=_without_servo(data.model), recordings=tuple(
+            replace(r, u=r.with_servo(servo).torque, servo_torque=None) for r in data.recordings))
+        model = _without_servo(model)
     for number, part in enumerate(data.whole.parts):
         if len(part.recording.channels) < 2:
             continue
         drifting = part.drifting()
-        zero = drifting.drift(drifting.run(fit.model, torque))
+        zero = drifting.drift(drifting.run(model, torque))
         every = max(1, round(THINNED / part.recording.dt))
         known = np.flatnonzero(np.isfinite(zero))[::every]
         for k, size in _splits(zero[known], round(APART / (every * part.recording.dt))):
@@ -137,6 +144,12 @@ def _steps(data: DriveRecordings, fit: InnovationFit) -> tuple[Array, Integers]:
             owner.append(number)
     order = np.argsort([-abs(row[1]) for row in rows], kind='stable')
     return np.array(rows).reshape(-1, 2)[order], np.array(owner, int)[order]
+
+
+def _without_servo(model: DriveModel) -> DriveModel:
+    """Return the model of a drive that takes a torque."""
+    return replace(model, controller=None, effects=tuple(
+        e for e in model.effects if library()[e['id']].location != 'controller'))
 
 
 def _begun(data: DriveRecordings, fit: InnovationFit, slips: Array, owner: Integers

@@ -11,11 +11,11 @@ from gearbox_monitor.diagnosis.joint.diagnose import diagnose
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters
-from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.drive import Controller, DriveModel
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, Plant
 from gearbox_monitor.signals.examine import examine
-from gearbox_monitor.signals.uniform import prepare
+from gearbox_monitor.signals.uniform import prepare, RecordingKind
 
 MODEL, DT, SECONDS = DriveModel(), 2e-3, 24.0
 APART, AT_LOAD = 1.5, 4.0  # s; N m
@@ -93,6 +93,24 @@ def test_slips_beside_another_effect(number):
 def test_no_slip_without_one(seed, gap, effects):
     run, _ = recording(seed, 0, effects, gap)
     assert not verdict_on(run).slips
+
+
+@pytest.mark.system
+def test_a_servo_that_slips_in_the_second_of_two_recordings():
+    servo, t = replace(MODEL, controller=Controller(kp=40.0, kd=2.0)), np.arange(8000) * DT
+    slip, parts = {'id': 'slip', 't0': 7.3, 'Ds': 0.12}, []
+    gain = {'id': 'servo_gain', 'kp': 32.0}
+    for seed, effects in ((1, (gain,)), (2, (gain, slip))):
+        u = 0.5 * np.sin(1.9 * t) + 0.3 * np.sin(5.2 * t + seed)
+        run = Plant(replace(servo, effects=effects), Noise((0.0,) * 4, (2e-3, 2e-3)),
+                    seed).run(u, DT)
+        parts.append(prepare(t, u, run.y, name=f'run {seed}',
+                             kind=RecordingKind(setpoint=True))[0])
+    verdict = diagnose(parts, servo, only=('slip', 'stiffness', 'backlash_gap', 'servo_gain'))
+    assert verdict.verdict == 'effect'
+    assert set(verdict.effect.split('+')) == {'slip', 'servo_gain'}
+    assert_found(verdict, [slip])
+    assert verdict.slips[0]['recording'] == 'run 2'
 
 
 def test_all_doors_agree():
