@@ -67,7 +67,9 @@ def gain_of_truth(verdict, case, oracle):
             for c in library([rows], [e['kind']]):
                 if c.place == place_of(case, e):
                     c = c.at_setting(np.array(e['c'])) if e['kind'] == 'payload' else c
-                    columns = {j: (x @ b(e))[:, None] for j, x in c.columns.items()}
+                    values = b(e)  # a tilt of two angles: without the change of gravity's size
+                    columns = {j: (x[:, :len(values)] @ values)[:, None]
+                               for j, x in c.columns.items()}
         if columns:
             truths.append(Candidate('truth', columns))
     if len(truths) < max(len(case.truth), 1):
