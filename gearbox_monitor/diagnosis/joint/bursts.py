@@ -33,7 +33,6 @@ ITERATIONS = 8    # of each fit of bursts
 ANNEALED = 3      # fits of bursts, each with less torque noise, before one with the least
 APART = 3         # s, after which a filter has forgotten a burst
 FAR = 1e9         # s, from one recording to the next
-LONGEST = 0.24    # s, of one burst where it is found
 LITTLE = 0.02     # of the largest step: of finite differences
 EDGES = 5.0       # percent of the time of bursts about either end of a range of the motion
 ENOUGH = 0.5      # gain in -2 log L for another iteration
@@ -208,7 +207,7 @@ def pulses_in(runs: WindowRuns, price: float) -> Array:
     # Windows overlap: one burst is found in several of them, best in the middle of one.
     apart: list[int] = []
     for number in np.argsort(-gains):
-        if (np.abs(bursts[apart, 0] - bursts[number, 0]) > LONGEST).all():
+        if (np.abs(bursts[apart, 0] - bursts[number, 0]) > THRESHOLDS.longest_burst).all():
             apart.append(int(number))
     return bursts[sorted(apart)]
 
@@ -235,7 +234,8 @@ def rectangles(free: InputEstimate, price: float) -> tuple[Array, Integers, Arra
         force = precision @ signal
         highest, amplitude, begin, end = price, 0.0, 0, 0
         for first in range(values):
-            for last in range(first, min(first + round(LONGEST / SPACING), values)):
+            longest = round(THRESHOLDS.longest_burst / SPACING)
+            for last in range(first, min(first + longest, values)):
                 run = slice(first, last + 1)
                 along, power = float(force[run].sum()), float(precision[run, run].sum())
                 if along ** 2 > highest * power:

@@ -114,7 +114,7 @@ class DriveRecordings:
         return JointLikelihood(parts)
 
     def shaken(self, number: int, samples: Integers) -> Flags:
-        """Return in which windows [W], by their `samples` [W, L] of a recording, it slips."""
+        """Return in which windows [W], by their `samples` [W, L], recording `number` slips."""
         t = samples * self.recordings[number].dt
         return np.any([((t > t0 - BEFORE) & (t < t0 + AFTER)).any(axis=1) for t0, _ in
                        self.slips[self.slip_owner == number]] or [np.zeros(len(t), bool)], axis=0)
@@ -216,7 +216,7 @@ class DriveRecordings:
         return allowed
 
     def runs(self, fit: InnovationFit, overlapping: bool = False) -> tuple[WindowRuns, ...]:
-        """Return the free runs of a fit over the windows of each recording."""
+        """Return free runs of a `fit` over windows, or `overlapping` ones, of each recording."""
         at, model = evaluated(self.whole, fit), fit.model
         return tuple(free_runs(segment.overlapping if overlapping else segment, model, smooth)
                      for segment, smooth in zip(self.segments, self.whole.smoothed(at.run)))

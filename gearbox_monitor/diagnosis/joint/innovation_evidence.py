@@ -273,7 +273,7 @@ class InnovationEvidence:
     # --- nuisances without a derivative
 
     def settled(self, h: Hypothesis, remains: Remains) -> 'InnovationEvidence | None':
-        """Return the evidence with its nuisances set about `h`, None where nothing changes."""
+        """Return the evidence with nuisances set about `h` by what `remains`, None: no change."""
         data, fit = self.data, h.fit.fit
         if data.balances or h.name in self.about:
             return None
@@ -327,7 +327,7 @@ class InnovationEvidence:
             if SLIP.id in self.data.ids else None
 
     def variants(self, h: Hypothesis, remains: Remains) -> 'list[InnovationEvidence]':
-        """Return the evidence with slips, another friction law, or colour of noise, about `h`."""
+        """Return evidence with slips, another friction law, or colour, as `remains` of `h` asks."""
         data, fit = self.data, h.fit.fit
         if data.balances:
             return []

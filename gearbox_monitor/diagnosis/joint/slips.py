@@ -60,7 +60,7 @@ def with_slips(data: DriveRecordings, slips: Array, owner: Integers) -> DriveRec
 
 
 def without_slips(data: DriveRecordings) -> DriveRecordings:
-    """Return recordings as they were read, with their slips."""
+    """Return `data` as the recordings were read, with their slips."""
     return data if not len(data.slips) else replace(
         _moved(data, data.slips, data.slip_owner, 1.0), slips=data.slips[:0],
         slip_owner=data.slip_owner[:0])
@@ -207,7 +207,7 @@ def _best_split(x: Array, least: int) -> tuple[float, int]:
 
 
 def slip_events(data: DriveRecordings, fit: InnovationFit) -> tuple[SlipEvent, ...]:
-    """Return the slips of recordings, in order of time, with the deviation of each size."""
+    """Return the slips of `data` in order of time, with deviations of their sizes in `fit`."""
     if not len(data.slips):
         return ()
     _, J = _columns(data, fit)

@@ -27,6 +27,8 @@ class Thresholds:
     # Time that a quantity spends elsewhere in the range that it has during bursts, over theirs: at
     # times of their own, a few bursts leave it many times as much.
     followed: float = 0.5
+    # s, of one burst where it is found: what overlapping windows find so near is the same burst.
+    longest_burst: float = 0.24
     # Where something has no known cause, a law is a finding from this share on of the squared
     # misfit that the largest one explains in free runs: a tenth of the misfit.
     idle: float = 0.01
