@@ -327,7 +327,7 @@ class InnovationEvidence:
             if SLIP.id in self.data.ids else None
 
     def variants(self, h: Hypothesis, remains: Remains) -> 'list[InnovationEvidence]':
-        """Return evidence with slips, another friction law, or colour, as `remains` of `h` asks."""
+        """Return evidence with slips, another friction law or colour, as `remains` of `h` asks."""
         data, fit = self.data, h.fit.fit
         if data.balances:
             return []
