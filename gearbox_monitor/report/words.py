@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Words for a verdict, shared by the terminal and the page: effects, places, next steps."""
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 import shlex
@@ -254,7 +254,8 @@ def next_steps(data: Mapping[str, Any], files: UserFiles, axis: str = 'rotary') 
                 'motion, to see whether it is the same; add an effect of your own '
                 '(docs/effects.md) and diagnose again']
     ids = set(ids_of(data))
-    advice = _separating_motions(ids, data.get('confusable') or (), axis)
+    advice = [motion_words(q, axis) for q in data.get('questions', ())
+              if frozenset((q['effect'], q['rival'])) in SEPARATES]
     if SLIP.id in ids:
         advice.append('check clutch, hub and couplings')
     if ids == {SLIP.id}:
@@ -294,24 +295,15 @@ def motion_words(question: Mapping[str, Any], axis: str) -> str:
         joint=joint, place=question['place'])
     if rival:
         name, _, place = rival.partition('@')
-        apart = SEPARATES.get(frozenset((effect, name)), 'no motion')
+        apart = SEPARATES.get(frozenset((effect, name)), '')
+        if apart.startswith('no '):
+            return f'{effect} or {rival}: {apart}'
         how = f'to distinguish {effect} from {rival}, move {joint}' + (
-            f': {apart}' if not apart.startswith('no ') else
+            f': {on_axis(apart, axis)}' if apart else
             f' alone, then {place} alone, in two postures a quarter turn apart' if place else
             ' alone, with and without a load')
     return (f'{how}, at {slow} to {fast} for {question["seconds"]:.0f} s' + (
         '' if evidence is None else f' (expected evidence {evidence:.0f})'))
-
-
-def _separating_motions(ids: set[str], rivals: Iterable[str], axis: str) -> list[str]:
-    """Return the motions that separate the effects `ids` from their rivals."""
-    advice = []
-    for pair, motion in SEPARATES.items():
-        if pair & ids and (pair - ids) & set(rivals) and not pair <= ids:
-            effect, rival = ', '.join(sorted(pair & ids)), ', '.join(sorted(pair - ids))
-            advice.append(f'{effect} or {rival}: {motion}' if motion.startswith('no ') else
-                          on_axis(f'to distinguish {effect} from {rival}, record {motion}', axis))
-    return advice
 
 
 def change_sentence(verdict: Mapping[str, Any]) -> str:

@@ -23,6 +23,8 @@ def test_what_remains_has_its_size_and_how_it_shows():
 QUESTIONS = [
     ('motor_viscous', 'motor_coulomb', 'to distinguish motor_viscous from motor_coulomb, move '
      'lift: steps to several speeds, at 0.1 m/s to 1 m/s for 40 s (expected evidence 12)'),
+    ('torque_offset', 'coulomb_asymmetry', 'torque_offset or coulomb_asymmetry: no motion '
+     'separates them: they differ only near standstill'),
     ('payload', 'payload@hand', 'to distinguish payload from payload@hand, move lift alone, then '
      'hand alone, in two postures a quarter turn apart, at 0.1 m/s to 1 m/s for 40 s (expected '
      'evidence 12)'),

@@ -127,6 +127,14 @@ def test_next_steps_have_the_names_and_options_of_the_user():
     assert ('fit model run1 run2 --model out/drive.closed.yaml --topic left --out fitted.yaml'
             ) in steps
     assert next_steps(data_of('effect', SLIPS), files) == ['check clutch, hub and couplings']
+    asked = [{'effect': 'torque_offset', 'place': 'actuator', 'joint': 'motor', 'speed': 1.0,
+              'seconds': 40.0, 'evidence': None, 'rival': rival}
+             for rival in ('coulomb_asymmetry', 'load_torque', 'gravity')]
+    steps = next_steps(data_of('effect', OFFSET, questions=asked), files)
+    assert steps[0].startswith('torque_offset or coulomb_asymmetry: no motion separates them')
+    assert steps[1] == ('to distinguish torque_offset from load_torque, move motor: slow moves '
+                        'and dwells, at 0.2 rad/s to 2 rad/s for 40 s')
+    assert steps[2].startswith('simulate with')
     robot = UserFiles('arm.urdf', ('run1',), '', 'out/drive.closed.yaml', robot='arm.urdf',
                       joint='--joint elbow', values='my values.yaml')
     steps = ' | '.join(next_steps(data_of('effect', HEAVY), robot))

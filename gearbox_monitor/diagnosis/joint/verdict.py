@@ -283,7 +283,7 @@ def report(decision: Decision, lattices: Sequence[str], validate: UniformRecordi
         model_values=model_values(params, decision.model), model=model, basis=decision,
         questions=[asdict(q) for q in (*unseen, *(
             of_rival((name, location_of(name), data.joint), data.motion, rival, 0.0)
-            for name in effects for rival in others.get(name, ())[:1]))],
+            for name in effects for rival in others.get(name, ())))],
         nominal_shift=shifts(closed.candidate, nuisances) if nuisances else None,
         validation=None if validate is None else closed_model.validate(
             validate, decision.model, model, data.level))
