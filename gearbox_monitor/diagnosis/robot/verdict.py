@@ -219,7 +219,7 @@ def _judged(contest: RobotContest, blank: RobotFit, laws: Sequence[Candidate],
         if knowledge.short:
             contest = replace(contest, extra=SETTINGS.margin, day=SETTINGS.day)
     search = _best_search(contest, blank, laws, free)
-    # Without references such a function may be the difference between the parts.
+    # Without references, a function without a law may be the difference between the parts.
     lawless = knowledge is None and any(c.free for c in search.fit.chosen)
     if search.fit.chosen and not lawless:
         of_joints = [c for c in (*laws, *free) if len(c.columns) == 1]
