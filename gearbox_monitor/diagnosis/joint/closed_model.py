@@ -21,7 +21,7 @@ from gearbox_monitor.diagnosis.joint.shooting import N_MEMORY, ShootingWindows
 from gearbox_monitor.diagnosis.joint.thresholds import STATEMENTS
 from gearbox_monitor.diagnosis.joint.torque_domain import driven, likelihood_of
 from gearbox_monitor.diagnosis.joint.windows import (
-    free_runs, misfit_of, runs_from, SECONDS, solve_states, window_data, WindowRuns)
+    free_runs, misfit_of, runs_from, SECONDS, solve_states, window_data, WindowData, WindowRuns)
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.batch import Begin
 from gearbox_monitor.plant.drive import DriveModel
@@ -96,8 +96,7 @@ def file_closure(recordings: Sequence[UniformRecording], model: DriveModel, sigm
         closed: of the model that closes the gap, near whose states those of the file begin.
         seed: seed of the random numbers.
     """
-    runs = [run.without(~np.isin(run.data.windows.first, other.data.windows.first)) for run, other
-            in zip((open_loop(r, model, sigma) for r in recordings), closed)]
+    runs = [open_loop(r, model, sigma, other.data) for r, other in zip(recordings, closed)]
     return closure(published, with_starts_of(runs, closed), True, seed)
 
 
@@ -178,7 +177,7 @@ def with_starts_of(runs: Sequence[WindowRuns],
 
 
 def open_loop(recording: UniformRecording, model: DriveModel, sigma: Array,
-              seconds: float = SECONDS) -> WindowRuns:
+              like: WindowData | None = None, seconds: float = SECONDS) -> WindowRuns:
     """
     Return free runs of `model` over the windows of a recording; no value of it moves.
 
@@ -186,11 +185,14 @@ def open_loop(recording: UniformRecording, model: DriveModel, sigma: Array,
         recording: recording of the drive.
         model: model of the drive.
         sigma: noise of the encoders [2], rad.
+        like: data with these windows, None: all of the recording.
         seconds: length of the windows, s; longer ones begin in the smoothed states as they are.
     """
     plain = replace(model, tolerance=0.0, process_torque_time=0.0,
                     controller=model.controller and replace(model.controller, tolerance=0.0))
     data = window_data(recording, plain, sigma, seconds=seconds)
+    if like is not None:
+        data = replace(data, windows=like.windows, held_out=like.held_out)
     put_in = recording.motor is not None
     # No state of a window holds the zero of the encoders, which nobody knows.
     candidate = Starts(plain, [recording]).none() if put_in else CandidateModel(plain, (), ())

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """The outcome of a contest on recordings of one drive: fits, free runs, where the rest acts."""
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 import math
@@ -54,7 +53,6 @@ class Decision:
 
     model: of the model file. recordings: with the nuisances as they were settled; of a train of
     bursts, with their torque.
-    bare: the recordings as they were read, with their slips.
     none: the fit without effects; fit: that of the laws; closed: the same, or with the torque map
     of a function. fits: all that were scored by one likelihood, best first. bursts, the largest
     first. remains: whether the laws leave more than noise. notes: doubts.
@@ -62,7 +60,6 @@ class Decision:
 
     model: DriveModel
     recordings: DriveRecordings
-    bare: DriveRecordings
     outcome: Search[InnovationEvidence]
     none: InnovationFit
     fit: InnovationFit
@@ -76,6 +73,11 @@ class Decision:
     def data(self) -> DriveRecordings:
         """The recordings with the nuisances as they were settled, without bursts."""
         return self.outcome.evidence.data
+
+    @cached_property
+    def bare(self) -> DriveRecordings:
+        """The data as the recordings were read, with their slips."""
+        return without_slips(self.data)
 
     @cached_property
     def slips(self) -> tuple[SlipEvent, ...]:
@@ -116,23 +118,18 @@ class Decision:
     def compared(self) -> ComparedRuns:
         """Free runs of all models over the windows of each recording."""
         closed = self.runs if self.closed is self.fit else self.recordings.runs(self.closed)
-        none = with_starts_of(self.bare.runs(self.none), closed)
+        none = with_starts_of(self.data.calm(self.bare.runs(self.none)), closed)
         closed = with_starts_of(closed, none)
         published = none
         if self.none.model != self.model:
             published = with_starts_of([
-                open_loop(r, self.model, self.data.level) for r in self.bare.recordings], none)
+                open_loop(r, self.model, self.data.level, run.data)
+                for r, run in zip(self.bare.recordings, none)], none)
             if not self.data.balances:
                 published = tuple(runs_from(other.data, self.model, run.states, run.memory)
                                   for run, other in zip(published, none))
-        laws = closed if self.closed is self.fit else self.runs
-        return ComparedRuns(*map(self.calm, (published, none, laws, closed)))
-
-    def calm(self, runs: Sequence[WindowRuns]) -> tuple[WindowRuns, ...]:
-        """Return free runs without the windows in which the drive slips: no model repeats that."""
-        return tuple(run.without(shaken) if (shaken := self.data.shaken(
-            number, run.data.windows.samples)).any() and not shaken.all() else run
-            for number, run in enumerate(runs))
+        return ComparedRuns(published, none, closed if self.closed is self.fit else self.runs,
+                            closed)
 
     @property
     def widest(self) -> int:
@@ -236,7 +233,7 @@ def decide(recordings: DriveRecordings) -> Decision:
             unique.setdefault(fit.candidate.key, fit)
     notes = (said('all_trained'),) if data.all_trained and not recordings.all_trained else ()
     return Decision(
-        recordings.model, best.fit.beside if bursts else data, bare, outcome, none, laws, closed,
+        recordings.model, best.fit.beside if bursts else data, outcome, none, laws, closed,
         tuple(unique.values()), bursts, outcome.lawless, notes)
 
 

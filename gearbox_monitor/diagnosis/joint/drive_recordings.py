@@ -21,7 +21,7 @@ from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.diagnosis.joint.torque_domain import likelihood_of
 from gearbox_monitor.diagnosis.joint.windows import (
     free_runs, hidden_begins, seconds_at_rest, SETTLING, window_data, WindowData, WindowRuns)
-from gearbox_monitor.kernels.types import Array, Flags, Integers
+from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.signals.uniform import UniformRecording
@@ -113,11 +113,15 @@ class DriveRecordings:
                 parts.append(part)
         return JointLikelihood(parts)
 
-    def shaken(self, number: int, samples: Integers) -> Flags:
-        """Return in which windows [W], by their `samples` [W, L], recording `number` slips."""
-        t = samples * self.recordings[number].dt
-        return np.any([((t > t0 - BEFORE) & (t < t0 + AFTER)).any(axis=1) for t0, _ in
-                       self.slips[self.slip_owner == number]] or [np.zeros(len(t), bool)], axis=0)
+    def calm(self, runs: Iterable[WindowRuns]) -> tuple[WindowRuns, ...]:
+        """Return `runs` without the windows in which the drive slips: no model repeats that."""
+        out = []
+        for number, run in enumerate(runs):
+            t, kept = run.data.windows.samples * run.recording.dt, np.ones(len(run.states), bool)
+            for t0, _ in self.slips[self.slip_owner == number]:
+                kept &= ~((t > t0 - BEFORE) & (t < t0 + AFTER)).any(axis=1)
+            out.append(run.take(np.flatnonzero(kept)) if kept.any() and not kept.all() else run)
+        return tuple(out)
 
     def _between_slips(self, number: int, span: slice) -> list[slice]:
         """Return the parts of the `span` of a recording in which nothing slips: all but a blow."""
@@ -218,8 +222,9 @@ class DriveRecordings:
     def runs(self, fit: InnovationFit, overlapping: bool = False) -> tuple[WindowRuns, ...]:
         """Return free runs of a `fit` over windows, or `overlapping` ones, of each recording."""
         at, model = evaluated(self.whole, fit), fit.model
-        return tuple(free_runs(segment.overlapping if overlapping else segment, model, smooth)
-                     for segment, smooth in zip(self.segments, self.whole.smoothed(at.run)))
+        return self.calm(
+            free_runs(segment.overlapping if overlapping else segment, model, smooth)
+            for segment, smooth in zip(self.segments, self.whole.smoothed(at.run)))
 
     def beyond_share(self, fit: InnovationFit) -> float:
         """

@@ -355,7 +355,7 @@ def explained_shares(decision: Decision) -> dict[str, tuple[str, float | None]]:
         if name in (TORQUE_MAP.id, DISTURBANCE.id):
             continue
         losses = np.zeros(2)
-        others = (decision.calm(decision.bare.runs(decision.fit))
+        others = (decision.data.calm(decision.bare.runs(decision.fit))
                   if name == SLIP.id and len(ids) > 1 else runs.none)
         for none, run in zip(others, runs.laws):
             without = none.residual if len(ids) == 1 or name == SLIP.id else _without(

@@ -254,14 +254,6 @@ class WindowRuns:
         """The recording."""
         return self.data.recording
 
-    def without(self, dropped: Flags) -> 'WindowRuns':
-        """Return the runs without the windows that are `dropped` [W]."""
-        kept = np.flatnonzero(~dropped)
-        data = replace(self.data, windows=self.data.windows.take(kept),
-                       held_out=self.data.held_out[kept])
-        return replace(self, data=data, states=self.states[kept], memory=self.memory[kept],
-                       residual=self.residual[kept])
-
     @cached_property
     def chi2(self) -> Array:
         """chi2 [W] of the windows."""

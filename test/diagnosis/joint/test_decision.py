@@ -202,6 +202,10 @@ def test_evidence_of_one_encoder_begins_where_it_moves():
     begin_both, begin_arm = (evidence_of(r).segments[0].span.start * DT for r in (both, arm))
     assert begin_both < 0.3 and 1.4 < begin_arm < 2.2
     assert evidence_of(both, arm).segments[1].span.start * DT == begin_arm
+    alone = evidence_of(arm)
+    runs = alone.runs(unfitted(alone.fine, alone.starts.none()))
+    written = closed_model.file_closure([arm], DriveModel(), SIGMA, runs, runs)
+    assert written['gap_after'] == pytest.approx(written['gap_before'], rel=0.02)
 
 
 def test_validation_on_a_second_recording():

@@ -3,6 +3,7 @@
 
 """Noise of encoders: its level by innovations; coloured noise as a state of the filter."""
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 import pytest
@@ -126,6 +127,8 @@ def test_the_level_of_white_noise_is_that_of_the_innovations():
         assert np.abs(decision.recordings.sigma / drawn - 1.0).max() > 8e-3
         # In it a right model leaves as much, but for the states in which its runs begin.
         assert typical_misfit(refined.runs) == pytest.approx(1.0, abs=8e-3)
+        for run in chain(*refined.compared):  # the gaps before and after count in one level
+            np.testing.assert_array_equal(run.data.sigma, refined.recordings.sigma)
 
 
 @pytest.mark.parametrize('wrong, effects', [
