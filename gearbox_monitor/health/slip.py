@@ -57,7 +57,9 @@ def found_in(zeros: tuple[Zero, ...], window: Backlash, turn: float
     """
     Return the zeros to compare the next window with, and the slip that `window` confirms, if any.
 
-    Two windows in a row must be off on the same side: the window of the slip itself is mixed.
+    Two windows in a row must be off on the same side: the window of the slip itself is mixed. It
+    hardly knows its zero, and is no reference: that is one whose zero is known better than load
+    and motion move it, or than the one before.
 
     Args:
         zeros: the reference, and the newest one if it has moved.
@@ -68,8 +70,11 @@ def found_in(zeros: tuple[Zero, ...], window: Backlash, turn: float
     new = Zero.of(window)
     if not (window.separable and math.isfinite(new.value + new.std)):
         return zeros, None
-    if not zeros or not new.moved(zeros[0], turn):
+    if not zeros:
         return (new,), None
+    if not new.moved(zeros[0], turn):
+        known = LIMITS.slip_sure * new.std <= new.room or new.std <= zeros[0].std
+        return (new,) if known else zeros[:1], None
     before, first = zeros[0], zeros[-1]
     size = new.value - before.value
     if first is before or size * (first.value - before.value) < 0.0:

@@ -57,6 +57,11 @@ def outcome(health: Health, component: str) -> Outcome:
         values.update(slip_rad=slip.size, slip_rad_std=slip.std, slip_at=when(slip.stamp_ns))
         says.append((Said('slip', {'size': Quantity(abs(slip.size), slip.std, 'rad'),
                                    'at': when(slip.stamp_ns)}, Level.WARN),))
+    if component == 'backlash' and len(health.zeros) > 1:
+        before, after = health.zeros
+        says.append((Said('slip_unsure', {
+            'size': Quantity(abs(after.value - before.value), math.hypot(after.std, before.std),
+                             'rad'), 'since': when(before.stamp_ns)}, Level.WARN),))
     says += [(_described(health, test, values),) for test in active]
     column = _leading(health, component)
     doubt = _stale(health, column, (pause.said,) if pause else ()) or (

@@ -275,6 +275,9 @@ WEAR_SENTENCES = {
     'over_limit': Sentence('backlash {size} exceeds gap_limit {limit:g} rad',
                            'service the gearbox'),
     'slip': Sentence('slip of {size} at {at}', 'check clutch, hub and couplings'),
+    'slip_unsure': Sentence(
+        'motor and arm slipped by {size} after {since}, if the next window agrees',
+        'record for longer'),
     'open_size': Sentence(', its size not separable from the new motion'),
     'parts': Sentence(' (viscous {viscous:+}, Coulomb {coulomb:+})'),
     'warm_up': Sentence(' (warm-up?)'), 'steady': Sentence(', steady now'),

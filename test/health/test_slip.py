@@ -45,19 +45,31 @@ def monitor_of(samples):
     return monitor
 
 
-@pytest.mark.parametrize('size, lasts', [(0.15, 0.08), (-0.5, 0.0)])
-def test_a_slip_is_found_with_size_and_time(healthy, size, lasts):
-    """Slowly under load, or from one sample to the next, which the filter refuses to follow."""
+@pytest.mark.parametrize('size, lasts, at', [(0.15, 0.08, AT), (-0.5, 0.0, AT), (0.15, 0.08, 11.0),
+                                             (0.15, 0.08, 15.5)])
+def test_a_slip_is_found_with_size_and_time(healthy, size, lasts, at):
+    """Anywhere in a window; slowly under load, or at once, which the filter refuses to follow."""
     seconds, y = (healthy.stamp_ns - healthy.stamp_ns[0]) * 1e-9, healthy.y.copy()
-    y[:, 0] += size * np.clip((seconds - AT) / max(lasts, DT), 0.0, 1.0)
+    y[:, 0] += size * np.clip((seconds - at) / max(lasts, DT), 0.0, 1.0)
     health = monitor_of(replace(healthy, y=y)).health
     slip, = health.slips
     assert abs(slip.size - size) < 3.0 * slip.std < 0.02
-    assert abs(slip.stamp_ns - healthy.stamp_ns[0] - AT * 1e9) <= 4e9
+    assert abs(slip.stamp_ns - healthy.stamp_ns[0] - at * 1e9) <= 4e9
     level, words = sentence(health)
     assert level == Level.WARN and words.startswith(
-        f'slip of {Quantity(abs(slip.size), slip.std, "rad")} at 2001-09-09 01:46:5')
+        f'slip of {Quantity(abs(slip.size), slip.std, "rad")} at 2001-09-09 01:46:')
     assert not health.alerts  # the backlash is what it was
+
+
+def test_a_slip_that_one_window_shows_is_not_healthy(healthy):
+    """The recording ends before the second window that would make it sure."""
+    y, short = healthy.y.copy(), round((AT + 8.0) / DT)
+    y[round((AT - 1.0) / DT):, 0] += 0.15
+    health = monitor_of(Samples(healthy.stamp_ns[:short], healthy.u[:short], y[:short])).health
+    assert not health.slips and not health.stages()['backlash']
+    level, words = sentence(health)
+    assert level == Level.WARN
+    assert words.startswith('motor and arm slipped by 0.1') and 'if the next window' in words
 
 
 def gap_opens(y, seconds):
