@@ -59,7 +59,7 @@ def found_in(zeros: tuple[Zero, ...], window: Backlash, turn: float
 
     Two windows in a row must be off on the same side: the window of the slip itself is mixed. It
     hardly knows its zero, and is no reference: that is one whose zero is known better than load
-    and motion move it, or than the one before.
+    and motion move it, or than the previous one.
 
     Args:
         zeros: the reference, and the newest one if it has moved.
