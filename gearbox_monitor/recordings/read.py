@@ -46,7 +46,6 @@ DEFINITIONS = {DYNAMIC: (
 ROS1_TEXT = 'ros1msg'  # encoding of a definition, and of its messages
 BLOCK_BYTES = 1 << 20  # unpacked at once, or one chunk where that is larger
 BLOCK_MESSAGES = 4096  # of a bag that is read message by message
-FEW = 4  # joints of a drive, all of which are read at once
 MAX_HELD = 1 << 26  # bytes of messages that wait for chunks with earlier ones
 FORMATS = ('.mcap', '.db3')
 ROS1 = b'#ROSBAG V2.0'  # first bytes of a bag of ROS 1
@@ -278,8 +277,8 @@ class BagReader(AbstractContextManager['BagReader']):
         blocks = self.blocks([topic])
         first = next(blocks, block_of((topic,), []))
         look(first)
-        few = joints or tuple(look.joints) if names is None or len(look.joints) <= FEW else ()
-        decode = self.decoder(topic, tuple(dict.fromkeys((*(names or ()), *few))))
+        wanted = (joints or look.joints) if names is None else names
+        decode = self.decoder(topic, tuple(dict.fromkeys(wanted)))
         parts = [decode(block) for block in chain([first], blocks)]
         self._decoded = {topic: (JointStates(decode.names, *(
             np.concatenate([getattr(part, field) for part in parts])
