@@ -30,6 +30,7 @@ from gearbox_monitor.recordings.read import (
 from gearbox_monitor.recordings.si_signals import even_stamps
 from gearbox_monitor.recordings.topics import JOINT_STATES
 from gearbox_monitor.recordings.virtual_bag import Frames, JOINT_TOPIC, SETPOINT_TOPIC, VirtualBag
+from gearbox_monitor.signals.stamps import unstamped
 
 STATES = (JOINT_STATE, DYNAMIC, CONTROLLER)  # the most trusted first
 MULTI = 'sensor_msgs/msg/MultiDOFJointState'
@@ -314,7 +315,7 @@ def _joined(frames: Iterable[Frames]) -> list[Frames]:
                     for field in own[0].values}) for (topic, joints), own in parts.items()]
 
 
-# --- which topic tells what ---------------------------------------------------------------------
+# --- topics and their roles ---------------------------------------------------------------------
 def _surveyed(reader: BagReader, topic: str, stamps: str) -> tuple[list[_Topic], list[str]]:
     """Return (the topic of the states in a bag and those of setpoints; notes)."""
     names, notes = _chosen_topics(reader, topic)
@@ -348,9 +349,7 @@ def _surveyed(reader: BagReader, topic: str, stamps: str) -> tuple[list[_Topic],
                          f'values, expected one of {", ".join((*OF_STATE, SETPOINT))}')
     blank = next((own for own in topics if not own.is_stamped), None)
     if blank is not None and stamps == 'recorded':
-        raise Undecided(f'{reader.path}: all {blank.count} header stamps are 0: the driver does '
-                        'not stamp its messages, expected --stamps received (the times of receipt '
-                        'in the bag), or --stamps even')
+        raise Undecided(f'{reader.path}: {unstamped(blank.count)}')
     return topics, notes
 
 
