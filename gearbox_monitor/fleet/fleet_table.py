@@ -90,15 +90,14 @@ def _joints_of(robot: str, rows: Sequence[Row]) -> list[dict[str, Any]]:
     known = [json.loads(row['judged']) for row in rows]
     newest, out = known[-1], []
     for joint in (*newest['joints'], ''):
-        own = newest['joints'].get(joint) or {'level': 0, 'states': {}, 'why': ''}
+        own = newest['joints'].get(joint) or {'level': 0, 'states': {}}
         found = [f for f in newest['findings'] if (f['joint'] or '') == joint]
         if not joint and not found:
             continue        # of the whole robot there is nothing to say
-        still = newest['summary'] if newest['phase'] != WATCH else own['why']
         out.append({
             'robot': robot, 'joint': joint, 'level': int(Level.WARN) if found else own['level'],
             'summary': '; '.join(f['words'].partition(': ')[2] for f in found) or (
-                still if own['level'] is None else 'as learnt'),
+                own['words'] if newest['phase'] == WATCH else newest['summary']),
             'finding': found[0] if found else None, 'states': own['states'], 'bags': len(rows),
             'first': rows[0]['start'], 'last': rows[-1]['start'],
             'points': [{'start': row['start'], 'states': data['joints'][joint]['states']}

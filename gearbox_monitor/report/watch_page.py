@@ -124,7 +124,7 @@ def _row(data: WatchData, name: str) -> dict[str, Any]:
         'name': name, 'level': '' if level is None else LEVELS[level], 'kind': ROLES[level],
         'cells': cells, 'found': '; '.join(
             since_words(f['label'], f['since_ns']) for f in found),
-        'why': f'{NOT_JUDGED}: {joint["why"]}' if level is None else ''}
+        'why': f'{NOT_JUDGED}: {joint["words"]}' if level is None else ''}
 
 
 # --- changes over time --------------------------------------------------------------------------

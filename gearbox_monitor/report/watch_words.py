@@ -14,7 +14,7 @@ from gearbox_monitor.presentation import number, percent, Quantity
 from gearbox_monitor.report.robot_words import reading_words
 from gearbox_monitor.report.words import answer, counted, JOINTS, sentence
 from gearbox_monitor.watch.record import (
-    Change, DESCRIBE, LEARN, HeldLoad, StateHealth, Watch, WATCH)
+    Change, DESCRIBE, JointWatch, LEARN, HeldLoad, StateHealth, Watch, WATCH)
 from gearbox_monitor.watch.settings import (
     DATED, FRICTION, RIPPLE, ROTOR, SCALE, SECOND, TILT, WEIGHT)
 
@@ -154,7 +154,7 @@ def watch_data(watch: Watch) -> dict[str, Any]:
         'readings': readings_of(watch),
         'level': None if watch.level is None else int(watch.level),
         'joints': {j.name: {
-            'level': None if j.level is None else int(j.level), 'why': j.why,
+            'level': None if j.level is None else int(j.level), 'words': _joint_words(j),
             'rate_hz': j.rate, 'has': list(j.has), 'moved_s': j.moved,
             'position': _finite([j.position])[0],
             'states': _states(j.states)} for j in watch.joints},
@@ -185,6 +185,13 @@ def _held(load: HeldLoad) -> dict[str, Any]:
 def _states(states: Sequence[StateHealth]) -> dict[str, Any]:
     return {s.kind: {'size': s.size, 'std': s.std, 'judged': s.judged, 'words': share_words(s)}
             for s in states}
+
+
+def _joint_words(joint: JointWatch) -> str:
+    """Return what is known of a joint at which nothing is found."""
+    unknown = ', '.join(s.kind for s in joint.states if not s.judged)
+    well = f'as learnt; not known yet: {unknown}' if unknown else 'as learnt'
+    return joint.why if joint.level is None else well
 
 
 def _finite(values: Sequence[float]) -> list[float | None]:

@@ -202,8 +202,7 @@ class WatchNode(TableNode):
         for name, joint in data.get('joints', {}).items():
             words = [f['words'] for f in data['findings'] if f['joint'] == name]
             out.append(self._status(
-                name, '; '.join(words) or (joint['why'] if joint['level'] is None else
-                                           'as learnt'), _level(joint['level'], problem),
+                name, '; '.join(words) or joint['words'], _level(joint['level'], problem),
                 {f'{kind}_{key}': f'{state[key]:.4g}' for kind, state in joint['states'].items()
                  if state['judged'] for key in ('size', 'std')}))
         return out

@@ -35,8 +35,9 @@ from gearbox_monitor.ros.convert import to_time  # noqa: E402
 from gearbox_monitor.watch.features import groups_of, state_levels  # noqa: E402
 from gearbox_monitor.watch.fold import (  # noqa: E402
     begin, learn_again, robot_of, save_baseline, tare)
-from gearbox_monitor.watch.record import Change, Held, HeldLoad, WATCH  # noqa: E402
-from gearbox_monitor.watch.settings import FRICTION, SECOND  # noqa: E402
+from gearbox_monitor.watch.record import (  # noqa: E402
+    Change, Held, HeldLoad, StateHealth, WATCH)
+from gearbox_monitor.watch.settings import FRICTION, ROTOR, SECOND  # noqa: E402
 
 pytestmark = pytest.mark.ros
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -115,7 +116,9 @@ def test_services_change_what_is_known_and_the_page_shows_it(graph, tmp_path):
                 held, values=np.zeros(10)),), payloads=(HeldLoad(
                     'link3', 1.5, 0.1, (0.0, 0.0, 0.2), (0.1, 0.1, 0.1), since),),
         changes=(Change(FRICTION, 'joint2', 0.3, 0.02, since, since),),
-        joints=tuple(replace(j, level=Level.OK) for j in known.joints))
+        joints=tuple(replace(j, level=Level.OK, states=(
+            StateHealth(FRICTION, 0.0, 0.01, True), StateHealth(ROTOR, 0.0, 0.1)))
+            for j in known.joints))
     save_watch(state, known)
     graph.node.create_subscription(String, '/watch/findings', findings.append, LATCHED)
     graph.node.create_subscription(DiagnosticArray, '/diagnostics', statuses.append, DEEP)
@@ -146,8 +149,9 @@ def test_services_change_what_is_known_and_the_page_shows_it(graph, tmp_path):
     graph.stop(process)
     assert watch_bytes(load_watch(state)) == watch_bytes(known)
     assert known.phase == 'describe' and not known.changes
-    told = {s.name for message in statuses for s in message.status}     # what is old is not OK
-    assert 'watch: joint1' in told and not any(
+    told = {(s.name, s.message) for message in statuses for s in message.status}
+    assert ('watch: joint1', 'as learnt; not known yet: rotor') in told
+    assert not any(     # what is old is not OK
         s.level == DiagnosticStatus.OK for message in statuses for s in message.status)
 
 
