@@ -16,7 +16,7 @@ from gearbox_monitor.presentation import said, Said
 from gearbox_monitor.signals.finding import (
     BAD, DataFinding, everything, Grade, hurts, judged, OK, WARN)
 from gearbox_monitor.signals.recording_limits import LIMITS
-from gearbox_monitor.signals.uniform import absent_samples, UniformRecording
+from gearbox_monitor.signals.uniform import absent_samples, UniformRecording, usual_step
 
 _GROUP = 'stamps'
 
@@ -73,8 +73,7 @@ def clock(stamps: Integers, max_gap: float = LIMITS.max_gap) -> StampClock | Non
         if not len(restarts):
             seconds = (good - good[0]) * 1e-9
     step = np.diff(seconds)
-    period = float(np.median(step))
-    spread = 1.4826 * float(np.median(np.abs(step - period)))
+    period, spread = usual_step(seconds)
     gap = max(1.5 * period, period + 4.0 * spread)
     even = step[step <= gap]
     period = float(even.mean())

@@ -408,7 +408,7 @@ def _fill(t: Array, first: float, value: Array, field: str) -> tuple[Array, int]
     return value, count
 
 
-def _usual_step(t: Array) -> tuple[float, float]:
+def usual_step(t: Array) -> tuple[float, float]:
     """Return (median, robust deviation) of the steps of stamps `t` [N], s."""
     step = np.diff(t)
     usual = float(np.median(step))
@@ -425,7 +425,7 @@ def _grid(t: Array) -> tuple[Integers, float, Array]:
         t: stamps [N], s, increasing.
     """
     step = np.diff(t)
-    dt, spread = _usual_step(t)
+    dt, spread = usual_step(t)
     count = np.maximum(1.0, np.rint(step / dt))
     # If lateness may have made a step, its length does not show whether a sample is lost.
     doubtful = (step > 1.5 * dt) & ((spread > LIMITS.jittery * dt)
@@ -456,7 +456,7 @@ def _absent(t: Array, index: Integers, wander: Array) -> Integers:
     """Return the samples missing behind each but the last of `t` [N]; see absent_samples."""
     absent: Integers = np.diff(index) - 1
     if wander.any():  # late by any time; lost is a sample only where the next one was due, too
-        usual, spread = _usual_step(t)
+        usual, spread = usual_step(t)
         due = np.maximum(1.0, np.diff(t) // (usual - spread)) - 1.0
         absent = np.minimum(absent, due.astype(np.int64))
     return absent

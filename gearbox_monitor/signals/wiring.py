@@ -33,6 +33,7 @@ from gearbox_monitor.presentation import said, Said
 from gearbox_monitor.signals.finding import DataFinding, everything, judged, WARN
 from gearbox_monitor.signals.recording_limits import LIMITS
 from gearbox_monitor.signals.smoothed_motion import SmoothedMotion
+from gearbox_monitor.signals.uniform import rms_of
 
 GAPS = (0.33, 0.5, 0.7, 1.0, 1.4, 2.0, 3.0)  # parts of the half gap that are tried
 FEW_GAPS = (0.5, 1.0, 2.0)   # for choosing the readings that are tried with all
@@ -367,15 +368,11 @@ def likelihoods(smooth: SmoothedMotion, model: DriveModel) -> tuple[dict[str, fl
     """
     rows = slice(None, None, max(1, len(smooth.u) // ROWS))
     p, v, a, u = smooth.p[rows], smooth.v[rows], smooth.a[rows], smooth.u[rows]
-    shape, rms = model.transmission, math.sqrt(float(np.mean(u ** 2)))
-    twist, weight = p[:, 0] - p[:, 1], [np.sin(p[:, 1]), np.cos(p[:, 1])]
+    rms, weight = rms_of(u), [np.sin(p[:, 1]), np.cos(p[:, 1])]
     side = model.friction_side(v[:, 0])
-    low, high = np.percentile(twist, (2, 98))
-    gaps = [part * shape.half_gap for part in (EFFORT_GAPS if shape.half_gap > 0.0 else (1.0,))]
-    curves = [twist - zero - np.clip(twist - zero, -gap, gap)
-              for zero, gap in product((0.0, 0.5 * (low + high)), gaps)]
+    curves = [*_bent(p[:, 0] - p[:, 1], float(np.ptp(p[:, 1])), model, EFFORT_GAPS)]
     sizes = np.array([model.motor_inertia, model.viscous_friction, model.coulomb_friction,
-                      shape.stiffness])
+                      model.transmission.stiffness])
     stds = np.array([max(LIMITS.effort_inertia, model.inertia_tolerance), LIMITS.effort_friction,
                      LIMITS.effort_friction, LIMITS.effort_stiffness]) * sizes
     torque = model.position_gain * p[:, 0] + model.damping * (v[:, 0] - v[:, 1])
@@ -441,7 +438,7 @@ def effort(smooth: SmoothedMotion, model: DriveModel, stated: str) -> DataFindin
     ratio = scores[first] - scores[second]
     values: dict[str, float | str] = {
         f'log_likelihood_{name}': score for name, score in scores.items()}
-    if not ratio >= LIMITS.effort_ratio:  # NaN tells nothing, either
+    if not ratio >= LIMITS.effort_ratio:  # nor does NaN decide
         return judged('torque', 'effort', said('effort_undecided', first=first, second=second,
                                                ratio=ratio), values=values)
     values['effort_is'] = first
