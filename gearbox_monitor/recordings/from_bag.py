@@ -87,7 +87,7 @@ def robot_recording(reader: BagReader, topic: str, joints: Sequence[str]) -> Rec
 
 def _setpoints(reader: BagReader, topic: str, joints: Sequence[str], stamp_ns: Integers
                ) -> dict[str, Array]:
-    """Return the setpoints of `joints` at `stamp_ns` [N] on a topic beside `topic`, if any."""
+    """Return the setpoints of `joints` at `stamp_ns` [N] on a topic other than `topic`, if any."""
     others = [name for name in topics_called(reader, SETPOINTS) if name != topic]
     named = [joint for joint in joints if others
              and joint in reader.joint_names(others[0], joints)]
@@ -196,7 +196,7 @@ def robot_log(reader: BagReader, joints: Sequence[str], recorded: Mapping[str, s
         serial: whether the joints are one chain.
 
     Raises:
-        InputError: the recording lacks a joint, or its torque.
+        InputError: the recording has no such joint, or no torque of it.
     """
     path, locked = str(reader.path), locked or {}
     topic = find_topic(reader, topic)

@@ -98,7 +98,7 @@ class Table:
         if len(found) == 1:
             return found[0]
         raise InputError(f'{self.path}: column {place!r} ({key}): '
-                         f'{"stands several times" if found else "missing"}, expected one of '
+                         f'{"occurs several times" if found else "missing"}, expected one of '
                          + (', '.join(column.name for column in self.columns)[:500] or 'none'))
 
     def blocks(self, numbers: Collection[str], texts: Collection[str] = ()
@@ -189,7 +189,7 @@ def load_table(path: Path, text: TextFormat = FOUND, whole: bool = False) -> Tab
         column for column in columns if names[column.name] == 1 or not column.name), notes=(
             *table.notes, *([f'columns of another length, not used: {", ".join(left)[:200]}']
                             if left else []),
-            *(f'column {name}: stands {n} times, not used' for name, n in names.items()
+            *(f'column {name}: occurs {n} times, not used' for name, n in names.items()
               if n > 1 and name)))
 
 

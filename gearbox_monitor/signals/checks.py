@@ -140,7 +140,7 @@ def free_travel(part: UniformRecording, noises: Noises, i: int, model: DriveMode
     travel = 20.0 * opposite[0] + 2.0 * opposite[1]
     if quantum == 0.0 and sigma > LIMITS.noisy * np.ptp(part.y[:, i]):
         return travel
-    # Where a reading lives the twist is that of the drive; of what has stuck it tells nothing.
+    # The twist is the drive's while a reading changes; while it sticks, the twist says nothing.
     lengths = constant_runs(part.y[:, i])[1]
     lives = np.repeat(lengths < max(LIMITS.stuck_samples, LIMITS.stuck_seconds / part.dt), lengths)
     mixed = LIMITS.live <= lives.mean() < 1.0
@@ -292,7 +292,7 @@ def torques(u: Array, known: bool, has_setpoint: bool = False) -> list[DataFindi
 
 
 def torque_limits(u: Array) -> list[DataFinding]:
-    """Return the finding about a torque command u [N] that stands on its limits, if it does."""
+    """Return the finding about a torque command u [N] that rests on its limits, if it does."""
     high, low = u.max(), u.min()
     starts, lengths = constant_runs(u)
     at_limit = (lengths >= LIMITS.limit_samples) & np.isin(u[starts], (high, low))

@@ -61,7 +61,7 @@ def examine(samples: Samples, parameters: EstimatorParameters,
         samples: recorded samples [N]; u is the setpoint, rad, if the model has a controller.
         parameters: parameters of the estimator.
         model: model of the drive, None if unknown: then nothing is said against it.
-        has_setpoint: whether a setpoint is recorded beside them.
+        has_setpoint: whether a setpoint is recorded, too.
 
     Raises:
         InputError: there is nothing to judge.
@@ -272,7 +272,7 @@ def _checked(recording: UniformRecording, model: DriveModel) -> list[DataFinding
     if not still and np.ptp(recording.u) == 0.0:
         still = [_found('unexcited', 'same_input', value=recording.u[0], input=(
             'torque u' if recording.servo_torque is None else 'setpoint'))]
-    if still and not fatal:  # noise tells nothing of channels, signs and units
+    if still and not fatal:  # noise shows no channels, signs and units
         return found + still
     doubts = (_setpoint(recording, model) if model.controller is not None else
               [] if model.transmission.kind == 'rigid' or len(recording.channels) == 1 else
@@ -547,5 +547,5 @@ def _rests(part: Examination) -> bool:
 
 
 def _of_rest(line: DataFinding) -> bool:
-    """Return whether a finding says something where the drive stands, too."""
+    """Return whether a finding says something while the drive rests, too."""
     return line.group == 'stamps' or line.group in ('motor', 'arm') and line.name == 'readings'

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Limits of findings on a recording, each with what it means: what decides stands here alone.
+Limits of findings on a recording, each with its meaning: all that decide are here.
 
 Grids of a search and numbers of rows that are fitted, which change how accurate a measure is and
 not what counts as wrong, stand where they are used. Deviations are standard deviations.
@@ -69,7 +69,7 @@ class RecordingLimits:
     rates_alike: float = 0.1
     # s over which stamps are averaged: longer than what makes single ones late.
     wander_span: float = 0.2
-    # Spread of steps, of a sample time, from which on no single step tells.
+    # Spread of steps, of a sample time, from which on no single step says anything.
     jittery: float = 0.15
     # Spreads by which a step may be longer without a lost sample.
     latest: float = 6.0
@@ -155,7 +155,7 @@ class RecordingLimits:
     least_stuck: float = 0.02
     # Correlation with the acceleration from which on the torque is seen in it.
     torque_seen: float = 0.3
-    # Deviation of the delay (samples) from which on it tells nothing.
+    # Deviation of the delay (samples) from which on it says nothing.
     delay_vague: float = 1.0
     # Samples: what the low pass and a controller's feedback leave in the delay.
     delay_method: float = 0.15

@@ -117,7 +117,7 @@ def _regressed(moved: SmoothedMotion) -> tuple[Peak, Array] | None:
 
 def _columns(moved: SmoothedMotion) -> list[Array]:
     """
-    Return [M] each: torque, acceleration, and all that this depends on beside the torque.
+    Return [M] each: torque, acceleration, and all else that this depends on.
 
     What bends is bent before the low pass, as it was on the drive.
     """

@@ -13,6 +13,6 @@ Public names, by module:
     .: fold
     block: Block, Cutter
     fold: begin, step
-    record: Change, CLASSES, DESCRIBE, HeldLoad, LEARN, StateHealth, WATCH, Watch
+    record: Change, CLASSES, DESCRIBE, HeldLoad, JointWatch, LEARN, StateHealth, WATCH, Watch
     settings: DATED, FRICTION, RIPPLE, ROTOR, SCALE, SECOND, TILT, WATCH_SETTINGS, WEIGHT
 """

@@ -121,10 +121,9 @@ def _described(watch: Watch, block: Block) -> Watch:
             joints.append(replace(joint, has=(), why=joint.fixed or 'not in joint_states'))
             continue
         k = block.joints.index(joint.name)
-        has = tuple(q for q in ('position', 'velocity', 'effort')
-                    if np.isfinite(getattr(block, q)[:, k]).any())
-        if (moved or joint.name in watch.locked) and _constant(block, joint.name):
-            has = tuple(q for q in has if q != 'effort')
+        dead = (moved or joint.name in watch.locked) and _constant(block, joint.name)
+        has = tuple(q for q in ('position', 'velocity', 'effort') if not (
+            dead and q == 'effort') and np.isfinite(getattr(block, q)[:, k]).any())
         seen = np.isfinite(block.position[:, k])
         stamps = block.stamps[seen]
         rate = SECOND / float(np.median(np.diff(stamps))) if len(stamps) > 2 else 0.0
@@ -143,9 +142,9 @@ def _described(watch: Watch, block: Block) -> Watch:
 
 def _constant(block: Block, joint: str) -> bool:
     """Return whether the effort of a joint in a block is one value, as of a dead sensor."""
-    effort = block.effort[:, block.joints.index(joint)] if joint in block.joints else np.empty(0)
+    effort = block.effort[:, block.joints.index(joint)]
     effort = effort[np.isfinite(effort)]
-    return len(effort) > 0 and bool(np.all(effort == effort[0]))
+    return len(effort) > 0 and bool(np.ptp(effort) == 0.0)
 
 
 def _whole(joint: JointWatch) -> bool:
@@ -428,7 +427,7 @@ def _with_states(watch: Watch, features: Features, groups: Sequence[Group]) -> W
             why = f'{" and ".join(unknown)} not known yet'
         level = Level.WARN if joint.name in bad else None if why else Level.OK
         joints.append(replace(joint, states=own, level=level, why=why))
-    # While the state of one joint is unknown, so is that of the robot.
+    # While one joint is unknown, the robot is unknown, too.
     levels = [j.level for j in joints if j.name not in watch.locked or _whole(j)]
     level = Level.WARN if bad else Level.OK if levels and None not in levels else None
     return replace(watch, joints=tuple(joints), tilt=states[BASE][0], level=level)
