@@ -23,6 +23,7 @@ from gearbox_monitor.diagnosis.joint.windows import (
     free_runs, hidden_begins, seconds_at_rest, SETTLING, window_data, WindowData, WindowRuns)
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.signals.uniform import UniformRecording
 
@@ -184,17 +185,12 @@ class DriveRecordings:
         model = self.model
         return model.tolerance > 0.0 or bool(model.process_torque) or model.lasting
 
-    @property
-    def joint(self) -> str:
-        """Reading of the joint that the motor moves."""
-        return self.recordings[0].readings[0]
-
-    @property
-    def motion(self) -> tuple[float, float]:
-        """Usual speed, rad/s, and length of the recordings, s."""
+    def asked(self, effect: str) -> tuple[tuple[str, str, str], tuple[float, float]]:
+        """Return where a Question about `effect` is, and the motion: usual speed, rad/s, and s."""
         speeds = [np.quantile(np.abs(np.diff(r.positions[::10, r.channels[0]])), 0.9) / (
             10.0 * r.dt) for r in self.recordings]
-        return float(max(speeds)), sum(float(r.duration) for r in self.recordings)
+        return ((effect, library()[effect].location, self.recordings[0].readings[0]),
+                (float(max(speeds)), sum(float(r.duration) for r in self.recordings)))
 
     @property
     def torque(self) -> float:

@@ -409,8 +409,7 @@ class InnovationEvidence:
                 information = float((column * tested.without(column)).sum())
                 smallest = math.sqrt(limit / max(information, 1e-300))
                 if not smallest < sizes[name]:
-                    out.append(of_size((name, library()[name].location, data.joint), data.motion,
-                                       (smallest, sizes[name]), price))
+                    out.append(of_size(*data.asked(name), (smallest, sizes[name]), price))
         return out
 
     # --- bursts

@@ -55,24 +55,22 @@ def with_slips(data: DriveRecordings, slips: Array, owner: Integers) -> DriveRec
         owner: number of its recording [B].
     """
     order = np.lexsort((slips[:, 0], owner))
-    slips, owner = slips[order], owner[order]
-    return replace(_moved(data, slips, owner, -1.0), slips=slips, slip_owner=owner)
+    return _moved(replace(data, slips=slips[order], slip_owner=owner[order]), -1.0)
 
 
 def without_slips(data: DriveRecordings) -> DriveRecordings:
     """Return `data` as the recordings were read, with their slips."""
     return data if not len(data.slips) else replace(
-        _moved(data, data.slips, data.slip_owner, 1.0), slips=data.slips[:0],
-        slip_owner=data.slip_owner[:0])
+        _moved(data, 1.0), slips=data.slips[:0], slip_owner=data.slip_owner[:0])
 
 
-def _moved(data: DriveRecordings, slips: Array, owner: Integers, sign: float) -> DriveRecordings:
-    """Return recordings whose motor, and setpoint, is moved by slips."""
+def _moved(data: DriveRecordings, sign: float) -> DriveRecordings:
+    """Return recordings whose motor, and setpoint, is moved by their slips."""
     recordings = []
     for i, r in enumerate(data.recordings):
         t = np.arange(len(r.u)) * r.dt
-        angle = sign * sum((slipped({'t0': t0, 'Ds': size}, t) for t0, size in slips[owner == i]),
-                           np.zeros(len(t)))
+        angle = sign * sum((slipped({'t0': t0, 'Ds': size}, t) for t0, size in data.slips[
+            data.slip_owner == i]), np.zeros(len(t)))
         recordings.append(replace(
             r, y=r.y + angle[:, None] * (1.0, 0.0),
             u=r.u + angle if data.model.controller is not None else r.u))
@@ -124,7 +122,7 @@ def _columns(data: DriveRecordings, fit: InnovationFit) -> tuple[JointlyFiltered
 
 
 def _steps(data: DriveRecordings, fit: InnovationFit) -> tuple[Array, Integers]:
-    """Return the steps ([B, 2], owner [B]) of the zeros of recordings, the largest first."""
+    """Return the steps ([B, 2], owner [B]) of the zeros of recordings."""
     rows, owner = [], []
     model, torque = fit.model, np.maximum(fit.torque, SOFT * data.torque)
     servo = model.folded().controller
@@ -142,8 +140,7 @@ def _steps(data: DriveRecordings, fit: InnovationFit) -> tuple[Array, Integers]:
         for k, size in _splits(zero[known], round(APART / (every * part.recording.dt))):
             rows.append((known[k] * part.recording.dt, size))
             owner.append(number)
-    order = np.argsort([-abs(row[1]) for row in rows], kind='stable')
-    return np.array(rows).reshape(-1, 2)[order], np.array(owner, int)[order]
+    return np.array(rows).reshape(-1, 2), np.array(owner, int)
 
 
 def _without_servo(model: DriveModel) -> DriveModel:

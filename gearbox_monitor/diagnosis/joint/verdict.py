@@ -282,7 +282,7 @@ def report(decision: Decision, lattices: Sequence[str], validate: UniformRecordi
         equivalent=equivalents(findings, decision.model),
         model_values=model_values(params, decision.model), model=model, basis=decision,
         questions=[asdict(q) for q in (*unseen, *(
-            of_rival((name, location_of(name), data.joint), data.motion, rival, 0.0)
+            of_rival(*data.asked(name), rival, 0.0)
             for name in effects for rival in others.get(name, ())))],
         nominal_shift=shifts(closed.candidate, nuisances) if nuisances else None,
         validation=None if validate is None else closed_model.validate(
