@@ -1,7 +1,7 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a motion leaves open, and the motion that would tell."""
+"""Questions that a motion leaves open, and the motion that would answer each."""
 from dataclasses import dataclass
 import math
 
@@ -61,13 +61,13 @@ def of_size(where: tuple[str, str, str], motion: tuple[float, float],
 def of_rival(where: tuple[str, str, str], motion: tuple[float, float], rival: str,
              lag: float) -> Question:
     """
-    Return the Question which of two effects it is.
+    Return the Question whether an effect or its rival is the cause.
 
     Args:
         where: effect, place and joint.
         motion: speed of the joint and length, s.
         rival: the other effect.
-        lag: 2 log likelihood by which it lags so far, 0 where only another motion tells.
+        lag: 2 log likelihood by which it lags so far, 0 where only another motion decides.
     """
     (effect, place, joint), (speed, time) = where, motion
     seconds = _rounded(time * min(CONTEST.margin / lag, UNSEEN) if lag > 0.0 else 2.0 * time)

@@ -46,7 +46,7 @@ class ChainFile:
     root: folder of files that an MJCF names, None for its own; locked {joint: position, rad or m}:
     joints that stand still, which the chain has not. low, high [J]: ends of the range of each
     joint, rad or m, infinite where the file states none. doubts: values that cannot be true.
-    drive: that the file is of, None of a robot.
+    drive: of a model file, None for a robot.
     """
 
     path: Path

@@ -113,7 +113,7 @@ def closed_file(file: ChainFile, findings: Sequence[Mapping[str, Any]], author: 
 
 def _closed_drive(drive: DriveModel, findings: Sequence[Mapping[str, Any]], author: str
                   ) -> tuple[str | None, dict[str, str]]:
-    """Return as closed_file, of a `drive`."""
+    """Return the same as closed_file, for a `drive`."""
     effects, omitted = list[Values](), dict[str, str]()
     for finding in findings:
         effect, values = EFFECTS.get(finding['effect']), finding['values']

@@ -197,7 +197,7 @@ def pulses_in(runs: WindowRuns, price: float) -> Array:
 
     Args:
         runs: free runs over the windows of one recording.
-        price: chi2 that a burst must gain, beside that of its place.
+        price: chi2 that a burst must gain in addition to the price of its place.
     """
     if 'arm_side' not in localisation.visible_places(runs):
         return np.zeros((0, 3))
@@ -221,7 +221,7 @@ def rectangles(free: InputEstimate, price: float) -> tuple[Array, Integers, Arra
 
     Args:
         free: free-form input estimate.
-        price: chi2 that a burst must gain, beside that of its place.
+        price: chi2 that a burst must gain in addition to the price of its place.
 
     Returns:
         Bursts [B, 3], their begin from that of the window, the numbers [B] of the windows, and

@@ -24,13 +24,13 @@ class Thresholds:
     rough_lattice: float = 2.0
     # chi2 per reading of a window that lacks nothing: error of the noise level, and chance in 1 s.
     quiet: float = 1.12
-    # Time that a quantity spends elsewhere in the range that it has during bursts, over theirs: at
-    # times of their own, a few bursts leave it many times as much.
+    # Time between bursts in the range that a quantity has during them, over the time of bursts: if
+    # a few bursts come at times of their own, it is many times as long.
     followed: float = 0.5
     # s, of one burst where it is found: what overlapping windows find so near is the same burst.
     longest_burst: float = 0.24
-    # Where something has no known cause, a law is a finding from this share on of the squared
-    # misfit that the largest one explains in free runs: a tenth of the misfit.
+    # Where something has no known cause, a finding explains at least this share of the squared
+    # misfit that the largest finding explains in free runs: a tenth of the misfit.
     idle: float = 0.01
     # 2 log likelihood between distinguishable effects: a Bayes factor of e^10.
     isolable: float = 20.0
