@@ -153,19 +153,15 @@ class InnovationLikelihood:
         out.simulator = self.simulator.loaded(torque)
         return out
 
-    def drifting(self) -> 'InnovationLikelihood':
-        """Return the likelihood in which the zero of the motor's encoder drifts, as a state."""
+    def drift(self, model: DriveModel, torque: Array) -> Array:
+        """Return the zero of the motor's encoder [N], rad, as a smoothed state that drifts."""
         out = copy(self)
         size = float(np.std(self.y[:, 0] - self.y[:, 1]))
         # Beside a coloured noise, the filter leaves a share of the variance white.
         out.variance = self.variance * (1.0 / kernels.WHITE, 1.0)
         out.colour = self.colour.copy()
         out.colour[0] = math.exp(-self.recording.dt / DRIFT), size * size / out.variance[0]
-        return out
-
-    def drift(self, run: Filtered) -> Array:
-        """Return the smoothed zero of the motor's encoder [N], rad, of a `run` of drifting()."""
-        return self._smoothed(run)[:, COLOURED]
+        return out._smoothed(out.run(model, torque))[:, COLOURED]
 
     def begun(self, states: Array, deviation: Array) -> 'InnovationLikelihood':
         """

@@ -133,8 +133,7 @@ def _steps(data: DriveRecordings, fit: InnovationFit) -> tuple[Array, Integers]:
     for number, part in enumerate(data.whole.parts):
         if len(part.recording.channels) < 2:
             continue
-        drifting = part.drifting()
-        zero = drifting.drift(drifting.run(model, torque))
+        zero = part.drift(model, torque)
         every = max(1, round(THINNED / part.recording.dt))
         known = np.flatnonzero(np.isfinite(zero))[::every]
         for k, size in _splits(zero[known], round(APART / (every * part.recording.dt))):
