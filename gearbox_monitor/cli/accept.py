@@ -37,7 +37,8 @@ from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.backlash.features import (
     Backlash, combine, NotExcited, reason_of, separable_of)
 from gearbox_monitor.health.backlash.locked_input import is_locked, locked_windows
-from gearbox_monitor.presentation import number, on_axis, Quantity
+from gearbox_monitor.health.wear_outcome import said_of_slips
+from gearbox_monitor.presentation import number, on_axis, Quantity, Said
 from gearbox_monitor.recordings.replay import Replay, replay
 
 UNITS = {'rotary': {'rad': 1.0, 'mrad': 1e-3, 'deg': math.radians(1.0),
@@ -82,7 +83,8 @@ def run(args: Namespace) -> int:
                          f'{", ".join(UNITS[model.axis])}: the axis of the model is {model.axis}')
     data = {'bag': str(args.bag), 'unit': unit or next(iter(UNITS[model.axis])), **limits,
             'confidence': args.confidence,
-            **judge(windows(result), limits, args.confidence), 'notes': notes}
+            **judge(windows(result), limits, args.confidence, [] if result.monitor is None else
+                    said_of_slips(result.monitor.health)), 'notes': notes}
     data = {'summary': summary(data, model.axis), **data}
     warn(args, notes)
     show(args, data, lambda: text(data, model.axis))
@@ -118,7 +120,7 @@ def windows(result: Replay) -> Sequence[Backlash | NotExcited]:
 
 
 def judge(fits: Sequence[Any], limits: Mapping[str, float | None],
-          confidence: float) -> dict[str, Any]:
+          confidence: float, slips: Sequence[Said] = ()) -> dict[str, Any]:
     """
     Return the verdict on a gearbox as plain data.
 
@@ -126,6 +128,7 @@ def judge(fits: Sequence[Any], limits: Mapping[str, float | None],
         fits: Backlash or NotExcited of each window.
         limits: {'max_gap': rad or None, 'min_stiffness': N m/rad or None}.
         confidence: probability that a verdict needs.
+        slips: of clutch, hub or coupling; no gearbox with one passes.
 
     Returns:
         'verdict', 'reason', the measured values with their deviations, probabilities.
@@ -164,6 +167,10 @@ def judge(fits: Sequence[Any], limits: Mapping[str, float | None],
         if not met[-1] and not missed[-1]:
             reasons.append(f'the {noun} is too close to its limit for this confidence: record '
                            'longer' if separable else inseparable)
+    for slip in slips:
+        met.append(False)
+        missed.append(slip.code == 'slip')
+        reasons.append(f'{slip}: {slip.remedy}')
     verdict = ('fail' if any(missed) else 'pass' if all(met) else
                'undecided' if separable else 'not excited')
     reason = '; '.join(reasons) or ('' if separable else INSEPARABLE)

@@ -55,13 +55,7 @@ def outcome(health: Health, component: str) -> Outcome:
     if component == 'backlash' and health.slips:
         slip, values['slips'] = health.slips[-1], len(health.slips)
         values.update(slip_rad=slip.size, slip_rad_std=slip.std, slip_at=when(slip.stamp_ns))
-        says.append((Said('slip', {'size': Quantity(abs(slip.size), slip.std, 'rad'),
-                                   'at': when(slip.stamp_ns)}, Level.WARN),))
-    if component == 'backlash' and len(health.zeros) > 1:
-        before, after = health.zeros
-        says.append((Said('slip_unsure', {
-            'size': Quantity(abs(after.value - before.value), math.hypot(after.std, before.std),
-                             'rad'), 'since': when(before.stamp_ns)}, Level.WARN),))
+    says += [(slip,) for slip in said_of_slips(health) if component == 'backlash']
     says += [(_described(health, test, values),) for test in active]
     column = _leading(health, component)
     doubt = _stale(health, column, (pause.said,) if pause else ()) or (
@@ -84,6 +78,18 @@ def outcome(health: Health, component: str) -> Outcome:
     values = {key: value for key, value in values.items()
               if not isinstance(value, float) or math.isfinite(value)}
     return Outcome(level, tuple(says), values)
+
+
+def said_of_slips(health: Health) -> list[Said]:
+    """Return the newest slip in `health`, and one that its newest window alone shows."""
+    says = [Said('slip', {'size': Quantity(abs(slip.size), slip.std, 'rad'),
+                          'at': when(slip.stamp_ns)}, Level.WARN) for slip in health.slips[-1:]]
+    if len(health.zeros) > 1:
+        before, after = health.zeros
+        says.append(Said('slip_unsure', {
+            'size': Quantity(abs(after.value - before.value), math.hypot(after.std, before.std),
+                             'rad'), 'since': when(before.stamp_ns)}, Level.WARN))
+    return says
 
 
 def worst(states: Iterable[tuple[Any, ...]]) -> tuple[Level, str]:

@@ -36,6 +36,18 @@ def _written(path, t, y, effort):
     return str(path)
 
 
+@pytest.mark.parametrize('seconds, code, words', [
+    (52.0, 1, 'Fail: slip of 0.150'), (32.0, 3, 'Undecided: motor and arm slipped by 0.150')])
+def test_no_gearbox_that_slips_passes(tmp_path, capsys, seconds, code, words):
+    """Its backlash is within the limit before and after; one window after it is not sure."""
+    t = 2e-3 * np.arange(round(seconds * 500))
+    out = simulate(DriveModel(), Excitation().torque(t), 2e-3, NOISE, seed=2)
+    y = out.y + np.column_stack([0.15 * np.clip((t - 14.0) / 0.08, 0.0, 1.0), np.zeros(len(t))])
+    bag = _written(tmp_path / 'bag', t, y, np.column_stack([out.u, np.full(len(t), np.nan)]))
+    assert main(['accept', bag, '--max-gap', '0.22']) == code
+    assert ' '.join(capsys.readouterr().out.split()).startswith(words)
+
+
 @pytest.fixture(scope='module')
 def bag(tmp_path_factory):
     return write(tmp_path_factory.mktemp('accept') / 'bag', DriveModel())
