@@ -244,11 +244,6 @@ def next_steps(data: Mapping[str, Any]) -> list[str]:
     if data['verdict'] == 'none' and not data.get('references'):
         steps.append('compare with a log of the healthy robot to see smaller changes: '
                      f'gearbox_monitor diagnose {logs} --model {model} --reference HEALTHY')
-    for f in data['findings']:
-        rivals = [name for name in f['confusable'] if not name.startswith('arm_')]
-        if rivals:
-            steps.append(f'{f["effect"]} at {f.get("joint") or f.get("link")} is '
-                         f'indistinguishable from {", ".join(rivals)}')
     steps += [question_words(q, axes_of(data)) for q in data['questions'] if q['rival']]
     if data['drifts']:
         steps.append(f'record {data["drifts"][0]["joint"]} again at the temperature of the '
