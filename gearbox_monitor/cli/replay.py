@@ -29,7 +29,7 @@ from gearbox_monitor.cli.options import (
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_new_file, load_model
 from gearbox_monitor.health.checks.outcome import Level
-from gearbox_monitor.library.progress import count_bar, PlayerBar
+from gearbox_monitor.library.progress import count_bar
 from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.presentation import on_axis
 from gearbox_monitor.recordings.player import Player
@@ -88,8 +88,8 @@ def _play(args: Namespace, player: Player) -> tuple[dict[str, Any], Comparison |
         tables = [output for output in outputs if args.smooth and not isinstance(
             output, BagOutput)]
         with count_bar('replay', player.reader.topics[player.topic][1]) as bar:
-            player.run([sink for sink in (summary, comparer, collector, *outputs, PlayerBar(bar))
-                        if sink and sink not in tables])
+            player.run([sink for sink in (summary, comparer, collector, *outputs)
+                        if sink and sink not in tables], bar.update)
         comparison = comparer.comparison if comparer else None
         data = summary.data(comparison)
         if collector:

@@ -85,23 +85,6 @@ def _screen() -> tuple[int, int] | tuple[None, None]:
     return (None, None) if sized else (80, 24)
 
 
-class PlayerBar:
-    """Takes the parts of a Player and moves a progress bar."""
-
-    topics: tuple[str, ...] = ()
-
-    def __init__(self, bar: 'tqdm[None]') -> None:
-        """Move `bar`."""
-        self._bar = bar
-
-    def add(self, part: Any) -> None:
-        """Take a `part` of the recording."""
-        self._bar.update(len(part.samples.stamp_ns))
-
-    def finish(self) -> None:
-        """Leave the bar to its owner."""
-
-
 @contextmanager
 def shown_time(command: str) -> Iterator[None]:
     """Let the time of the bars of `command` go on at a terminal; without one, write lines."""

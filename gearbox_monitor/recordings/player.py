@@ -165,12 +165,13 @@ class Player:
         self.monitor.judged.clear()
         return windows
 
-    def run(self, sinks: Sequence[ReplaySink]) -> None:
-        """Hand all parts to each of `sinks`, then finish them."""
+    def run(self, sinks: Sequence[ReplaySink], progress: Callable[[int], object] = bool) -> None:
+        """Hand all parts to `sinks`, the number of samples to `progress`; finish `sinks`."""
         topics = dict.fromkeys(topic for sink in sinks for topic in sink.topics)
         for part in self.parts(topics):
             for sink in sinks:
                 sink.add(part)
+            progress(len(part.samples.stamp_ns))
         for sink in sinks:
             sink.finish()
 
