@@ -3,11 +3,11 @@
 
 """The watch of a robot in words, and as plain data for JSON."""
 from collections.abc import Sequence
-from datetime import datetime, UTC
 import math
 from typing import Any
 
 from gearbox_monitor.diagnosis.robot.robot_effects import BASE_TILT
+from gearbox_monitor.health.backlash.wear import when
 from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN
 from gearbox_monitor.plant.effects.motor_side import COGGING, MOTOR_COULOMB, MOTOR_INERTIA
 from gearbox_monitor.presentation import number, percent, Quantity
@@ -15,8 +15,7 @@ from gearbox_monitor.report.robot_words import reading_words
 from gearbox_monitor.report.words import answer, counted, JOINTS, sentence
 from gearbox_monitor.watch.record import (
     Change, DESCRIBE, JointWatch, LEARN, HeldLoad, StateHealth, Watch, WATCH)
-from gearbox_monitor.watch.settings import (
-    DATED, FRICTION, RIPPLE, ROTOR, SCALE, SECOND, TILT, WEIGHT)
+from gearbox_monitor.watch.settings import FRICTION, RIPPLE, ROTOR, SCALE, TILT, WEIGHT
 
 NOUNS = {FRICTION: 'friction', SCALE: 'torque scale', ROTOR: 'inertia at the rotor',
          WEIGHT: 'weight', RIPPLE: 'ripple', TILT: 'tilt'}
@@ -29,13 +28,6 @@ STATE_TITLES = {FRICTION: 'friction %', SCALE: 'torque scale %', ROTOR: 'rotor %
 NOT_JUDGED, NO_CHANGE = 'not judged', 'No change so far.'
 GRAVITY = 9.81
 FINEST = 0.002  # smallest deviation of a share that is stated: no model of a robot is truer
-
-
-def when(stamp_ns: int) -> str:
-    """Return a stamp in words, UTC; of a recording without a date in seconds."""
-    if stamp_ns < DATED:
-        return f'{stamp_ns / SECOND:.0f} s'
-    return datetime.fromtimestamp(stamp_ns / SECOND, UTC).strftime('%Y-%m-%d %H:%M:%S')
 
 
 def share_words(state: Change | StateHealth) -> str:

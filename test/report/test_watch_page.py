@@ -26,7 +26,7 @@ ARM = config_path('arm6.urdf').read_text(encoding='utf-8')
 NOW = 1_772_438_400 * SECOND
 MINUTE = 60 * SECOND
 POSTURE = 0.3, -0.4, 1.0, 0.2, 0.7, 0.0
-FOUND = 'joint2: friction +34 ± 5 % since 2026-03-02 07:45:00.'
+FOUND = 'joint2: friction +34 ± 5 % since 2026-03-02 07:45:00 UTC.'
 
 
 def load(mass, since, over=0):
@@ -72,7 +72,7 @@ def test_each_finding_is_at_its_joint_and_the_answer_comes_first():
     cells = re.findall(r'<td[^>]*>(?:<span[^>]*>)?([^<]+)', body)
     row = cells.index('joint2')
     assert cells[row:row + 7] == ['joint2', 'WARN', '+34 ± 5', *3 * ['-2.1 ± 0.6'],
-                                  'friction +34 ± 5 % since 2026-03-02 07:45:00']
+                                  'friction +34 ± 5 % since 2026-03-02 07:45:00 UTC']
     assert cells[cells.index('joint5') + 1] == 'not judged: has not moved yet'
     assert cells[cells.index('joint4') + 2] == '-'
     lanes = re.findall(r'class="ylabel">([^<]+)', body)
