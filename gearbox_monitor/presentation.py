@@ -54,6 +54,11 @@ def said(code: str, **numbers: object) -> Said:
     return Said(code, numbers)
 
 
+def as_written(words: str) -> Said:
+    """Return `words` that are made elsewhere, or are the user's, as the others of a result."""
+    return Said('as_written', {'text': words})
+
+
 def say(code: str, **numbers: object) -> str:
     """Return the sentence of a `code` with its `numbers`."""
     return str(Said(code, numbers))

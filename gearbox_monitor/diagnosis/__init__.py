@@ -35,7 +35,7 @@ Public names, by module:
         with_unvisited
     robot.robot_effects: BASE, BASE_TILT, INERTIA_NAMES, JOINT, LINK_INERTIA, PAYLOAD,
         ROBOT_EFFECTS, RobotEffect, tilted
-    robot.robot_log: checked_log, continuous, CURRENT, jump_words, raw_log, RawLog, read_by,
+    robot.robot_log: checked_log, continuous, CURRENT, jump, raw_log, RawLog, read_by,
         RobotLog, SETPOINT, TORQUE
     robot.rows: NuisanceColumn, RobotModel, Rows, rows_of
     robot.settings: SETTINGS

@@ -23,7 +23,7 @@ from gearbox_monitor.library.recording import all_of, DriveRecording
 from gearbox_monitor.parameters import EstimatorParameters, MIXED, resolve
 from gearbox_monitor.plant.drive import DriveModel, expect_model
 from gearbox_monitor.plant.effects import library
-from gearbox_monitor.presentation import said, Saved, Shown
+from gearbox_monitor.presentation import as_written, Saved, Shown
 from gearbox_monitor.signals.examine import measured_samples
 from gearbox_monitor.signals.uniform import at_one_rate, UniformRecording
 
@@ -68,8 +68,7 @@ def diagnose(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
         verdict = identification.diagnose(
             parts, model, validate=validation, only=only, exclude=exclude, seed=seed, jobs=jobs,
             progress=report)
-    return replace(verdict, warnings=[*(said('as_written', text=note) for note in notes),
-                                      *verdict.warnings])
+    return replace(verdict, warnings=[*map(as_written, notes), *verdict.warnings])
 
 
 def fit(recordings: Recorded | Sequence[Recorded], model: DriveModel,

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.robot.robot_log import jump_words
+from gearbox_monitor.diagnosis.robot.robot_log import jump
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.kernels.types import Array, column, Integers
@@ -189,7 +189,7 @@ class DriveRecording(Drawn):
             y[:, i], turns = counted_on(y[:, i], self.stamp_ns)
             for turn in turns:
                 seconds = float(self.stamp_ns[turn.row] - self.stamp_ns[0]) / SECOND
-                notes.append(f'{side}: {jump_words(turn, seconds)}')
+                notes.append(str(jump(turn, seconds, side)))
                 if side == MOTOR and self.model.controller is not None:
                     whole = np.abs(y[:, 0] - self.readings.y[:, 0])
                     period = np.min(whole[whole > 0.0])

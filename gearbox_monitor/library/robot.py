@@ -29,7 +29,7 @@ from gearbox_monitor.library.recording import load_recording
 from gearbox_monitor.library.simulator_file import expect_path
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
-from gearbox_monitor.presentation import Paged, said, Saved, say
+from gearbox_monitor.presentation import as_written, Paged, said, Said, Saved
 from gearbox_monitor.recordings.from_bag import ANY
 from gearbox_monitor.recordings.reading import BY_NAMES, ReadOptions
 from gearbox_monitor.recordings.robot_values import (
@@ -195,7 +195,7 @@ def _drive_log(path: str, drive: DriveModel, recorded: Mapping[str, str], topic:
     return checked_log(RawLog(
         path, recording.t, {'motor': recording.y[:, recording.channels[0]]},
         {'motor': recording.u}, TORQUE if drive.controller is None else SETPOINT,
-        notes=tuple(notes)), ['motor'])
+        notes=tuple(map(as_written, notes))), ['motor'])
 
 
 def learn_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
@@ -217,7 +217,7 @@ def learn_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
         InputError: as of `robot_logs`; or the file is of another robot.
     """
     knowledge, notes, _ = _learnt(logs, robot, recorded, topic, reading, progress)
-    return knowledge, _remarks(robot.file) + notes
+    return knowledge, [*map(str, _remarks(robot.file)), *notes]
 
 
 def _learnt(logs: str | Path | Sequence[str | Path], robot: Robot,
@@ -247,7 +247,8 @@ def _learnt(logs: str | Path | Sequence[str | Path], robot: Robot,
                 for link in robot.file.chain.links}
         notes += [f'the reference is not as the file says: {finding_words(f.to_dict(), axes)}'
                   for f in balance.examined(model, read, result)]
-    return result, [*notes, *(say('unjudged', place=joint) for joint in result.unjudged)], floor
+    notes += [str(said('unjudged', place=joint)) for joint in result.unjudged]
+    return result, notes, floor
 
 
 def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
@@ -288,7 +289,8 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
     model = robot_model(file, values, knowledge is not None)
     read = robot_logs(logs, robot, recorded=recorded, topic=topic, reading=reading,
                       learnt=knowledge is not None)
-    notes += [*_remarks(file), *(f'{log.name}: {note}' for log in read for note in log.notes)]
+    notes += [*map(str, _remarks(file)),
+              *(f'{log.name}: {note}' for log in read for note in log.notes)]
     read, readings = as_named(read, robot, reading, floor)
     if knowledge is not None:
         if knowledge.kind != read[0].kind:
@@ -323,11 +325,10 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
                           tuple(data['lacking']))
 
 
-def _remarks(file: ChainFile) -> list[str]:
+def _remarks(file: ChainFile) -> list[Said]:
     """Return a note on each doubt of a robot's `file`, and each joint that its balance has not."""
-    return [*(f'{file.path.name}: {doubt}' for doubt in file.doubts),
-            *(f'{joint}: moves no mass in {file.path.name}: it is taken for fixed and not judged'
-              for joint in file.unread)]
+    return [*(as_written(f'{file.path.name}: {doubt}') for doubt in file.doubts),
+            *(said('massless', place=joint, file=file.path.name) for joint in file.unread)]
 
 
 def check_robot(log: str | Path, robot: Robot, *, recorded: Mapping[str, str] | None = None,
@@ -353,20 +354,17 @@ def check_robot(log: str | Path, robot: Robot, *, recorded: Mapping[str, str] | 
                               rate=checked.rate, parts=counted(parts, 'part')), values={
             'seconds': checked.seconds, 'rate_hz': checked.rate, 'parts': parts})]
     for note in (*_remarks(robot.file), *checked.notes):
-        joint, colon, words = note.partition(': ')
-        of_joint = bool(colon) and joint in robot.joints
-        findings.append(judged(
-            joint if of_joint else 'log', 'note', said(
-                'beyond_range' if 'beyond the range' in note else 'as_written',
-                text=words if of_joint else note, place=joint), hurts(diagnosis=WARN)))
+        place = note.numbers.get('place')
+        findings.append(judged(place if place in robot.joints else 'log', 'note', note,
+                               hurts(diagnosis=WARN)))
     model = robot_model(robot.file, robot.values, False)
     if checked.kind == TORQUE and model.kp is not None:
         evidence = RobotEvidence([rows_of(checked, model)])
         findings += [judged('log', 'held setpoint', held, hurts(diagnosis=WARN))
                      for held in balance.held_setpoints(evidence, evidence.fit())]
     _, doubts = as_named(read, robot, reading)
-    findings += [judged('conventions', 'reading', said(
-        'as_written', text=doubt.partition(': ')[2]), hurts(diagnosis=BAD)) for doubt in doubts]
+    findings += [judged('conventions', 'reading', as_written(
+        doubt.partition(': ')[2]), hurts(diagnosis=BAD)) for doubt in doubts]
     if not doubts:
         findings.append(judged('conventions', 'reading', said('conventions_agree')))
     places = ['log', 'conventions', *robot.joints]

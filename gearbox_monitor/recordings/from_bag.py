@@ -11,6 +11,7 @@ import numpy as np
 from gearbox_monitor.diagnosis.robot.robot_log import CURRENT, raw_log, RawLog, SETPOINT, TORQUE
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.presentation import as_written, said
 from gearbox_monitor.recordings.joint_input import find_input, find_topic, topics_called
 from gearbox_monitor.recordings.log_units import EFFORT, units_of
 from gearbox_monitor.recordings.read import BagReader
@@ -201,17 +202,18 @@ def robot_log(reader: BagReader, joints: Sequence[str], recorded: Mapping[str, s
     path, locked = str(reader.path), locked or {}
     topic = find_topic(reader, topic)
     present = reader.joint_names(topic)
-    names, notes = names_in_log(path, present, joints, recorded, serial)
+    names, assumed = names_in_log(path, present, joints, recorded, serial)
+    notes = list(map(as_written, assumed))
     held = [joint for joint in locked if joint in present]
     recording = robot_recording(reader, topic, [*names.values(), *held])
     unused = [name for name in present if name not in (*names.values(), *held)]
     if unused:
-        notes.append(f'joints that are not used: {", ".join(unused)[:200]}')
+        notes.append(as_written(f'joints that are not used: {", ".join(unused)[:200]}'))
     for joint in held:
         q = recording[joint].position
         if np.isfinite(q).any():
-            notes.append(f'{joint}: locked at {locked[joint]:g}; the log has it from '
-                         f'{np.nanmin(q):.3g} to {np.nanmax(q):.3g}')
+            notes.append(said('locked_joint', place=joint, at=locked[joint],
+                              low=np.nanmin(q), high=np.nanmax(q)))
     signals = [recording[name] for name in names.values()]
     efforts = np.column_stack([s.effort for s in signals])
     has_effort = [s.has('effort') for s in signals]
@@ -228,15 +230,14 @@ def robot_log(reader: BagReader, joints: Sequence[str], recorded: Mapping[str, s
             raise InputError(f'{path}: no effort of {", ".join(without)}, expected the torque of '
                              f'all joints{or_setpoints}; {STILL}')
         kind = SETPOINT
-        notes += [f'effort: {UNSIGNED}; the setpoints are used'] if sizes else []
+        notes += [as_written(f'effort: {UNSIGNED}; the setpoints are used')] * sizes
     elif has_setpoints:
-        notes.append('setpoints are recorded, too: the torques drive the model, they do not')
+        notes.append(said('setpoints_unused'))
     if kind == CURRENT and constants is not None:
         lacking = [joint for joint in joints if joint not in constants]
         if lacking:
             raise InputError(f'{path}: torque_constants: none of {", ".join(lacking)}, expected '
                              'N m/A of each joint')
-        notes.append('torque is current times its constant: masses come in the scale of the '
-                     'constants (m / K)')
+        notes.append(said('scaled_current'))
     raw = raw_log(recording, names, kind, constants)
     return replace(raw, notes=(*raw.notes, *notes), measured=kind == CURRENT)

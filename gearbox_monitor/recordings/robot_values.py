@@ -18,6 +18,7 @@ from gearbox_monitor.errors import (
     expect, expect_choice, expect_keys, InputError, number_check, unknown)
 from gearbox_monitor.files.yaml_files import load_yaml
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.presentation import said, Said
 from gearbox_monitor.recordings.from_bag import NO_SERVO, robot_log
 from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOptions
 from gearbox_monitor.signals.recording import conventions_of
@@ -163,18 +164,19 @@ def load_columns(path: str, file: ChainFile, values: RobotValues, recorded: Mapp
     return continuous(read_by(raw, conventions))
 
 
-def beyond_range(raw: RawLog, file: ChainFile) -> dict[str, str]:
-    """Return {joint: words} of the joints of a log that leave the range of the description."""
-    notes = {}
+def beyond_range(raw: RawLog, file: ChainFile) -> list[Said]:
+    """Return the joints of a log that leave the range of the description, and how far."""
+    notes = []
     for joint, low, high in zip(file.chain.joints, file.low, file.high):
         q = raw.position[joint][np.isfinite(raw.position[joint])]
         if len(q) and joint not in raw.turned and (
                 q.min() < low - BEYOND or q.max() > high + BEYOND):
             share = float(((q < low) | (q > high)).mean())
-            notes[joint] = (f'{joint}: from {q.min():.4g} to {q.max():.4g}, {100.0 * share:.2g} % '
-                            f'beyond the range of the model ({low:.4g} to {high:.4g})')
-            if np.ptp(q) > OF_DEGREES * (high - low) and np.ptp(q) * math.pi / 180.0 < high - low:
-                notes[joint] += f', as of degrees: --convention {joint}=deg'
+            room = float(high - low)
+            degrees = OF_DEGREES * room < float(np.ptp(q)) < math.degrees(room)
+            notes.append(said(
+                'beyond_range', place=joint, low=q.min(), high=q.max(), percent=100.0 * share,
+                lowest=low, highest=high, degrees=(said('of_degrees', place=joint),) * degrees))
     return notes
 
 
@@ -201,5 +203,5 @@ def load_log(path: str, file: ChainFile, robot: RobotModel, values: RobotValues,
                          'in --values: a rough one does, masses come in its scale')
     if values.measured and raw.kind == TORQUE:
         raw = replace(raw, measured=True)
-    return checked_log(replace(raw, notes=(*raw.notes, *beyond_range(raw, file).values())),
+    return checked_log(replace(raw, notes=(*raw.notes, *beyond_range(raw, file))),
                        file.chain.joints)

@@ -238,8 +238,10 @@ CHECKS = {
     # the log of a robot, the errors of filters
     'log_length': Sentence('{seconds:.4g} s of {kind} at {rate:.4g} samples/s in {parts}'),
     'beyond_range': Sentence(
-        '{text}', 'check zero, direction and unit of the joint (--convention {place}=zero:RAD, '
-        'reversed or deg), or the range in the model'),
+        '{place}: from {low:.4g} to {high:.4g}, {percent:.3g} % beyond the range of the model '
+        '({lowest:.4g} to {highest:.4g}){degrees}', 'check zero, direction and unit of the joint '
+        '(--convention {place}=zero:RAD, reversed or deg), or the range in the model'),
+    'of_degrees': Sentence(', as of degrees: --convention {place}=deg'),
     'conventions_agree': Sentence('direction, zero, unit and order of all joints contradict no '
                                   'weight and inertia of the model'),
     **{f'nis_{size}': Sentence('{topic}: {nis:.3g} over {count} readings, expected 1 ({each})',
@@ -277,19 +279,26 @@ NOTES = {
     'stretch': Sentence('{holes}; only the stretch from {first:.6g} s to {last:.6g} s is used'),
     # of a robot's log
     'read_as': Sentence('{place}: read as {rules}'),
+    'massless': Sentence('{place}: moves no mass in {file}: it is taken for fixed and not judged'),
+    'locked_joint': Sentence('{place}: locked at {at:g}; the log has it from {low:.3g} to '
+                             '{high:.3g}'),
+    'setpoints_unused': Sentence('setpoints are recorded, too: the torques drive the model, they '
+                                 'do not'),
+    'scaled_current': Sentence('torque is current times its constant: masses come in the scale of '
+                               'the constants (m / K)'),
     'foreign_samples': Sentence(
         '{count} of {samples} samples are left out: one and the same posture, the first at '
         f'{{first:.4g}} s, between those of the robot: {_TWICE}, stop the second one'),
-    'joint_turns': Sentence('the position jumps by a turn ({size:.4g}) {times}, first at '
-                            '{at:.4g} s: turns are counted on'),
-    'joint_outliers': Sentence('{count} outliers, the first one {size:.4g} off at {at:.4g} s: not '
-                               'used'),
+    'joint_turns': Sentence('{place}: the position jumps by a turn ({size:.4g}) {times}, first '
+                            'at {at:.4g} s: turns are counted on'),
+    'joint_outliers': Sentence('{place}: {count} outliers, the first one {size:.4g} off at '
+                               '{at:.4g} s: not used'),
     'effort_outliers': Sentence('{place}: {count} outliers of the effort, the first one '
                                 '{first:.4g} at {at:.4g} s: not used'),
-    'joint_slips': Sentence('the position jumps by {size:.4g} at {at:.4g} s and stays there, '
-                            '{times} in all: an encoder that slips, or a new zero'),
+    'joint_slips': Sentence('{place}: the position jumps by {size:.4g} at {at:.4g} s and stays '
+                            'there, {times} in all: an encoder that slips, or a new zero'),
     'own_messages': Sentence('{names}: messages of their own, interpolated to the stamps of '
-                             '{place}'),
+                             '{clock}'),
     'not_whole': Sentence('{count} of {samples} samples without all joints are left out'),
     'stamped_before': Sentence('{count} of {samples} samples with a stamp at or before another '
                                'one are left out'),

@@ -49,7 +49,8 @@ class DataFinding:
     @property
     def figure(self) -> str:
         """What was found, in words with units."""
-        return on_axis(''.join(map(str, self.says)), self.axis)
+        words = ''.join(map(str, self.says)).removeprefix(f'{self.group}: ')  # its line has it
+        return on_axis(words, self.axis)
 
     @property
     def advice(self) -> str:

@@ -192,7 +192,7 @@ def _settled(watch: Watch) -> tuple[Watch, tuple[WatchEvent, ...]]:
         readings = tuple(named_readings(log, stated, limits))
     except InputError as error:
         return replace(watch, phase=DESCRIBE, kept=watch.kept[1:], notes=(str(error),)), ()
-    return replace(watch, readings=readings, notes=log.notes), (WatchEvent(
+    return replace(watch, readings=readings, notes=tuple(map(str, log.notes))), (WatchEvent(
         'phase', watch.stamp_ns, 'robot', 'learns the robot while it works'),)
 
 

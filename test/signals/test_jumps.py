@@ -97,7 +97,7 @@ def test_a_robot_log_is_continuous_and_says_what_was_done():
     goal = (TURNING + 0.01 + math.pi) % (2.0 * math.pi) - math.pi
     raw = RawLog('log', T, {'a': wrapped, 'b': SWING}, {'a': goal, 'b': SWING}, SETPOINT)
     log = continuous(raw)
-    assert 'a: the position jumps by a turn' in log.notes[0] and len(log.notes) == 1
+    assert 'a: the position jumps by a turn' in str(log.notes[0]) and len(log.notes) == 1
     np.testing.assert_allclose(log.input['a'] - log.position['a'], 0.01, atol=1e-9)
     assert np.ptp(log.position['a']) == pytest.approx(np.ptp(TURNING))
     assert turns(log.position['a'], T)[1].size == 0

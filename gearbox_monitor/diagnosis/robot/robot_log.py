@@ -11,7 +11,7 @@ import scipy
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array, Integers
-from gearbox_monitor.presentation import say
+from gearbox_monitor.presentation import as_written, said, Said
 from gearbox_monitor.signals.jumps import (
     JumpFinding, OUTLIER, PERIODS, SLIP, strangers, TURNS, turns, wild_rows, without_jumps)
 from gearbox_monitor.signals.recording import AS_RECORDED, Convention, Recording
@@ -37,7 +37,7 @@ class RobotLog:
 
     kind: of the input: TORQUE (N m), CURRENT (made a torque by constants) or SETPOINT (rad).
     measured: the torque is measured behind the drive's limits, not commanded. rate: usual samples
-    per second. notes: what was left out or repaired, in words.
+    per second. notes: what was left out or repaired, with the joint as `place` of its own.
     """
 
     name: str
@@ -46,7 +46,7 @@ class RobotLog:
     sections: tuple[LogSection, ...]
     rate: float
     measured: bool = False
-    notes: tuple[str, ...] = ()
+    notes: tuple[Said, ...] = ()
 
     @property
     def seconds(self) -> float:
@@ -69,7 +69,7 @@ class RawLog:
     input: Mapping[str, Array]
     kind: str
     measured: bool = False
-    notes: tuple[str, ...] = ()
+    notes: tuple[Said, ...] = ()
     slips: tuple[float, ...] = ()
     turned: frozenset[str] = frozenset()
 
@@ -97,7 +97,7 @@ def raw_log(recording: Recording, joints: Mapping[str, str], kind: str,
         inputs = {joint: x * constants[joint] for joint, x in inputs.items()}
     return RawLog(recording.name, (stamps - stamps[:1]) * 1e-9,
                   {joint: s.position for joint, s in by_joint.items()}, inputs, kind,
-                  all(s.measured for s in signals), tuple(recording.notes))
+                  all(s.measured for s in signals), tuple(map(as_written, recording.notes)))
 
 
 def read_by(raw: RawLog, conventions: Mapping[str, Convention]) -> RawLog:
@@ -108,7 +108,7 @@ def read_by(raw: RawLog, conventions: Mapping[str, Convention]) -> RawLog:
             position[joint] = convention.position(position[joint])
             given[joint] = convention.position(given[joint]) if raw.kind == SETPOINT else \
                 convention.torque(given[joint])
-    stated = [say('read_as', place=joint, rules=c.rules) for joint, c in conventions.items()
+    stated = [said('read_as', place=joint, rules=c.rules) for joint, c in conventions.items()
               if c != AS_RECORDED]
     return replace(raw, position=position, input=given, notes=(*raw.notes, *stated))
 
@@ -124,7 +124,7 @@ def continuous(raw: RawLog) -> RawLog:
     foreign = strangers(np.column_stack([raw.position[joint] for joint in joints]), raw.t)
     if foreign.any():
         first = float(raw.t[foreign][0] - raw.t[0])
-        notes.append(say('foreign_samples', count=int(foreign.sum()), samples=len(foreign),
+        notes.append(said('foreign_samples', count=int(foreign.sum()), samples=len(foreign),
                          first=first))
     keep = ~foreign
     t, position, given = raw.t[keep], dict[str, Array](), dict[str, Array]()
@@ -133,12 +133,11 @@ def continuous(raw: RawLog) -> RawLog:
         given[joint] = raw.input[joint][keep].copy()
         wild = wild_rows(given[joint]) if raw.kind != SETPOINT else np.empty(0, np.int64)
         if len(wild):
-            notes.append(say('effort_outliers', place=joint, count=len(wild),
+            notes.append(said('effort_outliers', place=joint, count=len(wild),
                              first=given[joint][wild[0]], at=t[wild[0]] - t[0]))
             given[joint][wild] = np.nan
         for finding in found:
-            seconds = float(t[finding.row] - t[0])
-            notes.append(f'{joint}: {jump_words(finding, seconds)}')
+            notes.append(jump(finding, float(t[finding.row] - t[0]), joint))
             if finding.kind == TURNS:
                 turned.add(joint)
             if finding.kind == SLIP:
@@ -155,11 +154,12 @@ def continuous(raw: RawLog) -> RawLog:
                    slips=tuple(sorted(slips)), turned=frozenset(turned))
 
 
-def jump_words(finding: JumpFinding, seconds: float) -> str:
-    """Return a `finding` about a joint's positions in words, the first one at `seconds`."""
+def jump(finding: JumpFinding, seconds: float, place: str) -> Said:
+    """Return a `finding` about the positions of the joint `place`, the first one at `seconds`."""
     times = f'{finding.count} times' if finding.count > 1 else 'once'
-    return say({TURNS: 'joint_turns', OUTLIER: 'joint_outliers', SLIP: 'joint_slips'}[
-        finding.kind], size=abs(finding.size), times=times, count=finding.count, at=seconds)
+    return said({TURNS: 'joint_turns', OUTLIER: 'joint_outliers', SLIP: 'joint_slips'}[
+        finding.kind], place=place, size=abs(finding.size), times=times, count=finding.count,
+        at=seconds)
 
 
 def _at_stamps(t: Array, values: Array, rows: Integers, kind: str
@@ -210,10 +210,10 @@ def _expect_joints(raw: RawLog, joints: Sequence[str]) -> None:
                                  'samples is a number, expected numbers')
 
 
-def _whole_samples(raw: RawLog, joints: Sequence[str]) -> tuple[Array, Array, list[str]]:
+def _whole_samples(raw: RawLog, joints: Sequence[str]) -> tuple[Array, Array, list[Said]]:
     """Return stamps [N] and values [N, 2J] of the samples that hold all joints, and notes."""
     values = np.column_stack([raw.position[j] for j in joints] + [raw.input[j] for j in joints])
-    notes: list[str] = []
+    notes: list[Said] = []
     stamped = np.isfinite(raw.t)
     t, values = raw.t[stamped], values[stamped]
     own = np.isfinite(values)
@@ -221,12 +221,12 @@ def _whole_samples(raw: RawLog, joints: Sequence[str]) -> tuple[Array, Array, li
         rarest = int(np.argmin(own.sum(axis=0)))
         rows = np.flatnonzero(own[:, rarest])
         separate = [joint for i, joint in enumerate(joints) if not own[rows, i].all()]
-        notes.append(say('own_messages', names=', '.join(separate),
-                         place=joints[rarest % len(joints)]))
+        notes.append(said('own_messages', names=', '.join(separate),
+                         clock=joints[rarest % len(joints)]))
         t, values = _at_stamps(t, values, rows, raw.kind)
     good = np.logical_and.reduce(np.isfinite(values), axis=1)
     if not good.all():
-        notes.append(say('not_whole', count=int(np.sum(~good)), samples=len(good)))
+        notes.append(said('not_whole', count=int(np.sum(~good)), samples=len(good)))
     t, values = t[good], values[good]
     if len(t) < 3:
         raise InputError(f'{raw.name}: {len(t)} whole samples, expected {LEAST_SECONDS:g} s or '
@@ -271,7 +271,7 @@ def checked_log(raw: RawLog, joints: Sequence[str]) -> RobotLog:
         keep[i] = t[i] - latest[i - 1] >= SETTINGS.coincident * period
     dropped = int(np.sum(~keep))
     if dropped:
-        notes.append(say('stamped_before', count=dropped, samples=len(t)))
+        notes.append(said('stamped_before', count=dropped, samples=len(t)))
     t, values = t[keep], values[keep]
     gaps = np.flatnonzero(np.diff(t) > max(SETTINGS.gap * period, SETTINGS.gap_seconds)) + 1
     ends = np.union1d(gaps, np.searchsorted(t, raw.slips))
@@ -286,6 +286,6 @@ def checked_log(raw: RawLog, joints: Sequence[str]) -> RobotLog:
     if len(ends):
         code = 'in_parts' if len(gaps) and len(raw.slips) else (
             'after_stamp_gaps' if len(gaps) else 'after_slips')
-        notes.append(say(code, gaps=len(gaps), slips=len(raw.slips), used=used, samples=len(t)))
+        notes.append(said(code, gaps=len(gaps), slips=len(raw.slips), used=used, samples=len(t)))
     return RobotLog(raw.name, tuple(joints), raw.kind, tuple(sections), 1.0 / period,
                     raw.measured, (*raw.notes, *notes))

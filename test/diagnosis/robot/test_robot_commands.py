@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Commands on whole robots: the simulated pair, learn, the file of knowledge, the page."""
+from dataclasses import replace
 import json
 from pathlib import Path
 import re
@@ -14,6 +15,7 @@ from gearbox_monitor.diagnosis.joint.verdict import Remainder
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import knowledge_file
 from gearbox_monitor.files.knowledge_file import load_knowledge, save_knowledge
+from gearbox_monitor.library.robot import check_robot, load_robot
 from gearbox_monitor.simulators.robot_model import read_robot
 
 
@@ -65,6 +67,17 @@ def test_pair_names_the_load_and_the_rubbing_joint(arm, out):
     assert re.findall(r'>(joint.)</text>\n<text class="hit"[^>]*>([^<]+)<', page) == [
         ('joint2', '+13 N m'), ('joint6', '+2.0 kg')]
     assert re.search(r'class="added">\+ .*mass', page) and 'joint3, before and after' in page
+
+
+def test_a_joint_beyond_its_range_is_named_with_what_to_check(arm):
+    robot = load_robot(arm / 'robot.urdf')
+    narrow = replace(robot, file=replace(robot.file, low=np.full(6, -0.1), high=np.full(6, 0.1)))
+    notes = [f for f in check_robot(arm / 'healthy.csv', narrow) if f.name == 'note']
+    assert {'joint1', 'joint2', 'joint3'} <= {f.group for f in notes}
+    for note in notes:
+        assert note.figure.startswith('from ') and 'beyond the range of the model' in note.figure
+        assert f'--convention {note.group}=zero:RAD' in note.advice
+        assert f'as of degrees: --convention {note.group}=deg' in note.figure
 
 
 def test_all_keys_of_a_verdict_are_documented(out):

@@ -36,7 +36,7 @@ def test_gaps_make_sections_and_short_ones_are_counted():
     assert [len(s.t) for s in log.sections] == [800, 1170]
     short = checked_log(raw(np.delete(t, slice(100, 130))), JOINTS)
     assert [len(s.t) for s in short.sections] == [1870]
-    assert any('1870 of 1970 samples' in note for note in short.notes)
+    assert any('1870 of 1970 samples' in str(note) for note in short.notes)
 
 
 def test_a_slip_ends_a_section():
@@ -45,7 +45,7 @@ def test_a_slip_ends_a_section():
     position = {'a': np.where(t < 7.995, np.sin(t), np.sin(t) + 0.2), 'b': 2 * np.sin(t)}
     log = checked_log(continuous(raw(t, position=position)), JOINTS)
     assert [len(s.t) for s in log.sections] == [800, 1200]
-    assert '1 slips of positions: 2000 of 2000 samples are used' in log.notes
+    assert '1 slips of positions: 2000 of 2000 samples are used' in map(str, log.notes)
 
 
 def test_lost_samples_make_no_gap():
@@ -59,7 +59,7 @@ def test_stamps_on_top_of_each_other_are_left_out():
     t[1::2] += 1e-9
     log = checked_log(raw(t), JOINTS)
     assert np.diff(log.sections[0].t).min() > 0.009
-    assert any('1000 of 2000 samples' in note for note in log.notes)
+    assert any('1000 of 2000 samples' in str(note) for note in log.notes)
 
 
 def expect_one_clock(kind):
@@ -72,7 +72,7 @@ def expect_one_clock(kind):
     log = checked_log(raw(t, kind=kind, position={'a': column(first, np.sin(t)),
                                                   'b': column(second, np.cos(3 * t))},
                           input={'a': column(first, t), 'b': column(second, 5 * t)}), JOINTS)
-    assert any(note.startswith('b: messages of their own, interpolated to the stamps of a')
+    assert any(str(note).startswith('b: messages of their own, interpolated to the stamps of a')
                for note in log.notes)
     assert len(log.sections) == 2 and log.rate == pytest.approx(100.0)
     for s in log.sections:
@@ -136,8 +136,8 @@ def test_where_a_log_has_locked_joints_is_said(tmp_path):
             writer.write('/joint_states', stamp, message)
     for log in (path, tmp_path / 'bag'):
         notes = read_robot_log(log, JOINTS, {}, locked={'grip': 0.5, 'thumb': 0.0}).notes
-        assert 'grip: locked at 0.5; the log has it from 0 to 4.99' in notes
-        assert not any('thumb' in note for note in notes)
+        assert 'grip: locked at 0.5; the log has it from 0 to 4.99' in map(str, notes)
+        assert not any('thumb' in str(note) for note in notes)
 
 
 def test_an_effort_without_a_direction_is_no_torque(tmp_path):
@@ -160,7 +160,7 @@ def test_an_effort_without_a_direction_is_no_torque(tmp_path):
                         stamps, JOINTS, np.column_stack(columns[1:3]), effort=effort)):
                     writer.write(topic, stamp, message)
     log = read_robot_log(tmp_path / 'sizes', JOINTS, {}, no_servo='')
-    assert log.kind == 'setpoint' and any('no value is below 0' in n for n in log.notes)
+    assert log.kind == 'setpoint' and any('no value is below 0' in str(n) for n in log.notes)
     assert read_robot_log(tmp_path / 'signed', JOINTS, {}, no_servo='').kind == 'torque'
     with pytest.raises(InputError, match='effort: no value is below 0'):
         read_robot_log(tmp_path / 'sizes', JOINTS, {})
