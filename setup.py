@@ -56,8 +56,8 @@ setup(
     packages=find_packages(exclude=['benchmarks', 'benchmarks.*', 'test', 'test.*']),
     package_data={package_name: [
         'py.typed', 'kernels/translate/prelude.h', 'recordings/vocabulary.yaml',
-        'simulators/firmware/*', 'simulators/templates/*', 'report/assets/*',
-        'report/templates/*.html', 'report/templates/*/*.html']},
+        'report/sentences.toml', 'simulators/firmware/*', 'simulators/templates/*',
+        'report/assets/*', 'report/templates/*.html', 'report/templates/*/*.html']},
     data_files=[
         ('share/ament_index/resource_index/packages', ['resource/' + package_name]),
         ('share/' + package_name, ['package.xml']),

@@ -16,14 +16,14 @@ from gearbox_monitor.health.checks.outcome import Condition, Level
 from gearbox_monitor.health.monitor import CONDITIONS
 from gearbox_monitor.plant.effects import Effect, EFFECTS, library, Parameter
 from gearbox_monitor.report.summary import PLACES
-from gearbox_monitor.report.sentences import LEVELS, TABLE, title
+from gearbox_monitor.report.sentences import TABLE, title
 from gearbox_monitor.report.words import sentence, SEPARATES
 from gearbox_monitor.simulators.mjcf import CONSTRUCT, expression_of, NATIVE, REFUSED
 from gearbox_monitor.simulators.urdf_patch import in_urdf
 
 OF_EFFECT = ('What it is', 'In the data', 'Confused with', 'In simulators', 'Since')
-OF_CONDITION = ('What it says', 'When', 'Window', 'Values', 'What to do')
-OF_LEVEL = ('What it says', 'What to do')
+OF_CONDITION = ('What it says', 'When', 'Window', 'Values', 'What to do', 'Read more')
+OF_LEVEL = ('What it says', 'What to do', 'Read more')
 WAYS = {NATIVE: '', CONSTRUCT: ' (approximately)', REFUSED: ' (not in the file)'}
 ALL_CONDITIONS = (*CONDITIONS, *change_tests.CONDITIONS)
 ALIKE = 'no motion distinguishes them'
@@ -116,14 +116,15 @@ def explained_condition(condition: Condition) -> Explanation:
         f'{condition.component}: {says}', dict(zip(OF_CONDITION, (
             (f'{condition.level.name} of {condition.component}: {says}.',),
             (words.when,), (words.window,),
-            (', '.join(condition.value) or 'none: the message alone',), (words.remedy,)))))
+            (', '.join(condition.value) or 'none: the message alone',), (words.remedy,),
+            (f'docs/{words.page}',)))))
 
 
 def explained_level(level: Level) -> Explanation:
     """Return the Explanation of a level on /diagnostics."""
-    words = LEVELS[level]
+    words = TABLE[level.name]
     return Explanation(level.name, dict(zip(OF_LEVEL, (
-        (sentence(words.says),), (sentence(words.remedy),)))))
+        (sentence(words.says),), (sentence(words.remedy),), (f'docs/{words.page}',)))))
 
 
 def explanations() -> Iterator[tuple[tuple[str, ...], Explanation]]:

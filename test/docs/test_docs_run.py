@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 import textwrap
+import tomllib
 from types import ModuleType
 
 import numpy as np
@@ -161,10 +162,9 @@ def test_indicator_of_the_page(monkeypatch, capsys):
     *_, load, use = blocks(DOCS / 'extend.md', 'python')
     made = ModuleType('load')
     exec(compile(load, 'load.py', 'exec'), vars(made))
-    sentence = re.search(r"`('overloaded':\s+Sentence\(.*?\))`", (DOCS / 'extend.md').read_text(),
-                         re.DOTALL)[1]
-    for code, says in eval(f'{{{sentence}}}', {'Sentence': Sentence}).items():
-        monkeypatch.setitem(TABLE, code, says)
+    *_, row = blocks(DOCS / 'extend.md', 'toml')
+    for code, fields in tomllib.loads(row).items():
+        monkeypatch.setitem(TABLE, code, Sentence(**fields))
     monkeypatch.setattr(monitor, 'ROW_CHECKS', (*monitor.ROW_CHECKS, made.CHECK))
     exec(compile(use, 'extend.md', 'exec'), {})
     lines = capsys.readouterr().out.splitlines()

@@ -4,6 +4,7 @@
 """Every code of the table, and every finding, as a sentence with random numbers."""
 from dataclasses import dataclass
 import math
+from pathlib import Path
 import re
 from string import Formatter
 
@@ -21,7 +22,7 @@ from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.presentation import Quantity, Said
 from gearbox_monitor.report.robot_words import finding_words
-from gearbox_monitor.report.sentences import message, MOTION, PARTS, phrase, TABLE, title
+from gearbox_monitor.report.sentences import message, PARTS, phrase, TABLE, title
 from gearbox_monitor.report.summary import summary
 from gearbox_monitor.report.watch_words import change_words, payload_words
 from gearbox_monitor.watch.record import Change, HeldLoad
@@ -65,7 +66,7 @@ def number_of(rng, name, spec, conversion):
 
 def test_every_code_is_a_sentence_with_any_numbers():
     rng = np.random.default_rng(0)
-    assert len(TABLE) == sum(map(len, PARTS))  # no code has two sentences
+    assert len(TABLE) == sum(map(len, PARTS.values()))  # no code has two sentences
     for code, sentence in TABLE.items():
         assert title(code) and not REFUSED.search(title(code).replace('...', 'n')), code
         for _ in range(20):
@@ -81,6 +82,18 @@ def test_every_code_is_a_sentence_with_any_numbers():
                     (Said('no_window'),)]) == (
         'prediction errors biased, prediction errors much larger than predicted: do not trust '
         'tau_K; check the encoders first, then the model; no window has ended')
+
+
+def test_every_code_has_a_page_that_explains_it():
+    anchors = {}
+    for page in (Path(__file__).parents[2] / 'docs').glob('*.md'):
+        heads = re.findall(r'^#+ (.*)', page.read_text(encoding='utf-8'), re.MULTILINE)
+        anchors[page.name] = {re.sub(r'[^\w -]', '', head.lower()).replace(' ', '-')
+                              for head in heads}
+    for code, sentence in TABLE.items():
+        page, _, anchor = sentence.page.partition('#')
+        assert not anchor or anchor in anchors[page], (code, sentence.page)
+        assert page in anchors, (code, sentence.page)
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +117,7 @@ def health_of(rng):
         steady=bool(rng.integers(2)), is_open=bool(rng.integers(2)),
         newest=0.1 * rng.integers(2)) for _ in FEATURES)
     tests = rng.choice([test.key for test in TESTS], rng.integers(3), replace=False)
-    window = NotExcited(10 ** 9, str(rng.choice(list(MOTION))), numbers={
+    window = NotExcited(10 ** 9, str(rng.choice(list(PARTS['motion']))), numbers={
         'count': 3, 'std': 0.5}) if rng.integers(2) else Backlash(
         10 ** 9, 0.2, 0.01, 25.0, 1.0, lost_motion=0.21, lost_motion_std=0.01,
         separable=bool(rng.integers(2)))
