@@ -55,7 +55,7 @@ setup(
     version='0.2.0',
     packages=find_packages(exclude=['benchmarks', 'benchmarks.*', 'test', 'test.*']),
     package_data={package_name: [
-        'py.typed', 'kernels/translate/prelude.h', 'recordings/vocabulary.yaml',
+        'py.typed', '*.toml', 'kernels/translate/prelude.h', 'recordings/vocabulary.yaml',
         'report/sentences.toml', 'simulators/firmware/*', 'simulators/templates/*',
         'report/assets/*', 'report/templates/*.html', 'report/templates/*/*.html']},
     data_files=[

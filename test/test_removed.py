@@ -10,7 +10,7 @@ import gearbox_monitor
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.parameters import check_values, SETTINGS
-from gearbox_monitor.removed import refusal, REMOVED
+from gearbox_monitor.removed import refusal, removed
 from gearbox_monitor.simulators.user_simulator import user_simulator
 
 
@@ -18,7 +18,7 @@ OURS = 'gearbox_monitor '
 
 
 def test_options_and_their_values(capsys):
-    for name in REMOVED:
+    for name in removed():
         if ' ' not in name or name.startswith(OURS):
             continue
         with pytest.raises(SystemExit, match='2'):
@@ -40,7 +40,7 @@ def test_files_by_their_ending():
 
 
 def test_commands_parameters_and_names_of_the_package(capsys):
-    for name in REMOVED:
+    for name in removed():
         if name.startswith('.') or ' ' in name and not name.startswith(OURS):
             continue
         if name.startswith(OURS):
