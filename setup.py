@@ -55,8 +55,8 @@ setup(
     version='0.2.0',
     packages=find_packages(exclude=['benchmarks', 'benchmarks.*', 'test', 'test.*']),
     package_data={package_name: [
-        'py.typed', '*.toml', 'kernels/translate/prelude.h', 'recordings/vocabulary.yaml',
-        'report/sentences.toml', 'simulators/firmware/*', 'simulators/templates/*',
+        'py.typed', '*.toml', '*/*.toml', 'kernels/translate/prelude.h',
+        'recordings/vocabulary.yaml', 'simulators/firmware/*', 'simulators/templates/*',
         'report/assets/*', 'report/templates/*.html', 'report/templates/*/*.html']},
     data_files=[
         ('share/ament_index/resource_index/packages', ['resource/' + package_name]),

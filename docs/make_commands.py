@@ -8,8 +8,7 @@ import sys
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from gearbox_monitor.cli.main import EXIT_CODES  # noqa: E402
-from gearbox_monitor.cli.main import COMMANDS  # noqa: E402
+from gearbox_monitor.cli.commands import COMMANDS, EXIT_CODES  # noqa: E402
 
 PAGE = ROOT / 'docs/commands.md'
 HEAD = """\

@@ -20,7 +20,7 @@ usage examples:
   gearbox_monitor accept BAG --max-gap 30arcmin --min-stiffness 20 --confidence 0.99
   gearbox_monitor accept BAG --model drive.yaml --params estimator.yaml --max-gap 0.5deg --json
 """
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Mapping, Sequence
 import math
 import re
@@ -30,7 +30,7 @@ import numpy as np
 import scipy
 
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, entries, estimator_options, opened, show, warn, wrapped)
+    entries, estimator_options, opened, show, warn, wrapped)
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.health.alert_limits import LIMITS
@@ -46,18 +46,6 @@ UNITS = {'rotary': {'rad': 1.0, 'mrad': 1e-3, 'deg': math.radians(1.0),
          'prismatic': {'m': 1.0, 'mm': 1e-3, 'um': 1e-6}}
 INSEPARABLE = 'the motion does not distinguish backlash and compliance'
 EXIT = {'pass': 0, 'fail': 1, 'not excited': 3, 'undecided': 3}
-
-
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare the options in `parser`."""
-    add_estimator_arguments(parser)
-    parser.add_argument('--max-gap', metavar='SIZE',
-                        help='largest gap at the output, rad (prismatic axis: m); or with a unit: '
-                        '12arcmin, 0.2deg, 50um, 0.1mm')
-    parser.add_argument('--min-stiffness', metavar='K', type=float,
-                        help='smallest stiffness in contact, N m/rad')
-    parser.add_argument('--confidence', metavar='P', type=float, default=0.95,
-                        help='probability that a verdict needs (default: 0.95)')
 
 
 def run(args: Namespace) -> int:

@@ -25,7 +25,7 @@ usage examples:
   gearbox_monitor check BAG --json | jq .suits
   gearbox_monitor check robot.xml --keyframe home
 """
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 import shlex
@@ -33,9 +33,9 @@ import textwrap
 from typing import Any
 
 from gearbox_monitor.cli.inputs import (
-    add_robot_arguments, add_setpoint_argument, names_of, reading_of_robot, robot_of, settings_of)
+    names_of, reading_of_robot, robot_of, settings_of)
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, estimator_options, opened, refuse, show, wrapped)
+    estimator_options, opened, refuse, show, wrapped)
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.noise_search import MIN_SAMPLES, MIN_SECONDS
 from gearbox_monitor.health.alert_limits import LIMITS
@@ -65,22 +65,6 @@ NEXT = {'estimation': 'gearbox_monitor fit noise BAG --model FILE --out params.y
 WITHOUT_ARM = {'estimation': 'gearbox_monitor replay BAG --params FILE',
                'drift': 'gearbox_monitor accept BAG --params FILE --max-gap RAD',
                'diagnosis': "gearbox_monitor diagnose BAG --model FILE --recorded-arm ''"}
-
-
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare the options in `parser`."""
-    add_estimator_arguments(parser)
-    parser.add_argument('--motor-joint', metavar='NAME', help='name of the motor joint '
-                        '(default: as --params, motor)')
-    parser.add_argument('--arm-joint', metavar='NAME', help="name of the arm joint, '' for none "
-                        '(default: as --params, arm)')
-    add_setpoint_argument(parser)
-    add_robot_arguments(parser, reference=False)
-    parser.add_argument('--keyframe', metavar='NAME', help='BAG is a file of a robot: posture in '
-                        'which its joints are read, a key of the file')
-    parser.add_argument('--for', dest='purposes', nargs='+', choices=PURPOSES, metavar='PURPOSE',
-                        default=PURPOSES, help='purpose of the recording: '
-                        f'{", ".join(PURPOSES)} (default: all)')
 
 
 def run(args: Namespace) -> int:

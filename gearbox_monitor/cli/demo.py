@@ -19,7 +19,7 @@ usage examples:
   gearbox_monitor demo --no-fault --duration 60 --out healthy
   gearbox_monitor demo --json > summary.json
 """
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 import contextlib
 import json
 import os
@@ -298,20 +298,6 @@ class RobotDemo(Demo):
                                 'gap_growth_start': self.growth_start}}},
                             sort_keys=False), encoding='utf-8')
         self.start('estimator', file, **RELIABLE)
-
-
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare the options in `parser`."""
-    parser.add_argument('--out', metavar='DIR',
-                        help='directory to create (default: gearbox_demo_ and the time)')
-    parser.add_argument('--robot', action='store_true',
-                        help='an arm of six joints instead of one gearbox')
-    parser.add_argument('--duration', metavar='S', type=float,
-                        help=f'simulated time in s, at least {MIN_DURATION:g} (default: 30); '
-                        f'with --robot {ROBOT_MIN_DURATION:g} (60)')
-    parser.add_argument('--filter', metavar='F', default='ekf',
-                        help='filter of the estimator (default: ekf)')
-    parser.add_argument('--no-fault', action='store_true', help='keep the backlash constant')
 
 
 def run(args: Namespace) -> int:

@@ -25,7 +25,7 @@ usage examples:
   gearbox_monitor diagnose BAG --model robot.xml --joint elbow --simulator my_arm:simulate
   gearbox_monitor diagnose LOG --model robot.urdf --reference healthy.csv    # all joints at once
 """
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -36,7 +36,7 @@ import numpy as np
 
 from gearbox_monitor import __version__
 from gearbox_monitor.cli.inputs import (
-    add_recording_arguments, add_robot_arguments, joint_of, load_recordings, names_of,
+    joint_of, load_recordings, names_of,
     reading_of_robot, robot_of, robot_options, written_options)
 from gearbox_monitor.cli.options import (
     entries, expect_new_files, ids_in, refuse, show, wrapped, write_files)
@@ -68,31 +68,8 @@ from gearbox_monitor.simulators.user_simulator import confirmation, user_simulat
 
 PAGE, VERDICT, CLOSED = 'report.html', 'verdict.json', 'drive.closed.yaml'
 OF_RECORDINGS = ('topic', 'motor_joint', 'arm_joint', 'setpoint_joint')
+CORES = cores()
 OF_JOINTS = ('joint', 'model_arm_joint', 'keyframe', 'actuator', 'root')
-
-
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare the options in `parser`."""
-    add_recording_arguments(parser)
-    add_robot_arguments(parser, values=False)
-    parser.add_argument('--validate', metavar='BAG2',
-                        help='second recording of the drive, to test the result on')
-    parser.add_argument('--out', metavar='DIR',
-                        help='write verdict.json, report.html and drive.closed.yaml: '
-                        'the model with what was identified')
-    parser.add_argument('--exclude', metavar='ID', nargs='+', default=[],
-                        help='effects to leave out; a gap that only they explain is then unknown')
-    parser.add_argument('--only', metavar='ID', nargs='+', help='effects to try, and no others')
-    parser.add_argument('--simulator', metavar='MODULE:FUNCTION',
-                        help='repeat nominal and closed model in your simulator, see '
-                        'docs/simulator.md')
-    parser.add_argument('--seed', metavar='N', type=int, default=0,
-                        help='seed of the intervals (default: 0); same seed, same answer')
-    parser.add_argument('--jobs', metavar='N', type=int, default=cores(),
-                        help='threads (default: one per core); does not change the answer')
-    parser.add_argument('-v', '--verbose', action='store_true',
-                        help='print ranking, places, model values, changes of files and all '
-                        'notes as well')
 
 
 def run(args: Namespace) -> int:

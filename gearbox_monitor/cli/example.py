@@ -22,7 +22,7 @@ usage examples:
   gearbox_monitor example rough --motion varied --process-noise 0.4
   gearbox_monitor example arm --robot       # logs of a whole arm, healthy and changed
 """
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from dataclasses import replace
 from datetime import datetime, timezone
 import math
@@ -34,38 +34,9 @@ from gearbox_monitor.files.opening import config_path
 from gearbox_monitor.files.yaml_files import expect_outside_of_bag, load_model, save_model
 from gearbox_monitor.plant.simulate import Noise
 from gearbox_monitor.recordings.examples import (
-    ENCODERS, ExampleMotion, MOTIONS, NOISE, process_torque, write_example_bag, write_robot_pair)
+    ExampleMotion, NOISE, process_torque, write_example_bag, write_robot_pair)
 
 ARM_JOINT = {'both': '', 'motor': " --recorded-arm ''", 'arm': ''}  # options of who reads the bag
-
-
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare the options in `parser`."""
-    parser.add_argument('bag', metavar='BAG', help='bag to write; must not exist')
-    parser.add_argument('--robot', action='store_true', help='write a folder with robot.urdf and '
-                        'logs of all joints: healthy.csv, and today.csv with a load of 2 kg and a '
-                        'rubbing joint')
-    parser.add_argument('--model', metavar='FILE',
-                        help='model file of the drive (default: the packaged drive.yaml)')
-    parser.add_argument('--seconds', metavar='S', type=float, default=30.0,
-                        help='how long the drive moves (default: 30)')
-    parser.add_argument('--rest', metavar='S', type=float, default=2.0,
-                        help='how long it stands still before that (default: 2)')
-    parser.add_argument('--rate', metavar='HZ', type=float, default=1000.0,
-                        help='samples per second (default: 1000)')
-    parser.add_argument('--motion', choices=MOTIONS, default='multisine',
-                        help='kind of the commanded torque (default: multisine)')
-    parser.add_argument('--encoders', choices=ENCODERS, default='both',
-                        help='encoders that are recorded (default: both)')
-    parser.add_argument('--date', metavar='YYYY-MM-DD', help='day of the recording, UTC '
-                        '(default: 2023-11-14)')
-    parser.add_argument('--wear', metavar='P', type=float, default=0.0,
-                        help='growth of the backlash over the model file, %% (default: 0)')
-    parser.add_argument('--seed', metavar='N', type=int, default=0,
-                        help='seed of the noise (default: 0)')
-    parser.add_argument('--process-noise', metavar='Q', type=float, default=0.0,
-                        help="noise of the motor's torque, as noise of its speed, "
-                        'rad/s/sqrt(s) (default: 0); BAG.drive.yaml states the torque')
 
 
 def run(args: Namespace) -> int:

@@ -16,7 +16,7 @@ usage examples:
   gearbox_monitor explain ljung_box
   gearbox_monitor explain WARN
 """
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 
 from gearbox_monitor.cli.options import show, wrapped
 from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
@@ -25,12 +25,6 @@ from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.plant.effects import EFFECTS, library, LOCATIONS
 from gearbox_monitor.report.explanation import ALL_CONDITIONS, Explanation, explanations
 from gearbox_monitor.report.sentences import title
-
-
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare the options in `parser`."""
-    parser.add_argument('name', nargs='*', metavar='NAME',
-                        help='effect, condition, component, key of /diagnostics, or level')
 
 
 def run(args: Namespace) -> int:

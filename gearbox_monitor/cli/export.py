@@ -40,12 +40,12 @@ usage examples:
   gearbox_monitor export drive.yaml --params estimator.yaml --to c --out elbow.c --prefix elbow
   gearbox_monitor export unit1.json unit2.json unit3.json --to isaac --ranges --out events.py
 """
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from pathlib import Path
 import sys
 
 from gearbox_monitor.cli.inputs import (
-    add_bag_arguments, add_joint_arguments, joint_of, recording_of)
+    joint_of, recording_of)
 from gearbox_monitor.cli.options import estimator_options, refuse, wrapped, write_or_print
 from gearbox_monitor.diagnosis.joint.closed_model import overlay
 from gearbox_monitor.errors import InputError
@@ -65,37 +65,8 @@ from gearbox_monitor.simulators.mjcf_file import MjcfDrive
 from gearbox_monitor.simulators.randomisation import randomisation, WRITERS
 from gearbox_monitor.simulators.xml_edit import difference
 
+CHOICES = (*TARGETS, 'c', *WRITERS)
 OF_FILES = ('into', 'joint', 'model_arm_joint', 'keyframe', 'actuator', 'root', 'check')
-
-
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare the options in `parser`."""
-    parser.add_argument('models', metavar='MODEL', nargs='*',
-                        help='model file, such as drive.closed.yaml; with --ranges JSON files of '
-                        'fit or diagnose')
-    parser.add_argument('--to', required=True,
-                        choices=(*TARGETS, 'c', *WRITERS),
-                        help='simulator; yaml, isaac, mjlab: with --ranges; c: filter for '
-                        'firmware')
-    parser.add_argument('--backlash', metavar='WIDTH', type=float,
-                        help='give the joint backlash, full width in rad or m, instead of a MODEL')
-    parser.add_argument('--stiffness', metavar='K', type=float,
-                        help='with --backlash: stiffness of the gearbox, N m/rad or N/m')
-    parser.add_argument('--ranges', action='store_true',
-                        help='domain randomisation: ranges of a new drive')
-    parser.add_argument('--into', metavar='FILE',
-                        help='MJCF or URDF file that is patched; it stays as it is')
-    add_joint_arguments(parser)
-    parser.add_argument('--out', metavar='FILE',
-                        help='write the patched file (default: print the difference)')
-    parser.add_argument('--check', metavar='BAG',
-                        help='recording on which the file is run before and after')
-    add_bag_arguments(parser)
-    parser.add_argument('--params', metavar='FILE',
-                        help='with --to c: ROS parameter file of the estimator')
-    parser.add_argument('--prefix', metavar='NAME',
-                        help='with --to c: prefix of the names of functions and types '
-                        '(default: gm)')
 
 
 def run(args: Namespace) -> int:

@@ -33,7 +33,7 @@ usage examples:
   gearbox_monitor fit noise BAG --reference /reference/transmission_state --out params.yaml
   gearbox_monitor fit unit BAG BAG2 --model drive.yaml --out unit7
 """
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Iterable, Mapping, Sequence
 import math
 from pathlib import Path
@@ -41,7 +41,7 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.cli.inputs import add_recording_arguments, load_recordings, settings_of
+from gearbox_monitor.cli.inputs import load_recordings, settings_of
 from gearbox_monitor.cli.options import (
     estimator_options, opened, refuse, show, warn, wrapped)
 from gearbox_monitor.diagnosis.joint.nominal import fit_nominal, FittedValue
@@ -77,33 +77,6 @@ CERTAIN = 3.0  # errors by which a value differs from the model file
 SAME = 1.0     # of log-likelihood: parameters as good as tuned ones
 UNDECIDED = 3
 UNITS = {row.name: row.unit for row in ESTIMATOR}
-
-
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare the options in `parser`."""
-    parser.add_argument('what', choices=WHAT, metavar='WHAT', help=', '.join(WHAT))
-    add_recording_arguments(parser, model_required=False)
-    model = parser.add_argument_group('fit model')
-    model.add_argument('--free', metavar='NAME', nargs='+',
-                       help='values that are fitted (default: all of this drive but kt)')
-    model.add_argument('--validate', metavar='BAG2',
-                       help='another recording of the drive, to test the model on')
-    model.add_argument('--windows', metavar='S', type=float, default=SECONDS,
-                       help='if above %(default)g: fit free runs of this length, s; longer than '
-                       'the recording: all of it (default: %(default)g)')
-    noise = parser.add_argument_group('fit noise')
-    noise.add_argument('--filter', metavar='F', help='filter to tune (default: as --params, ekf)')
-    noise.add_argument('--smoother', action='store_true',
-                       help='for the smoothed torque instead of the filtered one: q_std_tau_k is '
-                       'divided by sqrt(5)')
-    noise.add_argument('--fix-speeds', action='store_true',
-                       help='keep q_std_motor_speed and q_std_arm_speed as they are')
-    noise.add_argument('--reference', metavar='TOPIC', help='JointState with a measured torque, '
-                       'N m, in effort[0]: its error counts')
-    parser.add_argument('--params', metavar='FILE',
-                        help='fit noise, unit: ROS parameter file of the estimator')
-    parser.add_argument('--out', metavar='PATH', help='model file, parameter file or, of a unit, '
-                        'folder to write')
 
 
 def run(args: Namespace) -> int:

@@ -27,7 +27,7 @@ usage examples:
   gearbox_monitor fleet archive/ --out fleet --scheduler tcp://head:8786
   gearbox_monitor fleet archive/ --out fleet --json | jq .gearboxes[0]
 """
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime, timezone
@@ -47,40 +47,6 @@ from gearbox_monitor.ros.middleware import cores, Interrupt
 
 MAX_SERVICES = 1 << 24  # bytes of a file
 PRINTED = 10  # gearboxes, and bags that failed, on the terminal
-
-
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare the options in `parser`."""
-    parser.add_argument('bags', nargs='+', metavar='BAGS',
-                        help='bag, .mcap file, folder of bags or pattern')
-    parser.add_argument('--out', metavar='DIR', required=True,
-                        help='new folder, or that of an earlier run, which is continued')
-    parser.add_argument('--scheduler', metavar='ADDRESS',
-                        help='Dask scheduler to run on, as tcp://host:8786')
-    parser.add_argument('--workers', metavar='N', type=int,
-                        help='processes at a time (default: one per core)')
-    parser.add_argument('--max-seconds', metavar='S', type=float, default=3600.0,
-                        help='longest time for one bag (default: %(default)g)')
-    parser.add_argument('--max-memory', metavar='MB', type=int, default=4096,
-                        help='largest memory for one bag in a process; 0: any (default: '
-                        '%(default)d)')
-    parser.add_argument('--diagnose', action='store_true',
-                        help='also diagnose 14 s of each bag: about a minute of computing each')
-    parser.add_argument('--only', metavar='ID,ID', default='',
-                        help='effects that --diagnose tries, and no others: far quicker')
-    parser.add_argument('--model', metavar='FILE',
-                        help='model file of the drive, or URDF of robots (default: that recorded '
-                        'in each bag)')
-    parser.add_argument('--robots', action='store_true',
-                        help='the bags are of whole robots, with robot_description')
-    parser.add_argument('--params', metavar='FILE', help='ROS parameter file of the estimator')
-    parser.add_argument('--topic', default='joint_states', help='topic of the inputs')
-    parser.add_argument('--gearbox', metavar='PATTERN', default='',
-                        help='regular expression: its first group, in the path of a bag, names '
-                        'the gearbox (default: gearbox_serial in the bag, namespace, or folder)')
-    parser.add_argument('--serviced', metavar='FILE',
-                        help='text file: a line GEARBOX DATE NOTE per service; the next bags are '
-                        'its new baseline')
 
 
 def run(args: Namespace) -> int:

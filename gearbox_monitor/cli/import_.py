@@ -37,7 +37,7 @@ from typing import Any
 import yaml
 
 from gearbox_monitor import __version__
-from gearbox_monitor.cli.options import add_reading_arguments, reading_of, show, stated, table_text
+from gearbox_monitor.cli.options import reading_of, show, stated, table_text
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_outside_of_bag, load_parameters
 from gearbox_monitor.parameters import resolve, SETTINGS
@@ -54,7 +54,7 @@ OPTIONS = ('guess', 'map', 'set', 'joint_of_log', 'topic', 'use', 'unit', 'torqu
            'counts_per_turn', 'columns', 'rate', 'episode', 'stamps')
 
 
-class _Guess(Action):
+class Guess(Action):
     """Set the option, with which BAG need not follow."""
 
     def __call__(self, parser: ArgumentParser, namespace: Namespace, values: Any,
@@ -63,24 +63,6 @@ class _Guess(Action):
         for action in parser._actions:
             if action.dest == 'bag':
                 action.required = False
-
-
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare the options in `parser`."""
-    parser.add_argument('file', metavar='FILE', help='recording, folder of one, or bag')
-    parser.add_argument('--guess', action=_Guess, nargs=0, default=False,
-                        help='propose a mapping; without BAG, print it and write nothing')
-    source = parser.add_mutually_exclusive_group()
-    source.add_argument('--params', metavar='PARAMS',
-                        help='FILE is a bag: ROS parameter file of the estimator with arm_topic')
-    source.add_argument('--arm-topic', metavar='TOPIC',
-                        help='FILE is a bag: topic of the arm, of two publishers')
-    parser.add_argument('--joint', metavar='NAME', dest='joint_of_log',
-                        help='of several joints of a log, the one to write')
-    parser.add_argument('--topic', default='', help='of a bag: topic of the joint states, with '
-                        '--params or --arm-topic that of the motor (default: joint_states)')
-    add_reading_arguments(parser)
-    parser.add_argument('bag', metavar='BAG', help='bag to write; must not exist')
 
 
 def run(args: Namespace) -> int:

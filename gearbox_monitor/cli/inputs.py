@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Inputs that several commands share: recordings of a drive, bags for filters, logs of a robot."""
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Sequence
 from dataclasses import replace
 import os
@@ -10,7 +10,7 @@ import shlex
 from types import MappingProxyType
 from typing import Any, TYPE_CHECKING
 
-from gearbox_monitor.cli.options import add_reading_arguments, BAG_HELP, reading_of, stated
+from gearbox_monitor.cli.options import reading_of, stated
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.kernels.types import Values
@@ -21,59 +21,11 @@ from gearbox_monitor.recordings.joint_input import JointInput
 from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.reading import ReadOptions
 from gearbox_monitor.recordings.recorded_samples import read_snapshots
-from gearbox_monitor.signals.recording import RULES
 from gearbox_monitor.signals.uniform import UniformRecording
 
 if TYPE_CHECKING:
     from gearbox_monitor.library.recording import DriveRecording
     from gearbox_monitor.library.robot import Robot
-
-
-def add_model_arguments(parser: ArgumentParser, required: bool = True) -> None:
-    """Declare in `parser` the model file, `required` or not, or the joint of a simulator's."""
-    parser.add_argument('--model', metavar='FILE', required=required,
-                        help='model file of the drive, or MJCF or URDF file with --joint')
-    add_joint_arguments(parser)
-    parser.add_argument('--values', metavar='FILE',
-                        help='with --joint: model values that are not in that file')
-
-
-def add_bag_arguments(parser: ArgumentParser) -> None:
-    """Declare in `parser` topic and joints of a drive in a bag."""
-    parser.add_argument('--topic', default='joint_states', help='topic of the inputs, in bags')
-    add_reading_arguments(parser)
-    for side in ('motor', 'arm'):
-        parser.add_argument(f'--recorded-{side}', metavar='NAME', default=side,
-                            dest=f'{side}_joint',
-                            help=f'name of the {side} joint in the recording (default: {side})')
-
-
-def add_setpoint_argument(parser: ArgumentParser) -> None:
-    """Declare in `parser` the joint that is a setpoint."""
-    parser.add_argument('--recorded-setpoint', metavar='NAME',
-                        default='setpoint', dest='setpoint_joint',
-                        help='joint whose position is the setpoint of the motor, in bags, for a '
-                        'model with a controller (default: setpoint)')
-
-
-def add_joint_arguments(parser: ArgumentParser) -> None:
-    """Declare in `parser` which joint of a simulator's file is the drive."""
-    parser.add_argument('--joint', metavar='NAME',
-                        help="joint of the simulator's file that the motor drives")
-    parser.add_argument('--model-arm-joint', metavar='NAME',
-                        help="joint of the arm in the simulator's file, if it is a different one")
-    parser.add_argument('--keyframe', metavar='NAME',
-                        help='posture in which inertia and weight are taken, a key of the file')
-    parser.add_argument('--actuator', metavar='NAME',
-                        help='actuator of the joint, where several act on it')
-    add_root_argument(parser)
-
-
-def add_root_argument(parser: ArgumentParser) -> None:
-    """Declare in `parser` the folder below which the parts of a simulator's file lie."""
-    parser.add_argument('--root', metavar='DIR',
-                        help="folder below which the files lie that the simulator's file includes "
-                        '(default: its own folder)')
 
 
 def written_options(args: Namespace, names: Sequence[str]) -> str:
@@ -98,22 +50,13 @@ def load_drive(args: Namespace) -> DriveModel:
     return load_model(args.model, **joint_of(args), values=args.values)
 
 
-def add_recording_arguments(parser: ArgumentParser, model_required: bool = True) -> None:
-    """Declare in `parser` recordings of a drive, its model (`model_required`), its joints."""
-    parser.add_argument('bag', nargs='+', metavar='BAG',
-                        help=f'{BAG_HELP}; several of one drive at once')
-    add_model_arguments(parser, model_required)
-    add_bag_arguments(parser)
-    add_setpoint_argument(parser)
-
-
 def load_recordings(args: Namespace, weigh: bool = False) -> tuple[
         DriveModel, list[UniformRecording], UniformRecording | None, list[str]]:
     """
     Return (model, recordings of `args` at one rate, the one of --validate or None, notes).
 
     Args:
-        args: options of add_recording_arguments.
+        args: options of a command on recordings of a drive.
         weigh: whether a doubt about channels, signs and units is weighed, and no note.
 
     Raises:
@@ -140,7 +83,7 @@ def recording_of(name: str, model: DriveModel, args: Namespace) -> 'DriveRecordi
     Args:
         name: of a bag or another file.
         model: of the drive.
-        args: options of add_bag_arguments.
+        args: options of a command on bags of a drive.
     """
     from gearbox_monitor.library.recording import load_recording
     joints = {role: name for role, name in (
@@ -149,27 +92,6 @@ def recording_of(name: str, model: DriveModel, args: Namespace) -> 'DriveRecordi
     recording: DriveRecording = load_recording(
         name, model, joints=joints, topic=args.topic, reading=reading_of(args))
     return recording
-
-
-def add_robot_arguments(parser: ArgumentParser, reference: bool = True, values: bool = True
-                        ) -> None:
-    """Declare in `parser` what only whole robots take: a `reference`, `values` and folder."""
-    if reference:
-        parser.add_argument('--reference', metavar='LOG', nargs='+', default=[],
-                            help='logs of the healthy robot without a load, or of a drive with '
-                            'one encoder; or one file of learn')
-    if values:
-        parser.add_argument('--values', metavar='FILE',
-                            help='of a whole robot: values that its file does not state')
-        add_root_argument(parser)
-    parser.add_argument('--recorded', metavar='NAME=LOGNAME', nargs='+', default=[],
-                        help='of a whole robot: joints that have another name in the log')
-    parser.add_argument('--prefix', metavar='PREFIX', default='',
-                        help='of a whole robot: what the names in the log begin with, as left_')
-    parser.add_argument('--convention', metavar='JOINT=RULE', nargs='+', default=[],
-                        help='of a whole robot: how a joint counts in the log, unlike in the '
-                        f'model: {RULES}, joined by commas; as-recorded to judge it as it is; '
-                        'JOINT all for all')
 
 
 def reading_of_robot(args: Namespace) -> ReadOptions:
@@ -207,7 +129,7 @@ def settings_of(args: Namespace, reader: BagReader, source: JointInput, stated: 
     Both are those that an estimator has recorded, else defaults.
 
     Args:
-        args: options of add_estimator_arguments.
+        args: options of a command with an estimator.
         reader: of the bag.
         source: the estimator's inputs in it.
         stated: {name: value} that replace recorded parameters.

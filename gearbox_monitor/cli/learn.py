@@ -12,28 +12,15 @@ usage examples:
   gearbox_monitor learn log.csv --model arm.urdf --values values.yaml --out arm.knowledge
   gearbox_monitor diagnose today --model robot.xml --reference robot.knowledge
 """
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 
-from gearbox_monitor.cli.inputs import add_robot_arguments, names_of, reading_of_robot, robot_of
-from gearbox_monitor.cli.options import add_reading_arguments, show
+from gearbox_monitor.cli.inputs import names_of, reading_of_robot, robot_of
+from gearbox_monitor.cli.options import show
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.knowledge_file import save_knowledge, SUFFIX
 from gearbox_monitor.files.yaml_files import expect_new_file
 from gearbox_monitor.library.robot import learn_robot
 from gearbox_monitor.report.words import counted
-
-
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare the options in `parser`."""
-    parser.add_argument('log', nargs='+', metavar='LOG',
-                        help='log of all joints of the healthy robot, of any kind')
-    parser.add_argument('--model', metavar='FILE', required=True,
-                        help='MJCF or URDF file of the robot, or model file of a drive')
-    parser.add_argument('--out', metavar='FILE', required=True,
-                        help=f'file to write, NAME{SUFFIX}')
-    parser.add_argument('--topic', default='joint_states', help='topic of the joints, in bags')
-    add_reading_arguments(parser)
-    add_robot_arguments(parser, reference=False)
 
 
 def run(args: Namespace) -> int:

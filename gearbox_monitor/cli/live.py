@@ -14,26 +14,12 @@ usage examples:
   gearbox_monitor live --ros-args -r __ns:=/left
 """
 import argparse
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 import re
 
 from gearbox_monitor.errors import InputError, installed_by
 
 NODE_NAME = r'/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*'
-
-
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare the options in `parser`."""
-    parser.add_argument('--host', metavar='ADDRESS', default='127.0.0.1',
-                        help='address to listen on (default: 127.0.0.1, this machine only)')
-    parser.add_argument('--port', type=_port, metavar='N', default=8808,
-                        help='port to listen on, 0: any that is free (default: %(default)s)')
-    parser.add_argument('--estimator', metavar='NODE', default='estimator',
-                        help='name of the estimator node (default: estimator)')
-    parser.add_argument('--watch', metavar='NODE', default='watch',
-                        help='name of the node that watches the robot (default: watch)')
-    parser.add_argument('--ros-args', nargs=argparse.REMAINDER, default=[],
-                        help='arguments for ROS, such as remappings')
 
 
 def run(args: Namespace) -> int:
@@ -51,7 +37,7 @@ def run(args: Namespace) -> int:
                            ['--ros-args', *args.ros_args] if args.ros_args else [])
 
 
-def _port(text: str) -> int:
+def port(text: str) -> int:
     value = int(text) if text.isdecimal() else -1
     if not 0 <= value <= 65535:
         raise argparse.ArgumentTypeError(f'{text!r}, expected a whole number from 0 to 65535')

@@ -15,33 +15,11 @@ from typing import Any, NoReturn
 import warnings
 
 from gearbox_monitor import __version__
+from gearbox_monitor.cli.commands import COMMANDS, commands_text, declared, EXIT_CODES
 from gearbox_monitor.errors import InputError, Undecided, unknown
 from gearbox_monitor.removed import refusal
 
 BAD_INPUT, UNDECIDED, INTERRUPTED = 2, 3, 130
-# command -> meaning of 0, 1 and 3 if 0 is more than done; 2 and 130 mean the same for all.
-EXIT_CODES = {
-    'demo': {0: 'done', 1: 'a node failed, the replay differed, or the fault was not detected '
-             '(with --no-fault: there was an alarm)'},
-    'watch': {0: 'nothing has changed', 1: 'something has changed',
-              3: 'still learning, or no joint could be judged'},
-    'live': {0: 'ended by Ctrl-C'},
-    'replay': {0: 'done', 1: 'replayed and recorded estimates differ'},
-    'recover': {0: 'the new bag exists, or none is needed'},
-    'import': {0: 'done', 3: 'something is asked for that the file does not say; nothing is '
-               'written'},
-    'check': {0: 'usable', 1: 'unsuitable for one of --for; of a robot: a joint is refused, or a '
-              'value doubted'},
-    'accept': {0: 'pass', 1: 'fail', 3: 'undecided: not excited, or too close to a limit'},
-    'diagnose': {0: 'no gap', 1: 'a gap: verdict effect, incomplete or unknown',
-                 3: 'undecided: the motion shows too little; or free runs are not finite'},
-    'fit': {0: 'done', 1: 'some values are not determined, or nothing is likelier than before',
-            3: 'no solution, or no value identified'},
-    'export': {0: 'all is expressed', 1: 'some is not'},
-    'fleet': {0: 'every bag has its row', 1: 'run it again: some bags failed for reasons that may '
-              'pass', 2: 'bad usage or input, disk full, scheduler lost',
-              3: 'bags of a folder name no gearbox'},
-}
 
 
 def exit_code_text(meanings: Mapping[int, str]) -> str:
@@ -51,36 +29,6 @@ def exit_code_text(meanings: Mapping[int, str]) -> str:
         codes[INTERRUPTED] = 'ended by Ctrl-C'
     words = '; '.join(f'{code} {meaning}' for code, meaning in sorted(codes.items()))
     return textwrap.fill(f'exit code: {words}', 80)
-
-
-# group -> {name: (module, one line of help)}; only the module of a requested command is imported
-GROUPS = {
-    'look': {
-        'check': ('check', 'show what a recording holds and suits, or what is read of a robot'),
-        'report': ('report', 'write one page about a recording'),
-        'open': ('open_', 'write the index of a folder: recordings, reports, diagnoses'),
-        'explain': ('explain', 'explain an effect, a condition or a level')},
-    'watch': {
-        'watch': ('watch', 'learn a robot from its joint states, and say what changes'),
-        'live': ('live', 'show a watched robot or an estimator in the browser'),
-        'replay': ('replay', 'run a bag through the estimator, offline'),
-        'fleet': ('fleet', 'replay many bags and report which gearboxes wear'),
-        'accept': ('accept', 'check the backlash and stiffness of a delivered gearbox')},
-    'diagnose': {
-        'diagnose': ('diagnose', 'identify the unmodelled effect behind the sim-to-real gap'),
-        'learn': ('learn', 'learn a healthy robot from its logs, as a reference')},
-    'simulate': {
-        'demo': ('demo', 'simulate, estimate, record and check one worn gearbox'),
-        'example': ('example', 'write a bag of a simulated drive, to try other commands on'),
-        'export': ('export', 'write a model into the file of your simulator')},
-    'maintain': {
-        'fit': ('fit', 'fit a model file, the noise of a filter, or both, to recordings'),
-        'import': ('import_', 'convert a recording of another format into a bag'),
-        'recover': ('recover', 'repair a truncated bag')}}
-COMMANDS = {name: entry for group in GROUPS.values() for name, entry in group.items()}
-
-
-WITHOUT_JSON = ('live', 'export')
 
 
 ENDS = ('--', '--ros-args')  # end the options of the command
@@ -219,12 +167,6 @@ def run_parsed(name: str, parse: Callable[[], argparse.Namespace], timed: str = 
         return 0
 
 
-def commands_text() -> str:
-    """Return the commands in their groups, one line each."""
-    return '\n'.join(line for group, commands in GROUPS.items() for line in (
-        group, *(f'  {name:12s} {summary}' for name, (_, summary) in commands.items())))
-
-
 def _parse(argv: Sequence[str], command: str | None) -> argparse.Namespace:
     """Return the parsed `argv`; only the module of `command` is imported."""
     parser = OneLineParser(
@@ -244,10 +186,7 @@ def _parse(argv: Sequence[str], command: str | None) -> argparse.Namespace:
             os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
             shell = importlib.import_module('gearbox_monitor.cli.' + module)
             sub.description = shell.__doc__
-            shell.add_arguments(sub)
-            if name not in WITHOUT_JSON:
-                sub.add_argument('--json', metavar='FILE', nargs='?', const='-',
-                                 help='write the result as JSON; - or nothing prints it alone')
+            declared(sub, name)
             sub.set_defaults(run=shell.run, parser=sub)
     args = parsed_whole(parser, subparsers, argv)
     if file := getattr(args, 'json', None):

@@ -12,7 +12,7 @@ usage examples:
   gearbox_monitor open archive
   gearbox_monitor open . --json
 """
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Iterator, Sequence
 from html import unescape
 import os
@@ -43,11 +43,6 @@ class WrittenPage(NamedTuple):
     title: str
     kind: str
     headline: str
-
-
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare the options in `parser`."""
-    parser.add_argument('folder', metavar='FOLDER', help='with recordings and pages')
 
 
 def run(args: Namespace) -> int:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Options that commands share, and how commands open recordings, write files and print."""
-from argparse import Action, ArgumentParser, Namespace
+from argparse import Action, Namespace
 from collections.abc import Callable, Iterable, Mapping, Sequence
 import os
 from pathlib import Path
@@ -20,35 +20,6 @@ from gearbox_monitor.recordings.guess import Answers, Guess
 from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.reading import open_recording, ReadOptions
 from gearbox_monitor.recordings.recorded_samples import NO_MODEL
-from gearbox_monitor.recordings.topics import JOINT_STATES
-
-BAG_HELP = 'recording: bag, complete or truncated, or a log of any kind (docs/import.md)'
-
-
-def add_reading_arguments(parser: ArgumentParser) -> None:
-    """Declare in `parser` how a recording is read."""
-    group = parser.add_argument_group('how a log that is no bag is read')
-    group.add_argument('--map', metavar='MAP', default='',
-                       help='mapping file (import FILE --guess writes one), or the name of a '
-                       'packaged mapping')
-    group.add_argument('--set', metavar='KEY=VALUE', action='append', default=[],
-                       help='replace a value of the mapping; repeatable')
-    group.add_argument('--use', metavar='ROLE=COLUMN', action='append', default=[],
-                       help='column of a role: time, position, motor, arm, velocity, effort, '
-                       'setpoint, reference; COLUMN none for no such role; repeatable')
-    group.add_argument('--unit', metavar='ROLE=UNIT', action='append', default=[],
-                       help='unit of a role, a joint or a column, as position=deg; repeatable')
-    group.add_argument('--torque-constant', metavar='K,...', default='',
-                       help='N m per A (or per unit of the effort), for each joint or for all')
-    group.add_argument('--counts-per-turn', metavar='N', type=float, help='of the encoders')
-    group.add_argument('--columns', metavar='NAMES', default='',
-                       help="names of all columns of numbers, as 't [s],q[6],i[6]'; q[6] stands "
-                       'for q_1 to q_6, - for a column that is not used')
-    group.add_argument('--rate', metavar='HZ', type=float, help='of a recording without time')
-    group.add_argument('--episode', metavar='N', type=int, help='of a data set, the only one')
-    group.add_argument('--stamps', choices=('recorded', 'received', 'even'), default='recorded',
-                       help='stamps as recorded (default), an even grid through them, or of a '
-                       'bag the times of receipt')
 
 
 def reading_of(args: Namespace) -> ReadOptions:
@@ -91,15 +62,6 @@ def table_text(guess: Guess) -> str:
                             for k, room in enumerate((44, 18, 9)))
     return '\n'.join(f'{a[:first]:{first}s}  {b[:second]:{second}s}  {c[:third]:{third}s}  {d}'
                      [:width].rstrip() for a, b, c, d in rows)
-
-
-def add_estimator_arguments(parser: ArgumentParser) -> None:
-    """Declare in `parser` the bag and what an estimator is run with."""
-    parser.add_argument('bag', metavar='BAG', help=BAG_HELP)
-    add_reading_arguments(parser)
-    parser.add_argument('--model', metavar='FILE', help='model file of the drive')
-    parser.add_argument('--params', metavar='FILE', help='ROS parameter file of the estimator')
-    parser.add_argument('--topic', default=JOINT_STATES, help='topic of the inputs')
 
 
 def estimator_options(args: Namespace) -> tuple[dict[str, Any], str]:

@@ -15,7 +15,7 @@ usage examples:
   gearbox_monitor recover cut.mcap --out /media/usb/rescued
   gearbox_monitor recover BAG --json | jq .lost.seconds
 """
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Iterable, Mapping
 import os
 from pathlib import Path
@@ -28,13 +28,6 @@ from gearbox_monitor.recordings.recovery import recover, Recovery
 
 UNWRITTEN = ('Messages that the recorder had not written when it ended are not counted; this '
              "package's recorder writes every 0.25 s.")
-
-
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare the options in `parser`."""
-    parser.add_argument('bag', metavar='BAG', help='bag directory or .mcap file')
-    parser.add_argument('--out', metavar='DIR', help='bag to write; must not exist '
-                        '(default: BAG_recovered)')
 
 
 def run(args: Namespace) -> int:

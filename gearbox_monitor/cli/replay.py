@@ -19,18 +19,17 @@ usage examples:
   gearbox_monitor replay BAG --filter ekf --out BAG2 --json
   gearbox_monitor replay BAG --smooth --out smoothed.csv
 """
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from gearbox_monitor.cli.options import (
-    add_estimator_arguments, entries, estimator_options, opened, show, warn, wrapped)
+    entries, estimator_options, opened, show, warn, wrapped)
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_new_file, load_model
 from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.library.progress import count_bar
-from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.presentation import on_axis
 from gearbox_monitor.recordings.player import Player
 from gearbox_monitor.recordings.replay import (
@@ -40,18 +39,6 @@ from gearbox_monitor.report import words
 from gearbox_monitor.robot.description import SUFFIXES
 
 TABLES = {'.csv': CsvTable, '.parquet': ParquetTable}
-
-
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare the options in `parser`."""
-    add_estimator_arguments(parser)
-    parser.add_argument('--filter', help=f'filter to use: {", ".join(FILTER_NAMES)}')
-    parser.add_argument('--out', metavar='PATH', help='write the estimates: FILE.parquet or '
-                        'FILE.csv, else inputs and estimates to a new bag')
-    parser.add_argument('--estimates-only', action='store_true',
-                        help='no smoother, trust or drift: a fraction of the time')
-    parser.add_argument('--smooth', action='store_true',
-                        help='smooth over the whole recording; columns for a table')
 
 
 def run(args: Namespace) -> int:

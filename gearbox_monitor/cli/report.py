@@ -22,19 +22,10 @@ usage examples:
   gearbox_monitor report BAG --filter ukf --out ukf.html
   gearbox_monitor report BAG --json - | jq .gap_rad
 """
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 
-from gearbox_monitor.cli.options import add_estimator_arguments, reading_of, show, warn
+from gearbox_monitor.cli.options import reading_of, show, warn
 from gearbox_monitor.library.recording_report import write_report
-from gearbox_monitor.parameters import FILTER_NAMES
-
-
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare the options in `parser`."""
-    add_estimator_arguments(parser)
-    parser.add_argument('--out', metavar='FILE', help='page to write (default: name of BAG.html, '
-                        'here)')
-    parser.add_argument('--filter', metavar='F', help='filter to run: ' + ', '.join(FILTER_NAMES))
 
 
 def run(args: Namespace) -> int:

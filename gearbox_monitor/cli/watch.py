@@ -12,29 +12,17 @@ usage examples:
   gearbox_monitor watch today --state arm.watch
   gearbox_monitor watch BAG --model robot.urdf --out watch.html --json findings.json
 """
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from pathlib import Path
 
 from gearbox_monitor.cli.main import UNDECIDED
-from gearbox_monitor.cli.options import add_reading_arguments, reading_of, show
+from gearbox_monitor.cli.options import reading_of, show
 from gearbox_monitor.files.opening import write_new
 from gearbox_monitor.files.watch_file import save_watch
 from gearbox_monitor.files.yaml_files import expect_new_file
 from gearbox_monitor.library.watch import watch_robot
 from gearbox_monitor.report.watch_page import watch_page
 from gearbox_monitor.report.watch_words import watch_data, watch_text
-
-
-def add_arguments(parser: ArgumentParser) -> None:
-    """Declare the options in `parser`."""
-    parser.add_argument('bag', nargs='+', metavar='BAG',
-                        help='recording of all joints, of any kind; several in order of time')
-    parser.add_argument('--model', metavar='FILE', help='URDF file of the robot')
-    parser.add_argument('--state', metavar='FILE',
-                        help='state of the watch: read if it exists, written at the end')
-    parser.add_argument('--topic', default='joint_states', help='topic of the joints, in bags')
-    add_reading_arguments(parser)
-    parser.add_argument('--out', metavar='FILE', help='page to write, HTML')
 
 
 def run(args: Namespace) -> int:

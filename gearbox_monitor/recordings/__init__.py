@@ -11,8 +11,7 @@ of a drive or a robot (reading: open_recording), estimates of a replay, and new 
 Public names, by module:
 
     cdr: encode_joint_states
-    examples: ENCODERS, ExampleMotion, MOTIONS, NOISE, process_torque, write_example_bag,
-        write_robot_pair
+    examples: ExampleMotion, NOISE, process_torque, write_example_bag, write_robot_pair
     from_bag: ANY, drive_recording, names_in_log, robot_recording
     guess: Answers, Guess, Unsettled
     innovations: innovation_topics, nis_of

@@ -16,7 +16,7 @@ Public names, by module:
     jumps: counted_on, JumpFinding, OUTLIER, PERIODS, SLIP, strangers, TURNS, turns, wild_rows,
         without_jumps
     recording: ARM, AS_RECORDED, Convention, conventions_of, CURRENT, drive_samples,
-        JointSignals, MOTOR, NOT_MEASURED, Recording, RULES, UNKNOWN
+        JointSignals, MOTOR, NOT_MEASURED, Recording, UNKNOWN
     recording_limits: LIMITS
     smoothed_motion: SmoothedMotion
     stamps: evened, require_stamps, unstamped

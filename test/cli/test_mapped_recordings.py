@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 import yaml
 
-from gearbox_monitor.cli.inputs import add_recording_arguments, load_recordings
+from gearbox_monitor.cli.commands import declared
+from gearbox_monitor.cli.inputs import load_recordings
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.plant.drive import model_from_dict
@@ -40,7 +41,7 @@ def write(folder, columns, model=None):
 
 def options(recording, model):
     parser = ArgumentParser()
-    add_recording_arguments(parser)
+    declared(parser, 'diagnose')
     return parser.parse_args([str(recording), '--model', str(model)])
 
 

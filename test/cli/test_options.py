@@ -8,7 +8,8 @@ import math
 
 import pytest
 
-from gearbox_monitor.cli.inputs import add_recording_arguments, written_options
+from gearbox_monitor.cli.commands import declared
+from gearbox_monitor.cli.inputs import written_options
 from gearbox_monitor.cli.options import show, stated, write_files
 from gearbox_monitor.errors import InputError
 
@@ -35,7 +36,7 @@ def test_json_never_takes_the_place_of_a_file(tmp_path):
 
 def test_options_that_differ_from_their_defaults_have_their_own_names():
     parser = ArgumentParser()
-    add_recording_arguments(parser)
+    declared(parser, 'diagnose')
     parser.set_defaults(parser=parser)
 
     def options(*words):
