@@ -21,9 +21,9 @@ from gearbox_monitor.recordings.log_units import (
     unit_factor, unit_of_label, units_of, VELOCITY, vocabulary)
 from gearbox_monitor.recordings.mapping import kind_of, OF_TIME, TURN, with_settings
 from gearbox_monitor.recordings.meaning import (
-    joints_of, joints_of_none, known_words, Meaning, meaning_of, meanings, SETPOINT, words_of)
+    joints_of, known_words, Meaning, meaning_of, meanings, SETPOINT, words_of)
 from gearbox_monitor.recordings.roles import (
-    Choice, choice_of, matches, NamedColumn, NONE, OpenQuestion)
+    Choice, choice_of, common_rows, matches, NAMES, NONE, OpenQuestion)
 from gearbox_monitor.recordings.table import Column, Table
 from gearbox_monitor.recordings.times import (
     at_rate, BESIDE, found_time, FoundTime, states_beside)
@@ -37,17 +37,14 @@ GEARED = 0.2  # from 1: lost motion and noise make a ratio of 1 look that differ
 BLANK = 0.05  # share of empty cells from which on curves have samples of their own
 APART = 3.0   # times: a velocity that differs as much from the derivative has another unit
 STILL = 20.0  # steps from row to row: a range below is noise
-ROLES = {'motor': 'motor_position', 'arm': 'arm_position', 'position': 'motor_position',
-         'velocity': 'motor_velocity', 'effort': 'motor_effort', 'setpoint': 'motor_setpoint',
-         'reference': 'reference_torque'}
 POSITIONS = ('motor_position', 'arm_position')
 OF_ROBOT = (('position', ('arm_position', 'motor_position')),
             ('velocity', ('arm_velocity', 'motor_velocity')), ('effort', ('motor_effort',)),
             ('setpoint', ('motor_setpoint',)))
 OF_TABLE = {'motor': 'motor_position', 'arm': 'arm_position', 'u': 'motor_effort',
             'torque': 'motor_effort', 'setpoint': 'motor_setpoint', 'arm_torque': 'arm_effort'}
-OF_ROBOT_TABLE = {'q_': 'position', 'v_': 'velocity', 'setpoint_': 'setpoint', 'i_': 'effort',
-                  'tau_': 'effort'}
+OF_ROBOT_TABLE = {'q': 'position', 'v': 'velocity', 'setpoint': 'setpoint', 'i': 'effort',
+                  'tau': 'effort'}
 
 
 @dataclass(frozen=True)
@@ -131,24 +128,24 @@ def _of_names(table: Table) -> dict[str, Any]:
     names = [column.name for column in table.columns]
     if 't' not in names or table.joints:
         return {}
-    time = {'column': 't'}
+    data: dict[str, Any] = {'time': {'column': 't'}}
     if {'motor', 'arm'} & set(names):
         if {'u', 'torque'} <= set(names):
             raise InputError(f'{table.path}: torque: stands with u, expected one of them')
-        return {'time': time, 'signals': {OF_TABLE[name]: {'column': name} for name in names
-                                          if name in OF_TABLE}}
+        return data | {'signals': {OF_TABLE[name]: {'column': name} for name in names
+                                   if name in OF_TABLE}}
     joints: dict[str, dict[str, Any]] = {}
-    for prefix, quantity in OF_ROBOT_TABLE.items():
-        for name in names:
-            if name.startswith(prefix) and name != prefix:
-                joint = name.removeprefix(prefix)
-                joints.setdefault(f'joint_{joint}' if joint.isdigit() else joint, {})[quantity] = {
-                    'column': name, **({'unit': 'A'} if prefix == 'i_' else {})}
+    for name in sorted(names, key=lambda name: name.startswith('tau_')):
+        prefix, _, joint = name.partition('_')
+        if prefix in OF_ROBOT_TABLE and joint:
+            joints.setdefault(f'joint_{joint}' if joint.isdigit() else joint, {})[
+                OF_ROBOT_TABLE[prefix]] = {'column': name, **(
+                    {'unit': 'A'} if prefix == 'i' else {})}
     placed = {joint: own for joint, own in joints.items() if 'position' in own}
-    driven = [joint for joint, own in joints.items() if {'effort', 'setpoint'} & set(own)]
-    plain = set(driven) <= set(placed) and all(meaning_of(
-        own['position']['column']).source in ('', 'measured') for own in placed.values())
-    return {'time': time, 'joints': placed} if driven and plain else {}
+    driven = {joint for joint, own in joints.items() if {'effort', 'setpoint'} & set(own)}
+    plain = driven <= set(placed) and all(meaning_of(own['position']['column']).source in (
+        '', 'measured') for own in placed.values())
+    return data | {'joints': placed} if driven and plain else {}
 
 
 class _Proposal:
@@ -184,34 +181,41 @@ class _Proposal:
         listed = self._meanings([c for c in columns if not c.name.startswith(BESIDE)]) + [
             replace(meaning, label=BESIDE + meaning.label, source=SETPOINT)
             for meaning in self._meanings([c for c in columns if c.name.startswith(BESIDE)])]
+        values = {c.name: c.values.astype(float) for c in columns}
+        varying = {name for name, x in values.items() if np.nanmax(x) > np.nanmin(x)}
         joints = joints_of(listed)
         joint = self._selected(joints)
         self.constants = self._constants(joints)
         robot = joint is None and len(joints) > 1
         if robot and '' in joints:
             joints.remove('')
-            self._ask('joint', f'{", ".join(joints_of_none(listed))[:200]}: no joint in the name, '
-                      f'beside those of {", ".join(joints)[:200]}', '--columns with names of '
-                      'joints, such as q_a, or --joint NAME')
+            alone = ', '.join(m.label for m in listed if m.moves and not m.joint)
+            self._ask('joint', f'{alone[:200]}: no joint in the name, beside those of '
+                      f'{", ".join(joints)[:200]}', '--columns with names of joints, such as q_a, '
+                      'or --joint NAME')
         use = self._use(listed)
-        candidates = [NamedColumn(c.name, meaning, c.values.astype(float))
-                      for c, meaning in zip(columns, listed)
-                      if robot or np.nanmax(c.values) > np.nanmin(c.values)]
-        choices = [choice_of([c for c in candidates if c.meaning.joint == name or not robot
-                              and joint is None], name, use)
-                   for name in (joints if robot else [joint or ''])]
-        self._require_motion(choices, columns, listed)
+        choices = [choice_of([m for m in listed if (robot or m.label in varying) and (
+            m.joint == name or not robot and joint is None)], values, name, use)
+            for name in (joints if robot else [joint or ''])]
         for choice in choices:
             for question in choice.questions:
                 self.questions.setdefault(question.topic, question)
+        if 'positions' not in self.questions and not any(role.endswith(('position', 'velocity'))
+                                                         for c in choices for role in c.roles):
+            still = [m.label for m in listed if m.quantity in (POSITION, VELOCITY)
+                     and m.label not in varying]
+            problem = f'{", ".join(still)[:200]} never changes' if still else 'no position or ' \
+                f'velocity among {", ".join(values)[:200] or "none"}'
+            raise InputError(f'{table.path}: {problem}, expected a motion, ' + '; '.join([
+                '--use position=COLUMN, or --map', *table.notes]))
         prismatic = {self._axis(choice) for choice in choices} == {PRISMATIC}
         data: dict[str, Any] = {'time': time.block, **({'kind': PRISMATIC} if prismatic else {})}
         if robot:
-            data['joints'] = {choice.joint: self._signals(data, choice, time.t, True)
+            data['joints'] = {choice.joint: self._signals(choice, time.t, True)
                               for choice in choices}
             self._grippers(data, choices)
         else:
-            data['signals'] = self._signals(data, choices[0], time.t, False)
+            data['signals'] = self._signals(choices[0], time.t, False)
         self._blanks(data, time)
         states = states_beside(table)
         if robot and states and 'motor' not in answers.use:
@@ -233,12 +237,11 @@ class _Proposal:
     def _ask(self, topic: str, text: str, option: str) -> None:
         self.questions.setdefault(topic, OpenQuestion(topic, text, option))
 
-    def _stated(self, key: str, *names: str) -> bool:
-        """Return whether a setting KEY.NAME=VALUE, or KEY=VALUE, has this key."""
-        keys = [f'{key}.{name}=' for name in names] or [f'{key}=']
-        return any(text.startswith(tuple(keys)) for text in self.settings)
+    def _is_set(self, key: str) -> bool:
+        """Return whether a setting has this key."""
+        return any(text.startswith(f'{key}=') for text in self.settings)
 
-    # --- time, names, joints --------------------------------------------------------------------
+    # --- what the user states ------------------------------------------------------------------
     def _time(self) -> FoundTime:
         """Return the time of the recording. Raises Undecided: it has none, or no names at all."""
         answers, table = self.answers, self.table
@@ -247,9 +250,9 @@ class _Proposal:
                             "their names in order: --columns 't,q[6],dq[6],i[6]' (q[6]: q_1 to "
                             'q_6; - for a column that is not used)')
         units = {name: standard_unit(unit) for name, unit in answers.units.items()}
-        if 'time' in units:
-            units.update({column.name: units['time'] for column in table.columns})
         columns = [c for c in table.columns if not c.name.startswith(BESIDE)]
+        if 'time' in units:
+            units.update({column.name: units['time'] for column in columns})
         clock = next((c.clock for c in columns if c.clock), '')
         time = None if answers.rate else found_time(
             table.path, columns, units, answers.use.get('time', clock))
@@ -281,141 +284,114 @@ class _Proposal:
 
     def _constants(self, joints: Sequence[str]) -> dict[str, float]:
         """Return {joint: its torque constant} as stated. Raises InputError: another number."""
-        constants = self.answers.torque_constants
+        constants, joints = self.answers.torque_constants, joints or ['']
         if len(constants) not in (0, 1, len(joints)):
             names = f' or {len(joints)}, one of each joint ({", ".join(joints)})' \
                 if len(joints) > 1 else ''
             raise InputError(f'--torque-constant: {len(constants)} constants '
                              f'({", ".join(f"{constant:g}" for constant in constants)}), expected '
                              f'1{names}')
-        return dict(zip(joints or [''], constants if len(constants) > 1 else [
-            *constants] * max(len(joints), 1)))
+        return dict(zip(joints, constants if len(constants) > 1 else [*constants] * len(joints)))
 
     def _use(self, listed: Sequence[Meaning]) -> dict[str, str]:
         """Return {role: name of its column} as the user states them. Raises InputError."""
-        use = {}
+        use = {NAMES.get(name, name): column for name, column in self.answers.use.items()
+               if name != 'time'}
         for name, column in self.answers.use.items():
-            role = ROLES.get(name, name)
-            if name == 'time':
-                expected = [] if column in self.columns else list(self.columns)
-            elif role not in ROLES.values():
+            if name != 'time' and NAMES.get(name, name) not in NAMES.values():
                 raise InputError(f'--use {name}={column}: no such role, expected one of time, '
-                                 f'{", ".join(ROLES)}')
-            else:
-                use[role] = column
-                expected = [] if column == NONE or any(matches(column, m) for m in listed) else [
-                    m.stem for m in listed]
-            if expected:
+                                 f'{", ".join(NAMES)}')
+            if not (column in self.columns if name == 'time' else column == NONE or any(
+                    matches(column, m) for m in listed)):
+                stems = self.columns if name == 'time' else dict.fromkeys(m.stem for m in listed)
                 raise InputError(f'--use {name}={column}: no such column, expected one of '
-                                 f'{", ".join(dict.fromkeys(expected))[:400]}')
+                                 f'{", ".join(stems)[:400]}')
         return use
 
-    def _require_motion(self, choices: Sequence[Choice], columns: Sequence[Column],
-                        listed: Sequence[Meaning]) -> None:
-        if any(q.topic == 'positions' for choice in choices for q in choice.questions) or any(
-                role.partition('_')[2] in (POSITION, VELOCITY)
-                for choice in choices for role in choice.roles):
-            return
-        still = [c.name for c, m in zip(columns, listed) if m.quantity in (POSITION, VELOCITY)
-                 and np.nanmax(c.values) == np.nanmin(c.values)]
-        problem = f'{", ".join(still)[:200]} never changes' if still else 'no position or ' \
-            f'velocity among {", ".join(c.name for c in columns)[:200] or "none"}'
-        raise InputError(f'{self.table.path}: {problem}, expected a motion, '
-                         + '; '.join(['--use position=COLUMN, or --map', *self.table.notes]))
-
     # --- blocks of the mapping ------------------------------------------------------------------
-    def _stated_unit(self, role: str, candidate: NamedColumn) -> str:
+    def _stated_unit(self, role: str, column: Meaning) -> str:
         """Return the unit of a column in a `role` as the user states it, '' if not."""
-        names = [candidate.meaning.label, candidate.meaning.stem, candidate.meaning.joint,
-                 *_names_of(role)]
+        names = [column.label, column.stem, column.joint, *_names_of(role)]
         name = next((n for n in names if self.answers.units.get(n, NONE) != NONE), None)
         unit = '' if name is None else standard_unit(self.answers.units[name])
-        foreign = name == candidate.meaning.joint and unit not in units_of(kind_of(role).quantity)
+        foreign = name == column.joint and unit not in units_of(kind_of(role).quantity)
         return '' if foreign else unit
 
     def _axis(self, choice: Choice) -> str:
-        return axis_of((self._stated_unit(role, c) or c.meaning.unit
-                        for role, c in choice.roles.items()),
+        return axis_of((self._stated_unit(role, c) or c.unit for role, c in choice.roles.items()),
                        PRISMATIC if 'kind=prismatic' in self.settings else ROTARY)
 
-    def _block(self, role: str, candidate: NamedColumn, choice: Choice, key: str
-               ) -> dict[str, Any]:
+    def _block(self, role: str, choice: Choice, key: str) -> dict[str, Any]:
         """Return the block of a signal: its column, unit and scale, or a question about them."""
-        meaning, quantity, axis = candidate.meaning, kind_of(role).quantity, self._axis(choice)
-        column = self.columns[candidate.column]
-        block: dict[str, Any] = {'column': candidate.column}
-        unit = self._stated_unit(role, candidate) or meaning.unit
+        meaning, quantity, axis = choice.roles[role], kind_of(role).quantity, self._axis(choice)
+        column, label = self.columns[meaning.label], meaning.label
+        unit = self._stated_unit(role, meaning) or meaning.unit
         if unit and unit not in units_of(quantity, axis, 'input'):
             if unit != meaning.unit:
-                raise InputError(f'--unit: {meaning.label}: {unit}, expected a unit of {quantity} '
+                raise InputError(f'--unit: {label}: {unit}, expected a unit of {quantity} '
                                  f'on a {axis} axis: {", ".join(units_of(quantity, axis))}')
             unit = ''
-        values = candidate.values[np.isfinite(candidate.values)]
-        span = float(np.ptp(values)) if len(values) else 0.0
-        coarse = span > COARSE and bool((values == np.floor(values)).all())
-        usual_span = float(np.ptp(np.quantile(values, USUAL))) if len(values) else 0.0
-        strange = strange_unit(meaning.label)
+        values = choice.values[label][np.isfinite(choice.values[label])]
+        coarse = bool(np.ptp(values) > COARSE and (values == np.floor(values)).all())
+        strange = strange_unit(label)
         if not unit and strange and not set(words_of(strange)) & {
                 *known_words(), *meaning.own_words}:
-            self._ask(f'unit {strange}', f'{meaning.label}: [{strange}] is no unit that is known',
+            self._ask(f'unit {strange}', f'{label}: [{strange}] is no unit that is known',
                       f'--unit {quantity}=UNIT')
         elif not unit and quantity == EFFORT and meaning.is_input and role != 'reference_torque':
             usual = next((u for w, u in vocabulary()['inputs'].items() if w in meaning.words), '')
             unit = 'counts' if coarse else usual or '1'
         elif not unit and quantity == POSITION and coarse:
             unit = 'counts'
-            self.assumptions.append(f'{meaning.label}: whole numbers, so counts.')
-        elif not unit and quantity == POSITION and usual_span > WIDE and axis == ROTARY and (
-                'positions' not in self.questions):
-            self._ask('unit', f'{meaning.label}: no unit in the file, and its range of {span:.4g} '
-                      'is wide for rad', '--unit position=deg (or turns, or rad)')
-        if unit:
-            block['unit'] = unit
-        if column.factor != 1.0 and unit == column.unit:
-            block['scale'] = column.factor
+            self.assumptions.append(f'{label}: whole numbers, so counts.')
+        elif not unit and quantity == POSITION and axis == ROTARY and (
+                np.ptp(np.quantile(values, USUAL)) > WIDE) and 'positions' not in self.questions:
+            self._ask('unit', f'{label}: no unit in the file, and its range of '
+                      f'{np.ptp(values):.4g} is wide for rad', '--unit position=deg (or turns, or '
+                      'rad)')
         for bits in (16, 32) if coarse and values.min() >= 0 else ():
             full = 2.0 ** bits
             if values.max() < full and (np.abs(np.diff(values)) > full / 2).any() and (
-                    not self._stated(key, 'bits')):
-                self._ask('bits', f'{meaning.label}: whole numbers that jump between 0 and '
+                    not self._is_set(f'{key}.bits')):
+                self._ask('bits', f'{label}: whole numbers that jump between 0 and '
                           f'{full:.0f}', f'--set {key}.bits={bits} if they are signed integers')
-        self.units[candidate.column] = unit
-        return block
+        self.units[label] = unit
+        scaled = column.factor != 1.0 and unit == column.unit
+        return {'column': label, **({'unit': unit} if unit else {}), **(
+            {'scale': column.factor} if scaled else {})}
 
-    def _second_factor(self, block: dict[str, Any], role: str, candidate: NamedColumn,
-                       choice: Choice, key: str) -> None:
+    def _second_factor(self, block: dict[str, Any], role: str, choice: Choice, key: str) -> None:
         """Add what makes SI of an input or of counts to a signal's `block`, or ask for it."""
         unit, effort = block.get('unit', ''), kind_of(role).quantity == EFFORT
+        stem, rotary = choice.roles[role].stem, self._axis(choice) == ROTARY
         constant = self.constants.get(choice.joint, next(iter(self.constants.values()), None))
-        if role == 'motor_setpoint' or self._stated(key, 'scale') or (
+        if role == 'motor_setpoint' or self._is_set(f'{key}.scale') or (
                 unit not in (units_of(EFFORT, 'input') if effort else COUNTS)):
             return
         if role == 'reference_torque':
-            self._ask('scale', f'{candidate.meaning.label}: {unit}, and no torque of one in the '
-                      'file', f'--set {key}.scale=K (N m per unit)')
-        elif effort and not self._stated(key, 'torque_constant'):
+            self._ask('scale', f'{stem}: {unit}, and no torque of one in the file',
+                      f'--set {key}.scale=K (N m per unit)')
+        elif effort and not self._is_set(f'{key}.torque_constant'):
             if constant is not None:
                 block['torque_constant'] = constant
                 self.used.add('--torque-constant')
             elif self.needs_constants:
                 per = 'count' if unit in COUNTS else 'A' if unit in ('A', 'mA') else 'full scale'
-                self._ask('constant', f'{candidate.meaning.stem}: {unit}, and no constant in the '
-                          f'file that makes it N m (or N)', f'--torque-constant K (N m per {per}, '
-                          'or K1,K2,... of each joint; 1 keeps it, for a model with '
-                          'torque_constant), or --use effort=none')
-        elif not effort and not self._stated(key, 'counts_per_rev'):
-            if self.answers.counts and self._axis(choice) == ROTARY:
+                self._ask('constant', f'{stem}: {unit}, and no constant in the file that makes it '
+                          f'N m (or N)', f'--torque-constant K (N m per {per}, or K1,K2,... of '
+                          'each joint; 1 keeps it, for a model with torque_constant), or '
+                          '--use effort=none')
+        elif not effort and not self._is_set(f'{key}.counts_per_rev'):
+            if self.answers.counts and rotary:
                 block['counts_per_rev'] = self.answers.counts
                 self.used.add('--counts-per-turn')
             else:
-                self._ask('counts', f'{candidate.meaning.stem}: counts, and no resolution in the '
-                          'file', f'--counts-per-turn N, or --set {key}.counts_per_rev=N'
-                          if self._axis(choice) == ROTARY else
+                self._ask('counts', f'{stem}: counts, and no resolution in the file',
+                          f'--counts-per-turn N, or --set {key}.counts_per_rev=N' if rotary else
                           f'--set {key}.scale=M (m per count)')
 
-    def _signals(self, data: dict[str, Any], choice: Choice, t: Array, robot: bool
-                 ) -> dict[str, dict[str, Any]]:
-        """Return the blocks of the signals of a drive, or of a joint of a robot."""
+    def _signals(self, choice: Choice, t: Array, robot: bool) -> dict[str, dict[str, Any]]:
+        """Return the blocks of the signals of a drive, or of a joint of a robot; t [N]: times."""
         roles = {name: next(filter(choice.roles.__contains__, options), '')
                  for name, options in OF_ROBOT} if robot else {
             role: role for role in sorted(choice.roles, key=lambda role: (
@@ -424,32 +400,30 @@ class _Proposal:
         for name, role in roles.items():
             if role:
                 key = f'joints.{choice.joint}.{name}' if robot else f'signals.{name}'
-                blocks[name] = self._block(role, choice.roles[role], choice, key)
-                self._second_factor(blocks[name], role, choice.roles[role], choice, key)
+                blocks[name] = self._block(role, choice, key)
+                self._second_factor(blocks[name], role, choice, key)
         positions = [name for name in ('position', *POSITIONS) if name in blocks]
-        self._like_position(blocks, 'setpoint' if robot else 'motor_setpoint',
-                            blocks[positions[0]] if positions else {})
+        first = blocks[positions[0]] if positions else {}
+        for name in {'setpoint', 'motor_setpoint'} & set(blocks):
+            if 'unit' in first:
+                blocks[name].setdefault('unit', first['unit'])
+            if blocks[name].get('unit') not in COUNTS:
+                continue
+            blocks[name].update({key: first[key] for key in ('counts_per_rev',) if key in first})
+            if first.get('unit') not in COUNTS:
+                del blocks[name]
+                self.assumptions.append('The setpoint is in counts of no encoder that is used: '
+                                        'left out.')
         for name in positions:
-            self._contradicted_velocity(blocks, choice, t, name,
-                                        name.replace('position', 'velocity'))
+            velocity = name.replace('position', 'velocity')
+            if velocity in blocks and 'unit' not in blocks[velocity]:
+                why = self._contradiction(blocks[name], blocks[velocity], choice, t)
+                if why:
+                    choice.left[choice.roles.pop(roles[velocity]).label] = why
+                    del blocks[velocity]
         if len(positions) == 2:
             self._ratio(blocks, choice)
         return blocks
-
-    def _like_position(self, blocks: dict[str, dict[str, Any]], name: str,
-                       position: Mapping[str, Any]) -> None:
-        """Give the setpoint `name` in `blocks` the unit of the position where it states none."""
-        setpoint = blocks.get(name, {})
-        if 'unit' in position and setpoint:
-            setpoint.setdefault('unit', position['unit'])
-        if setpoint.get('unit') not in COUNTS:
-            return
-        if 'counts_per_rev' in position:
-            setpoint['counts_per_rev'] = position['counts_per_rev']
-        elif setpoint['unit'] != position.get('unit'):
-            del blocks[name]
-            self.assumptions.append('The setpoint is in counts of no encoder that is used: left '
-                                    'out.')
 
     def _scale_of(self, block: Mapping[str, Any], quantity: str, axis: str) -> float:
         """Return the factor of a block's column to SI, NaN: not known."""
@@ -459,52 +433,41 @@ class _Proposal:
             factor = TURN / block.get('counts_per_rev', np.nan)
         return float(factor * block.get('scale', 1.0))
 
-    def _contradicted_velocity(self, blocks: dict[str, dict[str, Any]], choice: Choice, t: Array,
-                               position: str, velocity: str) -> None:
+    def _contradiction(self, position: Mapping[str, Any], velocity: dict[str, Any],
+                       choice: Choice, t: Array) -> str:
         """
-        Leave out a velocity without a unit that the derivative of the position contradicts.
+        Return why a velocity without a unit is not used, '' if the position agrees with it.
 
-        blocks: of the joint. t: times [N], s. position, velocity: their names in blocks.
+        A block of a position in a known unit gives it this unit per second. t: times [N], s.
         """
-        block, own, axis = blocks.get(velocity), blocks[position], self._axis(choice)
-        if block is None or 'unit' in block:
-            return
-        per_second = f'{own["unit"]}/s' if own.get('unit') else ''
+        axis = self._axis(choice)
+        per_second = f'{position.get("unit")}/s'
         if per_second in units_of(VELOCITY, axis):
-            block['unit'] = per_second  # the unit of the position, per second
-        factors = self._scale_of(own, POSITION, axis), self._scale_of(block, VELOCITY, axis)
-        by_column = {c.column: (role, c) for role, c in choice.roles.items()}
-        role, candidate = by_column[block['column']]
-        q, v = by_column[own['column']][1].values, candidate.values
-        if not len(q) == len(v) == len(t):  # of clocks of their own
-            return
-        valid = np.isfinite(q) & np.isfinite(v)
-        q, v, t = q[valid], v[valid], t[valid]
+            velocity['unit'] = per_second
+        q, v, t = common_rows(choice.values[position['column']],
+                              choice.values[velocity['column']], t) or np.zeros((3, 1))
         step = 4 * max(1, len(q) // 2000)
-        if len(q) < max(20, 10 + step) or float(np.ptp(q)) < STILL * float(np.median(np.abs(
-                np.diff(q)))):
-            return
+        if len(q) < 10 + step or np.ptp(q) < STILL * np.median(np.abs(np.diff(q))):
+            return ''
         moved: Array = np.abs(q[step:] - q[:-step]) / np.maximum(t[step:] - t[:-step], 1e-9)
-        ratio = float(np.mean(np.abs(v))) * factors[1] / max(
-            float(np.mean(moved)) * factors[0], 1e-12)
-        if ratio <= 1.0 / APART or ratio >= APART:
-            choice.left[candidate.column] = (
-                f'no unit, and {ratio:.3g} times the derivative of the position: '
-                f'--unit {candidate.meaning.stem}=UNIT')
-            del blocks[velocity], choice.roles[role]
+        ratio = float(np.mean(np.abs(v))) * self._scale_of(velocity, VELOCITY, axis) / max(
+            float(np.mean(moved)) * self._scale_of(position, POSITION, axis), 1e-12)
+        stem = next(c.stem for c in choice.roles.values() if c.label == velocity['column'])
+        return '' if not (ratio <= 1.0 / APART or ratio >= APART) else (
+            f'no unit, and {ratio:.3g} times the derivative of the position: --unit {stem}=UNIT')
 
     def _ratio(self, blocks: dict[str, dict[str, Any]], choice: Choice) -> None:
         """Ask for the gear ratio and for a sign, where the two encoders do not move alike."""
-        motor, arm = (choice.roles[role] for role in POSITIONS)
-        slope = robust_slope(arm.values, motor.values)
+        motor, arm = (choice.roles[role].label for role in POSITIONS)
+        slope = robust_slope(choice.values[arm], choice.values[motor])
         if slope is None:
             return
-        if slope < 0.0 and not any(self._stated(f'signals.{role}.sign') for role in POSITIONS):
-            self._ask('sign', f'{arm.meaning.label} runs against {motor.meaning.label}',
+        if slope < 0.0 and not any(self._is_set(f'signals.{role}.sign') for role in POSITIONS):
+            self._ask('sign', f'{arm} runs against {motor}',
                       '--set signals.arm_position.sign=-1 (or 1 if it does so)')
         scales = [self._scale_of(blocks[role], POSITION, self._axis(choice)) for role in POSITIONS]
         ratio = abs(slope) * scales[0] / scales[1]
-        if np.isnan(ratio) or self._stated('gear_ratio'):
+        if np.isnan(ratio) or self._is_set('gear_ratio'):
             return
         unit = next((name for name, factor in units_of(POSITION, ROTARY).items() for ends in (
             factor, 1.0 / factor) if factor != 1.0 and abs(ratio / ends - 1.0) < 0.02), '')
@@ -518,11 +481,10 @@ class _Proposal:
         """Ask for the unit of a gripper in percent among joints whose unit was stated."""
         for choice in choices:
             words = set(re.findall(r'[a-z]+', choice.joint.lower()))
-            role = next(filter(choice.roles.__contains__, POSITIONS), '')
-            if not words & vocabulary()['grippers'] or not role or choice.roles[
-                    role].meaning.unit:
+            position = choice.roles.get('motor_position') or choice.roles.get('arm_position')
+            if not words & vocabulary()['grippers'] or not position or position.unit:
                 continue
-            low, high = (f(choice.roles[role].values) for f in (np.nanmin, np.nanmax))
+            low, high = (f(choice.values[position.label]) for f in (np.nanmin, np.nanmax))
             if self.answers.units.get(choice.joint) == NONE:
                 del data['joints'][choice.joint]
             elif choice.joint not in self.answers.units and low >= 0.0 and WIDE < high <= 100.0:
@@ -544,8 +506,7 @@ class _Proposal:
                     block['time'] = beside.block
         elif clocks and not all(np.array_equal(clocks[0], own) for own in clocks):
             for block, column in zip(blocks, columns):
-                own = {'column': column.clock} if column.clock else {}
-                block['time'] = {**time.block, **own}
+                block['time'] = {**time.block, 'column': column.clock or time.block['column']}
         elif not clocks and time.named and any(
                 np.isnan(c.values.astype(float)).mean() > BLANK for c in columns):
             for block in blocks:
@@ -582,7 +543,7 @@ class _Proposal:
         rows = [(', '.join(time.labels) or 'none', 'time', f'{time.block["rate"]:g} Hz'
                  if 'rate' in time.block else str(time.block.get('unit', 's')), 'given'
                  if not time.named else time.remarks[0].partition(', ')[2])]
-        by_column = {c.column: (choice, role) for choice in choices
+        by_column = {c.label: (choice, role) for choice in choices
                      for role, c in choice.roles.items()}
         unused = {column: why for choice in choices for column, why in choice.left.items()}
         families: dict[tuple[str, ...], tuple[str, list[str]]] = {}
@@ -608,11 +569,8 @@ class _Proposal:
 
 def robust_slope(x: Array, y: Array) -> float | None:
     """Return the slope of y [N] over x [N] that half of all pairs agree on, None: no motion."""
-    if len(x) != len(y):
-        return None
-    valid = np.isfinite(x) & np.isfinite(y)
-    x, y = x[valid], y[valid]
-    if len(x) < 20 or np.ptp(x) == 0.0 or np.ptp(y) == 0.0:
+    x, y = common_rows(x, y) or np.zeros((2, 1))
+    if np.ptp(x) == 0.0 or np.ptp(y) == 0.0:
         return None
     order = np.argsort(x, kind='stable')
     third = len(order) // 3
@@ -622,7 +580,7 @@ def robust_slope(x: Array, y: Array) -> float | None:
 
 def _names_of(role: str) -> list[str]:
     """Return what --unit may call a role, the most special name first."""
-    return [role, *(name for name in ROLES if ROLES[name] == role), kind_of(role).quantity]
+    return [role, *(name for name in NAMES if NAMES[name] == role), kind_of(role).quantity]
 
 
 def _as_in_file(data: Mapping[str, Any], names: Mapping[str, str]) -> dict[str, Any]:

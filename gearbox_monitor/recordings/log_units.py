@@ -29,6 +29,10 @@ def vocabulary() -> dict[str, Any]:
             content[key] = frozenset(value.split())
         elif key in ('quantities', 'sources', 'sides'):
             content[key] = {kind: frozenset(words.split()) for kind, words in value.items()}
+    content['rules'] = [{
+        'words': (), 'of': (POSITION, VELOCITY, EFFORT), 'beside': (), 'is': {}, 'unit': '',
+        'why': '', **rule, 'any': frozenset(rule.get('any', '').split())}
+        for rule in content['rules']]
     return content
 
 

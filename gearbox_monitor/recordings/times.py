@@ -21,7 +21,7 @@ from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.recordings.log_units import POSITION, TIME, units_of
 from gearbox_monitor.recordings.mapping import TimeMapping
 from gearbox_monitor.recordings.meaning import (
-    COUNTER, Meaning, meaning_of, meanings, run_of, SETPOINT, words_of)
+    COUNTER, meaning_of, meanings, run_of, SETPOINT, words_of)
 from gearbox_monitor.recordings.si_signals import absolute_ns, LONGEST, SHORTEST
 from gearbox_monitor.recordings.table import Column, JOINT_LIST, load_table, Table
 
@@ -72,34 +72,29 @@ def found_time(path: Path, columns: Sequence[Column], units: Mapping[str, str], 
         units: {label: unit} as the user states them.
         name: of the column, as the user states it; '' for none.
     """
-    meaning = {c.name: meaning_of(c.name, c.unit) for c in columns}
+    quantity = {c.name: meaning_of(c.name, c.unit).quantity for c in columns}
     episode = _episode(columns)
     candidates = [c for c in columns if c.name == name or not name and (
-        _is_date(c) or c.values.dtype.kind in 'iuf' and meaning[c.name].quantity != COUNTER
-        and c is not episode)]
-    candidates.sort(key=lambda c: -_rank(c, meaning[c.name]))
+        _is_date(c) or c.values.dtype.kind in 'iuf' and quantity[c.name] != COUNTER
+        and c is not episode and not NANO & set(words_of(c.name)))]
     time: FoundTime | None = None
-    for column in candidates:
-        is_named = meaning[column.name].quantity == TIME or _is_date(column) or (
-            column.name == name)
-        if set(words_of(column.name)) & NANO and not name or time is not None and not is_named:
-            continue
-        this = _as_time(path, column, columns, units.get(column.name, ''), is_named, episode)
-        if this is not None and time is not None:
-            return replace(time, remarks=(*time.remarks,
-                                          f'{column.name}: another time, not used.'))
-        time = time or this
+    for column in sorted(candidates, key=lambda c: -_rank(c, quantity[c.name])):
+        is_named = quantity[column.name] == TIME or _is_date(column) or column.name == name
+        if time is None or is_named:
+            this = _as_time(path, column, columns, units.get(column.name, ''), is_named, episode)
+            if this and time:
+                return replace(time, remarks=(*time.remarks,
+                                              f'{column.name}: another time, not used.'))
+            time = time or this
     return time
 
 
 def at_rate(rate: float, columns: Sequence[Column]) -> FoundTime:
     """Return the FoundTime of `columns` [N] that are sampled at a constant `rate`, Hz."""
-    block: dict[str, Any] = {'rate': rate}
     episode = _episode(columns)
-    if episode is not None:
-        block['segment'] = episode.name
-    return FoundTime(np.arange(len(columns[0].values)) / rate, block, (
-        () if episode is None else (episode.name,)), named=False)
+    labels = () if episode is None else (episode.name,)
+    return FoundTime(np.arange(len(columns[0].values)) / rate,
+                     {'rate': rate, **dict(zip(['segment'], labels))}, labels, named=False)
 
 
 def _episode(columns: Sequence[Column]) -> Column | None:
@@ -111,87 +106,73 @@ def _is_date(column: Column) -> bool:
     return column.values.dtype.kind in 'UM'
 
 
-def _rank(column: Column, meaning: Meaning) -> float:
+def _rank(column: Column, quantity: str) -> float:
     """Return how much speaks for `column` as the time of the measurement."""
     words = set(words_of(column.name))
-    rank = 4.0 if _is_date(column) else 2.0 if meaning.quantity == TIME else 0.0
-    if words & MEASUREMENT:
-        rank += 1.0 + 0.5 * len(words & MEASUREMENT)
-    return rank - 1.5 * bool(words & RECEIPT)
+    stamp = 1.0 + 0.5 * len(words & MEASUREMENT) if words & MEASUREMENT else 0.0
+    return stamp - 1.5 * bool(words & RECEIPT) + (
+        4.0 if _is_date(column) else 2.0 if quantity == TIME else 0.0)
 
 
 def _as_time(path: Path, column: Column, columns: Sequence[Column], stated: str, is_named: bool,
              episode: Column | None) -> FoundTime | None:
     """Return `column` as a time in the unit that makes sense, None: in none."""
-    dates, own = column.values.dtype.kind == 'U', stated or column.unit
-    units = ['iso8601'] if dates else [own] if stated in units_of(TIME) else sorted(
-        units_of(TIME), key=lambda unit: 0 if unit == own else 2 - _is_usual(column, unit))
-    nano, words = None, words_of(column.name)
-    if set(words) & SECONDS and is_named and not dates:
-        stem = [word for word in words if word not in SECONDS]
-        nano = next((other for other in columns if set(words_of(other.name)) & NANO and [
-            w for w in words_of(other.name) if w not in NANO | SECONDS] == stem), None)
-    for unit in units:
-        if nano is not None and unit != 's':
-            continue
-        found = _stamps(path, column, unit, nano)
-        if found is None or len(found[0]) < 3:
-            continue
-        stamps, rows = found
-        starts = np.zeros(len(stamps) - 1, bool)
-        if episode is not None and len(episode.values) == len(rows):
-            starts = np.diff(episode.values[rows]) != 0
-        even = _is_even(stamps, starts, is_named)
-        if even is None:
-            continue
-        others = {**({} if nano is None else {'nanosec': nano.name}), **(
-            {'segment': episode.name} if starts.any() and episode is not None else {})}
-        block: dict[str, Any] = {'column': column.name, **({'unit': unit} if unit != 's' else {}),
-                                 **({'stamps': 'even'} if even else {}), **others}
-        how = 'by its name' if is_named else 'by its steady growth'
-        step = np.median(np.diff(stamps)[~starts]) * 1e-9
-        remarks = [f'Time: {column.name}, {how}, in {unit}: one sample per {step:.6g} s.']
-        if own in units_of(TIME) and unit != own:
-            remarks.append(f'Its name says {own}, at which the sample time makes no sense.')
-        shift = np.zeros(len(stamps))
-        shift[1:][starts] = -np.diff(stamps)[starts] + 1e9
-        t = np.interp(np.arange(len(rows)), np.flatnonzero(rows), (
-            stamps - stamps[0] + np.cumsum(shift)) * 1e-9)
-        return FoundTime(t, block, (column.name, *others.values()), tuple(remarks),
-                         float(stamps[0]) * 1e-9)
-    return None
-
-
-def _is_usual(column: Column, unit: str) -> bool:
-    """Return whether the sample time is that of a controller, if `column` is in `unit`."""
-    if column.values.dtype.kind not in 'iuf':
-        return True
-    values = column.values.astype(float)
-    step = np.diff(values[np.isfinite(values)])
-    return len(step) > 0 and USUAL[0] <= float(np.median(step)) * units_of(TIME)[
-        unit] * 1e-9 <= USUAL[1]
-
-
-def _stamps(path: Path, column: Column, unit: str, nano: Column | None
-            ) -> tuple[Array, Flags] | None:
-    """Return (stamps in ns of `column` read in `unit`, the rows that have one); None: no times."""
-    values = column.values
+    values, own = column.values, stated or column.unit
+    dates = values.dtype.kind == 'U'
     rows = np.isfinite(values) if values.dtype.kind == 'f' else np.full(len(values), True)
-    if rows.mean() < 0.5 or nano is not None and len(nano.values) != len(values):
+    if rows.mean() < 0.5:
         return None
-    try:
-        stamps = absolute_ns(path, values[rows], TimeMapping(unit=unit), str)
-        if nano is not None:
-            stamps = stamps + absolute_ns(path, nano.values[rows], TimeMapping(unit='ns'), str)
-    except InputError:
+    step = float(np.median(np.diff(values[rows].astype(float)))) if (
+        values.dtype.kind in 'iuf' and rows.sum() > 1) else np.nan
+    # The unit that the file states, then those in which it is the sample time of a controller.
+    units = ['iso8601'] if dates else [own] if stated in units_of(TIME) else sorted(
+        units_of(TIME), key=lambda unit: 0 if unit == own else 2 - (
+            USUAL[0] <= step * units_of(TIME)[unit] * 1e-9 <= USUAL[1]))
+    nano = _nanoseconds_of(column, columns) if is_named and not dates else None
+    starts = np.zeros(rows.sum() - 1, bool)
+    if episode is not None and len(episode.values) == len(rows):
+        starts = np.diff(episode.values[rows]) != 0
+    for unit in units if nano is None else ['s']:
+        try:
+            stamps = absolute_ns(path, values[rows], TimeMapping(unit=unit), str)
+            if nano is not None:
+                stamps = stamps + absolute_ns(path, nano.values[rows], TimeMapping(unit='ns'), str)
+        except InputError:
+            continue
+        even = _is_even(stamps.astype(float), starts, is_named)
+        if even is not None:
+            break
+    else:
         return None
-    return stamps.astype(float), rows
+    stamps = stamps.astype(float)
+    others = {**({} if nano is None else {'nanosec': nano.name}), **(
+        {'segment': episode.name} if starts.any() and episode is not None else {})}
+    block: dict[str, Any] = {'column': column.name, **({'unit': unit} if unit != 's' else {}),
+                             **({'stamps': 'even'} if even else {}), **others}
+    how = 'name' if is_named else 'steady growth'
+    remarks = [f'Time: {column.name}, by its {how}, in {unit}: one sample per '
+               f'{np.median(np.diff(stamps)[~starts]) * 1e-9:.6g} s.']
+    if own in units_of(TIME) and unit != own:
+        remarks.append(f'Its name says {own}, at which the sample time makes no sense.')
+    steps = np.where(starts, 1e9, np.diff(stamps))
+    t = np.interp(np.arange(len(rows)), np.flatnonzero(rows),
+                  np.append(0.0, np.cumsum(steps)) * 1e-9)
+    return FoundTime(t, block, (column.name, *others.values()), tuple(remarks),
+                     float(stamps[0]) * 1e-9)
+
+
+def _nanoseconds_of(column: Column, columns: Sequence[Column]) -> Column | None:
+    """Return the column of the nanoseconds that belong to the seconds in `column`, if any."""
+    words = set(words_of(column.name))
+    return next((other for other in columns if words & SECONDS
+                 and len(other.values) == len(column.values) and NANO & set(words_of(other.name))
+                 and set(words_of(other.name)) - NANO - SECONDS == words - SECONDS), None)
 
 
 def _is_even(stamps: Array, starts: Flags, is_named: bool) -> bool | None:
     """Return whether `stamps` want an even grid, as if stamped on receipt; None: no times."""
     step = np.diff(stamps)[~starts]
-    if not len(step):
+    if len(stamps) < 3 or not len(step):
         return None
     median = float(np.median(step)) * 1e-9
     bursts = bool(is_named and median < SHORTEST and (step >= 0).all())
@@ -202,12 +183,10 @@ def _is_even(stamps: Array, starts: Flags, is_named: bool) -> bool | None:
     # kind that is rarer is out of order. Most of them are if the time restarts.
     unordered = min(float((t < np.maximum.accumulate(t)).mean()),
                     float((t > np.minimum.accumulate(t[::-1])[::-1]).mean()))
-    if not SHORTEST <= median < LONGEST * 1.001 or unordered > 0.01 or (
-            (step == 0).mean() > 0.3 and not bursts):
-        return None
-    if not is_named and np.std(step) > STEADY * np.mean(step):
-        return None
-    return bursts
+    refused = not SHORTEST <= median < LONGEST * 1.001 or unordered > 0.01 or (
+        (step == 0).mean() > 0.3 and not bursts) or (
+        not is_named and np.std(step) > STEADY * np.mean(step))
+    return None if refused else bursts
 
 
 # --- setpoints of a robot in a file of their own, on the same clock ----------------------------
