@@ -59,11 +59,6 @@ def as_written(words: str) -> Said:
     return Said('as_written', {'text': words})
 
 
-def say(code: str, **numbers: object) -> str:
-    """Return the sentence of a `code` with its `numbers`."""
-    return str(Said(code, numbers))
-
-
 class Shown:
     """A result with a short repr, more words in print, and a table."""
 

@@ -177,10 +177,11 @@ class DriveRecording(Drawn):
         rows, repeats = usable_rows(self.stamp_ns)
         recording, notes = admitted(self.stamp_ns[rows], u[rows, 0], y[rows], u[rows, 1],
                                     self.name, self.model, self.model.origin.name)
+        remarks = [*self.notes, *turned, *map(str, (*repeats, *notes))]
         if not weigh:
-            notes += [*map(str, recording.counted_on()), *(
+            remarks += [*map(str, recording.counted_on()), *(
                 [recording.doubt.text] if recording.doubt is not None else [])]
-        return recording, [*self.notes, *turned, *([repeats] if repeats else []), *notes]
+        return recording, remarks
 
     def _counted_on(self) -> tuple[Array, Array, list[str]]:
         """Return (u, y) of the samples with turns of both encoders counted on, and notes."""

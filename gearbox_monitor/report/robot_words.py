@@ -17,8 +17,8 @@ from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN
 from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB
 from gearbox_monitor.presentation import (
-    change, credible, number, on_axis, percent, Quantity, Said, say)
-from gearbox_monitor.report.sentences import TABLE
+    change, credible, number, on_axis, percent, Quantity, Said)
+from gearbox_monitor.report.sentences import say, TABLE
 from gearbox_monitor.report.words import counted, motion_words
 
 OF_CHANGES = {'Cc_change': 'N m', 'Cv_change': 'N m s/rad', 'm1_change': 'kg m^2',

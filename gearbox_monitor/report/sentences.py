@@ -113,6 +113,11 @@ def phrase(said: Said) -> str:
     return TABLE[said.code].says.format_map(numbers)
 
 
+def say(code: str, **numbers: object) -> str:
+    """Return the phrase of a `code` with its `numbers`."""
+    return phrase(Said(code, numbers))
+
+
 def remedy(said: Said) -> str:
     """Return what to do about what is `said`, '' for nothing."""
     return TABLE[said.code].remedy.format_map(said.numbers)

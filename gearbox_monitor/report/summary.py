@@ -13,7 +13,8 @@ from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 from gearbox_monitor.plant.effects.gearbox import SLIP
 from gearbox_monitor.presentation import (
-    change, credible, number, on_axis, percent, Quantity, Said, say)
+    change, credible, number, on_axis, percent, Quantity, Said)
+from gearbox_monitor.report.sentences import say
 
 NEAR_FLOOR = 1.5  # misfit that may be noise of the encoders
 OWNERS = {

@@ -19,7 +19,7 @@ from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import simulate
-from gearbox_monitor.presentation import on_axis, said, say
+from gearbox_monitor.presentation import as_written, on_axis, said, Said
 from gearbox_monitor.signals import checks, stamps, torque, wiring
 from gearbox_monitor.signals.finding import (
     BAD, DataFinding, everything, Grade, hurts, judged, OK, PURPOSES, WARN)
@@ -225,7 +225,7 @@ def _diagnosis(samples: Samples, model: DriveModel | None, effort_is: str) -> li
     found = check(recording, model)
     fatal = [f for f in found if f.fatal]
     doubts = [f for f in found if f.fault in (*READ_OTHERWISE, 'implausible')]
-    remarks = [*(f.text for f in fatal or found), *filter(None, [repeats]), *notes]
+    remarks = [*(f.text for f in fatal or found), *map(str, (*repeats, *notes))]
     code, wired = ('doubted', everything(BAD)) if doubts else (
         'refused', hurts(diagnosis=BAD)) if fatal else (
         'remarked' if remarks else 'accepted', hurts(diagnosis=WARN) if found else {})
@@ -440,7 +440,7 @@ def kind_of(model: DriveModel) -> RecordingKind:
 
 
 def admitted(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, name: str,
-             model: DriveModel, model_name: str) -> tuple[UniformRecording, list[str]]:
+             model: DriveModel, model_name: str) -> tuple[UniformRecording, list[Said]]:
     """
     Return (Recording, notes) of readings that suit a verdict on the drive.
 
@@ -460,7 +460,7 @@ def admitted(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, 
     Raises:
         InputError: encoders, stamps or motion allow no verdict.
     """
-    notes = []
+    notes = list[Said]()
     stamp = np.asarray(t)
     burst = stamps.burst_size(stamp.astype(np.int64)) if stamp.dtype.kind == 'i' and len(t) else 1
     if burst > 1:
@@ -474,7 +474,7 @@ def admitted(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, 
                          'measured')
     if model.arm_load != 'measured':
         if measured and arm_torque is not None and np.nanmax(np.abs(arm_torque)) > 0.0:
-            notes.append(say('arm_torque_unused', model=model_name, load=model.arm_load,
+            notes.append(said('arm_torque_unused', model=model_name, load=model.arm_load,
                              input=on_axis('torque', model.axis)))
         arm_torque = None
     missing = [side for side, column in zip(checks.NAMES, np.asarray(y, float).T)
@@ -490,7 +490,8 @@ def admitted(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, 
         raise InputError(f'{name}: ' + '; '.join(fatal))
     doubts = [Doubt(f.text, **f.values) for f in found if f.fault in READ_OTHERWISE]
     return (replace(recording, doubt=doubts[0] if doubts else None),
-            [*notes, *repaired, *(f.text for f in found if f.fault not in READ_OTHERWISE)])
+            [*notes, *repaired, *(as_written(f.text) for f in found
+                                  if f.fault not in READ_OTHERWISE)])
 
 
 # --- parts of a long recording ------------------------------------------------------------------

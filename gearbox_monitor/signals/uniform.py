@@ -20,7 +20,7 @@ from gearbox_monitor.estimation.sample_loop import BACKWARD, HUGE, stamp_codes, 
 from gearbox_monitor.kernels.elementary import DIFFERENCE_GAIN, quantisation_step
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import Controller, DriveModel
-from gearbox_monitor.presentation import on_axis, said, Said, say
+from gearbox_monitor.presentation import on_axis, said, Said
 from gearbox_monitor.signals.jumps import wild_rows
 from gearbox_monitor.signals.recording_limits import LIMITS
 
@@ -189,12 +189,11 @@ def held_rate(model: DriveModel | None) -> float:
 
 def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = None,
             name: str = '', kind: RecordingKind = PLAIN
-            ) -> tuple[UniformRecording, tuple[str, ...]]:
+            ) -> tuple[UniformRecording, tuple[Said, ...]]:
     """
     Return (Recording, notices) of samples stamped `t` [N], s, or integer ns; NaN: not measured.
 
-    u [N] N m, y [N, 2] rad, arm_torque [N] N m or None. notices: sentences about what was
-    repaired.
+    u [N] N m, y [N, 2] rad, arm_torque [N] N m or None. notices: what was repaired.
 
     - Stamps: a uniform grid is laid through them. Where the readings say that they were taken at
       the stamped times, positions are interpolated onto the grid; otherwise the stamps have
@@ -220,7 +219,7 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
 
 
 def _prepared(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, name: str,
-              kind: RecordingKind) -> tuple[UniformRecording, tuple[str, ...]]:
+              kind: RecordingKind) -> tuple[UniformRecording, tuple[Said, ...]]:
     """Return what prepare does."""
     driving = 'setpoint' if kind.setpoint else 'u'
     keep, notices = _longest_run(np.asarray(t))
@@ -237,14 +236,14 @@ def _prepared(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None,
     for field in values:
         values[field], wild = physical(values[field], field)
         if wild.any():
-            notices.append(say('huge_values', count=int(wild.sum()), field=field))
+            notices.append(said('huge_values', count=int(wild.sum()), field=field))
     if len(t) < 10:
         raise InputError(f'{len(t)} samples, expected at least {LIMITS.min_duration:g} s of them')
     _check_numbers(t, first, values)
     for field, value in values.items():
         if np.isnan(value).any():
             values[field], count = _fill(t, first, value, field)
-            notices.append(say('missing_values', count=count, field=field))
+            notices.append(said('missing_values', count=count, field=field))
     index, dt, jitter = _grid(t)
     if rms_of(jitter) > LIMITS.max_run * dt:
         raise InputError('t: stamps stray from any even spacing by '
@@ -264,14 +263,14 @@ def _prepared(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None,
                          f'({100 * missing / n:.1f} %), expected at most '
                          f'{100 * LIMITS.max_repaired:g} %')
     if missing:
-        notices.append(say('lost_samples', count=missing, samples=n))
+        notices.append(said('lost_samples', count=missing, samples=n))
     if wander.any():
-        notices.append(say('time_wanders', ms=1e3 * rms_of(wander)))
+        notices.append(said('time_wanders', ms=1e3 * rms_of(wander)))
         jitter = jitter - wander
     rms = rms_of(jitter)
     sampled_then = rms > LIMITS.quiet_jitter * dt and _follows_stamps(values, index, jitter, dt)
     if rms > LIMITS.quiet_jitter * dt:
-        notices.append(say('jitter_followed' if sampled_then else 'jitter_ignored', ms=1e3 * rms,
+        notices.append(said('jitter_followed' if sampled_then else 'jitter_ignored', ms=1e3 * rms,
                            percent=100 * rms / dt))
     times = index * dt + wander + (jitter if sampled_then else 0.0)
     if wander.any():  # the line through the stamps may begin and end beyond them
@@ -286,7 +285,7 @@ def _prepared(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None,
     for field in ('motor', 'arm'):
         count = _mend_spikes(values[field])
         if count:
-            notices.append(say('wild_readings', count=count, field=field))
+            notices.append(said('wild_readings', count=count, field=field))
     y = np.column_stack([values['motor'], values['arm']])
     if sampled_then or wander.any():
         floor = [max(pair) for pair in zip(floor, map(_noise_at_speed, y.T))]
@@ -294,9 +293,9 @@ def _prepared(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None,
                             channels=channels, floor=(floor[0], floor[1])), tuple(notices)
 
 
-def usable_rows(t: Array | Integers) -> tuple[Integers, str]:
+def usable_rows(t: Array | Integers) -> tuple[Integers, list[Said]]:
     """
-    Return the rows of the samples [K] that count, and a notice, '' where all do.
+    Return the rows of the samples [K] that count, and notices on the others.
 
     Of samples with one stamp the first counts; those that replay refuses by their stamps do not.
 
@@ -305,9 +304,9 @@ def usable_rows(t: Array | Integers) -> tuple[Integers, str]:
     """
     valid = np.flatnonzero(~_strays(t))
     rows = valid[np.diff(t[valid], prepend=t[valid[:1]] - 1) != 0]
-    notices = [say(code, count=before - left, samples=before) for code, before, left in (
+    notices = [said(code, count=before - left, samples=before) for code, before, left in (
         ('unordered', len(t), len(valid)), ('repeated', len(valid), len(rows))) if left < before]
-    return rows, '; '.join(notices)
+    return rows, notices
 
 
 def _backward(stamps: Integers) -> tuple[Integers, Integers, Flags]:
@@ -334,7 +333,7 @@ def _strays(t: Array | Integers) -> Flags:
     return strays
 
 
-def _longest_run(t: Any) -> tuple[slice, list[str]]:
+def _longest_run(t: Any) -> tuple[slice, list[Said]]:
     """
     Return the longest run of the samples stamped `t` between restarts of the clock, and a notice.
 
@@ -350,7 +349,7 @@ def _longest_run(t: Any) -> tuple[slice, list[str]]:
     if len(edges) < 3:
         return slice(None), []
     k = int(np.argmax([float(t[end - 1] - t[begin]) for begin, end in zip(edges, edges[1:])]))
-    return slice(edges[k], edges[k + 1]), [say(
+    return slice(edges[k], edges[k + 1]), [said(
         'longest_run', count=len(edges) - 2, first=edges[k], last=edges[k + 1] - 1,
         samples=len(t))]
 
@@ -462,7 +461,7 @@ def _absent(t: Array, index: Integers, wander: Array) -> Integers:
     return absent
 
 
-def _longest(t: Array, first: float, cuts: Integers, dt: float) -> tuple[slice, str]:
+def _longest(t: Array, first: float, cuts: Integers, dt: float) -> tuple[slice, Said]:
     """Return (slice, notice) of the longest stretch between the gaps after the rows `cuts`."""
     edges = np.concatenate([[0], cuts + 1, [len(t)]])
     i = int(np.argmax(t[edges[1:] - 1] - t[edges[:-1]]))
@@ -474,7 +473,7 @@ def _longest(t: Array, first: float, cuts: Integers, dt: float) -> tuple[slice, 
     if length < LIMITS.min_duration:
         raise InputError(f'{holes}; the longest stretch without one lasts {length:.3g} s, '
                          f'expected at least {LIMITS.min_duration:g} s')
-    return keep, say('stretch', holes=(holes,), first=first + t[keep][0],
+    return keep, said('stretch', holes=(holes,), first=first + t[keep][0],
                      last=first + t[keep][-1])
 
 

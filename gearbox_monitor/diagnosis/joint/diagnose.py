@@ -26,7 +26,7 @@ from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.effects.actuator import ACTUATOR_DELAY, ACTUATOR_LAG
 from gearbox_monitor.plant.effects.gearbox import SLIP
 from gearbox_monitor.plant.effects.motor_side import LUGRE
-from gearbox_monitor.presentation import said, Said, say
+from gearbox_monitor.presentation import said, Said
 from gearbox_monitor.signals.uniform import expect_one_rate, UniformRecording
 
 # Effects faster than a slow log: what they do within a sample is what its torque is read by.
@@ -58,7 +58,7 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     expect_one_rate(recordings)
     recordings = [driven(r, model) for r in recordings]
     chosen = chosen_ids(only, exclude)
-    reasons = {i: reason for i in library() if (reason := say('excluded') if i not in chosen else
+    reasons = {i: reason for i in library() if (reason := said('excluded') if i not in chosen else
                                                 hidden_by(i, model, recordings))}
     ids = [i for i in chosen if i not in reasons]
     if not ids:
@@ -193,9 +193,9 @@ def chosen_ids(only: Sequence[str] | None, exclude: Sequence[str]) -> list[str]:
     return ids
 
 
-def hidden_by(name: str, model: DriveModel, recordings: Sequence[UniformRecording]) -> str:
+def hidden_by(name: str, model: DriveModel, recordings: Sequence[UniformRecording]) -> Said | None:
     """
-    Return why no recording shows an effect, '' if one does.
+    Return why no recording shows an effect, None if one does.
 
     Args:
         name: id of the effect.
@@ -203,10 +203,10 @@ def hidden_by(name: str, model: DriveModel, recordings: Sequence[UniformRecordin
         recordings: of it.
     """
     if not any(visible(name, model, recording) for recording in recordings):
-        return say('never_shown')
+        return said('never_shown')
     if name in UNSEEN_BETWEEN and all(is_open(recording, model) for recording in recordings):
-        return say('too_slow', rate=1.0 / recordings[0].dt)
-    return ''
+        return said('too_slow', rate=1.0 / recordings[0].dt)
+    return None
 
 
 def visible(name: str, model: DriveModel, recording: UniformRecording) -> bool:

@@ -172,7 +172,7 @@ class Verdict(Drawn, Paged):
     basis: Decision = field(repr=False)
     nominal_shift: Mapping[str, float] | None = None
     validation: Mapping[str, Any] | None = None
-    not_tried: Mapping[str, str] = field(default_factory=dict)
+    not_tried: Mapping[str, Said] = field(default_factory=dict)
     questions: list[Mapping[str, Any]] = field(default_factory=list)
     between_recordings: Mapping[str, Any] | None = None
 
@@ -192,6 +192,7 @@ class Verdict(Drawn, Paged):
                 if f.name not in ('model', 'basis')}
         data['findings'] = [finding.to_dict() for finding in self.findings]
         data |= {name: list(map(str, data[name])) for name in ('warnings', 'equivalent')}
+        data['not_tried'] = {name: str(why) for name, why in self.not_tried.items()}
         for name in ('nominal_shift', 'validation', 'between_recordings'):
             if data[name] is None:
                 del data[name]

@@ -32,7 +32,7 @@ from gearbox_monitor.plant.effects.balance_column import COMMAND
 from gearbox_monitor.plant.effects.controller import (
     SERVO_DEADBAND, SERVO_GAIN, SERVO_LIMIT, SETPOINT_DELAY)
 from gearbox_monitor.plant.effects.motor_side import COULOMB_ASYMMETRY, MOTOR_COULOMB
-from gearbox_monitor.presentation import Quantity, said, Said, say
+from gearbox_monitor.presentation import Quantity, said, Said
 
 TWO_HEIGHTS = {MOTOR_COULOMB.id, TORQUE_OFFSET.id}
 TOO_WIDE = 3.0     # a deviation whose torque exceeds the effort so many times: not determined
@@ -82,7 +82,7 @@ class RobotVerdict:
     remainders: tuple[Remainder, ...]
     ranked: tuple[JointGap, ...]
     visible: Mapping[str, Mapping[str, float]]
-    not_tried: Mapping[str, str]
+    not_tried: Mapping[str, Said]
     cautions: tuple[Said, ...]
     unvisited: bool
     questions: tuple[Question, ...]
@@ -735,7 +735,7 @@ def effort_curves(verdict: RobotVerdict, joint: str) -> EffortCurves:
                         *sides)
 
 
-def _not_tried(rows: Rows, laws: Sequence[Candidate]) -> dict[str, str]:
+def _not_tried(rows: Rows, laws: Sequence[Candidate]) -> dict[str, Said]:
     """Return {effect: why it was not tried} of the library's effects."""
     tried = {c.effect for c in laws}
     out = {}
@@ -743,14 +743,14 @@ def _not_tried(rows: Rows, laws: Sequence[Candidate]) -> dict[str, str]:
         if effect.id in tried:
             continue
         if effect.column is None:
-            out[effect.id] = say('no_column')
+            out[effect.id] = said('no_column')
         elif effect.column.needs == COMMAND and rows.measured:
-            out[effect.id] = say('torque_measured')
+            out[effect.id] = said('torque_measured')
         elif not visible_in(effect.column, rows):
-            out[effect.id] = say('needs_torque' if rows.setpoint else 'needs_setpoints')
+            out[effect.id] = said('needs_torque' if rows.setpoint else 'needs_setpoints')
         else:
-            out[effect.id] = say('rate_or_motion', rate=rows.rate)
-    out |= {e.id: say('motion_hides') for e in ROBOT_EFFECTS if e.id not in tried}
+            out[effect.id] = said('rate_or_motion', rate=rows.rate)
+    out |= {e.id: said('motion_hides') for e in ROBOT_EFFECTS if e.id not in tried}
     return out
 
 
@@ -834,7 +834,7 @@ def verdict_data(verdict: RobotVerdict) -> dict[str, Any]:
         'remainders': remainder,
         'ranked': [asdict(gap) for gap in verdict.ranked],
         'visible': {k: dict(v) for k, v in verdict.visible.items()},
-        'not_tried': dict(verdict.not_tried),
+        'not_tried': {name: str(why) for name, why in verdict.not_tried.items()},
         'cautions': list(map(str, verdict.cautions)), 'unvisited': verdict.unvisited,
         'questions': [asdict(q) for q in verdict.questions],
         'not_judged': list(verdict.not_judged),
