@@ -38,13 +38,14 @@ from gearbox_monitor.health.backlash.features import (
     Backlash, combine, NotExcited, reason_of, separable_of)
 from gearbox_monitor.health.backlash.locked_input import is_locked, locked_windows
 from gearbox_monitor.health.wear_outcome import said_of_slips
-from gearbox_monitor.presentation import number, on_axis, Quantity, Said
+from gearbox_monitor.presentation import number, on_axis, Quantity, Said, said
 from gearbox_monitor.recordings.replay import Replay, replay
+from gearbox_monitor.report.summary import told
 
 UNITS = {'rotary': {'rad': 1.0, 'mrad': 1e-3, 'deg': math.radians(1.0),
                     'arcmin': math.radians(1.0) / 60.0},
          'prismatic': {'m': 1.0, 'mm': 1e-3, 'um': 1e-6}}
-INSEPARABLE = 'the motion does not distinguish backlash and compliance'
+INSEPARABLE = said('inseparable')
 EXIT = {'pass': 0, 'fail': 1, 'not excited': 3, 'undecided': 3}
 
 
@@ -73,7 +74,7 @@ def run(args: Namespace) -> int:
             'confidence': args.confidence,
             **judge(windows(result), limits, args.confidence, [] if result.monitor is None else
                     said_of_slips(result.monitor.health)), 'notes': notes}
-    data = {'summary': summary(data, model.axis), **data}
+    data = {**told([says(data, model.axis)]), **data}
     warn(args, notes)
     show(args, data, lambda: text(data, model.axis))
     return EXIT[data['verdict']]
@@ -125,7 +126,8 @@ def judge(fits: Sequence[Any], limits: Mapping[str, float | None],
     used, separable = separable_of(fits)
     data: dict[str, Any] = {'windows': len(fits), 'windows_used': len(used)}
     if not used:
-        return {'verdict': 'not excited', 'reason': str(reason_of(fits)), **data}
+        reason = reason_of(fits)
+        return {'verdict': 'not excited', 'reason': str(reason), 'codes': [reason.code], **data}
     gap = combine(used, 'gap', LIMITS.gap_error)
     stiffness = combine(used, 'stiffness', LIMITS.stiffness_error)
     hysteresis = combine(used, 'hysteresis')
@@ -138,13 +140,12 @@ def judge(fits: Sequence[Any], limits: Mapping[str, float | None],
     data['gap_arcmin_std'] = math.degrees(data['gap_rad_std']) * 60.0
     data['separable'] = separable
     data['crossings'] = float(np.mean([w.coverage for w in used]))
-    met, missed, reasons = [], [], []
+    met, missed, reasons = [], [], list[Said]()
     tests = []  # key, noun, probability that the limit is met, may it pass, why not if inseparable
     if limits['max_gap'] is not None:
         measured = gap if separable else lost_motion
         p = _below(measured, limits['max_gap']) if measured else 0.5
-        tests.append(('gap', 'backlash', p, True,
-                      f'{INSEPARABLE}, and the lost motion exceeds the limit'))
+        tests.append(('gap', 'backlash', p, True, said('lost_motion_exceeds')))
     if limits['min_stiffness'] is not None:
         p = 1.0 - _below(stiffness, limits['min_stiffness'])
         tests.append(('stiffness', 'stiffness', p, separable, INSEPARABLE))
@@ -153,16 +154,17 @@ def judge(fits: Sequence[Any], limits: Mapping[str, float | None],
         met.append(may_pass and p >= confidence)
         missed.append(separable and 1.0 - p >= confidence)
         if not met[-1] and not missed[-1]:
-            reasons.append(f'the {noun} is too close to its limit for this confidence: record '
-                           'longer' if separable else inseparable)
+            reasons.append(said('too_close', noun=noun) if separable else inseparable)
     for slip in slips:
         met.append(False)
         missed.append(slip.code == 'slip')
-        reasons.append(f'{slip}: {slip.remedy}')
+        reasons.append(said('slipping', slip=slip, todo=slip.remedy))
     verdict = ('fail' if any(missed) else 'pass' if all(met) else
                'undecided' if separable else 'not excited')
-    reason = '; '.join(reasons) or ('' if separable else INSEPARABLE)
-    return {'verdict': verdict, 'reason': reason, **data}
+    if not reasons and not separable:
+        reasons = [INSEPARABLE]
+    return {'verdict': verdict, 'reason': '; '.join(map(str, reasons)),
+            'codes': [reason.code for reason in reasons], **data}
 
 
 def _below(combined: Any, limit: float) -> float:
@@ -172,20 +174,19 @@ def _below(combined: Any, limit: float) -> float:
     return float(scipy.stats.norm.cdf((limit - combined.value) / combined.std))
 
 
-def summary(data: Mapping[str, Any], axis: str = 'rotary') -> str:
-    """Return the verdict `data` on a drive with `axis` in one sentence, with sizes and limits."""
-    backlash, stiffness = 'at most {} is allowed', 'at least {} is required'
-    rows = [('gap_rad', 'the backlash', 'max_gap', backlash),
-            ('stiffness', 'the stiffness', 'min_stiffness', stiffness)]
-    if not data.get('separable'):
-        rows = [('lost_motion_rad', 'the lost motion, backlash included,', 'max_gap', backlash)]
-    sizes = []
-    for name, noun, limit, words in rows:
-        if name in data:
-            bound = f' ({words.format(_limit(data, limit, axis))})' if data[limit] else ''
-            sizes.append(f'{noun} is {_measured(data, name, axis)}{bound}')
-    reason = f': {data["reason"]}' if data['reason'] else ''
-    return '; '.join([data['verdict'].capitalize() + reason, *sizes]) + '.'
+SIZES = {  # whether the motion tells backlash from compliance: value, its code, its limit
+    True: (('gap_rad', 'backlash_is', 'max_gap', 'at_most'),
+           ('stiffness', 'stiffness_is', 'min_stiffness', 'at_least')),
+    False: (('lost_motion_rad', 'lost_motion_is', 'max_gap', 'at_most'),)}
+
+
+def says(data: Mapping[str, Any], axis: str = 'rotary') -> Said:
+    """Return what the verdict `data` on a drive with `axis` says, with sizes and limits."""
+    sizes = tuple(said(code, size=_measured(data, name, axis), bound=(said(
+        bound, limit=_limit(data, limit, axis)),) if data[limit] else ())
+        for name, code, limit, bound in SIZES[bool(data.get('separable'))] if name in data)
+    reasons = (said('for_reasons', reasons=data['reason']),) if data['reason'] else ()
+    return said('accept', verdict=data['verdict'].capitalize(), reasons=reasons, sizes=sizes)
 
 
 def text(data: Mapping[str, Any], axis: str = 'rotary') -> str:

@@ -43,12 +43,13 @@ from gearbox_monitor.library.progress import count_bar
 from gearbox_monitor.library.robot import check_robot
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.presentation import on_axis, said
+from gearbox_monitor.presentation import on_axis, Said, said
 from gearbox_monitor.recordings.innovations import innovation_topics, nis_of
 from gearbox_monitor.recordings.joint_input import bag_arguments, find_input
 from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.recorded_samples import sample_parts
 from gearbox_monitor.recordings.table import is_log_of_xml
+from gearbox_monitor.report.summary import told
 from gearbox_monitor.robot.description import SUFFIXES
 from gearbox_monitor.signals.examine import (
     Examination, examine, examined, joined, SAMPLES, WINDOWS)
@@ -105,7 +106,7 @@ def run(args: Namespace) -> int:
     data['suits'] = {purpose: {'verdict': SUITS[verdict], 'because': list(names)}
                      for purpose, (verdict, names) in found.suits.items()
                      if purpose in args.purposes}
-    data = {'summary': summary(data), **data}
+    data = {**told([says(data)]), **data}
     show(args, data, lambda: text(data))
     return int(any(found.suits[purpose][0] == BAD for purpose in args.purposes))
 
@@ -131,9 +132,9 @@ def of_filters(reader: BagReader) -> list[DataFinding]:
 def _show_filters(args: Namespace, filters: Sequence[DataFinding]) -> int:
     """Show the findings of a bag without joint states; return the exit code."""
     lines = _plain(filters)
-    head = f'{args.bag} holds estimates of a filter, and no joint states.'
-    show(args, {'summary': head, 'bag': str(args.bag), 'lines': lines},
-         lambda: '\n'.join([*wrapped(head), *_findings(lines)]))
+    head = told([said('only_filters', name=args.bag)])
+    show(args, {**head, 'bag': str(args.bag), 'lines': lines},
+         lambda: '\n'.join([*wrapped(head['summary']), *_findings(lines)]))
     return 0
 
 
@@ -188,17 +189,17 @@ def _topics(reader: BagReader) -> list[dict[str, Any]]:
             for topic, (kind, count) in sorted(reader.topics.items())]
 
 
-def summary(data: Mapping[str, Any]) -> str:
-    """Return what the recording of the findings `data` suits, in one sentence."""
+def says(data: Mapping[str, Any]) -> Said:
+    """Return what the recording of the findings `data` suits."""
     of: dict[str, list[str]] = {words: [] for words in SUITS.values()}
     for purpose, part in data['suits'].items():
         because = f' ({", ".join(part["because"])})' if part['because'] else ''
         of[part['verdict']].append(purpose + because)
-    good, doubtful, bad = (', '.join(names) for names in of.values())
-    parts = [*([f'suits {good}'] if good else []),
-             *([f'suits {doubtful} with care'] if doubtful else []),
-             *([f'does not suit {bad}'] if bad else [])]
-    return f'{data["bag"]} {"; ".join(parts)}.'
+    parts = list[Said]()
+    for code, names in zip(('suits_well', 'suits_with_care', 'suits_not'), of.values()):
+        if names:
+            parts.append(said(code, comma='; ' if parts else '', purposes=', '.join(names)))
+    return said('suits', name=data['bag'], parts=tuple(parts))
 
 
 def text(data: Mapping[str, Any]) -> str:
@@ -301,9 +302,9 @@ def run_robot(args: Namespace) -> int:
     findings = check_robot(args.bag, robot_of(args), recorded=names_of(args), topic=args.topic,
                            reading=reading_of_robot(args))
     lines = _plain(findings)
-    head = robot_summary(str(args.bag), findings)
-    show(args, {'summary': head, 'bag': str(args.bag), 'model': str(args.model), 'lines': lines},
-         lambda: '\n'.join([*wrapped(head), *_findings(lines)]))
+    head = told([robot_says(str(args.bag), findings)])
+    show(args, {**head, 'bag': str(args.bag), 'model': str(args.model), 'lines': lines},
+         lambda: '\n'.join([*wrapped(head['summary']), *_findings(lines)]))
     return int(any(f.verdict() == BAD for f in findings))
 
 
@@ -317,8 +318,7 @@ def _plain(findings: Sequence[DataFinding], purposes: Sequence[str] = PURPOSES,
         for f in findings]
 
 
-def robot_summary(log: str, findings: Sequence[DataFinding]) -> str:
-    """Return in one sentence whether a `log` with these findings suits a diagnosis."""
-    bad = [f'{f.name} ({f.group})' for f in findings if f.verdict() == BAD]
-    return (f'{log} suits the diagnosis of the robot.' if not bad else
-            f'{log} does not suit the diagnosis as it is read: {", ".join(bad)}.')
+def robot_says(log: str, findings: Sequence[DataFinding]) -> Said:
+    """Return whether a `log` with these findings suits a diagnosis."""
+    bad = ', '.join(f'{f.name} ({f.group})' for f in findings if f.verdict() == BAD)
+    return said('robot_suits_not' if bad else 'robot_suits', name=log, lines=bad)

@@ -45,9 +45,7 @@ from gearbox_monitor.cli.inputs import load_recordings, settings_of
 from gearbox_monitor.cli.options import (
     estimator_options, opened, refuse, show, warn, wrapped)
 from gearbox_monitor.diagnosis.joint.nominal import fit_nominal, FittedValue
-from gearbox_monitor.diagnosis.joint.unit_adaptation import Adapted
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.estimation import noise_search
 from gearbox_monitor.estimation.tune import tune
 from gearbox_monitor.files.opening import plain
 from gearbox_monitor.files.yaml_files import (
@@ -58,11 +56,11 @@ from gearbox_monitor.library.identify import adapt, write_adapted
 from gearbox_monitor.library.progress import progress_bar
 from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, MIXED, MODEL as MODEL_VALUES
 from gearbox_monitor.presentation import (
-    change, credible, EXACT, number, on_axis, percent, Quantity)
+    credible, number, on_axis, percent)
 from gearbox_monitor.recordings.joint_input import find_input
 from gearbox_monitor.recordings.read import BagReader, JOINT_STATE
 from gearbox_monitor.recordings.recorded_samples import NO_MODEL, samples_of
-from gearbox_monitor.report.words import counted
+from gearbox_monitor.report.summary import of_fit, of_noise, of_unit, told, UNITS
 from gearbox_monitor.signals.examine import measured_samples
 
 MODEL, NOISE, UNIT = WHAT = ('model', 'noise', 'unit')
@@ -73,10 +71,8 @@ OF = {(MODEL,): ('free', 'validate', 'windows'),
                       'motor_joint', 'arm_joint', 'setpoint_joint')}
 FIGURES = 'correlated', 'covariance', 'gap_before', 'gap_after', 'method', 'validation'
 SECONDS = 1.0
-CERTAIN = 3.0  # errors by which a value differs from the model file
 SAME = 1.0     # of log-likelihood: parameters as good as tuned ones
 UNDECIDED = 3
-UNITS = {row.name: row.unit for row in ESTIMATOR}
 
 
 def run(args: Namespace) -> int:
@@ -114,19 +110,6 @@ def _values(values: Iterable[FittedValue]) -> dict[str, Any]:
     return {v.name: {k: x for k, x in vars(v).items() if k != 'name'} for v in values}
 
 
-def largest_change(values: Mapping[str, Mapping[str, Any]]) -> list[str]:
-    """Return the sentence on which of `values` changed most in its errors, none without change."""
-    moved = {name: abs(v['value'] - v['start']) / v['error'] for name, v in values.items()
-             if v['error'] and v['value'] != v['start']}
-    name = max(moved, key=lambda n: moved[n], default=None)
-    if name is None or moved[name] < CERTAIN:
-        return ['None of them differs from the model file by more than its error.']
-    v = values[name]
-    by = f' ({change(v["value"], v["start"])})' if v['start'] else ''
-    return [f'{name} is {credible(v["value"], v["error"], v["unit"])}, not '
-            f'{number(v["start"])}{by}.']
-
-
 # ---------------------------------------------------------------------- model
 
 def _fit_model(args: Namespace) -> int:
@@ -147,7 +130,7 @@ def _fit_model(args: Namespace) -> int:
         **{name: getattr(result, name) for name in FIGURES},
         'process_torque_time': None if model.driven_by == 'position' else (
             result.model.process_torque_time), 'notes': notes})
-    data = {'summary': model_summary(data), **data}
+    data = {**told(of_fit(result)), **data}
     lines = [f'{first} and {second} are hardly distinguishable (correlation {r:.2f})'
              for first, second, r in result.correlated]
     if result.method == 'regression':
@@ -176,18 +159,6 @@ def _rms(value: float | None) -> str:
     return 'diverges' if value is None or not math.isfinite(value) else f'{number(value)} rms'
 
 
-def model_summary(data: Mapping[str, Any]) -> str:
-    """Return the fit `data` in words: what it determines, what changes most, its misfit."""
-    values = data['values']
-    sure = {name: v for name, v in values.items() if v['determined']}
-    part = 'all' if len(sure) == len(values) else f'{len(sure)} of'
-    first = (f'The recordings {"" if sure else "do not "}determine the value.'
-             if len(values) == 1 else f'The recordings determine {part} {len(values)} values.')
-    start = '' if data['gap_before'] is None else f'{number(data["gap_before"])} -> '
-    return ' '.join([first, *largest_change(sure), f'Misfit {start}{number(data["gap_after"])}, '
-                     'where 1 is noise alone.'])
-
-
 # ---------------------------------------------------------------------- unit
 
 def _fit_unit(args: Namespace) -> int:
@@ -210,7 +181,7 @@ def _fit_unit(args: Namespace) -> int:
         'gap_after': result.fit.gap_after if result.fit else None,
         'tolerances': result.tolerances, 'parameters': result.parameters, 'open': result.open,
         'notes': notes})
-    data = {'summary': unit_summary(result, data), **data}
+    data = {**told(of_unit(result)), **data}
     before = result.tuning.get('before_parameters', {})
     rows = [*_value_rows(fitted), *(
         (name, f'{start:.4g}', f'{now:.4g}', '')
@@ -224,18 +195,6 @@ def _fit_unit(args: Namespace) -> int:
     if result.fit is None:
         return UNDECIDED
     return int(bool(result.kept) or bool(result.tuning.get('kept')))
-
-
-def unit_summary(result: Adapted, data: Mapping[str, Any]) -> str:
-    """Return the `result`, of which `data` holds the figures, in words."""
-    if result.fit is None:
-        return f'Nothing was adapted: {"; ".join(result.open)}.'
-    if result.kept:
-        return 'Model file and parameters stay as they are: the adapted values are less likely.'
-    sure = {name: v for name, v in data['values'].items() if v['determined']}
-    return ' '.join([f'{len(sure)} of {counted(len(data["values"]), "value")} of the model are '
-                     'now those of this unit.', *largest_change(sure),
-                     f'Misfit {number(data["gap_after"])}, where 1 is noise alone.'])
 
 
 # ---------------------------------------------------------------------- noise
@@ -268,7 +227,7 @@ def _fit_noise(args: Namespace) -> int:
     data.update(bag=args.bag, out=args.out)
     data['notes'] += notes
     axis = model.axis
-    data = {'summary': noise_summary(data, axis), **data}
+    data = {**told(of_noise(data, axis)), **data}
     write_parameters(args.out, parameters, (model_file, {
         row.name: given[row.name] for row in MODEL_VALUES if row.name in given}), data)
     warn(args, data['notes'])
@@ -320,26 +279,3 @@ def _cell(value: Any) -> str:
     if value is None or not math.isfinite(value):
         return 'none'
     return f'{value:.5g}' if abs(value) < 1e4 else f'{value:.1f}'
-
-
-def noise_summary(data: Mapping[str, Any], axis: str = 'rotary') -> str:
-    """Return the result `data` of a drive with `axis` in words: what changes, what it gains."""
-    if data['kept']:
-        return 'The parameters stay as they were: none that was tried is likelier.'
-    gain = data['after']['loglik'] - data['before']['loglik']
-    sentences = [f'The tuned filter is likelier: log-likelihood {data["after"]["loglik"]:.1f} '
-                 f'({gain:+.1f}), mean NIS {data["after"]["nis"]:.2f} '
-                 f'({data["before"]["nis"]:.2f} before).'] if gain > 0.0 else [
-        f'The tuned filter has a log-likelihood of {data["after"]["loglik"]:.1f} ({gain:+.1f}).']
-    before, errors = data['before_parameters'], data['relative_error']
-    moved = {name: abs(math.log(value / before[name]))
-             for name, value in data['parameters'].items()
-             if isinstance(value, float) and value > 0.0 and (before[name] or 0.0) > 0.0
-             and errors.get(name, 0.0) <= noise_search.BLUNT}
-    name = max(moved, key=lambda n: moved[n], default=None)
-    if name is not None and moved[name] > 0.0:
-        value, start = data['parameters'][name], before[name]
-        size = Quantity(value, value * errors.get(name, EXACT), on_axis(UNITS[name], axis))
-        sentences.append(f'{name} changes most: {size}, not {number(start)} '
-                         f'({change(value, start)}).')
-    return ' '.join(sentences)

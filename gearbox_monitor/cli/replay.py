@@ -20,7 +20,7 @@ usage examples:
   gearbox_monitor replay BAG --smooth --out smoothed.csv
 """
 from argparse import Namespace
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -30,12 +30,13 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_new_file, load_model
 from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.library.progress import count_bar
-from gearbox_monitor.presentation import on_axis
+from gearbox_monitor.presentation import as_written, on_axis, Said, said
 from gearbox_monitor.recordings.player import Player
 from gearbox_monitor.recordings.replay import (
     Comparer, Comparison, interval_error, ReplayCollector, ReplaySummary, smoothed)
 from gearbox_monitor.recordings.replay_output import BagOutput, CsvTable, ParquetTable
 from gearbox_monitor.report import words
+from gearbox_monitor.report.summary import told
 from gearbox_monitor.robot.description import SUFFIXES
 
 TABLES = {'.csv': CsvTable, '.parquet': ParquetTable}
@@ -55,7 +56,7 @@ def run(args: Namespace) -> int:
         model = load_model(model_file) if model_file else None
         player = Player(reader, model, parameters, args.topic, not args.estimates_only)
         data, comparison = _play(args, player)
-        data = {'summary': summary(data, player.estimator.model.axis), **data}
+        data = {**told(says(data, player.estimator.model.axis)), **data}
     warn(args, data['notes'])
     show(args, data, lambda: text(data, player.estimator.model.axis))
     return 1 if comparison and comparison.different else 0
@@ -94,26 +95,21 @@ def _play(args: Namespace, player: Player) -> tuple[dict[str, Any], Comparison |
     return data, comparison
 
 
-def summary(data: Mapping[str, Any], axis: str = 'rotary') -> str:
-    """Return a replay (its `data`, of a drive with `axis`) in words: what it repeats, shows."""
-    sentences = []
+def says(data: Mapping[str, Any], axis: str = 'rotary') -> Iterator[Said]:
+    """Yield what a replay (its `data`, of a drive with `axis`) says: what it repeats, shows."""
     if 'comparison' in data:
-        c = data['comparison']
-        sentences.append(
-            f'The replay repeats the recording bit for bit: {c["identical"]} values.'
-            if not c['different'] else
-            f'The replay differs from the recording in {c["different"]} of {c["compared"]} '
-            'values.')
+        compared = data['comparison']
+        yield said('differs_from' if compared['different'] else 'repeats', **compared)
     if data['wear']:
-        sentences.append(on_axis(words.sentence(data['wear']['summary']), axis))
-    raised = ', '.join(f'{name} {level}' for name, level in data['levels'].items()
-                       if level != Level.OK.name)
+        yield as_written(on_axis(words.sentence(data['wear']['summary']), axis))
     if data['levels']:
-        sentences.append(f'Trust at the end: {raised or "all OK"}.')
+        raised = ', '.join(f'{name} {level}' for name, level in data['levels'].items()
+                           if level != Level.OK.name)
+        yield said('trust_at_end', levels=raised or 'all OK')
     if data['nis'] is not None:
-        sentences.append(f'Mean NIS: {data["nis"]:.2f} ({data["nis_expected"]:.3g} if the model '
-                         'is right).')
-    return ' '.join(sentences) or f'{data["estimates"]} estimates.'
+        yield said('mean_nis', **data)
+    elif not ('comparison' in data or data['wear'] or data['levels']):
+        yield said('estimates', count=data['estimates'])
 
 
 def text(data: Mapping[str, Any], axis: str = 'rotary') -> str:

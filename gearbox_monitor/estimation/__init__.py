@@ -9,7 +9,7 @@ with a fixed lag or over a whole recording. Live nodes and replay run the same l
 
 Public names, by module:
 
-    .: innovation_filter, noise_search, rts_smoother, sample_loop
+    .: innovation_filter, rts_smoother, sample_loop
     consider: ERROR_NAMES
     estimates: Batch, COLUMNS, Estimate, Estimates, Sample, Samples, SMOOTHED_COLUMNS
     estimator: Estimator, expect_format, snapshot_errors, SnapshotError, unsmoothed
@@ -18,7 +18,7 @@ Public names, by module:
     innovation_filter: COLOURED, FilterInput, FilterStart, FilterTrace, LASTING, N_FILTER,
         SampleSchedule
     interval_smoother: smooth_interval
-    noise_search: at_rest, MIN_SAMPLES, MIN_SECONDS, widened
+    noise_search: at_rest, BLUNT, MIN_SAMPLES, MIN_SECONDS, widened
     process_model: FRICTION_AT, K_P, LOAD_AT, P0, Q0, R1, R2, STATISTICAL, tangent, TAU_K,
         UNIFORM, X1, X2, X3, X4
     rts_smoother: N_SMOOTHED, S_MOTOR_SIDE, S_MOTOR_SIDE_NOISE_STD, S_TAU_K, S_TAU_K_NOISE_STD,

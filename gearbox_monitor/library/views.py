@@ -28,15 +28,15 @@ from gearbox_monitor.library.recording_report import ReportPages
 from gearbox_monitor.library.robot import RobotDiagnosis
 from gearbox_monitor.library.simulator_file import expect_path, SimulatorFile
 from gearbox_monitor.plant.drive import DriveModel, expect_model
-from gearbox_monitor.presentation import credible, number, on_axis, percent, Quantity
+from gearbox_monitor.presentation import credible, number, on_axis, Quantity
 from gearbox_monitor.recordings.joint_input import match_stamps
 from gearbox_monitor.report.diagnosis_evidence import gather
 from gearbox_monitor.report.diagnosis_page import diagnosis_page
 from gearbox_monitor.report.robot_gap_page import robot_gap_page
 from gearbox_monitor.report.robot_words import robot_text
-from gearbox_monitor.report.summary import summary
+from gearbox_monitor.report.summary import of_fit, of_noise, of_unit, summary, told
 from gearbox_monitor.report.watch_words import watch_headline, watch_text
-from gearbox_monitor.report.words import NOTHING, value_rows
+from gearbox_monitor.report.words import value_rows
 from gearbox_monitor.simulators.randomisation import randomisation
 from gearbox_monitor.watch.record import Watch
 
@@ -103,14 +103,6 @@ def _windows_in_brief(windows: BacklashWindows) -> str:
     return f'{windows.recording.name!r}: {len(windows.fits)} windows; {text}'
 
 
-def _verdict_in_brief(verdict: Verdict) -> str:
-    text = verdict.effect or verdict.location
-    closed = verdict.closed_fraction
-    return (f'{verdict.verdict!r}' + ('' if verdict.verdict in NOTHING else f': {text}')
-            + f'; gap {number(verdict.gap_before)} before, {number(verdict.gap_after)} after'
-            + ('' if closed is None else f', {percent(closed)} closed'))
-
-
 def _verdict_in_words(verdict: Verdict) -> list[str]:
     data, axis = plain(verdict.to_dict()), verdict.basis.model.axis
     return [summary(data, axis), *(f'{row.effect} {row}' for row in value_rows(data, axis)),
@@ -118,35 +110,24 @@ def _verdict_in_words(verdict: Verdict) -> list[str]:
             'standard deviations of the noise; 1 is the floor', *_notes(verdict.warnings)]
 
 
-def _fit_in_brief(fit: NominalFit) -> str:
-    start = '' if fit.gap_before is None else f'{number(fit.gap_before)} -> '
-    values = ', '.join(f'{v.name} {credible(v.value, v.error)}' for v in fit.values
-                       if v.determined)
-    return f'{values or "no value determined"}; gap {start}{number(fit.gap_after)}'
-
-
-def _tuned_in_brief(tuned: TunedParameters) -> str:
-    values = ', '.join(f'{name} {number(value)}' for name, value in tuned.values.items()
-                       if not isinstance(value, str))
-    note = '; nothing is more likely than those before' if tuned.kept else ''
-    return f'{tuned.parameters.filter}: {values}{note}'
+def _fitted(fit: NominalFit) -> list[str]:
+    return [f'{v.name} {credible(v.value, v.error, v.unit)}' for v in fit.values if v.determined]
 
 
 NAMES = {DriveRecording: 'Recording'}
 BRIEFS: dict[type, Callable[[Any], str]] = {
     DriveRecording: _recorded_in_brief, Estimates: _estimated_in_brief,
-    BacklashWindows: _windows_in_brief, Verdict: _verdict_in_brief, NominalFit: _fit_in_brief,
-    TunedParameters: _tuned_in_brief,
-    Adapted: lambda a: 'values before kept' if a.kept else (
-        brief(a.fit) if a.fit else 'no value identified'),
+    BacklashWindows: _windows_in_brief,
+    Verdict: lambda v: summary(plain(v.to_dict()), v.basis.model.axis),
+    NominalFit: lambda f: told(of_fit(f))['summary'],
+    TunedParameters: lambda t: told(of_noise(t.figures, t.model.axis))['summary'],
+    Adapted: lambda a: told(of_unit(a))['summary'],
     ParameterRanges: lambda r: ', '.join(
         f'{name} {number(low)} to {number(high)}' for name, low, high in zip(
             r.names, r.low, r.high)),
     SimulatorFile: lambda f: f'{f.to}: changes in {f.into}' + '; lacking ' * bool(
         f.lacking) + ', '.join(row.id for row in f.lacking),
-    RobotDiagnosis: lambda d: f'{d.kind!r}' + ': ' * bool(d.findings) + ', '.join(
-        f'{f.effect} at {f.joint or f.link}' for f in d.findings),
-    Watch: lambda w: f'{w.phase!r}: {watch_headline(w)}',
+    RobotDiagnosis: lambda d: d.data['summary'], Watch: watch_headline,
     ReportPages: lambda p: f'{p.page}: {p.extent}'}
 # Lines of print where they are more than those of repr.
 WORDS: dict[type, Callable[[Any], list[str]]] = {
@@ -154,9 +135,13 @@ WORDS: dict[type, Callable[[Any], list[str]]] = {
     RobotDiagnosis: lambda d: [robot_text(d.data)], Watch: lambda w: [watch_text(w)],
     ReportPages: lambda p: [p.headline, f'{p.page}: {p.extent}'],
     DriveRecording: lambda r: [brief(r), *_notes(r.notes)],
-    TunedParameters: lambda t: [brief(t), *_notes(t.notes)],
+    NominalFit: lambda f: [_entry(BRIEFS, f)(f), *_fitted(f)],
+    TunedParameters: lambda t: [_entry(BRIEFS, t)(t), *(
+        f'{name} {value if isinstance(value, str) else number(value)}'
+        for name, value in t.values.items()), *_notes(t.notes)],
     ParameterRanges: lambda r: [brief(r), *map(str, r.combinations), *_notes(r.notes)],
-    Adapted: lambda a: [brief(a), *(f'open: {sentence}' for sentence in a.open)],
+    Adapted: lambda a: [_entry(BRIEFS, a)(a), *(_fitted(a.fit) if a.fit else ()),
+                        *(f'open: {sentence}' for sentence in a.open)],
     SimulatorFile: lambda f: [brief(f), *(f'{row.id}: {row.kind}: {row.words}'
                                           for row in f.exported), *f.notes]}
 

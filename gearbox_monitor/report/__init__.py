@@ -25,7 +25,7 @@ Public names, by module:
     robot_gap_page: by_effect, robot_gap_page, RobotContext
     robot_words: finding_words, reading_words, robot_headline, robot_text
     sentences: CHANGES, title
-    summary: summary
+    summary: of_fit, of_noise, of_unit, summary, told, UNITS
     timeline: measured, recorded_timeline, RecordingFacts, state_of, Timeline, timeline_of
     watch_page: watch_page
     watch_words: watch_data, watch_headline, watch_text

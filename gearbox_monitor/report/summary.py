@@ -2,20 +2,27 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The answer of a verdict in its first sentence, with sizes.
+The answer of a result in its first sentences, with sizes: of a verdict, of a fit.
 
-One definition for the terminal, the page and the JSON of one joint.
+One definition for the terminal, the page, the JSON and repr.
 """
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
+import math
 from typing import Any
 
+from gearbox_monitor.diagnosis.joint.nominal import FittedValue, NominalFit
+from gearbox_monitor.diagnosis.joint.unit_adaptation import Adapted
+from gearbox_monitor.estimation.noise_search import BLUNT
+from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 from gearbox_monitor.plant.effects.gearbox import SLIP
 from gearbox_monitor.presentation import (
-    change, credible, number, on_axis, percent, Quantity, Said)
+    change, credible, EXACT, number, on_axis, percent, Quantity, said, Said)
 from gearbox_monitor.report.sentences import say
 
+CERTAIN = 3.0  # errors by which a value differs from the model file
+UNITS = {row.name: row.unit for row in ESTIMATOR}
 NEAR_FLOOR = 1.5  # misfit that may be noise of the encoders
 OWNERS = {
     'motor_side': "The motor's", 'arm_side': "The arm's", 'transmission': "The gearbox's",
@@ -110,3 +117,63 @@ def _place(remainder: Mapping[str, Any]) -> str:
     """Return the place of a remainder and the quantity that it follows."""
     over = f', over the {remainder["over"]}' if remainder.get('over') else ''
     return PLACES.get(remainder['location'], remainder['location']) + over
+
+
+def told(says: Iterable[Said]) -> dict[str, Any]:
+    """Return what a result `says` as plain data: its summary in words, and its codes."""
+    listed = list(says)
+    return {'summary': ' '.join(map(str, listed)), 'codes': [said.code for said in listed]}
+
+
+def largest_change(values: Iterable[FittedValue]) -> Said:
+    """Return which of `values` changed most in its errors."""
+    moved = max((v for v in values if v.error and v.value != v.start), default=None,
+                key=lambda v: abs(v.value - v.start) / v.error)
+    if moved is None or abs(moved.value - moved.start) < CERTAIN * moved.error:
+        return said('fit_changes_nothing')
+    by = (said('by', change=change(moved.value, moved.start)),) if moved.start else ()
+    return said('fit_changes', name=moved.name, start=number(moved.start), by=by,
+                size=credible(moved.value, moved.error, moved.unit))
+
+
+def of_fit(fit: NominalFit) -> Sequence[Said]:
+    """Return what a `fit` says: what it determines, what changes most, its misfit."""
+    sure, count = [v for v in fit.values if v.determined], len(fit.values)
+    code = ('fits_it' if sure else 'fits_it_not') if count == 1 else (
+        'fits_all' if len(sure) == count else 'fits_part')
+    return (said(code, sure=len(sure), count=count), largest_change(sure),
+            said('misfit' if fit.gap_before is None else 'misfit_change',
+                 before=number(fit.gap_before), misfit=number(fit.gap_after)))
+
+
+def of_unit(unit: Adapted) -> Sequence[Said]:
+    """Return what the model of one `unit` says."""
+    if unit.fit is None:
+        return said('unit_unknown', why='; '.join(unit.open)),
+    if unit.kept:
+        return said('unit_kept'),
+    sure, count = [v for v in unit.fit.values if v.determined], len(unit.fit.values)
+    return (said('unit_fits', sure=len(sure), count=f'{count} value{"s" * (count != 1)}'),
+            largest_change(sure), said('misfit', misfit=number(unit.fit.gap_after)))
+
+
+def of_noise(figures: Mapping[str, Any], axis: str = 'rotary') -> Sequence[Said]:
+    """Return what the `figures` of a tuned filter of a drive with `axis` say."""
+    if figures['kept']:
+        return said('noise_kept'),
+    start, tuned = figures['before'], figures['after']
+    gain = tuned['loglik'] - start['loglik']
+    says = [said('noise_likelier' if gain > 0.0 else 'noise_not_likelier', gain=gain,
+                 likelihood=tuned['loglik'], nis=tuned['nis'], before=start['nis'])]
+    before, errors = figures['before_parameters'], figures['relative_error']
+    moved = {name: abs(math.log(value / before[name]))
+             for name, value in figures['parameters'].items()
+             if isinstance(value, float) and value > 0.0 and (before[name] or 0.0) > 0.0
+             and errors.get(name, 0.0) <= BLUNT}
+    name = max(moved, key=lambda n: moved[n], default=None)
+    if name is not None and moved[name] > 0.0:
+        value = figures['parameters'][name]
+        size = Quantity(value, value * errors.get(name, EXACT), on_axis(UNITS[name], axis))
+        says.append(said('noise_changes', name=name, size=size, start=number(before[name]),
+                         change=change(value, before[name])))
+    return says

@@ -4,13 +4,13 @@
 """The first sentence of a verdict: what differs, by how much, and what that explains."""
 import math
 
-from gearbox_monitor.cli import fit
+from gearbox_monitor.diagnosis.joint.nominal import FittedValue
 from gearbox_monitor.diagnosis.joint.verdict import Finding, model_values, Remainder
 from gearbox_monitor.health.backlash.features import width_of
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.presentation import Quantity
 from gearbox_monitor.report.robot_words import finding_words, robot_headline
-from gearbox_monitor.report.summary import summary
+from gearbox_monitor.report.summary import largest_change, of_noise, summary, told
 from gearbox_monitor.report.words import (
     next_steps, sentence, UserFiles, value_rows)
 
@@ -103,15 +103,14 @@ def test_a_quantity_has_the_digits_of_its_deviation():
 
 
 def test_a_pure_number_has_no_unit():
-    fitted = {'torque_gain.g': {'value': 0.1, 'start': 0.05, 'error': 1e-3, 'unit': '-'}}
-    assert fit.largest_change(fitted) == [
-        'torque_gain.g is 0.1000 ± 0.0010, not 0.0500 (+100 %).']
+    fitted = [FittedValue('torque_gain.g', '-', 0.05, 0.1, 1e-3, True)]
+    assert str(largest_change(fitted)) == 'torque_gain.g is 0.1000 ± 0.0010, not 0.0500 (+100 %).'
     likelihood = {'loglik': 1.0, 'nis': 2.0}
     values = {'ukf_beta': 3.0, 'q_std_tau_k': 1e-4}
-    assert 'ukf_beta changes most: 3.00, not 2.00 (+50 %).' in fit.noise_summary({
+    assert 'ukf_beta changes most: 3.00, not 2.00 (+50 %).' in told(of_noise({
         'kept': False, 'before': likelihood, 'after': likelihood, 'parameters': values,
         'before_parameters': {'ukf_beta': 2.0, 'q_std_tau_k': 5.0},
-        'relative_error': {'q_std_tau_k': 3.4}})  # nobody knows it
+        'relative_error': {'q_std_tau_k': 3.4}}))['summary']  # nobody knows it
 
 
 def test_a_sentence_leaves_ids_as_they_are():

@@ -367,7 +367,7 @@ def test_the_command_goes_on_from_its_state_and_says_what_changed(settled, arm, 
     assert 'joint2: torque scale -' in found['summary'] and found['joints']['joint1']['level'] == 0
     again = watch_robot(bags, state=settled[1])
     assert str(again) == capsys.readouterr().out.strip()
-    assert repr(again) == f"Watch('watch': {found['summary']})"
+    assert repr(again) == f"Watch({found['summary']})"
     assert watch_bytes(load_watch(again.save(state))) == watch_bytes(once)
     for words, error in (([], 'no message on robot_description'),
                          (['--state', state], 'expected a time after what was taken')):
