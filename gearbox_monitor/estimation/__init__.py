@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Estimation: one sample in, one estimate out, by one of four Kalman filters.
+Estimation: one sample in, one estimate out, by one of several Kalman filters.
 
 In go samples, a model and parameters; out come torque, twist, innovations and deviations, smoothed
 with a fixed lag or over a whole recording. Live nodes and replay run the same loop.

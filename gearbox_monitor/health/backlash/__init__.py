@@ -1,4 +1,4 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Backlash from the torque loop, its baselines, growth and forecast."""
+"""Backlash, stiffness and friction of windows: baselines, growth, alerts and forecast."""
