@@ -135,6 +135,19 @@ def test_slow_ramp_is_found_and_forecast():
     assert gearbox.go(40, 0.0)[-1]['backlash'].level == Level.OK
 
 
+@pytest.mark.parametrize('learnt, case', [(4, 'A'), (20, 'B'), (150, 'A')])
+def test_fast_growth_is_stated_as_it_is_now_and_so_is_its_end(learnt, case):
+    for seed in range(3):
+        gearbox = Gearbox(seed, case)
+        gearbox.go(learnt)
+        for true in (*np.arange(0.09, 0.6, 0.09), 0.6, 0.6, 0.7, 0.7, 0.7):
+            known = bool(gearbox.health.wear[GAP].found)  # one window alone shows no slope
+            gearbox.go(1, true)
+            growth, std = gearbox.health.growth(GAP)
+            assert not known or abs(growth - true) < 3.0 * std
+        assert growth == pytest.approx(0.7, abs=0.05)
+
+
 def test_friction_has_its_own_alert_and_is_no_backlash():
     gearbox = Gearbox(4)
     gearbox.go(200)

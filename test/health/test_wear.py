@@ -83,7 +83,7 @@ def joint(o, inside, pull, c):
             multivariate_normal(np.zeros(len(b)), S).logpdf(b))
 
 
-@pytest.mark.parametrize('course', [{}, {'has_slope': True}, {'has_slope': True, 'walk': 0.004}])
+@pytest.mark.parametrize('course', [{}, {'slope': 0.01}, {'slope': 0.1, 'walk': 0.004}])
 def test_a_fit_is_the_posterior_of_the_joint_gaussian(course):
     o, inside, pull = observations()
     base, c = Posterior(o), columns(o, **course)
@@ -105,19 +105,19 @@ def test_a_fit_is_the_posterior_of_the_joint_gaussian(course):
 
 def test_wear_has_steps_slopes_between_them_and_a_walk_behind_the_first():
     age = np.array([50.0, 30.0, 29.0, 20.0, 18.0, 9.0, 2.0, 0.0])
-    found, variances = wear.wear_columns(age, STEPS, True, 0.003)
+    found, variances = wear.wear_columns(age, STEPS, 0.01, 0.003)
     assert found[:, 0].tolist() == [0, 0, 1, 1, 1, 1, 1, 1]
     assert found[:, 1].tolist() == [0, 0, 0, 0, 1, 1, 1, 1]
     assert found[:, 2].tolist() == [0, 0, 0, 0, 0, 1, 1, 1]
     assert found[:, 3].tolist() == [0, 0, 1, 10, 12, 20.5, 20.5, 20.5]
     assert found[:, 4].tolist() == [0, 0, 0, 0, 0, 0.5, 7.5, 9.5]
-    assert variances[:5] == pytest.approx([1.0, 0.25, 1.0] + [WEAR.slope_std ** 2] * 2)
+    assert variances[:5] == pytest.approx([1.0, 0.25, 1.0] + [0.01 ** 2] * 2)
     # A walk: variance by the windows since, as far as knots of it lie behind the first step.
     walk = found[:, 5:] ** 2 @ variances[5:]
     knots = np.array([0, *(k for k in KNOTS if k < 30)])
     expected = [0.003 ** 2 * (knots[-1] - knots[knots <= a][-1]) for a in age]
     assert walk == pytest.approx(expected, abs=1e-15)
-    assert wear.wear_columns(age, STEPS[1:2], True, 0.003)[0].shape == (8, 1)
+    assert wear.wear_columns(age, STEPS[1:2], 0.01, 0.003)[0].shape == (8, 1)
     assert wear.wear_columns(age, (), True, 0.003)[0].shape == (8, 0)
 
 

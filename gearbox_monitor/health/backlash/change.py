@@ -529,12 +529,12 @@ class _Search:
         parts = []
         for f, feature in enumerate(self.wear):
             if feature.steps:
-                has_slope, walk = WEAR.courses[(course or {}).get(f, min(feature.course, 1))]
+                slope, walk = WEAR.courses[(course or {}).get(f, feature.course)]
                 steps = [(float((self.tracker.stamp_ns - s.stamp_ns) / self.length),
                           1e-6 if closed and s.kind == OPEN else s.std, s.kind == 'found')
                          for s in feature.steps]
                 parts.append((f, *wear.wear_columns(
-                    self.age, steps, has_slope, walk * float(self.sharp[f]))))
+                    self.age, steps, slope, walk * float(self.sharp[f]) * bool(course))))
         return self.base.fit(Columns.of(parts, self.age))
 
     def _steps(self, fit: Fit) -> Iterator[tuple[int, Step, int]]:
@@ -578,7 +578,7 @@ class _Search:
         for f, feature in enumerate(self.wear):
             if not feature.found or feature.found[-1] < self.rows[0]:
                 continue
-            step = next(s for s in feature.steps[::-1] if s.kind == 'found')
+            step, before = next(s for s in feature.steps[::-1] if s.kind == 'found'), self.fit
             self.wear[f] = feature.without(step)
             self.fit = self._fit()
             odds = self._odds()
@@ -587,6 +587,8 @@ class _Search:
                 step = Step(self._stamp(row))
             self.wear[f] = self.wear[f].with_step(step)
             self.fit = self._fit()
+            if feature.course and self.fit.likelihood < before.likelihood:
+                self.wear[f], self.fit = feature, before  # a slope began earlier
 
     def settle(self) -> None:
         """Settle what may have come with a new motion; forget what nothing speaks for any more."""

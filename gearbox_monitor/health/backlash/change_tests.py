@@ -24,13 +24,11 @@ class WearLimits:
     level_std: float = 3.0
     step_std: float = 1.0
     open_std: float = 0.5
-    # Slope per window after a step.
-    slope_std: float = 0.01
-    # Courses after a step: (has a slope, random walk per window over the noise of a window), and
-    # how probable each is before anything was seen.
-    courses: tuple[tuple[bool, float], ...] = (
-        (False, 0.0), (True, 0.0), (True, 0.06), (True, 0.3))
-    course_prior: tuple[float, ...] = (0.5, 0.2, 0.15, 0.15)
+    # Courses after a step: (slope per window, random walk per window over the noise of a window),
+    # and how probable each is before anything was seen.
+    courses: tuple[tuple[float, float], ...] = (
+        (0.0, 0.0), (0.01, 0.0), (0.01, 0.06), (0.01, 0.3), (0.1, 3.0))
+    course_prior: tuple[float, ...] = (0.5, 0.2, 0.12, 0.12, 0.06)
 
     # --- A change of the newest windows
     # Steps that are looked for, likely to be small or large: an octave off costs 1.4 of the odds.

@@ -72,7 +72,7 @@ class Columns(NamedTuple):
                    np.concatenate([p[2] for p in parts] or [np.zeros(0)]))
 
 
-def wear_columns(age: Array, steps: Sequence[tuple[float, float, bool]], has_slope: bool = False,
+def wear_columns(age: Array, steps: Sequence[tuple[float, float, bool]], slope: float = 0.0,
                  walk: float = 0.0) -> tuple[Array, Array]:
     """
     Return the columns [N, W] of the wear of a feature, and their prior variances [W].
@@ -80,17 +80,17 @@ def wear_columns(age: Array, steps: Sequence[tuple[float, float, bool]], has_slo
     Args:
         age: of the cells [N], windows.
         steps: age, prior deviation, and whether it was found, of each step; oldest first.
-        has_slope: whether the wear has a slope after each step that was found: the last columns
-            before those of the walk, newest last.
+        slope: prior deviation of the slope after each step that was found, 0: none; the last
+            columns before those of the walk, newest last.
         walk: standard deviation of its random walk per window since the first step found.
 
     """
     columns = [(age < begin).astype(float) for begin, _, _ in steps]
     variances = [std ** 2 for _, std, _ in steps]
     begins = [begin for begin, _, is_found in steps if is_found]
-    for begin, end in zip(begins, (*begins[1:], 0.0)) if has_slope else ():
+    for begin, end in zip(begins, (*begins[1:], 0.0)) if slope > 0.0 else ():
         columns.append(np.clip(begin - age, 0.0, begin - end))
-        variances.append(WEAR.slope_std ** 2)
+        variances.append(slope ** 2)
     if walk > 0.0 and begins:
         knots = [k for k in KNOTS if k < begins[0]]
         for start, knot in zip((0, *knots), knots):
