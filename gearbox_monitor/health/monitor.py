@@ -175,6 +175,8 @@ class Monitor:
         self._row_alarms = [
             Alarm(DEBOUNCE['prediction error'][0], check.down) for check in ROW_CHECKS]
         self._row_counts = np.zeros((len(ROW_CHECKS), 2), np.int64)
+        self._row_values: list[deque[tuple[int, Values]]] = [
+            deque(maxlen=check.earlier + 1) for check in ROW_CHECKS]  # of windows one by one
         self._last_counts = self.counts.copy()
 
     def _hidden_arm_of(self, state: Sequence[float] | None) -> 'HiddenArm | None':
@@ -408,15 +410,20 @@ class Monitor:
         values: dict[str, float] = {}
         if not len(self._rows) or not self.parameters.arm_joint:
             return broken, values
-        for check, alarm, counts in zip(ROW_CHECKS, self._row_alarms, self._row_counts):
+        for check, alarm, counts, kept in zip(
+                ROW_CHECKS, self._row_alarms, self._row_counts, self._row_values):
             if check.free_torque and self.parameters.tau_k_model in CURVES:
                 continue
             begin = max(settled, stamp_ns - round(check.window * SECOND))
             rows = thinned(self._rows.after(begin))
-            result = check.check(rows[self._certain(rows)], self.estimator.drive)
+            before = [found for stamp, found in kept if stamp <= begin][-check.earlier:]
+            result = check.check(rows[self._certain(rows)], self.estimator.drive,
+                                 *([before] if check.earlier else []))
             counts[0] += 1
             if result is not None:
                 counts[1] += 1
+                if begin > settled and (not kept or kept[-1][0] <= begin):
+                    kept.append((stamp_ns, result[1]))
                 alarm.judge(outcome_of(result[0], None, {}), stamp_ns)
                 broken += result[0]
                 values.update(result[1])

@@ -24,7 +24,7 @@ DRIVE, PARAMETERS = DriveModel(), EstimatorParameters()
 NUMERICAL = {
     'history': {'ROOM'}, 'innovation': {'LJUNG_BOX_LIMIT'},
     'observability': {'POSITION_SCALE', 'ROUNDING', 'TINY'},
-    'elastic_curve': {'ENOUGH', 'TINY', 'ITERATIONS'},
+    'elastic_curve': {'ENOUGH', 'TINY', 'ITERATIONS', 'ROUNDING'},
     'features': {'TOLERANCE'}, 'change': {'HOUR', 'DAY'}, 'change_tests': {'WEAR_FEATURES'},
     'operating_point': {'DIFFERENCE', 'TINY'}, 'wear_data': {'SMALLEST'},
     'hidden_arm': {'STEP', 'LONGEST', 'SCAN', 'SHIFT', 'SPREAD', 'LOADS', 'NOISE'}}

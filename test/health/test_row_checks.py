@@ -120,6 +120,23 @@ def test_slow_motion_does_not_tell_delay_from_friction_but_that_one_of_them_is_w
         assert not elastic_curve.check(slow(**error), MODEL)[0], error
 
 
+def test_an_error_in_slow_motion_is_certain_once_several_windows_agree():
+    rows = slow()
+    rows[:, S_MOTOR_SIDE] += 0.5 * rows[:, S_U] + 0.2 * np.random.default_rng(5).standard_normal(
+        len(T))
+    rows[:, S_TAU_K] = rows[:, S_MOTOR_SIDE]
+    broken, values = elastic_curve.check(rows, MODEL)
+    assert broken == []
+
+    def earlier(*factors):
+        return [{**values, 'elastic_gain': k * values['elastic_gain']} for k in factors]
+
+    assert elastic_curve.check(rows, MODEL, earlier(1.05, 0.95))[0] == []
+    assert elastic_curve.check(rows, MODEL, earlier(1.05, 0.95, 1.0))[0] == [
+        elastic_curve.OTHER_TORQUE.said()]
+    assert elastic_curve.check(rows, MODEL, earlier(0.0, 2.0, -1.0))[0] == []
+
+
 WORN = [{}, {'half_gap': 0.14}, {'stiffness': 20.0}, {'zero': -2.0}]
 
 

@@ -22,6 +22,11 @@ def test_what_was_silent_is_told(name, motion):
     assert result.told is not None, result
 
 
+def test_slow_motion_shows_an_error_over_several_windows():
+    result = run(BY_NAME['effort x 0.5'], 'slow', 'unknown', seed=790_095, size=0.475)
+    assert result.told is not None and result.told > 30.0, result
+
+
 @pytest.mark.parametrize('motion', ['multisine', 'point to point', 'slow'])
 def test_a_healthy_drive_is_right_and_quiet(motion):
     """Of smoothed values: the lag of the filtered tau_K exceeds what it states, see the page."""

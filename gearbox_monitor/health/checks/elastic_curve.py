@@ -25,6 +25,8 @@ Some motions do not tell errors of tau_K from those of the twist: where inertia 
 late encoder is viscous friction. Where neither is certain, each is asked for once more with the
 other held to its tolerances in the model file: one of the two is wrong then.
 """
+from collections.abc import Sequence
+
 import numpy as np
 
 from gearbox_monitor.estimation.process_model import UNIFORM
@@ -40,18 +42,20 @@ from gearbox_monitor.health.elastic_regression import (
     ZERO)
 from gearbox_monitor.kernels.kernel import entry
 from gearbox_monitor.kernels.linear_least_squares import Damping
-from gearbox_monitor.kernels.types import Array, Vector
+from gearbox_monitor.kernels.types import Array, Values, Vector
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
 
 TORQUE, TWIST = [VISCOUS, COULOMB, GAIN], [SCALE, DELAY]
+ERRORS = {GAIN: 'elastic_gain', SCALE: 'elastic_scale', DELAY: 'elastic_delay_s',
+          VISCOUS: 'elastic_viscous', COULOMB: 'elastic_coulomb'}  # as they are published
 SIGMA = LIMITS.curve_sigma
 # Of Student's t, as scipy.special has it: it takes longer to load than all of this.
 OFTEN = LIMITS.curve_often  # not in a block or two
 RULE = Damping(1e-3, relative=1e-12)
 ITERATIONS, ENOUGH = 12, 1e-3
 ZEROS = 13  # of the grid that the fit starts from
-TINY = 1e-300
+TINY, ROUNDING = 1e-300, 1e-20
 
 NO_CURVE = Condition('no_curve', 'prediction error', Level.WARN, ('elastic_misfit_share',),
                      ('elastic_misfit_share_threshold',))
@@ -188,45 +192,56 @@ def _lasting_share(residuals: Array) -> float:
     return float(max(shares.mean() - OFTEN * shares.std(ddof=1) / BLOCKS ** 0.5, 0.0))
 
 
-def _share_beyond(columns: Array, stds: Array, optimum: Optimum, at: list[int]) -> float:
+def _share_beyond(columns: Array, stds: Array, optimum: Optimum, at: list[int], noise: float,
+                  earlier: Array) -> float:
     """
-    Return the share of the rows at which an error is beyond SIGMA stated deviations, and certain.
+    Return the share of the rows that a certain error puts beyond SIGMA stated deviations.
 
     Certain is that it exceeds one of them: so much smoothing and a play that follows an uncertain
-    twist leave on a healthy drive.
+    twist leave on a healthy drive. Slow motion shows that only over several windows, by how little
+    they differ. What noise adds to the error counts, too.
 
     Args:
         columns: what the parameters multiply [A, N].
         stds: stated standard deviations [N].
         optimum: of the window.
         at: places of the A parameters.
+        noise: of the rows, in stated deviations.
+        earlier: parameters of the windows before [K, N_SHAPE].
 
     """
     import scipy
     size = np.abs(optimum.theta[at] @ columns)
-    beyond = size > SIGMA * stds
-    if not beyond.any():
+    if not (size > stds).any():
         return 0.0
-    certain = -float(scipy.special.stdtrit(
-        _moving_blocks(columns), LIMITS.curve_significance / 2))
     covariance = optimum.covariance(held=True)[np.ix_(at, at)]
-    variance = np.maximum(((covariance @ columns) * columns).sum(axis=0), 0.0)
-    return float((beyond & (size - stds > certain * np.sqrt(variance))).mean())
+    std = np.sqrt(np.maximum(((covariance @ columns) * columns).sum(axis=0), 0.0))
+    certain = [(size, std, _moving_blocks(columns))]
+    if len(earlier) >= LIMITS.curve_earlier:
+        errors = np.vstack([optimum.theta, earlier])[:, at] @ columns
+        certain.append((np.abs(errors.mean(axis=0)), errors.std(axis=0, ddof=1)
+                        / len(errors) ** 0.5, len(earlier)))
+    beyond = scipy.special.ndtr((size - SIGMA * stds) / np.hypot(noise * stds, std))
+    return max(float((beyond * (error - stds > -scipy.special.stdtrit(
+        dof, LIMITS.curve_significance / 2) * error_std)).mean())
+        for error, error_std, dof in certain)
 
 
 def _moving_blocks(columns: Array) -> float:
     """Return how many blocks count, by how `columns` [A, N] vary in them: a rest tells nothing."""
     length = columns.shape[1] // BLOCKS
     blocks = columns[:, :length * BLOCKS].reshape(len(columns), BLOCKS, length)
-    moved = (blocks.var(axis=2) / np.maximum(columns.var(axis=1), TINY)[:, None]).sum(axis=0)
+    least = ROUNDING * (columns ** 2).mean(axis=1) + TINY  # a constant tells nothing, either
+    moved = (blocks.var(axis=2) / np.maximum(columns.var(axis=1), least)[:, None]).sum(axis=0)
     return max(float(moved.sum()) ** 2 / max(float(moved @ moved), TINY), 1.0)
 
 
-def check(rows: Array, drive: DriveModel) -> Result:
+def check(rows: Array, drive: DriveModel, earlier: Sequence[Values] = ()) -> Result:
     """
     Return the Result of `rows` [N, N_SMOOTHED] against the elastic curve of `drive`.
 
     None where no flank is in contact, or where the curve has effects that the filter leaves out.
+    earlier: values of the windows before.
     """
     drive = drive.folded()
     shortest = MAX_ROWS * LIMITS.curve_shortest / LIMITS.curve_window
@@ -251,19 +266,20 @@ def check(rows: Array, drive: DriveModel) -> Result:
         torque = np.sqrt(torque ** 2 + rows[:, S_U] ** 2 / precision[GAIN])
         twist = np.sqrt(twist ** 2 + (1.0 / precision[TWIST]) @ of_twist ** 2)
     of_torque = data[:, [COLUMN_OF[i] for i in wrong]].T
+    noise, before = 1.4826 * middle(np.abs(residuals)), np.zeros((len(earlier), N_SHAPE))
+    for place, name in ERRORS.items():
+        before[:, place] = [values[name] for values in earlier]
     shares = {'misfit': _lasting_share(residuals),
-              'torque': _share_beyond(of_torque, torque, optimum, wrong),
-              'twist': _share_beyond(of_twist, twist, optimum, TWIST)}
+              'torque': _share_beyond(of_torque, torque, optimum, wrong, noise, before),
+              'twist': _share_beyond(of_twist, twist, optimum, TWIST, noise, before)}
     if not max(shares.values()) > LIMITS.curve_share:
         by_twist, by_torque = (optimum.with_prior(_within_tolerances(drive, at))
                                for at in (TWIST, TORQUE))
-        shares['torque'] = _share_beyond(of_torque, torque, by_twist, wrong)
-        shares['twist'] = _share_beyond(of_twist, twist, by_torque, TWIST)
+        shares['torque'] = _share_beyond(of_torque, torque, by_twist, wrong, noise, before)
+        shares['twist'] = _share_beyond(of_twist, twist, by_torque, TWIST, noise, before)
     values = {f'elastic_{name}_share': share for name, share in shares.items()}
     values |= {f'elastic_{name}_share_threshold': LIMITS.curve_share for name in shares}
-    values |= {f'elastic_{name}': float(optimum.theta[at]) for name, at in (
-        ('gain', GAIN), ('scale', SCALE), ('delay_s', DELAY), ('viscous', VISCOUS),
-        ('coulomb', COULOMB))}
+    values |= {name: float(optimum.theta[at]) for at, name in ERRORS.items()}
     broken = [condition.said() for condition, name in (
         (NO_CURVE, 'misfit'), (OTHER_TORQUE, 'torque'), (OTHER_TWIST, 'twist'))
         if shares[name] > LIMITS.curve_share]
@@ -281,4 +297,5 @@ CHECK = RowCheck('elastic', LIMITS.curve_window, check, (NO_CURVE, OTHER_TORQUE,
     ('elastic_viscous', 'N m s/rad', 'error of the viscous friction'),
     ('elastic_coulomb', 'N m', 'error of the Coulomb friction'),
     ('elastic_scale', '-', 'error of scale between the encoders'),
-    ('elastic_delay_s', 's', 'delay between the encoders')), down=1, free_torque=True)
+    ('elastic_delay_s', 's', 'delay between the encoders')), down=1, free_torque=True,
+    earlier=2 * LIMITS.curve_earlier)

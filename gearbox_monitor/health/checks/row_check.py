@@ -32,16 +32,17 @@ class RowCheck:
     of the filter; conditions: that it can break, of `prediction error`; keys: of its values, with
     unit and meaning, see diagnostic_keys; down: results in a row that lower its level, 1 where the
     windows overlap by far; free_torque: whether it needs a tau_K that the filter does not take
-    from the twist.
+    from the twist; earlier: how many windows before, of which it takes the values, too.
     """
 
     name: str
     window: float
-    check: Callable[[Array, DriveModel], Result]
+    check: Callable[..., Result]
     conditions: tuple[Condition, ...] = ()
     keys: tuple[tuple[str, str, str], ...] = ()
     down: int = 5
     free_torque: bool = False
+    earlier: int = 0
 
 
 def thinned(rows: Array) -> Array:
