@@ -48,8 +48,8 @@ def lasting() -> dict[str, Any]:
     return {'respawn': True, 'respawn_delay': RESPAWN, 'on_exit': ended}
 
 
-def package_node(name: str, value: Mapping[str, str], parameters: Sequence[Any], namespace: str,
-                 enclave: str = '', **options: Any) -> Node:
+def package_node(name: str, value: Mapping[str, str], parameters: Sequence[Any],
+                 namespace: str | None = None, **options: Any) -> Node:
     """
     Return a node of the package.
 
@@ -57,12 +57,13 @@ def package_node(name: str, value: Mapping[str, str], parameters: Sequence[Any],
         name: of the node.
         value: {name: value} of the launch arguments.
         parameters: files and mappings; empty ones are left out.
-        namespace: of the node.
-        enclave: its security enclave, '' for none.
+        namespace: of the node, below which its security enclave is; None: that of `value`.
         options: further ones of Node.
     """
+    enclave = f'{value["enclave"]}{(namespace or "").rstrip("/")}/{name}'
     return Node(
-        package='gearbox_monitor', executable=f'{name}_node', name=name, namespace=namespace,
+        package='gearbox_monitor', executable=f'{name}_node', name=name,
+        namespace=value['namespace'] if namespace is None else namespace,
         output='screen', emulate_tty=True, parameters=list(filter(None, parameters)),
         ros_arguments=['--log-level', value['log_level'],
-                       *(['--enclave', enclave] if enclave else [])], **options)
+                       *(['--enclave', enclave] if value['enclave'] else [])], **options)

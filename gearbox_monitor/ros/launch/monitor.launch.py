@@ -40,9 +40,8 @@ def _nodes(context: LaunchContext) -> list[Node]:
     remappings = [('joint_states', value['joint_states'])] if value['joint_states'] else []
 
     def node(name: str, settings: dict[str, str | bool], **options: Any) -> Node:
-        enclave = f'{value["enclave"]}/{name}' if value['enclave'] else ''
         return package_node(name, value, [value['params_file'], typed(settings)],
-                            value['namespace'], enclave, remappings=remappings, **options)
+                            remappings=remappings, **options)
 
     clock = {'use_sim_time': value['use_sim_time'] == 'true'}
     nodes = [node('estimator', {**clock, 'model': value['model'], 'filter': value['filter']},

@@ -88,8 +88,7 @@ def _nodes(context: LaunchContext) -> list[Node]:
 
     def node(name: str, namespace: str, settings: dict[str, Any],
              remappings: Sequence[tuple[str, str]] = (), **options: Any) -> Node:
-        path = f'{value["enclave"]}{namespace.rstrip("/")}/{name}' if value['enclave'] else ''
-        return package_node(name, value, [settings, value['params_file']], namespace, path,
+        return package_node(name, value, [settings, value['params_file']], namespace,
                             remappings=remappings, **options)
 
     blocks = node_blocks(value['params_file'])

@@ -6,8 +6,6 @@ Watch a robot as it is: its joint_states and robot_description; with plant:=true
 
   ros2 launch gearbox_monitor watch.launch.py
 """
-from typing import Any
-
 from launch import LaunchContext, LaunchDescription
 from launch.actions import OpaqueFunction
 from launch_ros.actions import Node
@@ -32,9 +30,8 @@ def generate_launch_description() -> LaunchDescription:
 def _nodes(context: LaunchContext) -> list[Node]:
     value = stated(context, ARGUMENTS)
 
-    def node(name: str, *settings: Any, **options: Any) -> Node:
-        enclave = f'{value["enclave"]}/{name}' if value['enclave'] else ''
-        return package_node(name, value, settings, value['namespace'], enclave, **options)
     clock, file = typed({'use_sim_time': value['use_sim_time'] == 'true'}), value['params_file']
-    nodes = [node('watch', file, clock, **lasting())]
-    return [*nodes, node('arm_plant', ARM, file)] if value['plant'] == 'true' else nodes
+    nodes = [package_node('watch', value, [file, clock], **lasting())]
+    if value['plant'] == 'true':
+        nodes.append(package_node('arm_plant', value, [ARM, file]))
+    return nodes
