@@ -54,10 +54,10 @@ def run(args: Namespace) -> int:
     _check(args)
     robots = _of_robots(args)
     try:
-        from gearbox_monitor.fleet.fleet_run import at_home, on_cluster, run as run_fleet
+        from gearbox_monitor.fleet.fleet_run import (
+            at_home, on_cluster, pending_of, robot_bags, run as run_fleet, run_robots)
         from gearbox_monitor.fleet.fleet_table import FleetFolder
         from gearbox_monitor.fleet.job import find_bags
-        from gearbox_monitor.fleet.robots import pending_of, robot_bags, run_robots
     except ModuleNotFoundError as error:
         raise InputError(f'{error.name} is not installed, expected '
                          f'{installed_by("tables")}') from None

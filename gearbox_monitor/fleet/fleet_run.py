@@ -2,17 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Imported by the process that workers are forked from: loads what each bag needs, once for all.
+Map `analyse` over bags, on processes of this machine or a Dask cluster; robots bag by bag.
 
-A fresh process takes 1.3 s to import modules and 0.6 s to load kernels.
+The result of a bag of a robot depends on earlier bags: they are analysed one after the other, in
+order of time, as `watch` does; robots side by side. If a bag has changed, all later ones are
+analysed again.
 """
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import (
     BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor)
 from contextlib import AbstractContextManager, contextmanager
+from dataclasses import replace
+import hashlib
 import logging
-import multiprocessing
 from multiprocessing import forkserver, resource_tracker
+import multiprocessing
 import os
 from pathlib import Path
 import queue
@@ -21,26 +25,12 @@ import signal
 import threading
 from typing import Any, TypeAlias
 
-import numpy as np
-
 from gearbox_monitor.errors import InputError, installed_by
-from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.fleet import job
-import gearbox_monitor.fleet.job  # noqa: F401
-from gearbox_monitor.fleet.job import FleetBag
-from gearbox_monitor.health.monitor import Monitor
-from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.faults import Excitation
-from gearbox_monitor.plant.simulate import simulate
-
-PERIOD = 2e-3  # s
-T = np.arange(0.0, 13.0, PERIOD)  # a window and its delay
-RUN = simulate(DriveModel(), Excitation().torque(T), PERIOD)
-MONITOR = Monitor(DriveModel())
-MONITOR.run(Samples(np.round(T * 1e9).astype(np.int64), np.column_stack(
-    [RUN.u, np.full(len(T), np.nan)]), RUN.y))
-MONITOR.all_features()
-
+from gearbox_monitor.fleet.fleet_table import FleetFolder
+from gearbox_monitor.fleet.job import FleetBag, JobSettings, name_of, RobotBag
+from gearbox_monitor.recordings.read import natural
+from gearbox_monitor.recordings.reading import open_recording
 
 TICK = 0.2  # s between two checks whether to stop
 CONNECT_TIMEOUT = 10.0  # s to wait for a scheduler
@@ -50,7 +40,7 @@ Workers: TypeAlias = Callable[[int], AbstractContextManager[Executor]]
 Results: TypeAlias = Iterator[tuple[FleetBag, job.Row]]
 
 
-def run(bags: Sequence[FleetBag], settings: job.JobSettings, executor: Workers, workers: int,
+def run(bags: Sequence[FleetBag], settings: JobSettings, executor: Workers, workers: int,
         stop: Callable[[], bool] = lambda: False) -> Results:
     """
     Yield (bag, row) of each of the `bags`, as they are done.
@@ -79,7 +69,7 @@ def run(bags: Sequence[FleetBag], settings: job.JobSettings, executor: Workers, 
         unfinished = unfinished[workers:]
 
 
-def _done(executor: Executor, bags: Sequence[FleetBag], settings: job.JobSettings,
+def _done(executor: Executor, bags: Sequence[FleetBag], settings: JobSettings,
           stop: Callable[[], bool]) -> Generator[tuple[FleetBag, job.Row], None, list[FleetBag]]:
     """Yield (bag, row) of those `bags` that are done; return those that a dead process left."""
     unfinished: list[FleetBag] = []
@@ -177,3 +167,74 @@ def on_cluster(address: str) -> Iterator[Executor]:
                          'address of a running Dask scheduler, as tcp://host:8786') from None
     with client:
         yield client.get_executor(pure=False)
+
+
+def robot_bags(bags: Iterable[FleetBag], pattern: str) -> list[RobotBag]:
+    """Return bags in order of time, of robots that `pattern` or a folder names (JobSettings)."""
+    out, last = [], dict[str, str]()     # {robot: fingerprint of its bags so far}
+    for bag in sorted(bags, key=lambda bag: (_start(bag), natural(bag.path))):
+        try:
+            robot, _ = name_of(Path(bag.path), '', '', pattern)
+        except InputError:
+            robot = ''      # its row will say it
+        prints = f'{last.get(robot, "")} {bag.path} {bag.fingerprint}'.encode(
+            'utf-8', 'surrogateescape')
+        fingerprint = hashlib.sha256(prints).hexdigest()[:16]
+        if not bag.problem:
+            last[robot] = fingerprint
+        out.append(RobotBag(bag.path, bag.bytes, fingerprint, bag.problem, bag.root, robot))
+    return out
+
+
+def _start(bag: FleetBag) -> int:
+    """Return when a `bag` begins, ns, 0 if it does not say it."""
+    try:
+        with open_recording(Path(bag.path)) as reader:
+            return reader.start_ns or 0
+    except (InputError, OSError):
+        return 0
+
+
+def pending_of(bags: Sequence[RobotBag], folder: FleetFolder, key: str) -> list[RobotBag]:
+    """
+    Return those of `bags` that are to be analysed, the first of each robot with what is known.
+
+    Args:
+        bags: of robot_bags.
+        folder: of this or an earlier run.
+        key: of the settings.
+    """
+    out = [bag for bag in bags if bag.problem]
+    for robot in dict.fromkeys(bag.robot for bag in bags):
+        own = [bag for bag in bags if bag.robot == robot and not bag.problem]
+        done = next((k for k, bag in enumerate(own) if not folder.has(bag, key)), len(own))
+        state = folder.state(own[done - 1], key) if done else b''
+        if state is None and done < len(own):
+            done, state = 0, b''    # what the bags taught is lost
+        out += [replace(bag, state=state or b'') for bag in own[done:done + 1]] + own[done + 1:]
+    return out
+
+
+def run_robots(bags: Sequence[RobotBag], settings: JobSettings, executor: Workers, workers: int,
+               stop: Callable[[], bool] = lambda: False) -> Results:
+    """
+    Yield (bag, row) of `bags` of pending_of, as they are done.
+
+    `settings`, `executor`, `workers` and `stop` are those of fleet_run.run. After a bag that is
+    to be tried again, the others of its robot wait for the next run.
+    """
+    yield from run([bag for bag in bags if bag.problem], settings, executor, workers, stop)
+    waiting: dict[str, list[RobotBag]] = {}
+    for bag in bags:
+        if not bag.problem:
+            waiting.setdefault(bag.robot, []).append(bag)
+    while waiting and not stop():
+        known: dict[str, bytes] = {}
+        for done, row in run([own[0] for own in waiting.values()], settings, executor, workers,
+                             stop):
+            assert isinstance(done, RobotBag)
+            if not row['retry']:
+                known[done.robot] = row['state']
+            yield done, row
+        waiting = {robot: [replace(own[1], state=known[robot]), *own[2:]]
+                   for robot, own in waiting.items() if robot in known and own[1:]}
