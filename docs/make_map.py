@@ -22,7 +22,6 @@ STYLE = """\
 text { font-family: "DejaVu Sans", Verdana, sans-serif; fill: #1b2733 }
 .name { font-size: 15px; font-weight: bold }
 .job { font-size: 11px }
-.count { font-size: 10px; fill: #5a6b7b; text-anchor: end }
 rect { fill: #eef3f8; stroke: #54708c; rx: 6 }
 line { stroke: #7d93a8; stroke-width: 1.2; marker-end: url(#tip) }"""
 
@@ -97,9 +96,6 @@ def box(name: str, x: float, y: float, paths: list[Path]) -> list[str]:
     """Return the SVG of the room `name` with the modules `paths`, its corner at `x`, `y` px."""
     lines = [f'<rect x="{x:.0f}" y="{y:.0f}" width="{WIDTH}" height="{HEIGHT}"/>',
              f'<text class="name" x="{x + 10:.0f}" y="{y + 20:.0f}">{escape(name)}</text>']
-    if len(paths) > 1:
-        lines.append(f'<text class="count" x="{x + WIDTH - 8:.0f}" y="{y + 19:.0f}">'
-                     f'{len(paths)} modules</text>')
     for i, line in enumerate(textwrap.wrap(job(paths), 32)[:3]):
         lines.append(f'<text class="job" x="{x + 10:.0f}" y="{y + 37 + 14 * i:.0f}">'
                      f'{escape(line)}</text>')
