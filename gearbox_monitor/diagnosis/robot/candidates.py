@@ -17,7 +17,7 @@ from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.balance_column import (
-    BalanceColumn, COMMAND, dissipated, JointMotion, SETPOINT, TORQUE)
+    BalanceColumn, COMMAND, dissipated, JointMotion, SCALE, SETPOINT, TORQUE)
 
 HYSTERESIS = (0.1, 0.3, 1.0)  # widths, of the deviation of the angle
 SWINGS = tuple(0.5 * 1.3 ** k for k in range(8))  # Hz
@@ -131,6 +131,7 @@ def library(recordings: Sequence[Rows], effects: Sequence[str] | None = None) ->
 def visible_in(column: BalanceColumn, rows: Rows) -> bool:
     """Return whether the input of the recording `rows` shows an effect with this `column`."""
     return {COMMAND: not rows.setpoint and not rows.measured, TORQUE: not rows.setpoint,
+            SCALE: not rows.setpoint or rows.robot.compensated,
             SETPOINT: rows.setpoint}.get(column.needs, True)
 
 
@@ -165,7 +166,9 @@ def _of_joint(name: tuple[str, str, str], column: BalanceColumn, recordings: Seq
             setting=setting if column.setting else None,
             at_setting=made if column.setting and not column.whole else None,
             low=low, high=min(column.high(m) for m in motions),
-            values=lambda b: column.values(b, setting), twins=column.twins, over=name[2],
+            values=lambda b: column.values(b, setting), over=name[2], twins=tuple(
+                t for t in column.twins if not (
+                    (own := EFFECTS[t].column) and visible_in(own, recordings[0]))),
             span=float(np.std(setting_of.q)) if column.place else 0.0,
             extra=1 if column.setting and not column.fixed_point else 0,
             next_setting=(lambda b: float(np.clip(b[0], 1e-3, column.high(setting_of))))

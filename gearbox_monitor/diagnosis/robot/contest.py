@@ -10,6 +10,7 @@ pays more than every law, the cause is unknown.
 """
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+import math
 from typing import Any
 
 import numpy as np
@@ -169,7 +170,7 @@ class RobotContest:
             fit = self.evidence.fit((*current.chosen, c), current.weights, 4)
             if c.at_setting is not None and current.deviance - fit.deviance > self.cost(c):
                 fit = _refined(self.evidence, fit)
-            if _allowed(fit):
+            if _allowed(self.evidence, fit):
                 fits.append((self.worth(current, fit), fit))
         if not fits:
             return []
@@ -284,11 +285,23 @@ def tempered(gain: float | Array, estimate: tuple[Array, Array], days: Array, di
     return 1.0 / (dispersion / np.maximum(gain, 1e-300) + between)
 
 
-def _allowed(fit: RobotFit) -> bool:
-    """Return whether physics allows the values of all candidates: a new one moves the others."""
+def _allowed(evidence: RobotEvidence, fit: RobotFit) -> bool:
+    """
+    Return whether physics allows the values of all candidates: a new one moves the others.
+
+    None takes more torque than the effort and what the model takes have together: two that cancel
+    each other would.
+    """
     deviations = np.sqrt(np.diag(fit.covariance)[-len(fit.scale):]) / fit.scale
-    return all(c.allows(fit.values[fit.of(i)], deviations[fit.of(i)])
-               for i, c in enumerate(fit.chosen))
+    for i, c in enumerate(fit.chosen):
+        b = fit.values[fit.of(i)]
+        torque = sum(float(np.sum((x @ b) ** 2)) for x in c.columns.values())
+        most = sum((math.sqrt(np.sum((rows.target[j] + rows.model[j]) ** 2))
+                    + math.sqrt(np.sum(rows.model[j] ** 2))) ** 2
+                   for rows in evidence.recordings for j in c.columns)
+        if torque > most or not c.allows(b, deviations[fit.of(i)]):
+            return False
+    return True
 
 
 def _refined(evidence: RobotEvidence, fit: RobotFit) -> RobotFit:

@@ -286,16 +286,27 @@ class RobotEvidence:
         Return the deviance of what the newest candidate of `fit` hides.
 
         Where any input has the same effect, it may have been anywhere in the range that is hidden:
-        it is as improbable as noise of that size, not as the residual.
+        it is as improbable as noise of that size, not as the residual. Of a servo it depends on
+        the motion: as improbable as that this stays near the setpoint without it, by what its
+        gain holds a joint with over what the joint itself does, at each frequency.
         """
         c = fit.chosen[-1]
         if not c.hidden:
             return 0.0
         (j, x), = c.columns.items()
         a, weights = self.at[j], fit.weights[j]
-        size = np.array([np.sum(x[a.order[cell], 0] ** 2) for cell in a.cells])
-        ratio = np.log(np.maximum(size, 1e-300) * weights / a.count)
-        return c.hidden * float(a.count @ np.maximum(ratio, 0.0))
+
+        def power(rows: Array) -> Array:
+            """Return the sum of squares [C] of `rows`."""
+            return np.array([np.sum(rows[a.order[cell]] ** 2) for cell in a.cells])
+        ratio = power(x[:, 0]) * weights / a.count
+        if self.recordings[0].setpoint:
+            held, own = (power(np.concatenate([
+                rows.tested(j, series(rows.joints[j])[:, None], True)[:, 0]
+                for rows in self.recordings])) for series in (
+                    lambda m: m.kp * m.q, lambda m: m.model))
+            ratio = np.minimum(ratio, held / np.maximum(own, 1e-300))
+        return c.hidden * float(a.count @ np.log(np.maximum(ratio, 1.0)))
 
     def _shrunk(self, squares: Array, a: JointRows) -> Array:
         """

@@ -175,7 +175,7 @@ BASE_TILT = RobotEffect(
 JOINT_ZERO = RobotEffect(
     'joint_zero', 'the encoder of a joint has another zero', MappingProxyType({'c': 'rad'}),
     JOINT, columns=lambda rows, joint, c: rows.zero[joint],
-    values=lambda b, c: {'c': float(b[0])},
+    values=lambda b, c: {'c': float(b[0])}, high=math.pi,  # half a turn off: the farthest
         subject=('c', 'zero of the encoder'),
     shows='The torque against gravity of this joint and those before it belongs to another '
           'angle.')

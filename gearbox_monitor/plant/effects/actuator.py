@@ -10,7 +10,7 @@ from gearbox_monitor.kernels.elementary import sine
 from gearbox_monitor.kernels.kernel import inline
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects.balance_column import (
-    BalanceColumn, COMMAND, JointMotion, moved, one, TORQUE, wave as wave_values, waves)
+    BalanceColumn, COMMAND, JointMotion, moved, one, SCALE, TORQUE, wave as wave_values, waves)
 from gearbox_monitor.plant.effects.effect import (
     Coefficients, Effect, FreeParameter, MAX_DELAY, Parameter, PERIOD, Scales, Starts, wave)
 
@@ -42,7 +42,7 @@ TORQUE_GAIN = Effect(
     separated_by={'motor_coulomb': 'dynamic torque instead of slow motion'},
     column=BalanceColumn(
         lambda m, _: m.model[:, None], lambda b, _: {'g': float(1.0 / (1.0 + b[0]) - 1.0)},
-        low=lambda m: -0.5, high=lambda m: 1.0, needs=TORQUE))  # half to double the scale
+        low=lambda m: -0.5, high=lambda m: 1.0, needs=SCALE))  # half to double the scale
 
 TORQUE_OFFSET = Effect(
     'torque_offset', 'actuator', 'u_act = u + u0', (Parameter('u0', 'N m'),),
@@ -92,7 +92,7 @@ def limits_below_peak(s: Scales) -> Starts:
             for level in s.limits]
 
 
-MOST_OVER = 30.0  # the usual command over the lowest limit that is tried
+MOST_OVER = 300.0  # the usual command over the lowest limit that is tried
 STEP_DOWN = 1.4   # a limit over the next lower one
 ACTED = 0.9       # of the largest torque that the motion took: no limit is below
 
@@ -101,8 +101,7 @@ def limits_reached(m: JointMotion) -> list[float]:
     """
     Return levels (N m) that the effort of a JointMotion `m` exceeds by far more than its noise.
 
-    A level inside the noise would rectify it: the column then explains noise by noise. From
-    setpoints a level below most of the effort would leave nothing to explain.
+    A level inside the noise would rectify it: the column then explains noise by noise.
     """
     size = np.abs(m.effort)
     shares = (0.45, 0.6, 0.75, 0.82, 0.88, 0.92, 0.95, 0.97, 0.985)
@@ -113,15 +112,16 @@ def limits_reached(m: JointMotion) -> list[float]:
         return size[size > level] - level
     levels = [x for x in usual if x > m.noise and len(beyond(x))
               and math.sqrt(float(np.mean(beyond(x) ** 2))) > 3.0 * m.noise]
-    # Of a drive that is at its limit most of the time, in steps that a refinement reaches. What a
-    # nearly constant command has beyond them hardly varies, and explains nothing.
-    count = 0 if m.kp else round(math.log(MOST_OVER) / math.log(STEP_DOWN))
-    lower = [usual[0] / STEP_DOWN ** k for k in range(count, 0, -1)]
     # The motion itself says which torque acted. Below it a limit is the sign of the command:
     # Coulomb friction in disguise.
-    acted = 0.0 if m.kp else ACTED * float(np.quantile(np.abs(m.model), 0.98))
-    return [x for x in lower if x > m.noise and float(np.std(beyond(x))) > 3.0 * m.noise
-            and x > acted] + [x for x in levels if x > acted]
+    acted = ACTED * float(np.quantile(np.abs(m.model), 0.98))
+    # Of a drive that is at its limit most of the time, in steps that a refinement reaches. What a
+    # nearly constant command has beyond them hardly varies, and explains nothing.
+    steps = math.log(max(usual[0], 1e-300) / max(acted, m.noise, usual[0] / MOST_OVER, 1e-300))
+    lower = usual[0] * STEP_DOWN ** -np.arange(math.floor(steps / math.log(STEP_DOWN)), 0.0, -1.0)
+    # From setpoints the torque has the scale of the model's gain, which that of the bodies lacks.
+    return [x for x in lower.tolist() if float(np.std(beyond(x))) > 3.0 * m.noise] + [
+        x for x in levels if x > acted or m.kp]
 
 
 def limit_column(needs: str, twins: tuple[str, ...] = ()) -> BalanceColumn:

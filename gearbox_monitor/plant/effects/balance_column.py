@@ -15,7 +15,7 @@ import numpy as np
 
 from gearbox_monitor.kernels.types import Array, Flags
 
-ANY, COMMAND, TORQUE, SETPOINT = 'any', 'command', 'torque', 'setpoint'
+ANY, COMMAND, TORQUE, SETPOINT, SCALE = 'any', 'command', 'torque', 'setpoint', 'scale'
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +140,8 @@ class BalanceColumn:
     motion; `fixed_point`: it is the first coefficient itself. low(m): bound of the first
     coefficient; high(m): of their size. dissipates: it is friction, which takes no less than no
     power. needs: kind of input that shows it: ANY, COMMAND (torque that is commanded, not
-    measured), TORQUE, or SETPOINT. twins: ids of effects with the same columns in motion.
+    measured), TORQUE, SETPOINT, or SCALE (a torque, or a part of it that servos add).
+    twins: ids of effects with the same columns in motion.
     states: the value by which a report states it, '' for the effect's first parameter: a name in
     _change is a difference to the model, one in _factor a ratio.
     hides(m, setting): flags [N] of samples at which any input has the same effect, None for none.
