@@ -84,12 +84,22 @@ def hardening_torque(c: Coefficients, twist: float, z: float, half_gap: float) -
     return c.K3 * out * out * out
 
 
+# Of the linear part at the twist that the usual torque makes: tenfold stiffness; and that part at
+# which the torque falls as the twist grows.
+CUBIC = (-4.0 / 27.0, 3.0)
+
+
+def _hardening_starts(s: Scales) -> Starts:
+    unit = s.values['stiffness'] ** 3 / s.torque ** 2
+    return [[FreeParameter('K3', 0.0, 0.1 * s.torque / s.twist ** 3, *(x * unit for x in CUBIC))]]
+
+
 HARDENING = Effect(
     'hardening', 'transmission', 'tau_K += K3 dz(delta, b)^3', (Parameter('K3', 'N m/rad^3'),),
     noun='cubic stiffness',
     shows='Small loads fit; at large ones the twist is smaller (or larger) than in the model.',
     meaning='gearbox stiffens (or softens) with load', elastic=hardening_torque,
-    starts=lambda s: [[FreeParameter('K3', 0.0, 0.1 * s.torque / s.twist ** 3)]])
+    starts=_hardening_starts)
 
 
 @inline
@@ -133,7 +143,7 @@ def loop_memory(c: Coefficients, z: float, x3: float, x4: float, h: float,
 def _bouc_wen_starts(s: Scales) -> Starts:
     elastic = s.values['stiffness'] * s.twist
     low = 0.0 if s.swing else -math.inf  # of a real drive, no loop supplies energy
-    return [[FreeParameter('Th', 0.0, 0.1 * elastic, low),
+    return [[FreeParameter('Th', 0.0, 0.1 * elastic, low, s.peak),
              logarithmic('dh', f * s.twist, 1e-5, FARTHEST * s.twist)] for f in (0.03, 0.2, 1.0)]
 
 
@@ -167,8 +177,8 @@ def branch_twist(c: Coefficients, x1: float, x2: float, z: float) -> float:
 
 
 def _branch_starts(s: Scales) -> Starts:
-    high = 0.0 if s.swing else math.inf
-    return [[FreeParameter('h', 0.0, 0.1 * s.twist, -math.inf, high),
+    high = 0.0 if s.swing else s.reach
+    return [[FreeParameter('h', 0.0, 0.1 * s.twist, -s.reach, high),
              logarithmic('ds', f * s.twist, 1e-5, FARTHEST * s.twist)] for f in (0.03, 0.2, 1.0)]
 
 
@@ -214,7 +224,8 @@ MESH_ERROR = Effect(
     shows='The twist has a wave of N periods per turn of the motor that is there in slow motion '
           'and without load.',
     meaning='transmission error that repeats with the angle of the motor', twist=mesh_twist,
-    order=-1, starts=wave(lambda s: 0.25 * s.swing or 0.05 * s.twist), rotary_only=True)
+    order=-1, rotary_only=True,
+    starts=wave(lambda s: 0.25 * s.swing or 0.05 * s.twist, lambda s: s.reach))
 
 
 def slipped(effect: Values, t: Array) -> Array:
