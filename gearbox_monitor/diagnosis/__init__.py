@@ -17,8 +17,7 @@ Public names, by module:
     joint.closed_model: closed_of, gap_of, ModelRun, Overlay, overlay
     joint.diagnose: chosen_ids, diagnose
     joint.innovation_fit: coordinate_columns, evaluated, FilteredFit, fitted, InnovationFit
-    joint.innovations: halves, InnovationLikelihood
-    joint.noise_model: noise_floor
+    joint.innovations: halves, InnovationLikelihood, noise_floor
     joint.nominal: fit_nominal, FittedValue, NominalFit
     joint.parameter_ranges: Combination, LEVELS, NORMAL, ParameterRanges, ranges_of,
         UnitEstimate

@@ -27,7 +27,7 @@ Public names, by module:
     effects.arm_side: ARM_COULOMB, ARM_INERTIA, ARM_VISCOUS, burst, DISTURBANCE, GRAVITY,
         LOAD_TORQUE
     effects.balance_column: BalanceColumn, COMMAND, dissipated, JointMotion, moved,
-        not_negative, one, SETPOINT, TORQUE, waves
+        not_negative, one, SCALE, SETPOINT, TORQUE, waves
     effects.composition: actuator, arm_error, COMMAND_PLACES, DELAY1, DELAY2, lead,
         motor_error, steady_command
     effects.controller: SERVO_DEADBAND, SERVO_DELAY, SERVO_GAIN, SERVO_INTEGRATOR, SERVO_LIMIT,

@@ -4,8 +4,7 @@
 """The motion that is asked for would make a change a finding, or decide between rivals."""
 import pytest
 
-from gearbox_monitor.diagnosis.contest import CONTEST
-from gearbox_monitor.diagnosis.question import of_rival, of_size
+from gearbox_monitor.diagnosis.contest import CONTEST, of_rival, of_size
 
 WHERE, PRICE = ('motor_coulomb', 'elbow', 'elbow'), 20.0
 

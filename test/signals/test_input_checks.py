@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from gearbox_monitor.diagnosis.joint.noise_model import noise_floor
+from gearbox_monitor.diagnosis.joint.innovations import noise_floor
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import config_path
 from gearbox_monitor.files.yaml_files import load_model

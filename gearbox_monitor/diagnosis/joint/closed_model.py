@@ -15,8 +15,7 @@ import numpy as np
 
 from gearbox_monitor.diagnosis.joint.candidates import CandidateModel, Starts
 from gearbox_monitor.diagnosis.joint.innovation_fit import fitted, unfitted
-from gearbox_monitor.diagnosis.joint.innovations import JointLikelihood
-from gearbox_monitor.diagnosis.joint.noise_model import noise_floor, spectrum
+from gearbox_monitor.diagnosis.joint.innovations import JointLikelihood, noise_floor, spectrum
 from gearbox_monitor.diagnosis.joint.shooting import N_MEMORY, ShootingWindows
 from gearbox_monitor.diagnosis.joint.thresholds import STATEMENTS
 from gearbox_monitor.diagnosis.joint.torque_domain import driven, likelihood_of

@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 
 from gearbox_monitor.diagnosis.contest import CONTEST, contest, Search
-from gearbox_monitor.diagnosis.joint.bursts import Burst
 from gearbox_monitor.diagnosis.joint.candidates import SHAPES
 from gearbox_monitor.diagnosis.joint.closed_model import open_loop, SIGMA_ERROR, with_starts_of
 from gearbox_monitor.diagnosis.joint.drive_recordings import (
@@ -18,10 +17,10 @@ from gearbox_monitor.diagnosis.joint.drive_recordings import (
 from gearbox_monitor.diagnosis.joint.innovation_evidence import InnovationEvidence
 from gearbox_monitor.diagnosis.joint.innovation_fit import (
     coordinate_columns, evaluated, fitted, InnovationFit)
-from gearbox_monitor.diagnosis.joint.isolability import evidence_for
+from gearbox_monitor.diagnosis.joint.effect_scan import evidence_for
 from gearbox_monitor.diagnosis.joint.lawless import FreeFunction
 from gearbox_monitor.diagnosis.joint.localisation import places
-from gearbox_monitor.diagnosis.joint.slips import slip_events, SlipEvent, without_slips
+from gearbox_monitor.diagnosis.joint.events import Burst, slip_events, SlipEvent, without_slips
 from gearbox_monitor.diagnosis.joint.thresholds import STATEMENTS
 from gearbox_monitor.diagnosis.joint.windows import misfit_of, runs_from, WindowRuns
 from gearbox_monitor.kernels.linear_least_squares import covariance

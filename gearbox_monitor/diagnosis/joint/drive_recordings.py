@@ -15,8 +15,7 @@ from gearbox_monitor.diagnosis.joint.candidates import Starts
 from gearbox_monitor.diagnosis.joint.innovation_fit import (
     evaluated, fitted, InnovationFit, unfitted)
 from gearbox_monitor.diagnosis.joint.innovations import (
-    InnovationLikelihood, JointLikelihood, SPARSE, WHITE)
-from gearbox_monitor.diagnosis.joint.noise_model import noise_floor
+    InnovationLikelihood, JointLikelihood, noise_floor, SPARSE, WHITE)
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.diagnosis.joint.torque_domain import likelihood_of
 from gearbox_monitor.diagnosis.joint.windows import (

@@ -13,8 +13,7 @@ import math
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.joint.innovations import InnovationLikelihood
-from gearbox_monitor.diagnosis.joint.noise_model import prewhitened
+from gearbox_monitor.diagnosis.joint.innovations import InnovationLikelihood, prewhitened
 from gearbox_monitor.diagnosis.joint.shooting import shooting_windows, ShootingWindows, Simulator
 from gearbox_monitor.diagnosis.joint.torque_domain import simulator
 from gearbox_monitor.kernels.linear_least_squares import Damping, minimise

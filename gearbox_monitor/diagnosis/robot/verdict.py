@@ -11,15 +11,15 @@ import numpy as np
 
 from gearbox_monitor.diagnosis.hypothesis import UNDECIDED
 from gearbox_monitor.diagnosis.joint.verdict import Finding, kind_of, Remainder
-from gearbox_monitor.diagnosis.question import of_rival, Question
+from gearbox_monitor.diagnosis.contest import of_rival, Question
 from gearbox_monitor.diagnosis.robot.candidates import (
     Candidate, free_functions, library, visible_in)
-from gearbox_monitor.diagnosis.robot.contest import Contender, informed, RobotContest
+from gearbox_monitor.diagnosis.robot.contest import (
+    Contender, informed, questions, RobotContest, smallest_visible, speed_of)
 from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence, RobotFit
 from gearbox_monitor.diagnosis.robot.knowledge import (
     burstiness, energy_over, farther, friction_drifts, FrictionDrift, Knowledge, scattered,
     unvisited_shares, with_unvisited, worst_segments)
-from gearbox_monitor.diagnosis.robot.power import questions, smallest_visible, speed_of
 from gearbox_monitor.diagnosis.robot.robot_effects import (
     BASE, BASE_TILT, JOINT_ZERO, LINK_INERTIA, PAYLOAD, QUADRATIC, ROBOT_EFFECTS)
 from gearbox_monitor.diagnosis.robot.robot_log import RobotLog, SETPOINT

@@ -18,8 +18,7 @@ from gearbox_monitor.diagnosis.joint.candidates import (
     CandidateModel, Coordinate, NUISANCES, sine_and_cosine)
 from gearbox_monitor.diagnosis.joint.innovation_fit import (
     coordinate_columns, evaluated, FilteredFit, fitted, InnovationFit)
-from gearbox_monitor.diagnosis.joint.innovations import halves, InnovationLikelihood
-from gearbox_monitor.diagnosis.joint.noise_model import noise_floor
+from gearbox_monitor.diagnosis.joint.innovations import halves, InnovationLikelihood, noise_floor
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.health.alert_limits import LIMITS

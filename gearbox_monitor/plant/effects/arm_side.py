@@ -82,7 +82,7 @@ def burst(effect: Values, t: Array, dt: float) -> Array:
     return effect['amplitude'] * np.clip(covered / dt, 0.0, 1.0)
 
 
-# Found as a free-form torque on the arm, see diagnosis.joint.bursts.
+# Found as a free-form torque on the arm, see diagnosis.joint.events.
 DISTURBANCE = Effect(
     'disturbance', 'arm_side', 'tau_arm += amplitude from t0 for duration, a few times',
     (Parameter('t0', 's', 0.0), positive('duration', 's'), Parameter('amplitude', 'N m')),

@@ -242,7 +242,7 @@ def slipped(effect: Values, t: Array) -> Array:
     return np.where(t > effect['t0'], effect['Ds'], 0.0)
 
 
-# Found as a zero of the twist that moves, see diagnosis.joint.slips. Angles of the motor in other
+# Found as a zero of the twist that moves, see diagnosis.joint.events. Angles of the motor in other
 # equations count on from before it.
 SLIP = Effect(
     'slip', 'transmission', 'delta -> delta - Ds from t0 on, a few times',

@@ -12,8 +12,8 @@ from scipy.signal import lfilter
 
 from gearbox_monitor.diagnosis.contest import CONTEST
 from gearbox_monitor.diagnosis.hypothesis import Remains
-from gearbox_monitor.diagnosis.joint import closed_model, diagnose, isolability, localisation
-from gearbox_monitor.diagnosis.joint.bursts import rectangles
+from gearbox_monitor.diagnosis.joint import closed_model, diagnose, effect_scan, localisation
+from gearbox_monitor.diagnosis.joint.events import rectangles
 from gearbox_monitor.diagnosis.joint.candidates import sine_and_cosine
 from gearbox_monitor.diagnosis.joint.decision import decide, standard_errors, unshaped
 from gearbox_monitor.diagnosis.joint.drive_recordings import DriveRecordings
@@ -21,9 +21,8 @@ from gearbox_monitor.diagnosis.joint.effect_scan import _begun, scan
 from gearbox_monitor.diagnosis.joint.innovation_evidence import InnovationEvidence
 from gearbox_monitor.diagnosis.joint.innovation_fit import (
     evaluated, fitted, InnovationFit, unfitted)
-from gearbox_monitor.diagnosis.joint.innovations import JointLikelihood
+from gearbox_monitor.diagnosis.joint.innovations import JointLikelihood, spectrum
 from gearbox_monitor.diagnosis.joint.localisation import InputEstimator
-from gearbox_monitor.diagnosis.joint.noise_model import spectrum
 from gearbox_monitor.diagnosis.joint.shooting import shooting_windows
 from gearbox_monitor.diagnosis.joint.windows import typical_misfit
 from gearbox_monitor.errors import InputError
@@ -126,7 +125,7 @@ def test_one_encoder_does_not_tell_a_late_torque_from_a_late_reading(alone):
                            ids=['actuator_delay', 'motor_encoder_delay'])
     for name, other in (evidence.ids, evidence.ids[::-1]):
         fit = unfitted(evidence.whole, evidence.starts.candidates(name)[0])
-        alike = isolability.rivals(evidence, fit, [replace(fit, deviance=0.0)], {})
+        alike = effect_scan.rivals(evidence, fit, [replace(fit, deviance=0.0)], {})
         assert alike == {name: [other] * alone}
 
 
@@ -220,10 +219,10 @@ def test_validation_on_a_second_recording():
 def test_confusable_lists_what_little_evidence_leaves_open():
     ids = ['torque_offset', 'coulomb_asymmetry', 'gravity', 'motor_inertia']
     decision = decide(evidence_of(record([{'id': 'torque_offset', 'u0': 0.02}], 4), ids=ids))
-    table = isolability.separations(decision.recordings, decision.fit, decision.fits, {})
+    table = effect_scan.separations(decision.recordings, decision.fit, decision.fits, {})
     d, shares = table['torque_offset']
     assert d > 100 and shares['coulomb_asymmetry'] < 0.05 < shares['gravity']
-    names = isolability.rivals(decision.recordings, decision.fit, decision.fits, table)
+    names = effect_scan.rivals(decision.recordings, decision.fit, decision.fits, table)
     assert 'coulomb_asymmetry' in names['torque_offset']
     assert 'motor_inertia' not in names['torque_offset']
 

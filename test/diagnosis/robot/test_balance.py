@@ -17,12 +17,11 @@ from scipy.signal import butter, sosfreqz
 from gearbox_monitor.diagnosis.joint.verdict import Finding
 from gearbox_monitor.diagnosis.robot.candidates import (
     Candidate, free_functions, library, stops, swing)
-from gearbox_monitor.diagnosis.robot.contest import _allowed, RobotContest
+from gearbox_monitor.diagnosis.robot.contest import _allowed, RobotContest, visible_size
 from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence
 from gearbox_monitor.diagnosis.robot.knowledge import (
     _noisy, burstiness, farther, learn, states_of, unvisited, visits_of, with_unvisited)
 from gearbox_monitor.diagnosis.robot.motion import highest_kept, local_cosines, RobotMotion
-from gearbox_monitor.diagnosis.robot.power import visible_size
 from gearbox_monitor.diagnosis.robot.robot_effects import compact, tilted
 from gearbox_monitor.diagnosis.robot.rows import RobotModel, rows_of
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
