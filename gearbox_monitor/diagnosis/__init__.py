@@ -10,7 +10,7 @@ one drive by the innovations of a filter, `robot` all joints by the balance of t
 Public names, by module:
 
     contest: CONTEST
-    hypothesis: INCOMPLETE, NONE, UNDECIDED, UNKNOWN
+    hypothesis: Finding, INCOMPLETE, kind_of, NONE, Remainder, UNDECIDED, UNKNOWN
     joint: closed_model, diagnose, unit_adaptation
     joint.candidates: CandidateModel, Coordinate, NUISANCES, sine_and_cosine, with_effects
     joint.change_diagnosis: diagnose_change
@@ -24,7 +24,7 @@ Public names, by module:
     joint.shooting: ShootingWindows, Simulator
     joint.thresholds: THRESHOLDS
     joint.unit_adaptation: Adapted, samples_of
-    joint.verdict: Finding, kind_of, Remainder, Verdict
+    joint.verdict: Verdict
     robot: knowledge, verdict
     robot.candidates: Candidate
     robot.conventions: columns_as_read, log_as_read, misfit, named_readings, NamedReading,

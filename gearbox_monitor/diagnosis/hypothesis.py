@@ -2,22 +2,25 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-A hypothesis about the gap, and the evidence that judges it.
+A hypothesis about the gap, the evidence that judges it, and what a verdict states of it.
 
 A hypothesis has members: laws (an effect of the library at a place), at most one function without
 a law, and at most one train of bursts. Nuisances (values with tolerances, noise, the shape of
 friction, hidden begins) are part of every fit and no members. `Evidence` is all that the contest
-asks of recordings; a drive with its encoders answers by the innovations of a filter.
+asks of recordings; a drive with its encoders answers by the innovations of a filter. Members that
+stand are findings; what they leave is a remainder.
 """
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 import math
+from types import MappingProxyType
 from typing import Any, Protocol, Self
 
 LAW, FUNCTION, TRAIN = 'law', 'function', 'train'
 # Kinds of verdicts.
 NONE, EFFECT, INCOMPLETE, UNKNOWN = 'none', 'effect', 'incomplete', 'unknown'
 UNDECIDED = 'undecided'  # nothing was found, and the motion would not have shown it
+KINDS = (NONE, EFFECT, INCOMPLETE, UNKNOWN, UNDECIDED)
 
 
 @dataclass(frozen=True)
@@ -174,3 +177,91 @@ class Evidence(Protocol):
 
     def trains(self, h: Hypothesis, best: Hypothesis) -> Iterable[Hypothesis]:
         """Yield `h` with trains of bursts, each longer, while they may pay beside `best`."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """
+    One effect that a recording shows.
+
+    effect: its id. place: location class of the effect (actuator, motor_side, ...). joint, link:
+    of a robot. channel: reading that shows it. values: parameters in their units. deviations: the
+    standard deviation of each value, None where the recording does not determine it. share: of
+    the squared misfit beyond noise that it explains, 0 to 1, None where none is beyond noise.
+    evidence: 2 log likelihood that it gains less the penalty of its parameters (BIC).
+    confusable: ids that explain the recording as well.
+    """
+
+    effect: str
+    place: str
+    values: Mapping[str, float]
+    deviations: Mapping[str, float | None]
+    evidence: float | None
+    share: float | None = None
+    channel: str | None = None
+    joint: str | None = None
+    link: str | None = None
+    confusable: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, 'values', MappingProxyType(dict(self.values)))
+        object.__setattr__(self, 'deviations', MappingProxyType(dict(self.deviations)))
+
+    @property
+    def undetermined(self) -> tuple[str, ...]:
+        """Names of the values that the recording does not determine."""
+        return tuple(name for name in self.values if self.deviations.get(name) is None)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data; joint and link only where there is one."""
+        data: dict[str, Any] = {
+            'effect': self.effect, 'place': self.place, 'channel': self.channel,
+            'values': dict(self.values), 'deviations': dict(self.deviations),
+            'share': self.share, 'evidence': self.evidence, 'confusable': list(self.confusable)}
+        return data | {key: value for key, value in (('joint', self.joint), ('link', self.link))
+                       if value is not None}
+
+
+@dataclass(frozen=True)
+class Remainder:
+    """
+    What no finding explains.
+
+    place: location class where a torque or an offset takes it up. channel: reading that shows it
+    most, of size `size` there (rms beyond noise, in the unit of the reading). over: variable of
+    the motion that it follows, None where it follows none. times: (begin, end) of bursts, s, each
+    in the recording of the same place in `recordings`, which is empty where there is only one.
+    """
+
+    place: str
+    channel: str | None = None
+    size: float | None = None
+    over: str | None = None
+    joint: str | None = None
+    times: tuple[tuple[float, float], ...] = ()
+    recordings: tuple[str, ...] = ()
+    figures: Mapping[str, float] = field(default_factory=dict)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data; joint, times and recordings only where there are any."""
+        data: dict[str, Any] = {'location': self.place, 'place': self.place,
+                                'channel': self.channel, 'size': self.size, 'over': self.over,
+                                **self.figures}
+        if self.joint is not None:
+            data['joint'] = self.joint
+        if self.times:
+            data['times'] = [list(pair) for pair in self.times]
+        if self.recordings:
+            data['recordings'] = list(self.recordings)
+        return data
+
+
+def kind_of(findings: bool, remainder: bool) -> str:
+    """
+    Return the kind of a verdict.
+
+    Args:
+        findings: whether it has findings.
+        remainder: whether something beyond noise remains.
+    """
+    return ((NONE, UNKNOWN), (EFFECT, INCOMPLETE))[findings][remainder]

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor import __version__
-from gearbox_monitor.diagnosis.joint.verdict import Finding, Remainder
+from gearbox_monitor.diagnosis.hypothesis import Finding, Remainder
 from gearbox_monitor.diagnosis.robot import knowledge, verdict as balance
 from gearbox_monitor.diagnosis.robot.conventions import log_as_read, misfit, named_readings
 from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence
@@ -85,7 +85,7 @@ class RobotDiagnosis(Paged, Saved):
 
     @property
     def kind(self) -> str:
-        """One of diagnosis.joint.verdict.KINDS."""
+        """One of diagnosis.hypothesis.KINDS."""
         return self.verdict.kind
 
     @property

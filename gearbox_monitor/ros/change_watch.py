@@ -19,8 +19,7 @@ import sys
 from threading import Lock
 from typing import Any
 
-from gearbox_monitor.diagnosis.hypothesis import NONE
-from gearbox_monitor.diagnosis.joint.verdict import kind_of
+from gearbox_monitor.diagnosis.hypothesis import kind_of, NONE
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.baselines import (
     BaselineRecording, check_belongs, load_recording, set_aside, StateFile)

@@ -4,8 +4,9 @@
 """The first sentence of a verdict: what differs, by how much, and what that explains."""
 import math
 
+from gearbox_monitor.diagnosis.hypothesis import Finding, Remainder
 from gearbox_monitor.diagnosis.joint.nominal import FittedValue
-from gearbox_monitor.diagnosis.joint.verdict import Finding, model_values, Remainder
+from gearbox_monitor.diagnosis.joint.verdict import model_values
 from gearbox_monitor.health.backlash.features import width_of
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.presentation import Quantity

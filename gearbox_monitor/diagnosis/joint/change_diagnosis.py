@@ -14,7 +14,7 @@ from dataclasses import asdict, dataclass, replace
 import math
 from typing import Any, NamedTuple
 
-from gearbox_monitor.diagnosis.hypothesis import NONE
+from gearbox_monitor.diagnosis.hypothesis import kind_of, NONE
 from gearbox_monitor.diagnosis.joint.candidates import amplitude, PHASED, with_effects
 from gearbox_monitor.diagnosis.joint.decision import decide, standard_errors
 from gearbox_monitor.diagnosis.joint.diagnose import (
@@ -22,7 +22,6 @@ from gearbox_monitor.diagnosis.joint.diagnose import (
 from gearbox_monitor.diagnosis.joint.drive_recordings import DriveRecordings, evidence_of
 from gearbox_monitor.diagnosis.joint.innovation_fit import fitted, InnovationFit, unfitted
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
-from gearbox_monitor.diagnosis.joint.verdict import kind_of
 from gearbox_monitor.diagnosis.joint.windows import typical_misfit
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Values

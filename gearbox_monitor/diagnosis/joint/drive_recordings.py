@@ -160,6 +160,8 @@ class DriveRecordings:
 
     def lasting_for(self, seconds: float) -> 'DriveRecordings':
         """Return the evidence where unexplained torque lasts so long."""
+        if seconds == self.model.process_torque_time:
+            return self
         return replace(self, model=replace(self.model, process_torque_time=seconds))
 
     @property
@@ -255,25 +257,27 @@ class DriveRecordings:
         return fit.deviance + fit.candidate.n_effect * float(np.log(self.fine.readings))
 
 
-def by_time(evidence: DriveRecordings, fit: InnovationFit,
-            times: Iterable[float]) -> dict[float, float]:
+def lasting_time(evidence: DriveRecordings, fit: InnovationFit, *times: float) -> float:
     """
-    Return {how long unexplained torque lasts, s: -2 log L of the fit with it}.
+    Return how long unexplained torque lasts beside a fit, s: as stated, or what pays its price.
 
-    A fit for each time: with torque that lasts, values move, and a friction may go into it. All
-    times see the same readings.
+    The model file states what lasts beside the model without members; an effect that is missing
+    lasts a stroke, and passes for such a torque. A fit for each time: with torque that lasts,
+    values move, and a friction may go into it. All times see the same readings.
 
     Args:
         evidence: recordings that the torque drives.
         fit: with whose values fits begin.
-        times: s; 0: white noise.
+        times: tried beside LASTING_TIMES, s; 0: white noise.
     """
-    out = {}
-    for time in sorted(set(times)):
+    stated, deviances = evidence.model.process_torque_time, dict[float, float]()
+    for time in sorted({stated, *LASTING_TIMES, *times}):
         likelihood = evidence.lasting_for(time).sparse
         start = unfitted(likelihood, fit.candidate, fit.z)
-        out[time] = fitted(likelihood, start, TIME_ITERATIONS).deviance
-    return out
+        deviances[time] = fitted(likelihood, start, TIME_ITERATIONS).deviance
+    best = min(deviances, key=lambda time: deviances[time])
+    price = CONTEST.margin + 2.0 * math.log(len(deviances))
+    return stated if deviances[stated] - deviances[best] < price else best
 
 
 def evidence_of(recordings: Sequence[UniformRecording], model: DriveModel, ids: Sequence[str],

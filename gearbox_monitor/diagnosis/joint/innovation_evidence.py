@@ -24,7 +24,7 @@ from gearbox_monitor.diagnosis.joint import lawless
 from gearbox_monitor.diagnosis.joint.candidates import NOT_FITTED, origin, PERIODIC, with_law
 from gearbox_monitor.diagnosis.joint.effect_scan import Proposal, raced, scan, signature
 from gearbox_monitor.diagnosis.joint.drive_recordings import (
-    by_time, DriveRecordings, LASTING_TIMES, reread)
+    DriveRecordings, lasting_time, reread)
 from gearbox_monitor.diagnosis.joint.innovation_fit import (
     annealed, evaluated, fitted, InnovationFit, unfitted)
 from gearbox_monitor.diagnosis.joint.innovations import JointLikelihood, variance_over_white, WHITE
@@ -276,7 +276,7 @@ class InnovationEvidence:
             return None
         data = reread(data, fit)
         if data.model.lasting:
-            data = self._in_its_time(data, fit)
+            data = data.lasting_for(lasting_time(data, fit))
         # Before the first law: one may imitate the error of the steps.
         if remains.worth > CONTEST.margin or not h.members:
             data = self._with_steps(data, fit, remains)
@@ -304,19 +304,6 @@ class InnovationEvidence:
         least = 0.0 if left else self.unit + 2.0 * math.log(self.rivals)
         return shorter if abs(change) > max(
             CONTEST.margin + least, STEPS * remains.torque) else data
-
-    def _in_its_time(self, data: DriveRecordings, fit: InnovationFit) -> DriveRecordings:
-        """
-        Return the recordings where unexplained torque lasts as long as beside `fit`.
-
-        The model file states what lasts beside the model without members; an effect that is
-        missing lasts a stroke, and passes for such a torque.
-        """
-        stated = data.model.process_torque_time
-        deviances = by_time(data, fit, (stated, *LASTING_TIMES))
-        time = min(deviances, key=lambda t: deviances[t])
-        price = CONTEST.margin + 2.0 * math.log(len(deviances))
-        return data if deviances[stated] - deviances[time] < price else data.lasting_for(time)
 
     def _slipping(self, fit: InnovationFit) -> DriveRecordings | None:
         """Return the recordings with more slips, None where none pays beside `fit`."""

@@ -23,7 +23,7 @@ from gearbox_monitor.diagnosis.joint.candidates import (
     BY_EFFECT, CandidateModel, Coordinate, GAINS, NOT_FITTED, NUISANCES, offered, PERIODIC, Starts,
     ZERO)
 from gearbox_monitor.diagnosis.joint.drive_recordings import (
-    by_time, DriveRecordings, evidence_of, is_open, LASTING_TIMES, read_for)
+    DriveRecordings, evidence_of, is_open, lasting_time, read_for)
 from gearbox_monitor.diagnosis.joint.innovation_fit import (
     coordinate_columns, evaluated, fitted, InnovationFit, unfitted)
 from gearbox_monitor.diagnosis.joint.innovations import (
@@ -180,7 +180,7 @@ def _fit(recordings: Sequence[UniformRecording], model: DriveModel, free: Sequen
     fit = _likeliest(evidence, candidate, starts)
     if not evidence.balances and _disturbed(evidence, fit):
         report(0.5, 2, 'how long torque lasts')
-        time = lasting_time(evidence, fit)
+        time = lasting_time(evidence, fit, 0.0)
         if time != plain.process_torque_time:
             plain = replace(plain, process_torque_time=time)
             candidate = replace(candidate, nominal=plain)
@@ -270,23 +270,6 @@ def _likeliest(evidence: DriveRecordings, candidate: CandidateModel,
 def _disturbed(evidence: DriveRecordings, fit: InnovationFit) -> bool:
     """Return whether a fit needs torque that no model explains, beyond what always remains."""
     return bool((fit.torque > LEAST * evidence.fine.least_noise).any())
-
-
-def lasting_time(evidence: DriveRecordings, fit: InnovationFit) -> float:
-    """
-    Return how long unexplained torque lasts (s) by the likelihood of a fit.
-
-    Another than that of the model has to be worth its price.
-
-    Args:
-        evidence: recordings that the torque drives.
-        fit: of the model with the time that it states.
-    """
-    stated = evidence.model.process_torque_time
-    deviances = by_time(evidence, fit, (stated, 0.0, *LASTING_TIMES))
-    best = min(deviances, key=lambda time: deviances[time])
-    price = math.log(evidence.sparse.readings)
-    return best if deviances[best] + price < deviances[stated] else stated
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.contest import of_size, Question
+from gearbox_monitor.diagnosis.contest import CONTEST, of_size, Question
 from gearbox_monitor.diagnosis.robot.candidates import Candidate
 from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence, RobotFit
 from gearbox_monitor.diagnosis.robot.knowledge import key_of, Knowledge
@@ -187,7 +187,7 @@ class RobotContest:
             - self.cost(fit.chosen[-1])) for own, fit in fits]
 
         def rank(e: Contender) -> tuple[bool, float]:
-            pays = e.worth >= SETTINGS.margin
+            pays = e.worth >= CONTEST.margin
             return pays, e.likeness if pays else e.worth
         entries.sort(key=rank, reverse=True)
         # What explains the same by fewer coefficients is first: of a first link some have no
@@ -199,7 +199,7 @@ class RobotContest:
             return entries
         # Of links that carry a load alike it hangs at the outermost, which most joints move.
         carriers = [e for e in entries if e.candidate.effect == PAYLOAD.id
-                    and rank(e) > (pays, largest - SETTINGS.margin)
+                    and rank(e) > (pays, largest - CONTEST.margin)
                     and e.candidate.columns.keys() >= entries[0].candidate.columns.keys()]
         outermost = max(carriers, key=lambda e: len(e.candidate.columns))
         return [outermost, *(e for e in entries if e is not outermost)]
@@ -233,7 +233,7 @@ class RobotContest:
                 less = self.evidence.fit(ordered[:-1], fit.weights, 4)
                 worth.append(self.worth(less, self.evidence.fit(ordered, fit.weights, 2)))
             i = int(np.argmin(worth))
-            if worth[i] >= SETTINGS.margin:
+            if worth[i] >= CONTEST.margin:
                 break
             fit = self.evidence.fit((*fit.chosen[:i], *fit.chosen[i + 1:]), fit.weights, 4)
             del numbers[i]
@@ -400,9 +400,9 @@ def visible_size(contest: RobotContest, fit: RobotFit, c: Candidate, covariance:
     sizes = np.geomspace(1.0, 1e6, 400) / math.sqrt(max(gain, 1e-300))
     worth = tempered(rows * np.log1p(sizes ** 2 * gain / rows), (along, covariance),
                      contest.of_days(c), contest.over_dispersion(c, fit), sizes) - contest.cost(c)
-    if worth[-1] < SETTINGS.margin:
+    if worth[-1] < CONTEST.margin:
         return math.inf
-    size = float(sizes[np.argmax(worth >= SETTINGS.margin)])
+    size = float(sizes[np.argmax(worth >= CONTEST.margin)])
     value = abs(next(iter(c.values(size * along).values())))
     return value if math.isfinite(value) else None
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
+from gearbox_monitor.diagnosis.contest import CONTEST
 from gearbox_monitor.diagnosis.robot.candidates import Candidate, free_functions, library
 from gearbox_monitor.diagnosis.robot.evidence import Prior, RobotEvidence, RobotFit
 from gearbox_monitor.diagnosis.robot.motion import COVERED
@@ -483,7 +484,7 @@ def _shapes(robot: RobotModel, logs: Sequence[RobotLog],
                          - 2.0 * np.log(len(names))
                          for c, e in zip(remaining, evidence.estimates(fit, remaining))]
                 i = int(np.argmax(worth))
-                if worth[i] > SETTINGS.margin:
+                if worth[i] > CONTEST.margin:
                     shapes.append((j, remaining[i].effect))
                 else:
                     open_joints.discard(j)

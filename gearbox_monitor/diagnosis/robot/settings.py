@@ -1,7 +1,7 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Every limit of the balance in one place, with its reason."""
+"""Every limit of the balance in one place, with its reason; the margin is that of the contest."""
 from dataclasses import dataclass
 
 
@@ -56,8 +56,6 @@ class Settings:
     drift_own: float = 0.03
     drifted: float = 2.5         # such deviations: 1 joint in 80 by chance
 
-    margin: float = 6.0          # 2 log likelihood beyond BIC that a finding needs
-    most_findings: int = 4
     finalists: int = 10          # of a score test that are fitted
     starts: int = 2              # effects with which a search begins
     rounds: int = 20             # of the dictionary of shapes, one per joint and round

@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.hypothesis import UNDECIDED
-from gearbox_monitor.diagnosis.joint.verdict import Finding, kind_of, Remainder
-from gearbox_monitor.diagnosis.contest import of_rival, Question
+from gearbox_monitor.diagnosis.hypothesis import Finding, kind_of, Remainder, UNDECIDED
+from gearbox_monitor.diagnosis.contest import CONTEST, of_rival, Question
 from gearbox_monitor.diagnosis.robot.candidates import (
     Candidate, free_functions, library, visible_in)
 from gearbox_monitor.diagnosis.robot.contest import (
@@ -94,7 +93,7 @@ class RobotVerdict:
 
     @property
     def kind(self) -> str:
-        """One of joint.verdict.KINDS; UNDECIDED: nothing was found, and little would have been."""
+        """One of KINDS; UNDECIDED: nothing was found, and little would have been."""
         if not self.findings and not self.remainders and (
                 self.questions or self.not_judged or self.unsure or self.drifts):
             return UNDECIDED
@@ -217,7 +216,7 @@ def _judged(contest: RobotContest, blank: RobotFit, laws: Sequence[Candidate],
         visible = np.array([max(1.0 - max(of.values()), LEAST_SEEN) for of in shares])
         contest = replace(contest, dispersion=contest.dispersion / visible)
         if knowledge.short:
-            contest = replace(contest, extra=SETTINGS.margin, day=SETTINGS.day)
+            contest = replace(contest, extra=CONTEST.margin, day=SETTINGS.day)
     search = _best_search(contest, blank, laws, free)
     # Without references, a function without a law may be the difference between the parts.
     lawless = knowledge is None and any(c.free for c in search.fit.chosen)
@@ -249,7 +248,7 @@ def _best_search(contest: RobotContest, blank: RobotFit, laws: Sequence[Candidat
         return search
     begins: dict[str, Contender] = {}
     for entry in search.first:
-        if entry.worth >= SETTINGS.margin:
+        if entry.worth >= CONTEST.margin:
             begins.setdefault(entry.candidate.effect, entry)
     begins.pop(search.fit.chosen[0].effect, None)
     others = [_search(contest, blank, laws, free, begin)
@@ -273,14 +272,14 @@ def _search(contest: RobotContest, blank: RobotFit, laws: Sequence[Candidate],
     steps: list[Step] = []
     if begin is not None:
         current, steps = begin.fit, [Step(begin.worth, dict.fromkeys(begin.candidate.twins, 0.0))]
-    for step in range(len(steps), s.most_findings + 1):
+    for step in range(len(steps), CONTEST.most + 1):
         small, contest = None, contest.beside(current)
         lawless = contest.entries(current, free, 6)[:1]
-        entries = contest.entries(current, laws if step < s.most_findings else (), s.finalists)
+        entries = contest.entries(current, laws if step < CONTEST.most else (), s.finalists)
         first = first or entries
         law = max((e.worth for e in entries), default=-math.inf)
         function = lawless[0].worth if lawless else -math.inf
-        if function > max(s.margin, law + s.margin):
+        if function > max(CONTEST.margin, law + CONTEST.margin):
             where = next(iter(lawless[0].candidate.columns))
             pairs = _pairs(contest, entries, laws, lawless[0])
             if pairs:
@@ -292,9 +291,9 @@ def _search(contest: RobotContest, blank: RobotFit, laws: Sequence[Candidate],
                 break
             else:
                 small = lawless[0]
-        if law < s.margin:
+        if law < CONTEST.margin:
             break
-        steps.append(Step(entries[0].worth, _rivals(entries, s.margin)))
+        steps.append(Step(entries[0].worth, _rivals(entries, CONTEST.margin)))
         current = entries[0].fit
         if len(current.chosen) > 1:
             current, stayed = contest.pruned(current)
@@ -319,20 +318,20 @@ def _pairs(contest: RobotContest, entries: Sequence[Contender], laws: Sequence[C
     A spring at each end of a range is two laws: a function over the angle beats either. Behind it
     the laws that make another pair which is worth as much; none, if no pair beats the function.
     """
-    s, joint = SETTINGS, function.candidate.joint
+    joint = function.candidate.joint
     own = [c for c in laws if c.joint == joint]
     pairs: list[tuple[float, Contender, set[tuple[str, str, str]]]] = []
-    paying = [e for e in entries if e.candidate.joint == joint and e.worth >= s.margin]
+    paying = [e for e in entries if e.candidate.joint == joint and e.worth >= CONTEST.margin]
     for entry in paying[:AHEAD]:
         for second in contest.entries(entry.fit, own, AHEAD)[:1]:
-            if second.worth >= s.margin:
+            if second.worth >= CONTEST.margin:
                 pairs.append((entry.worth + second.worth, entry,
                               {entry.candidate.name, second.candidate.name}))
     worth, first, names = max(pairs, key=lambda pair: pair[0], default=(-math.inf, None, set()))
     if first is None or not worth > function.worth:
         return []
     return [first, *(entry for rival, entry, both in pairs
-                     if rival > worth - s.margin and both != names)]
+                     if rival > worth - CONTEST.margin and both != names)]
 
 
 def examined(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge

@@ -14,7 +14,8 @@ import random_robots
 import robot_gap
 from scipy.signal import butter, sosfreqz
 
-from gearbox_monitor.diagnosis.joint.verdict import Finding
+from gearbox_monitor.diagnosis.contest import CONTEST
+from gearbox_monitor.diagnosis.hypothesis import Finding
 from gearbox_monitor.diagnosis.robot.candidates import (
     Candidate, free_functions, library, stops, swing)
 from gearbox_monitor.diagnosis.robot.contest import _allowed, RobotContest, visible_size
@@ -532,7 +533,7 @@ def test_a_size_that_would_have_been_seen_is_seen(taught):
     evidence, blank = verdict.evidence, verdict.evidence.fit()
     rows = evidence.recordings[0]
     contest = replace(RobotContest.between(evidence, library([rows]), free_functions([rows]),
-                                           knowledge), extra=SETTINGS.margin, day=SETTINGS.day)
+                                           knowledge), extra=CONTEST.margin, day=SETTINGS.day)
     for effect in ('motor_coulomb', 'motor_inertia', 'payload'):
         for c in [c for c in library([rows], [effect]) if not np.any(c.setting)]:
             size = visible_size(contest, blank, c, evidence.estimates(blank, [c])[0].covariance)
@@ -548,7 +549,7 @@ def test_a_size_that_would_have_been_seen_is_seen(taught):
                     knowledge.prior, evidence.variance)
                 worth.append(replace(contest, evidence=loaded).worth(
                     loaded.fit(), loaded.fit((c,))))
-            assert np.mean(worth[:2]) < SETTINGS.margin < np.mean(worth[2:]), (c.name, worth)
+            assert np.mean(worth[:2]) < CONTEST.margin < np.mean(worth[2:]), (c.name, worth)
 
 
 def test_a_motion_that_would_not_show_a_change_is_undecided(taught):
