@@ -286,9 +286,9 @@ class RobotEvidence:
         Return the deviance of what the newest candidate of `fit` hides.
 
         Where any input has the same effect, it may have been anywhere in the range that is hidden:
-        it is as improbable as noise of that size, not as the residual. Of a servo it depends on
-        the motion: as improbable as that this stays near the setpoint without it, by what its
-        gain holds a joint with over what the joint itself does, at each frequency.
+        it is as improbable as noise of that size, not as the residual. A servo without effect
+        does not stay near its setpoint: if that is more probable, by the stiffness of its gain
+        over that of the joint itself at each frequency, it counts.
         """
         c = fit.chosen[-1]
         if not c.hidden:
@@ -301,10 +301,9 @@ class RobotEvidence:
             return np.array([np.sum(rows[a.order[cell]] ** 2) for cell in a.cells])
         ratio = power(x[:, 0]) * weights / a.count
         if self.recordings[0].setpoint:
-            held, own = (power(np.concatenate([
-                rows.tested(j, series(rows.joints[j])[:, None], True)[:, 0]
-                for rows in self.recordings])) for series in (
-                    lambda m: m.kp * m.q, lambda m: m.model))
+            both = np.concatenate([rows.tested(j, np.stack([m.kp * m.q, m.model], axis=1), True)
+                                   for rows in self.recordings for m in (rows.joints[j],)])
+            held, own = (power(side) for side in both.T)
             ratio = np.minimum(ratio, held / np.maximum(own, 1e-300))
         return c.hidden * float(a.count @ np.log(np.maximum(ratio, 1.0)))
 

@@ -90,8 +90,8 @@ CUBIC = (-4.0 / 27.0, 3.0)
 
 
 def _hardening_starts(s: Scales) -> Starts:
-    unit = s.values['stiffness'] ** 3 / s.torque ** 2
-    return [[FreeParameter('K3', 0.0, 0.1 * s.torque / s.twist ** 3, *(x * unit for x in CUBIC))]]
+    low, high = (x * s.values['stiffness'] ** 3 / s.torque ** 2 for x in CUBIC)
+    return [[FreeParameter('K3', 0.0, 0.1 * s.torque / s.twist ** 3, low, high)]]
 
 
 HARDENING = Effect(
