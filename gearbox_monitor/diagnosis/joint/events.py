@@ -40,7 +40,6 @@ from gearbox_monitor.signals.uniform import UniformRecording
 SOFT = 0.2       # of the torque: noise with which a filter follows the motion after a slip
 THINNED = 0.02   # s, from value to value of the zero in which steps are looked for
 APART = 1.0      # s, between two slips, and from the begin and the end
-SURE = 6.0       # median deviations of the zero beyond which a step is none by chance
 MOST = 10        # steps that are looked for in a recording
 REFITTED = 6     # iterations of a fit with slips, or beside bursts
 ROUNDS, REFITS = 3, 2  # searches for slips; fits of their sizes in each
@@ -190,7 +189,7 @@ def _splits(x: Array, least: int) -> list[tuple[int, float]]:
         levels = [float(np.median(x[a:b])) for a, b in pairwise(edges)]
         scatter = float(np.median(np.abs(x - np.repeat(levels, np.diff(edges)))))
         sizes = np.diff(levels)
-        if (np.abs(sizes) > SURE * scatter).all():
+        if (np.abs(sizes) > THRESHOLDS.step * scatter).all():
             return list(zip(edges[1:], sizes.tolist()))
         smallest = int(np.argmin(np.abs(sizes)))
         edges = _settled(x, edges[:smallest + 1] + edges[smallest + 2:], least)

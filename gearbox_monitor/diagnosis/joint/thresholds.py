@@ -29,6 +29,8 @@ class Thresholds:
     followed: float = 0.5
     # s, of one burst where it is found: what overlapping windows find so near is the same burst.
     longest_burst: float = 0.24
+    # Median deviations of the zero of the twist, beyond which a step of it is none by chance.
+    step: float = 6.0
     # Where something has no known cause, a finding explains at least this share of the squared
     # misfit that the largest finding explains in free runs: a tenth of the misfit.
     idle: float = 0.01

@@ -15,7 +15,7 @@ from gearbox_monitor.diagnosis.joint.thresholds import (
 
 FOLDER = Path(joint.__file__).parent
 # Modules that decide; the others measure and fit.
-DECIDING = ('bursts', 'decision', 'diagnose', 'drive_recordings', 'localisation', 'verdict')
+DECIDING = ('events', 'decision', 'diagnose', 'drive_recordings', 'localisation', 'verdict')
 
 
 def test_thresholds_stay_as_they_are():
