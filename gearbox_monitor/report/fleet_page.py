@@ -16,6 +16,7 @@ from gearbox_monitor.presentation import on_axis, percent
 from gearbox_monitor.report.builder import (
     advice, Page, page_summary, PageTable, render_page, Section)
 from gearbox_monitor.report.chart import Chart, Mark, Panel, range_of, SIGMAS, Span, Trace
+from gearbox_monitor.report.sentences import say
 from gearbox_monitor.report.words import answer, GEARBOXES, JOINTS
 
 Gearbox: TypeAlias = Mapping[str, Any]  # of fleet.fleet_table.gearboxes
@@ -27,7 +28,6 @@ DAY, YEAR = 86400e9, 365.25 * 86400.0
 # Features with a curve: noun, unit of a rotary axis.
 CURVES = {'gap': ('backlash', 'rad'), 'lost_motion': ('lost motion', 'rad'),
           'stiffness': ('stiffness', 'N m/rad'), 'hysteresis': ('hysteresis', 'N m')}
-NOTHING = 'Nothing now. Run the same command when there are new bags: it analyses only these'
 # States of a robot's joint with a column and a curve.
 STATES = {'friction': 'friction', 'torque_scale': 'torque scale', 'weight': 'weight',
           'rotor': 'rotor'}
@@ -77,10 +77,9 @@ def robots_page(joints: Sequence[Joint], bags: Sequence[Bag], counts: Mapping[st
 
     """
     found = [j for j in joints if j['level']]
-    steps = [f'Inspect {", ".join(map(joint_name, found))}'] if found else []
+    steps = [say('inspect', names=', '.join(map(joint_name, found)))] if found else []
     if any(j['level'] is None for j in joints):
-        steps.append('The table says why a joint is not judged: let it move, or record the '
-                     'missing signal')
+        steps.append(say('let_move'))
     silent = any(j['level'] is None for j in joints) or not joints
     facts = _facts({j['robot'] for j in joints}, 'robots', counts,
                    max((j['last'] for j in joints), default=0))
@@ -89,7 +88,8 @@ def robots_page(joints: Sequence[Joint], bags: Sequence[Bag], counts: Mapping[st
         (j['robot'], j['joint'], j['summary'], *(_share(j['states'].get(k)) for k in STATES),
          _days(j), str(j['bags'])) for j in joints])
     return render_page(Page('Fleet', page_summary(kind, robots_headline(joints), facts), [
-        advice(steps or [NOTHING]), Section('fleet/joints.html', {'joints': table}, 'All joints'),
+        advice(steps or [say('nothing_new')]),
+        Section('fleet/joints.html', {'joints': table}, 'All joints'),
         *_joint_curves(joints), bag_problems(bags, other_settings)]))
 
 
@@ -141,14 +141,13 @@ def next_steps(gearboxes: Sequence[Gearbox], bags: Sequence[Bag]) -> list[str]:
     worn = [gearbox['gearbox'] for gearbox in gearboxes if gearbox['level'] in RAISED]
     own = [bag for bag in bags if bag['status'] == 'done' and bag['gearbox'] in worn[:1]]
     newest = max(own, key=lambda bag: bag['start'], default={'path': 'BAG'})['path']
-    steps = [f'Inspect {", ".join(worn)}; see the newest bag of {worn[0]}: gearbox_monitor report '
-             f'{shlex.quote(newest)} --out newest.html'] if worn else []
+    steps = [say('inspect_newest', names=', '.join(worn), first=worn[0],
+                 bag=shlex.quote(newest))] if worn else []
     if any(bag['status'] == 'failed' and bag['retry'] for bag in bags):
-        steps.append('Run the same command again: some bags failed for reasons that may pass')
+        steps.append(say('run_again'))
     if any(gearbox['level'] is None for gearbox in gearboxes):
-        steps.append('Record gearboxes that are not compared again, with motion in both '
-                     'directions; gearbox_monitor check BAG names the faults of a recording')
-    return steps or [NOTHING]
+        steps.append(say('record_again'))
+    return steps or [say('nothing_new')]
 
 
 def headline(gearboxes: Sequence[Gearbox]) -> str:

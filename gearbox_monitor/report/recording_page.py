@@ -22,6 +22,7 @@ from gearbox_monitor.report.live_history import GearboxHistory, MOTION_ROWS
 from gearbox_monitor.report.recording_charts import (
     backlash_chart, CHANNELS, drawn_windows, errors_chart, input_chart, levels_chart, loop_plane,
     nis_chart, ROLES, time_axis, torque_chart)
+from gearbox_monitor.report.sentences import say
 from gearbox_monitor.report.timeline import (
     LEVELS, LevelSpans, LIVE_NODE, RecordingFacts, State, Timeline, WindowBacklash)
 from gearbox_monitor.report.words import answer, JOINTS, sentence
@@ -93,14 +94,13 @@ def headline(timeline: Timeline, facts: RecordingFacts) -> tuple[str, str]:
         return sentence(words), ROLES[verdict]
     share = trusted_share(timeline.spans)
     if share is None:
-        return ('Nothing was evaluated: the recording is too short, or contains no readings.',
-                '')
+        return say('not_evaluated_at_all'), ''
     if share < TRUSTED:
         alarm = _longest_alarm(timeline)
-        return (f'The estimates were trusted {100 * share:.0f} % of the time: '  # advice is below
-                f'{alarm.message.split(": ")[0]}.'), ROLES[alarm.level]
+        words = alarm.message.split(': ')[0]  # advice is below
+        return say('trusted_in_part', percent=100 * share, alarm=words), ROLES[alarm.level]
     if not timeline.windows:
-        return f'Trusted {100 * share:.0f} % of the time; backlash was not measured.', ''
+        return say('trusted_unmeasured', percent=100 * share), ''
     state = timeline.spans['backlash'].newest
     return sentence(state.first), 'good' if state.is_compared else ''
 
@@ -116,24 +116,17 @@ def _longest_alarm(timeline: Timeline) -> State:
 def next_steps(timeline: Timeline, facts: RecordingFacts, bag: str) -> list[str]:
     """Return advice about a recording, see headline; `bag`: its name in commands."""
     if wear(timeline):  # which may cause prediction errors, too
-        return [f'Test the gearbox against its specification: gearbox_monitor accept {bag} '
-                '--max-gap ANGLE',
-                'Compare with its older recordings: gearbox_monitor fleet FOLDER --out DIR']
-    share, steps = trusted_share(timeline.spans), []
+        return [say('test_gearbox', bag=bag), say('compare_older')]
+    share, codes = trusted_share(timeline.spans), []
     if share is None or share < TRUSTED or not timeline.windows:
-        steps.append(f'List the faults of the recording: gearbox_monitor check {bag} --model FILE')
+        codes.append('list_faults')
     if share is not None and share < TRUSTED:
         if not any(row.name.startswith(('q_std_', 'r_std_')) for row in _changed(facts)):
-            steps.append('Tune the filter to the noise of the recording: gearbox_monitor fit '
-                         f'noise {bag} --model FILE --out params.yaml')
-        steps.append(f'Find the error of the model: gearbox_monitor diagnose {bag} --model FILE')
-    if not steps and timeline.spans['backlash'].newest.is_compared:
-        return ['Nothing now: it is as it was.']
-    return steps or [
-        f'Test the gearbox against its specification: gearbox_monitor accept {bag} '
-        '--max-gap ANGLE',
-        'If it passes, save this state as the healthy one (service ~/save_baseline of the node), '
-        'and compare later recordings with it: gearbox_monitor fleet FOLDER --out DIR']
+            codes.append('tune_filter')
+        codes.append('find_error')
+    if not codes and timeline.spans['backlash'].newest.is_compared:
+        codes = ['as_it_was']
+    return [say(code, bag=bag) for code in codes or ('test_gearbox', 'save_healthy')]
 
 
 def trusted_share(levels: Mapping[str, LevelSpans]) -> float | None:

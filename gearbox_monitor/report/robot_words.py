@@ -228,8 +228,8 @@ def question_words(question: Mapping[str, Any], axes: Mapping[str, str]) -> str:
     motion = motion_words(question, axes.get(question['joint'], 'rotary'))
     if question['rival']:
         return motion
-    return (f'{motion}: it would show {_named(question["effect"])} of '
-            f'{_size(question, "plausible", axes)} at {question["place"]}')
+    return say('would_show_at', motion=motion, noun=_named(question['effect']),
+               size=_size(question, 'plausible', axes), place=question['place'])
 
 
 def next_steps(data: Mapping[str, Any]) -> list[str]:
@@ -238,23 +238,18 @@ def next_steps(data: Mapping[str, Any]) -> list[str]:
     model = ' '.join(filter(None, (shlex.quote(data['model']), data['options'])))
     steps = []
     if data['unvisited']:
-        steps.append('the reference visited less than this motion: record the healthy robot on it '
-                     'too, and learn both: gearbox_monitor learn '
-                     f'{shlex.join(data["references"])} NEW --model {model} --out robot.knowledge')
+        steps.append(say('learn_more', references=shlex.join(data['references']), model=model))
     if data['verdict'] == 'none' and not data.get('references'):
-        steps.append('compare with a log of the healthy robot to see smaller changes: '
-                     f'gearbox_monitor diagnose {logs} --model {model} --reference HEALTHY')
+        steps.append(say('compare_healthy', logs=logs, model=model))
     steps += [question_words(q, axes_of(data)) for q in data['questions'] if q['rival']]
     if data['drifts']:
-        steps.append(f'record {data["drifts"][0]["joint"]} again at the temperature of the '
-                     'references, or learn references of other days, too')
+        steps.append(say('record_warm', joint=data['drifts'][0]['joint']))
     if data['verdict'] == UNDECIDED:
         steps += [question_words(q, axes_of(data)) for q in data['questions'][:2]]
     if data['findings'] and data.get('closed'):
-        steps.append(f'use {data["closed"]}: the model with the findings')
+        steps.append(say('use_closed', file=data['closed']))
     if data['remainders']:
-        steps.append(f'look at {data["remainders"][0]["joint"]}: the remainder follows no law; '
-                     'record slow moves of this joint alone')
+        steps.append(say('look_at_joint', joint=data['remainders'][0]['joint']))
     return steps
 
 

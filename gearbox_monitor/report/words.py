@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Words for a verdict, shared by the terminal and the page: effects, places, next steps."""
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 import shlex
@@ -16,7 +16,8 @@ from gearbox_monitor.plant.effects.controller import SERVO_GAIN
 from gearbox_monitor.plant.effects.gearbox import SLIP
 from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_INERTIA
 from gearbox_monitor.presentation import (
-    change, credible, EXACT, number, on_axis, percent, Quantity)
+    change, credible, EXACT, number, on_axis, percent, Quantity, said)
+from gearbox_monitor.report.sentences import say
 from gearbox_monitor.report.summary import NEAR_FLOOR, PLACES
 
 NOTHING = ('none', 'undecided')  # verdicts without a gap
@@ -28,11 +29,9 @@ MEANINGS = {name: effect.meaning for name, effect in EFFECTS.items()}
 SEPARATES = {frozenset((name, rival)): motion for name, effect in EFFECTS.items()
              for rival, motion in effect.separated_by.items()}
 # Motions that show an effect; all others are shown by the weight of the arm.
-SHOWS = {MOTOR_COULOMB.id: 'move {joint} alone, to and fro',
-         TORQUE_GAIN.id: 'move {joint} fast or against gravity, with and without a load',
-         SERVO_GAIN.id: 'step the setpoint of {joint} under a load',
-         **dict.fromkeys((MOTOR_INERTIA.id, ARM_INERTIA.id),
-                         'accelerate {joint} hard, to and fro')}
+SHOWS = {MOTOR_COULOMB.id: 'move_alone', TORQUE_GAIN.id: 'move_fast',
+         SERVO_GAIN.id: 'step_setpoint', MOTOR_INERTIA.id: 'accelerate',
+         ARM_INERTIA.id: 'accelerate'}
 
 
 def meaning(name: str, axis: str) -> str:
@@ -62,7 +61,7 @@ def counted(count: int, noun: str) -> str:
 
 
 class AnswerWords(NamedTuple):
-    """The answer about many: their noun, the sentence for none, the words for those that hold."""
+    """The answer about many: their noun, codes for none, for those that hold, for the others."""
 
     noun: str
     none: str
@@ -70,10 +69,8 @@ class AnswerWords(NamedTuple):
     rest: str
 
 
-GEARBOXES = AnswerWords(
-    'gearbox', 'No gearbox was measured twice: growth needs two bags, each with windows in which '
-    'it moves both ways.', 'No wear detected in {}', 'not compared')
-JOINTS = AnswerWords('joint', 'No joint could be judged.', '{} as learnt', 'not judged')
+GEARBOXES = AnswerWords('gearbox', 'no_gearbox', 'gearboxes_well', 'and_uncompared')
+JOINTS = AnswerWords('joint', 'no_joint', 'joints_well', 'and_unjudged')
 
 
 def answer(found: Sequence[str], levels: Sequence[object], words: AnswerWords) -> str:
@@ -86,14 +83,13 @@ def answer(found: Sequence[str], levels: Sequence[object], words: AnswerWords) -
         words: by which to say it.
     """
     if found:
-        more = f' ({counted(len(found) - 1, f"more {words.noun}")})' if found[1:] else ''
-        return f'{found[0].removesuffix(".")}{more}.'
+        more = (said('more_found', count=counted(len(found) - 1, f'more {words.noun}')),)
+        return say('with_more', found=found[0].removesuffix('.'), more=more if found[1:] else ())
     judged = sum(level is not None for level in levels)
     if not judged:
-        return words.none
-    rest = len(levels) - judged
-    return words.well.format(counted(judged, words.noun)) + (
-        f'; {rest} {words.rest}' if rest else '') + '.'
+        return say(words.none)
+    rest = (said(words.rest, count=len(levels) - judged),) if judged < len(levels) else ()
+    return say(words.well, count=counted(judged, words.noun), rest=rest)
 
 
 def sentence(words: str) -> str:
@@ -164,12 +160,15 @@ def undefined(data: Mapping[str, Any]) -> str:
     """Return why the verdict `data` has no closed fraction."""
     ids = ids_of(data)
     if data['verdict'] in LACKING and (data.get('gap_before') or 0.0) > NEAR_FLOOR:
-        return 'no effect and no torque map explains readings that were not fitted'
+        return say('nothing_explains')
     if {DISTURBANCE.id, SLIP.id} & set(ids):
-        return f'a {DISTURBANCE.id if DISTURBANCE.id in ids else SLIP.id} does not repeat'
-    if any(name in EFFECTS and EFFECTS[name].lattice for name in ids):
-        return 'rounding does not move the model'
-    return 'the gap is too close to the noise'
+        return say('never_again', effect=DISTURBANCE.id if DISTURBANCE.id in ids else SLIP.id)
+    return say('rounds' if _rounds(ids) else 'near_noise')
+
+
+def _rounds(ids: Iterable[str]) -> bool:
+    """Return whether one of the effects `ids` rounds readings."""
+    return any(name in EFFECTS and EFFECTS[name].lattice for name in ids)
 
 
 def torque_map_of(data: Mapping[str, Any]) -> tuple[str, list[tuple[str, str, str]]] | None:
@@ -238,45 +237,41 @@ def next_steps(data: Mapping[str, Any], files: UserFiles, axis: str = 'rotary') 
 
     """
     if data['verdict'] == 'undecided':
-        return [f'{motion_words(q, axis)}: it would show {EFFECTS[q["effect"]].noun} of '
-                + number(q['plausible'], on_axis(EFFECTS[q['effect']].parameters[0].unit, axis))
-                for q in data['questions']]
+        return [say('would_show', motion=motion_words(q, axis), noun=effect.noun, size=number(
+            q['plausible'], on_axis(effect.parameters[0].unit, axis)))
+            for q in data['questions'] for effect in (EFFECTS[q['effect']],)]
     if data['verdict'] == 'none':
-        return ['nothing: simulate with the model as it is. An effect too small for this motion '
-                'and noise stays hidden']
+        return [say('nothing_to_do')]
     if data['verdict'] in LACKING:
         follows = (data.get('misfit') or {}).get('follows')
-        law = f': the residual depends on the {follows["over"]}' if follows else ''
-        fraction = data.get('closed_fraction')
-        closed = [f'simulate with {files.closed}, which closes {percent(fraction)} of the gap '
-                  'on readings that were not fitted'] if files.closed and fraction else []
-        return [*closed, f'look at the place of the verdict{law}; record again with another '
-                'motion, to see whether it is the same; add an effect of your own '
-                '(docs/effects.md) and diagnose again']
+        law = (said('depends_on', over=follows['over']),) if follows else ()
+        share = data.get('closed_fraction')
+        closed = [say('simulate_most', file=files.closed, share=percent(share))
+                  ] if files.closed and share else []
+        return [*closed, say('look_at_place', law=law)]
     ids = set(ids_of(data))
     advice = [motion_words(q, axis) for q in data.get('questions', ())
               if frozenset((q['effect'], q['rival'])) in SEPARATES]
     if SLIP.id in ids:
-        advice.append('check clutch, hub and couplings')
+        advice.append(say('check_clutch'))
     if ids == {SLIP.id}:
         return advice
     if DISTURBANCE.id in ids:
-        return [*advice, 'look for contacts at these times, and record again without them']
-    if any(name in EFFECTS and EFFECTS[name].lattice for name in ids):
-        return [*advice, 'the model is right; a finer encoder reading would show more']
+        return [*advice, say('look_for_contacts')]
+    if _rounds(ids):
+        return [*advice, say('read_finer')]
     if files.closed and 'kp' in (data.get('nominal') or {}):  # no torque to export or to fit
-        advice.append(f'simulate with {files.closed}')
+        advice.append(say('simulate', file=files.closed))
     elif files.closed:
-        advice += [f'simulate with {files.closed}, or write it into the file of your simulator: '
-                   f'{files.export()}',
-                   'fit its values to all recordings of the drive: '
-                   + files.command('fit model', files.closed, '--out fitted.yaml')]
+        advice += [say('simulate_or_export', file=files.closed, command=files.export()),
+                   say('fit_to_all', command=files.command('fit model', files.closed,
+                                                           '--out fitted.yaml'))]
     else:
-        advice.append('write the model that closes the gap: '
-                      + files.command('diagnose', options='--out DIR'))
+        advice.append(say('write_closed', command=files.command(
+            'diagnose', options='--out DIR')))
     if not files.validated:
-        advice.append('test it on a recording with another motion: '
-                      + files.command('diagnose', options='--validate BAG2'))
+        advice.append(say('test_elsewhere', command=files.command(
+            'diagnose', options='--validate BAG2')))
     return advice
 
 
@@ -291,49 +286,40 @@ def motion_words(question: Mapping[str, Any], axis: str) -> str:
     joint, effect, rival = question['joint'], question['effect'], question['rival']
     speed, evidence = max(question['speed'], 0.1), question['evidence']
     slow, fast = (on_axis(f'{factor * speed:.2g} rad/s', axis) for factor in (0.2, 2.0))
-    how = SHOWS.get(effect, 'move all joints that carry {place} against gravity').format(
-        joint=joint, place=question['place'])
+    how = say(SHOWS.get(effect, 'move_carriers'), joint=joint, place=question['place'])
     if rival:
-        name, _, place = rival.partition('@')
+        name, _, other = rival.partition('@')
         apart = SEPARATES.get(frozenset((effect, name)), '')
-        if apart.startswith('no '):
-            return f'{effect} or {rival}: {apart}'
-        how = f'to distinguish {effect} from {rival}, move {joint}' + (
-            f': {on_axis(apart, axis)}' if apart else
-            f' alone, then {place} alone, in two postures a quarter turn apart' if place else
-            ' alone, with and without a load')
-    return (f'{how}, at {slow} to {fast} for {question["seconds"]:.0f} s' + (
-        '' if evidence is None else f' (expected evidence {evidence:.0f})'))
+        code = ('no_motion' if apart.startswith('no ') else 'distinguish' if apart else
+                'distinguish_joints' if other else 'distinguish_loaded')
+        how = say(code, effect=effect, rival=rival, joint=joint, other=other, why=apart,
+                  motion=on_axis(apart, axis))
+        if code == 'no_motion':
+            return how
+    more = () if evidence is None else (said('evidence', evidence=evidence),)
+    return say('at_speed', how=how, slow=slow, fast=fast, seconds=question['seconds'],
+               evidence=more)
 
 
 def change_sentence(verdict: Mapping[str, Any]) -> str:
     """Return a verdict on a change, as ChangeVerdict.to_dict has it, in one sentence."""
-    kind = verdict['verdict']
-    if kind == NONE:
-        text = 'nothing named: no change beyond the baseline recording'
-    elif kind == UNKNOWN:
-        text = f'a change that no known effect explains ({_place(verdict["remainder"])})'
-    else:
-        text = ', '.join(map(_finding, verdict['findings']))
-        if kind == INCOMPLETE:
-            text += f', and more that no known effect explains ({_place(verdict["remainder"])})'
-    return f'{text}; {model_words(verdict)}'
+    kind, remainder = verdict['verdict'], verdict.get('remainder')
+    code = {NONE: 'no_cause', UNKNOWN: 'unknown_cause', INCOMPLETE: 'part_of_cause'}
+    return say(code.get(kind, 'cause'), findings=', '.join(map(_finding, verdict['findings'])),
+               place=remainder and _place(remainder), model=model_words(verdict))
 
 
 def model_words(verdict: Mapping[str, Any]) -> str:
     """Return whether the model file holds by `verdict`, in words."""
-    if verdict['model_holds']:
-        return 'the model file holds'
-    if verdict['model_held']:
-        return 'the model file no longer holds'
+    if verdict['model_holds'] or verdict['model_held']:
+        return say('model_holds' if verdict['model_holds'] else 'model_no_longer')
     missed = ' and '.join(verdict['effects_before'])
-    return 'the model file did not hold in the baseline recording either' + (
-        f' ({missed})' if missed else '')
+    return say('model_never', missed=(said('missed_effects', effects=missed),) if missed else ())
 
 
 def _finding(finding: Mapping[str, Any]) -> str:
-    sizes = ', '.join(map(_value, finding['values']))
-    return f'{finding["effect"]} ({_place(finding["place"])}): {sizes}'
+    return say('one_cause', effect=finding['effect'], place=_place(finding['place']),
+               sizes=', '.join(map(_value, finding['values'])))
 
 
 def _place(location: str) -> str:
@@ -341,9 +327,9 @@ def _place(location: str) -> str:
 
 
 def _value(value: Mapping[str, Any]) -> str:
-    if value['relative'] is not None:
-        return (f'{value["name"]} {number(value["before"])} to '
-                f'{number(value["now"], value["unit"])}, '
-                f'{percent(value["relative"], value["relative_std"]):+}')
-    return (f'{value["name"]} {number(value["before"])} to '
-            f'{Quantity(value["now"], value["std"], value["unit"])}')
+    name, before = value['name'], number(value['before'])
+    if value['relative'] is None:
+        return say('was_and_is_now', name=name, before=before,
+                   now=Quantity(value['now'], value['std'], value['unit']))
+    return say('was_and_is', name=name, before=before, now=number(value['now'], value['unit']),
+               size=percent(value['relative'], value['relative_std']))
