@@ -24,7 +24,7 @@ import numpy as np
 
 from benchmarks.harness import add_drawn_options, bar_lines, BarTable, finish, require_drawn
 from benchmarks.wear import axis, DT, file_of, logged, model_of, SimulatedAxis
-from gearbox_monitor.diagnosis.joint.change_diagnosis import ChangeVerdict, diagnose_change
+from gearbox_monitor.diagnosis.joint.diagnose import ChangeVerdict, diagnose_change
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.ros.change_watch import COMPARED

@@ -13,9 +13,8 @@ Public names, by module:
     hypothesis: Finding, INCOMPLETE, kind_of, NONE, Remainder, UNDECIDED, UNKNOWN
     joint: closed_model, diagnose, unit_adaptation
     joint.candidates: CandidateModel, Coordinate, NUISANCES, sine_and_cosine, with_effects
-    joint.change_diagnosis: diagnose_change
     joint.closed_model: closed_of, gap_of, ModelRun, Overlay, overlay
-    joint.diagnose: chosen_ids, diagnose
+    joint.diagnose: chosen_ids, diagnose, diagnose_change
     joint.innovation_fit: coordinate_columns, evaluated, FilteredFit, fitted, InnovationFit
     joint.innovations: halves, InnovationLikelihood, noise_floor
     joint.nominal: fit_nominal, FittedValue, NominalFit

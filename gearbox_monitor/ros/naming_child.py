@@ -55,7 +55,7 @@ def verdict_of(order: dict[str, Any], data: bytes) -> dict[str, Any]:
     """
     from gearbox_monitor.errors import InputError
     from gearbox_monitor.files.baselines import split
-    from gearbox_monitor.diagnosis.joint.change_diagnosis import diagnose_change
+    from gearbox_monitor.diagnosis.joint.diagnose import diagnose_change
     from gearbox_monitor.plant.drive import model_from_dict
     from gearbox_monitor.report.words import change_sentence
     from gearbox_monitor.ros.recording_export import MIN_STRETCH, SECOND, stretch, unpacked_rows

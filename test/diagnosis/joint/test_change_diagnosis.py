@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from gearbox_monitor.diagnosis.joint.change_diagnosis import diagnose_change
+from gearbox_monitor.diagnosis.joint.diagnose import diagnose_change
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.plant.drive import Controller, DriveModel
 from gearbox_monitor.signals.examine import admitted
