@@ -39,7 +39,7 @@ from gearbox_monitor.cli.inputs import (
     joint_of, load_recordings, names_of,
     reading_of_robot, robot_of, robot_options, written_options)
 from gearbox_monitor.cli.options import (
-    entries, expect_new_files, ids_in, refuse, show, wrapped, write_files)
+    entries, expect_new_files, ids_in, labelled, refuse, show, wrapped, write_files)
 from gearbox_monitor.diagnosis.hypothesis import NONE, UNDECIDED
 from gearbox_monitor.diagnosis.joint import closed_model
 from gearbox_monitor.diagnosis.joint.diagnose import chosen_ids
@@ -52,7 +52,7 @@ from gearbox_monitor.library.progress import progress_bar
 from gearbox_monitor.library.robot import diagnose_robot, robot_effects, RobotDiagnosis
 from gearbox_monitor.library.simulator_file import export_model, written_model
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.presentation import number, on_axis, percent, Quantity
+from gearbox_monitor.presentation import number, on_axis, percent, Quantity, Said, said
 from gearbox_monitor.report.diagnosis_evidence import gather, shows_place
 from gearbox_monitor.report.diagnosis_page import diagnosis_page
 from gearbox_monitor.report.robot_gap_page import robot_gap_page
@@ -180,7 +180,7 @@ def write(args: Namespace, data: Mapping[str, Any], closed: DriveModel, page: st
 
 
 VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a verdict
-Rows: TypeAlias = Iterator[tuple[str, str]]  # label and words of a line
+Rows: TypeAlias = Iterator[Said]  # of a line, whose label is the name of the code
 LABEL = 15
 RANKED = 8  # lines of the ranking
 NEXT = 1    # steps that are printed without -v
@@ -200,18 +200,18 @@ def text(data: VerdictData, recordings: Sequence[UniformRecording], model: Drive
         verbose: whether all that is known is printed, not only answer, values and next step.
 
     """
-    rows = [*_gap(data), *_parameters(data, model.axis)]
+    says = [*_gap(data), *_parameters(data, model.axis)]
     if verbose:
-        rows += [*_ranking(data), *_where(data, recordings, model), *_nominal(data, model)]
-    rows += [*_simulator(data), *_validation(data, files.validated, on_axis('rad', model.axis)),
-             *_notes(data, verbose), *_changed(data, files, verbose),
+        says += [*_ranking(data), *_where(data, recordings, model), *_nominal(data, model)]
+    says += [*_simulator(data), *_validation(data, files.validated, on_axis('rad', model.axis))]
+    rows = [*labelled(says, model.axis), *_notes(data, verbose), *_changed(data, files, verbose),
              *(('next', advice) for advice in next_steps(data, files, model.axis)[
                  :None if verbose else NEXT]),
              *(('written', words) for words in _written(written))]
     return '\n'.join([*wrapped(data['summary']), *entries(rows, LABEL)])
 
 
-def _notes(data: VerdictData, verbose: bool) -> Rows:
+def _notes(data: VerdictData, verbose: bool) -> Iterator[tuple[str, str]]:
     """Yield the notes, unless `verbose` the first one and how many follow it."""
     notes = list(data.get('warnings', ()))
     if len(notes) > 1 and not verbose:
@@ -219,7 +219,7 @@ def _notes(data: VerdictData, verbose: bool) -> Rows:
     return (('note', note) for note in notes)
 
 
-def _changed(data: VerdictData, files: UserFiles, verbose: bool) -> Rows:
+def _changed(data: VerdictData, files: UserFiles, verbose: bool) -> Iterator[tuple[str, str]]:
     """Yield the changes of a simulator's file, unless `verbose` their number, and the rest."""
     rows, count = list(files.changes), len(data.get('file_changes') or ())
     if count and not verbose:
@@ -236,107 +236,99 @@ def _written(written: Sequence[Path]) -> Iterator[str]:
 
 def _gap(data: VerdictData) -> Rows:
     """Yield the line on the misfit before and after."""
-    words = (f'{number(data["gap_before"])} before, {number(data["gap_after"])} after; '
-             'noise alone is 1')
-    closed = data.get('closed_fraction')
+    share, closed = data.get('closed_fraction'), tuple[Said, ...]()
     if data['verdict'] not in NOTHING:
-        words += (f'; closed share not defined: {undefined(data)}' if closed is None else
-                  f'; {percent(closed)} closed')
-    yield 'misfit', words
+        closed = (said('closed_undefined', why=undefined(data)) if share is None else
+                  said('closed_share', share=percent(share)),)
+    yield said('misfit_row', before=number(data['gap_before']), after=number(data['gap_after']),
+               closed=closed)
 
 
 def _parameters(data: VerdictData, axis: str) -> Rows:
-    for k, row in enumerate(value_rows(data, axis)):
-        yield '' if k else 'values', f'{row.effect} {row}'
+    for row in value_rows(data, axis):
+        yield said('value_row', effect=row.effect, value=row)
     for name, ranges in (data.get('between_recordings') or {}).items():
         for parameter, part in ranges.items():
-            yield '', (f'{name} {parameter} in {len(part["recordings"])} recordings: '
-                       f'{number(part["mean"])}, 90 % range {number(part["low"])} to '
-                       f'{number(part["high"])}; it differs between them by '
-                       f'{number(part["between"])}')
-    for k, burst in enumerate(data.get('bursts') or ()):
-        yield '' if k else 'bursts', (
-            f'{burst["t0"]:.2f} to {burst["t0"] + burst["duration"]:.2f} s: '
-            + number(burst['amplitude'], on_axis('N m', axis)))
-    for k, slip in enumerate(data.get('slips') or ()):
-        yield '' if k else 'slips', f'{slip["t0"]:.2f} s: ' + str(
-            Quantity(slip['size'], slip['std'], on_axis('rad', axis)))
-    for sentence in data.get('equivalent') or ():
-        yield 'the same as', sentence
+            yield said('between_row', name=name, parameter=parameter,
+                       count=len(part['recordings']), **{key: number(part[key]) for key in (
+                           'mean', 'low', 'high', 'between')})
+    for burst in data.get('bursts') or ():
+        yield said('burst_row', begin=burst['t0'], end=burst['t0'] + burst['duration'],
+                   size=number(burst['amplitude'], on_axis('N m', axis)))
+    for slip in data.get('slips') or ():
+        yield said('slip_row', begin=slip['t0'],
+                   size=Quantity(slip['size'], slip['std'], on_axis('rad', axis)))
+    for words in data.get('equivalent') or ():
+        yield said('same_row', words=words)
     torque_map = torque_map_of(data)
     if torque_map is not None:
-        words, knots = torque_map
-        yield 'torque map', (f'{words}, for what no effect explains: '
-                             + ', '.join(f'{x}: {torque} ± {error}' for x, torque, error in knots)
-                             + f' {on_axis("N m", axis)}')
+        place, knots = torque_map
+        yield said('torque_map_row', place=place, unit=on_axis('N m', axis), knots=', '.join(
+            f'{x}: {torque} ± {error}' for x, torque, error in knots))
 
 
 def _ranking(data: VerdictData) -> Rows:
     gains: Mapping[str, float] = data.get('gains') or {}
     ranking = sorted(gains, key=lambda name: gains[name], reverse=True)[:RANKED]
-    for k, name in enumerate(ranking):
-        yield '' if k else 'ranking', f'{k + 1}. {name}: {gains[name]:.1f}'
+    for place, name in enumerate(ranking, 1):
+        yield said('ranking_row', place=place, name=name, gain=gains[name])
     if ranking:
-        yield '', ('gain over the nominal model: 2 log likelihood less a penalty per parameter')
+        yield said('gain_row')
     if data.get('confusable') and data['verdict'] in NAMING:
-        yield 'not separable', (', '.join(data['confusable'])
-                                + ': this recording does not distinguish it from the effect')
+        yield said('rivals_row', names=', '.join(data['confusable']))
 
 
 def _where(data: VerdictData, recordings: Sequence[UniformRecording], model: DriveModel) -> Rows:
     if data['verdict'] in NOTHING:
         return
     if not any(shows_place(recording, model) for recording in recordings):
-        yield 'where', 'one encoder does not show it: record both'
+        yield said('no_where_row')
         return
-    for k, (place, part) in enumerate(data['where']['places'].items()):
-        yield '' if k else 'where', (f'{place_text(place)}: a free signal there explains '
-                                     f'{percent(part["explained"])}')
+    for place, part in data['where']['places'].items():
+        yield said('where_row', place=place_text(place), share=percent(part['explained']))
 
 
 def _nominal(data: VerdictData, model: DriveModel) -> Rows:
     shifts = data.get('nominal_shift')
     if shifts:
-        yield 'model values', ', '.join(
+        yield said('nominal_row', values=', '.join(
             f'{name} {number(data["nominal"][name])} ({shift:+.1f})'
-            for name, shift in shifts.items()) + '; in brackets: deviation in tolerances'
+            for name, shift in shifts.items()))
     if shifts and model.tolerance and data['process_torque'] is not None:
-        noise = number(data['process_torque'], on_axis('N m', model.axis))
-        yield on_axis('torque noise', model.axis), f'{noise} rms per sample'
+        yield said('noise_row', noise=number(data['process_torque'], on_axis('N m', model.axis)))
+
+
+def _closed(code: str, name: str | None, part: Mapping[str, Any]) -> Said:
+    return said(code, name=name, before=number(part.get('gap_before')),
+                after=number(part.get('gap_after')), share=percent(part.get('closed_fraction')))
 
 
 def _simulator(data: VerdictData) -> Rows:
     theirs = data.get('simulator')
     if not theirs:
         return
-    for words, part in ((theirs['name'], theirs), ('this package', theirs['here'])):
-        yield 'simulator' if part is theirs else '', (
-            f'{words}: gap {number(part["gap_before"])} before, {number(part["gap_after"])} '
-            f'after, closed {percent(part["closed_fraction"])}')
+    yield _closed('simulator_row', theirs['name'], theirs)
+    yield _closed('simulator_row', 'this package', theirs['here'])
     if theirs['passed']:
-        yield '', 'passed to it: ' + ', '.join(
-            f'{name} as {way}' for name, way in theirs['passed'].items())
+        yield said('passed_row', effects=', '.join(
+            f'{name} as {way}' for name, way in theirs['passed'].items()))
     if theirs['values']:
-        yield '', 'values in it: ' + ', '.join(
+        yield said('values_row', values=', '.join(
             f'{name} {key} = {Quantity(value, deviation)}'
             for name, values in theirs['values'].items()
-            for key, (value, deviation) in values.items())
+            for key, (value, deviation) in values.items()))
 
 
 def _validation(data: VerdictData, validated: str | None, unit: str) -> Rows:
     result = data.get('validation')
     if not result:
         return
-    yield 'validation', (f'{validated}: gap {number(result.get("gap_before"))} before, '
-                         f'{number(result.get("gap_after"))} after, closed '
-                         f'{percent(result.get("closed_fraction"))}')
+    yield _closed('validation_row', validated, result)
     if run := result.get('free_run'):
-        nominal, closed = (', '.join(
-            f'{name} {number(value)}' for name, value in run[when].items())
-            for when in ('before', 'after'))
-        units = ', '.join(dict.fromkeys(unit_of(name, unit) for name in run['before']))
-        yield '', (f'one free run of {run["seconds"]:.0f} s, rms in {units}: {nominal} before; '
-                   f'{closed} after')
+        yield said('free_run_row', seconds=run['seconds'], units=', '.join(dict.fromkeys(
+            unit_of(name, unit) for name in run['before'])), **{when: ', '.join(
+                f'{name} {number(value)}' for name, value in run[when].items())
+                for when in ('before', 'after')})
 
 
 # Options of one joint: why a whole robot has no use for each.

@@ -3,7 +3,7 @@
 
 """Options that commands share, and how commands open recordings, write files and print."""
 from argparse import Action, Namespace
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 import os
 from pathlib import Path
 import re
@@ -16,10 +16,12 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import dump, plain, write_new
 from gearbox_monitor.files.yaml_files import expect_folder_of, expect_new, load_parameters
 from gearbox_monitor.parameters import SETTINGS
+from gearbox_monitor.presentation import on_axis, Said
 from gearbox_monitor.recordings.guess import Answers, Guess
 from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.reading import open_recording, ReadOptions
 from gearbox_monitor.recordings.recorded_samples import NO_MODEL
+from gearbox_monitor.report.sentences import title
 
 
 def reading_of(args: Namespace) -> ReadOptions:
@@ -91,6 +93,15 @@ def entries(rows: Iterable[tuple[str, str]], wide: int = 13) -> list[str]:
     """Return lines with the words of each of `rows` behind its label of `wide` columns."""
     return [line for label, words in rows if words
             for line in wrapped(words, f'{label:<{wide}s}', ' ' * wide)]
+
+
+def labelled(says: Iterable[Said], axis: str) -> Iterator[tuple[str, str]]:
+    """Yield the rows of `entries` for codes on a drive with `axis`, each label once in a row."""
+    before = ''
+    for said in says:
+        label = on_axis(title(said.code), axis)
+        yield ('' if label == before else label), str(said)
+        before = label
 
 
 def ids_in(words: Iterable[str]) -> list[str]:
