@@ -3,18 +3,22 @@
 
 """Parameters: one table, typed fields, no misspelt name."""
 from dataclasses import FrozenInstanceError
+from importlib.resources import files
 import math
+import tomllib
 from typing import get_type_hints
 
 import pytest
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.parameters import (
-    check_values, ESTIMATOR, EstimatorParameters, FILTER_NAMES, ModelParameters, PlantParameters,
-    RecorderParameters, resolve, SETTINGS, table_of)
+    ArmPlantParameters, check_values, ESTIMATOR, EstimatorParameters, FILTER_NAMES,
+    ModelParameters, PlantParameters, RecorderParameters, resolve, RobotParameters, SETTINGS,
+    table_of, WatchParameters)
 from gearbox_monitor.plant.drive import DriveModel
 
-SETS = [EstimatorParameters, ModelParameters, PlantParameters, RecorderParameters]
+SETS = [ArmPlantParameters, EstimatorParameters, ModelParameters, PlantParameters,
+        RecorderParameters, RobotParameters, WatchParameters]
 
 
 def test_every_field_has_the_type_of_its_row():
@@ -26,6 +30,9 @@ def test_every_field_has_the_type_of_its_row():
             assert hints[row.name] == expected, row.name
             assert row.check(row.default, '') == getattr(parameters(), row.name) == row.default
             assert row.item_kind not in (int, float) or math.isfinite(row.high), row.name
+    named = {row.name for parameters in SETS for row in table_of(parameters)}
+    text = files('gearbox_monitor').joinpath('parameters.toml').read_text(encoding='utf-8')
+    assert {name for table in tomllib.loads(text).values() for name in table} == named
 
 
 @pytest.mark.system

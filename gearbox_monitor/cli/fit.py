@@ -44,7 +44,7 @@ import numpy as np
 from gearbox_monitor.cli.inputs import load_recordings, settings_of
 from gearbox_monitor.cli.options import (
     estimator_options, opened, refuse, show, warn, wrapped)
-from gearbox_monitor.diagnosis.joint.nominal import fit_nominal, FittedValue
+from gearbox_monitor.diagnosis.joint.nominal import FittedValue
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.tune import tune
 from gearbox_monitor.files.opening import plain
@@ -52,7 +52,7 @@ from gearbox_monitor.files.yaml_files import (
     error_words, expect_new_file, expect_outside_of_bag, load_parameters,
     save_model, write_parameters)
 from gearbox_monitor.kernels.types import Array, Integers
-from gearbox_monitor.library.identify import adapt, write_adapted
+from gearbox_monitor.library.identify import adapt, fit, write_adapted
 from gearbox_monitor.library.progress import progress_bar
 from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, MIXED, MODEL as MODEL_VALUES
 from gearbox_monitor.presentation import (
@@ -60,6 +60,7 @@ from gearbox_monitor.presentation import (
 from gearbox_monitor.recordings.joint_input import find_input
 from gearbox_monitor.recordings.read import BagReader, JOINT_STATE
 from gearbox_monitor.recordings.recorded_samples import NO_MODEL, samples_of
+from gearbox_monitor.report.sentences import say
 from gearbox_monitor.report.summary import of_fit, of_noise, of_unit, told, UNITS
 from gearbox_monitor.signals.examine import measured_samples
 
@@ -70,7 +71,7 @@ OF = {(MODEL,): ('free', 'validate', 'windows'),
       (MODEL, UNIT): ('joint', 'model_arm_joint', 'keyframe', 'actuator', 'root', 'values',
                       'motor_joint', 'arm_joint', 'setpoint_joint')}
 FIGURES = 'correlated', 'covariance', 'gap_before', 'gap_after', 'method', 'validation'
-SECONDS = 1.0
+SECONDS, WHEN = 1.0, ('before', 'after')
 SAME = 1.0     # of log-likelihood: parameters as good as tuned ones
 UNDECIDED = 3
 
@@ -118,10 +119,8 @@ def _fit_model(args: Namespace) -> int:
         raise InputError(f'--windows: {args.windows:g}, expected at least {SECONDS:g} s')
     expect_new_file(args.out)
     model, recordings, validate, notes = load_recordings(args)
-    with progress_bar('fit') as progress:
-        result = fit_nominal(
-            recordings, model, args.free, validate=validate,
-            seconds=args.windows if args.windows > SECONDS else None, progress=progress)
+    result = fit(recordings, model, args.free, validate=validate,
+                 seconds=args.windows if args.windows > SECONDS else None)
     if args.out:
         save_model(args.out, result.model, ['Fitted with gearbox_monitor fit model to '
                                             + ', '.join(Path(path).name for path in args.bag)])
@@ -131,23 +130,19 @@ def _fit_model(args: Namespace) -> int:
         'process_torque_time': None if model.driven_by == 'position' else (
             result.model.process_torque_time), 'notes': notes})
     data = {**told(of_fit(result)), **data}
-    lines = [f'{first} and {second} are hardly distinguishable (correlation {r:.2f})'
+    lines = [say('hardly_apart', first=first, second=second, r=r)
              for first, second, r in result.correlated]
     if result.method == 'regression':
-        lines.append('values of a regression of the torque: a search did not beat them')
+        lines.append(say('by_regression'))
     if data['process_torque_time']:
-        lines.append(f'unexplained torque lasts {data["process_torque_time"]:g} s '
-                     '(likeliest process_torque_time)')
-    validation = data['validation']
-    if validation:
-        lines.append(f'{Path(args.validate).name}: misfit '
-                     f'{number(validation["gap_before"])} before, '
-                     f'{number(validation["gap_after"])} after')
+        lines.append(say('likeliest_time', seconds=data['process_torque_time']))
+    if validation := data['validation']:
+        lines.append(say('misfit_elsewhere', name=Path(args.validate).name,
+                         **{when: number(validation[f'gap_{when}']) for when in WHEN}))
         runs = validation['free_run']
-        lines += [f'  one free run of {runs["seconds"]:.0f} s, {name}: '
-                  f'{_rms(start)} before, {_rms(runs["after"][name])} after'
-                  for name, start in runs['before'].items()
-                  if start is not None or runs['after'][name] is not None]
+        lines += ['  ' + say('free_run_of_fit', seconds=runs['seconds'], name=name, **{
+            when: _rms(runs[when][name]) for when in WHEN}) for name in runs['before']
+            if any(runs[when][name] is not None for when in WHEN)]
     if args.out:
         lines.append(f'written: {args.out}')
     show(args, data, lambda: _lines(data, ('model file', 'fitted', '±', 'unit'),
@@ -233,8 +228,7 @@ def _fit_noise(args: Namespace) -> int:
     warn(args, data['notes'])
     show(args, data, lambda: _lines(
         data, ('before', 'after', '±', 'unit'), _noise_rows(data, axis),
-        f'search: {data["starts_met"]} of {data["starts"]} starts agree within '
-        f'{percent(data["spread"])}; R from {data["noise_from"]}',
+        say('starts_agree', share=percent(data['spread']), **data),
         f'open: {data["unidentifiable"]}', f'written: {args.out}'))
     return int(data['kept_by'] > SAME or data['worse_than_static'])
 

@@ -24,7 +24,7 @@ Public names, by module:
     recording_page: figures, headline, recording_page, robot_page
     robot_gap_page: by_effect, robot_gap_page, RobotContext
     robot_words: finding_words, reading_words, robot_headline, robot_text
-    sentences: CHANGES, title
+    sentences: CHANGES, say, title
     summary: of_fit, of_noise, of_unit, summary, told, UNITS
     timeline: measured, recorded_timeline, RecordingFacts, state_of, Timeline, timeline_of
     watch_page: watch_page

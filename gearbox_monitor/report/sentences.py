@@ -109,7 +109,8 @@ def phrase(said: Said) -> str:
     """Return the phrase of a code, without its remedy; numbers that are Said become phrases."""
     numbers: dict[str, Any] = {
         name: ''.join(map(phrase, value)) if isinstance(value, tuple)
-        and not hasattr(value, '_fields') else value for name, value in said.numbers.items()}
+        and all(isinstance(part, Said) for part in value) else value
+        for name, value in said.numbers.items()}
     return TABLE[said.code].says.format_map(numbers)
 
 
