@@ -255,10 +255,7 @@ class RobotEvidence:
         for _ in range(rounds):
             matrix, right = prior.copy(), np.zeros(size)
             for parts, w in zip(grams, weights):
-                for cells, own, gram in parts:
-                    total = np.tensordot(w[cells], gram, 1)
-                    matrix[own[:, None], own] += total[:-1, :-1]
-                    right[own] += total[:-1, -1]
+                _add(matrix, right, parts, w)
             matrix[np.arange(size), np.arange(size)] *= ROUNDED
             factor = scipy.linalg.cho_factor(matrix, lower=True, check_finite=False)
             solution = scipy.linalg.cho_solve(factor, right, check_finite=False)
@@ -337,8 +334,12 @@ class RobotEvidence:
         extra, places, _ = self._columns(fit.chosen)
         k = len(self.labels)
         weight = [a.spread(w) for a, w in zip(self.at, fit.weights)]
-        full = [np.column_stack([a.z, x]) for a, x in zip(self.at, extra)]
+        full = [np.column_stack([a.z, x]) if x.shape[1] else a.z for a, x in zip(self.at, extra)]
         index = [np.r_[a.index, k + place] for a, place in zip(self.at, places)]
+        grams = [np.zeros_like(fit.covariance) for _ in self.at]
+        for gram, a, x, place, w in zip(grams, self.at, extra, places, fit.weights):
+            _add(gram, np.zeros(len(gram)), [_extended(g, a, x, k + place) for g in a.grams], w)
+        shared = full, index, weight, grams
         out: list[AddedEstimate | None] = [None] * len(candidates)
         single: dict[int, list[int]] = {}
         for i, c in enumerate(candidates):
@@ -349,7 +350,7 @@ class RobotEvidence:
                 score = np.zeros(c.width)
                 for j, x in columns.items():
                     score += x.T @ (weight[j] * fit.residual[j])
-                out[i] = _estimate(c, score, *self._schur(fit, columns, full, index, weight))
+                out[i] = _estimate(c, score, *self._schur(fit, columns, *shared))
         for j, numbers in single.items():
             x = np.concatenate([candidates[i].columns[j] for i in numbers], axis=1)
             x = self._in_part(x, j, part)
@@ -364,7 +365,7 @@ class RobotEvidence:
                 schur = xx - inner[own] @ xz[own].T
                 size = np.sqrt(np.diag(xx)) + 1e-30
                 if np.linalg.eigvalsh(schur / np.outer(size, size))[0] < CANCELLED:
-                    schur, _ = self._schur(fit, {j: x[:, own]}, full, index, weight)
+                    schur, _ = self._schur(fit, {j: x[:, own]}, *shared)
                 out[i] = _estimate(candidates[i], score[own], schur, np.diag(xx))
         return [e for e in out if e is not None]
 
@@ -374,12 +375,14 @@ class RobotEvidence:
         return x if part is None else x * part[joint][:, None]
 
     def _schur(self, fit: RobotFit, columns: Mapping[int, Array], full: Sequence[Array],
-               index: Sequence[Array], weight: Sequence[Array]) -> tuple[Array, Array]:
+               index: Sequence[Array], weight: Sequence[Array], grams: Sequence[Array]
+               ) -> tuple[Array, Array]:
         """
         Return the Schur complement of columns {joint: [R, k]}, and their squares [k].
 
         As a sum of squares of what all else leaves of them: what the tolerances nearly explain has
-        a complement of 1e-8 of its squares, which a difference would not hold.
+        a complement of 1e-8 of its squares, which a difference would not hold. Of joints without
+        these columns, their weighted `grams` [K+E, K+E] hold the sum.
         """
         size = len(fit.covariance)
         width = next(iter(columns.values())).shape[1]
@@ -391,11 +394,12 @@ class RobotEvidence:
         k = len(self.labels)
         weak = _precision(fit.chosen, fit.scale)[:, None]
         schur = share[:k].T @ self.precision @ share[:k] + share[k:].T @ (weak * share[k:])
-        for j in range(self.joints):
-            reduced = -full[j] @ share[index[j]]
+        for j, gram in enumerate(grams):
             if j in columns:
-                reduced += columns[j]
-            schur += (reduced * weight[j][:, None]).T @ reduced
+                reduced = columns[j] - full[j] @ share[index[j]]
+                schur += (reduced * weight[j][:, None]).T @ reduced
+            else:
+                schur += share.T @ gram @ share
         return schur, squares
 
     def sandwich(self, fit: RobotFit) -> Array:
@@ -451,6 +455,14 @@ def _extended(part: Grams, a: JointRows, x: Array, index: Integers) -> Grams:
         cross = full.T @ x[cell]
         g[:, new], g[new] = cross, cross.T
     return Grams(part.cells, np.r_[part.columns, index], gram)
+
+
+def _add(matrix: Array, right: Array, parts: Sequence[Grams], weights: Array) -> None:
+    """Add `parts` of a joint with its `weights` [C] to the normal equations."""
+    for cells, own, gram in parts:
+        total = np.tensordot(weights[cells], gram, 1)
+        matrix[own[:, None], own] += total[:-1, :-1]
+        right[own] += total[:-1, -1]
 
 
 def _label(column: NuisanceColumn, number: int) -> str:
