@@ -257,8 +257,23 @@ def swing(x: Array, period: float, frequency: float) -> Array:
                      for zeros in ([1.0, 0.0, 0.0], [w, 0.0])], axis=1)
 
 
-def free_functions(recordings: Sequence[Rows]) -> list[Candidate]:
-    """Return functions of `recordings` without a law: if one wins, the cause is unknown."""
+def _swinging(recordings: Sequence[Rows], j: int, frequency: float) -> Candidate:
+    """Return the function of past speeds of joint `j` that a mass of a `frequency` needs."""
+    # Between two sections nothing moved: their leap would set the mass swinging.
+    parts = [rows.tested(j, np.concatenate([
+        swing(rows.joints[j].q[s], rows.motion.step, frequency) for s in rows.motion.sections]))
+        for rows in recordings]
+    return Candidate('function', {j: np.concatenate(parts)}, free=True, setting=frequency,
+                     joint=recordings[0].robot.chain.joints[j], over='past speeds', extra=1,
+                     at_setting=partial(_swinging, recordings, j))
+
+
+def free_functions(recordings: Sequence[Rows], searched: bool = True) -> list[Candidate]:
+    """
+    Return functions of `recordings` without a law: if one wins, the cause is unknown.
+
+    searched: with those that have a setting.
+    """
     joints = recordings[0].robot.chain.joints
     sizes = [len(rows.motion.t) for rows in recordings]
     ends = np.cumsum(sizes)[:-1]
@@ -272,15 +287,6 @@ def free_functions(recordings: Sequence[Rows]) -> list[Candidate]:
             parts = [rows.tested(j, x) for rows, x in zip(recordings, np.split(series, ends))]
             out.append(Candidate('function', {j: np.concatenate(parts)}, joint=joints[j],
                                  free=True, over=over))
-
-    def swinging(j: int, frequency: float) -> Candidate:
-        # Between two sections nothing moved: their leap would set the mass swinging.
-        series = [np.concatenate([swing(rows.joints[j].q[s], rows.motion.step, frequency)
-                                  for s in rows.motion.sections]) for rows in recordings]
-        parts = [rows.tested(j, x) for rows, x in zip(recordings, series)]
-        return Candidate('function', {j: np.concatenate(parts)}, joint=joints[j], free=True,
-                         over='past speeds', setting=frequency, extra=1,
-                         at_setting=lambda f: swinging(j, f))
     past = stops(np.concatenate([rows.motion.q for rows in recordings]), HYSTERESIS)
     angles = [splines(whole(lambda m: m.q, k), 6) for k in range(len(joints))]
     speeds = [np.stack([whole(lambda m: m.v, k), whole(lambda m: m.sign, k)], axis=1)
@@ -295,7 +301,7 @@ def free_functions(recordings: Sequence[Rows]) -> list[Candidate]:
         add(j, 'friction over time', sign[:, None] * splines(t, 6, robust=False))
         add(j, 'friction over angle', sign[:, None] * splines(q, 6))
         add(j, 'past angles', past[:, j])
-        out += [swinging(j, f) for f in SWINGS]
+        out += [_swinging(recordings, j, f) for f in SWINGS if searched]
         for k, partner in enumerate(joints):
             if k != j:
                 add(j, f'angle of {partner}', angles[k])

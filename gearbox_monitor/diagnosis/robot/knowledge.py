@@ -367,7 +367,8 @@ def learn(robot: RobotModel, logs: Sequence[RobotLog], model: str = '',
     fit = evidence.fit()
     effects = {*EFFECTS, *(e.id for e in ROBOT_EFFECTS)} - {
         SATURATION.id, SERVO_LIMIT.id, COGGING.id, TORQUE_RIPPLE.id}
-    candidates = library(recordings, tuple(effects)) + free_functions(recordings)
+    candidates = library(recordings, tuple(effects)) + free_functions(
+        recordings, searched=False)
     scatter, dispersion, parts = scattered(evidence, fit, candidates)
     progress(SETTINGS.rounds + 1, SETTINGS.rounds + 1)
     joints = range(evidence.joints)
@@ -467,7 +468,7 @@ def _shapes(robot: RobotModel, logs: Sequence[RobotLog],
         for name in names:
             parts = [rows.tested(j, shape_of(name)(rows.joints[j])) for rows in recordings]
             offers[j].append(Candidate(name, {j: np.concatenate(parts)}))
-    free = free_functions(recordings)
+    free = free_functions(recordings, searched=False)
     evidence = RobotEvidence(recordings)
     fit = evidence.fit()
     dispersion = scattered(evidence, fit, free)[1]

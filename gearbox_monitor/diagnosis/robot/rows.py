@@ -267,13 +267,14 @@ def tested(motion: RobotMotion, tests: TestFunctions, robot: RobotModel,
     steady = _steady(motion, effort)
     acceleration = _rate(motion, motion.v)
     friction = passive + chain.armature * acceleration + coulomb * sign
+    none = np.zeros(n)
     joints = [JointMotion(
         motion.t, motion.q[:, j], motion.v[:, j], sign[:, j], load[:, j],
         load[:, j] + friction[:, j] + taught_load[:, j], steady[:, j], error[:, j],
         motion.input_speed[:, j], added[:, j], kp[j], kd[j],
         float(np.std(effort[:, j] - steady[:, j])) if not setpoint else
         float(kp[j] * motion.sigma_q[j]), coulomb[j], viscous[j], chain.armature[j],
-        robot.learnt, np.zeros(n), np.zeros(n), np.zeros(n), effort[:, j],
+        robot.learnt, none, none, none, effort[:, j],
         load[:, j] + taught_load[:, j]) for j in range(count)]
     if robot.learnt and mean:
         joints = [_taught(m, name, shapes, mean, j, acceleration[:, j])
