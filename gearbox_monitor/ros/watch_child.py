@@ -10,6 +10,8 @@ file. Imports no ROS. It ends with its standard input.
 """
 from collections import deque
 from collections.abc import Iterable
+import ctypes
+import gc
 import json
 import os
 from pathlib import Path
@@ -88,6 +90,9 @@ class Watching:
                 before = self.watch
                 self.watch, events = step(self.watch, block)
                 self.tell(tuple(f'{e.place}: {e.words}' for e in events))
+                if self.watch.phase != before.phase:    # what learning took goes back
+                    gc.collect()
+                    ctypes.CDLL(None).malloc_trim(0)
                 if self.watch.phase != before.phase or self.watch.blocks % EVERY == 0:
                     self.save()
 

@@ -58,9 +58,7 @@ class WatchChild:
         self._child = subprocess.Popen(
             [sys.executable, '-m', 'gearbox_monitor.ros.watch_child', str(state),
              str(os.getpid())], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-            # What learning took goes back.
-            env={**child_environment(), 'MALLOC_MMAP_THRESHOLD_': '1000000'},
-            start_new_session=True)
+            env=child_environment(), start_new_session=True)
         self._threads = [Thread(target=x, daemon=True) for x in (self._write, self._read)]
         for thread in self._threads:
             thread.start()
