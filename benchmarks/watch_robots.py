@@ -34,9 +34,8 @@ import numpy as np
 
 from benchmarks.harness import add_json_option, bar_lines, BarTable, finish, write_json
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.watch.block import Block
 from gearbox_monitor.watch.fold import begin, step
-from gearbox_monitor.watch.record import WATCH, Watch
+from gearbox_monitor.watch.record import Block, WATCH, Watch
 from gearbox_monitor.watch.settings import SECOND, WATCH_SETTINGS
 
 AXES = ('0 0 1', '0 1 0', '0 1 0', '1 0 0', '0 1 0', '1 0 0', '0 0 1')

@@ -48,8 +48,8 @@ from gearbox_monitor.report.watch_words import watch_data  # noqa: E402
 from gearbox_monitor.robot.arm_plant import GapGrowth, WorkingArm  # noqa: E402
 from gearbox_monitor.ros.diagnostic_keys import published  # noqa: E402
 from gearbox_monitor.ros.live_node import EventServer  # noqa: E402
-from gearbox_monitor.watch.block import Cutter  # noqa: E402
 from gearbox_monitor.watch.fold import begin, step  # noqa: E402
+from gearbox_monitor.watch.record import Cutter  # noqa: E402
 
 BROWSERS = 'chromium', 'chromium-browser', 'google-chrome'
 SMOOTHED = next(s for s in SIGNALS if s.topic == 'transmission_state_smoothed')

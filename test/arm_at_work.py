@@ -7,7 +7,7 @@ from scipy.interpolate import CubicSpline
 
 from gearbox_monitor.robot.chain import chain_of, inertial, joint_losses
 from gearbox_monitor.robot.description import parse
-from gearbox_monitor.watch.block import Cutter
+from gearbox_monitor.watch.record import Cutter
 from gearbox_monitor.watch.fold import step
 from gearbox_monitor.watch.settings import SECOND
 

@@ -17,9 +17,8 @@ from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOpt
 from gearbox_monitor.recordings.topics import JOINT_STATES
 from gearbox_monitor.robot.description import LONGEST
 from gearbox_monitor.signals.stamps import require_stamps
-from gearbox_monitor.watch.block import Block, Cutter
 from gearbox_monitor.watch.fold import begin, step
-from gearbox_monitor.watch.record import Watch
+from gearbox_monitor.watch.record import Block, Cutter, Watch
 from gearbox_monitor.watch.settings import DATED, SECOND, WATCH_SETTINGS
 
 DESCRIPTION = 'robot_description'

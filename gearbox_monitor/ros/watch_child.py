@@ -33,8 +33,7 @@ class Watching:
     def __init__(self, path: Path) -> None:
         from gearbox_monitor.errors import InputError
         from gearbox_monitor.files.watch_file import load_watch
-        from gearbox_monitor.watch.block import Cutter
-        from gearbox_monitor.watch.record import Watch
+        from gearbox_monitor.watch.record import Cutter, Watch
         self.path, self.problem = path, ''
         self.watch: Watch | None = None
         self.described, self.early = False, deque[Any](maxlen=EARLY)

@@ -11,8 +11,8 @@ give the same bits, live and offline.
 Public names, by module:
 
     .: fold
-    block: Block, Cutter
     fold: begin, step
-    record: Change, CLASSES, DESCRIBE, HeldLoad, JointWatch, LEARN, StateHealth, WATCH, Watch
+    record: Block, Change, CLASSES, Cutter, DESCRIBE, HeldLoad, JointWatch, LEARN, StateHealth,
+        WATCH, Watch
     settings: DATED, FRICTION, RIPPLE, ROTOR, SCALE, SECOND, TILT, WATCH_SETTINGS, WEIGHT
 """

@@ -28,13 +28,13 @@ from gearbox_monitor.presentation import percent, Quantity
 from gearbox_monitor.robot.chain import chain_of, joint_losses, ranges_in
 from gearbox_monitor.robot.description import own_joints, parse
 from gearbox_monitor.robot.plausibility import implausible_limits, implausible_links
-from gearbox_monitor.watch.block import Block, raw_log
 from gearbox_monitor.watch.features import (
     Features, features_of, Group, groups_of, state_levels, tips_of)
 from gearbox_monitor.watch.levels import (
     Deviation, level_of, Levels, now, step_in, stepped, with_block)
 from gearbox_monitor.watch.record import (
-    Change, DESCRIBE, Held, JointWatch, LEARN, HeldLoad, StateHealth, Watch, WATCH, WatchEvent)
+    Block, Change, DESCRIBE, Held, HeldLoad, JointWatch, LEARN, raw_log, StateHealth, WATCH, Watch,
+    WatchEvent)
 from gearbox_monitor.watch.settings import FRICTION, RIPPLE, SCALE, SECOND, TILT, WATCH_SETTINGS
 
 SOURCE = 'robot_description'

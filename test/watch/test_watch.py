@@ -29,12 +29,11 @@ from gearbox_monitor.recordings.write import BagWriter
 from gearbox_monitor.report.watch_words import change_words, watch_data
 from gearbox_monitor.robot.chain import inertial
 from gearbox_monitor.ros.watch_child import DESCRIPTION, Watching
-from gearbox_monitor.watch.block import Cutter, raw_log
 from gearbox_monitor.watch.features import columns_of, Group, groups_of
 from gearbox_monitor.watch.fold import (
     begin, learn_again, robot_of, save_baseline, step, tare)
 from gearbox_monitor.watch.levels import levels_of, step_in, with_block
-from gearbox_monitor.watch.record import Change, WATCH
+from gearbox_monitor.watch.record import Change, Cutter, raw_log, WATCH
 from gearbox_monitor.watch.settings import ROTOR, SECOND, WEIGHT
 
 LEARN, SETTLED = 9, 24  # blocks

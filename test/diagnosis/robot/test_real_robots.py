@@ -15,7 +15,7 @@ from gearbox_monitor.diagnosis.robot.verdict import diagnose
 from gearbox_monitor.robot.chain import chain_of, inertial, joint_losses
 from gearbox_monitor.robot.description import parse
 from gearbox_monitor.watch import fold
-from gearbox_monitor.watch.block import Cutter
+from gearbox_monitor.watch.record import Cutter
 
 pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason='needs ../shared/data')
 
