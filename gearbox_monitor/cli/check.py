@@ -32,10 +32,9 @@ import shlex
 import textwrap
 from typing import Any
 
-from gearbox_monitor.cli.inputs import (
-    names_of, reading_of_robot, robot_of, settings_of)
 from gearbox_monitor.cli.options import (
-    estimator_options, opened, refuse, show, wrapped)
+    estimator_options, names_of, opened, reading_of_robot, refuse, robot_of, settings_of, show,
+    wrapped)
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.noise_search import MIN_SAMPLES, MIN_SECONDS
 from gearbox_monitor.health.alert_limits import LIMITS

@@ -35,11 +35,9 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from gearbox_monitor import __version__
-from gearbox_monitor.cli.inputs import (
-    joint_of, load_recordings, names_of,
-    reading_of_robot, robot_of, robot_options, written_options)
 from gearbox_monitor.cli.options import (
-    entries, expect_new_files, ids_in, labelled, refuse, show, wrapped, write_files)
+    entries, expect_new_files, ids_in, joint_of, labelled, load_recordings, names_of,
+    reading_of_robot, refuse, robot_of, robot_options, show, wrapped, write_files, written_options)
 from gearbox_monitor.diagnosis.hypothesis import NONE, UNDECIDED
 from gearbox_monitor.diagnosis.joint import closed_model
 from gearbox_monitor.diagnosis.joint.diagnose import chosen_ids
@@ -53,8 +51,7 @@ from gearbox_monitor.library.robot import diagnose_robot, robot_effects, RobotDi
 from gearbox_monitor.library.simulator_file import export_model, written_model
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.presentation import number, on_axis, percent, Quantity, Said, said
-from gearbox_monitor.report.diagnosis_evidence import gather, shows_place
-from gearbox_monitor.report.diagnosis_page import diagnosis_page
+from gearbox_monitor.report.diagnosis_page import diagnosis_page, gather, shows_place
 from gearbox_monitor.report.robot_gap_page import robot_gap_page
 from gearbox_monitor.report.robot_words import robot_text
 from gearbox_monitor.report.summary import summary

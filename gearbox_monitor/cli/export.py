@@ -44,9 +44,8 @@ from argparse import Namespace
 from pathlib import Path
 import sys
 
-from gearbox_monitor.cli.inputs import (
-    joint_of, recording_of)
-from gearbox_monitor.cli.options import estimator_options, refuse, wrapped, write_or_print
+from gearbox_monitor.cli.options import (
+    estimator_options, joint_of, recording_of, refuse, wrapped, write_or_print)
 from gearbox_monitor.diagnosis.joint.closed_model import overlay
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import write_new

@@ -41,9 +41,8 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.cli.inputs import load_recordings, settings_of
 from gearbox_monitor.cli.options import (
-    estimator_options, opened, refuse, show, warn, wrapped)
+    estimator_options, load_recordings, opened, refuse, settings_of, show, warn, wrapped)
 from gearbox_monitor.diagnosis.joint.nominal import FittedValue
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.tune import tune

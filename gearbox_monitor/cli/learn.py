@@ -14,8 +14,7 @@ usage examples:
 """
 from argparse import Namespace
 
-from gearbox_monitor.cli.inputs import names_of, reading_of_robot, robot_of
-from gearbox_monitor.cli.options import show
+from gearbox_monitor.cli.options import names_of, reading_of_robot, robot_of, show
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.knowledge_file import save_knowledge, SUFFIX
 from gearbox_monitor.files.yaml_files import expect_new_file

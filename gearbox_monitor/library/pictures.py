@@ -15,9 +15,9 @@ from gearbox_monitor.library.estimation import BacklashWindows, RecordingEstimat
 from gearbox_monitor.library.recording import DriveRecording
 from gearbox_monitor.presentation import on_axis
 from gearbox_monitor.report.chart import Chart, Panel, Trace
-from gearbox_monitor.report.diagnosis_evidence import gather, window_chart
+from gearbox_monitor.report.diagnosis_page import gather, window_chart
 from gearbox_monitor.report.plots import figure
-from gearbox_monitor.report.recording_charts import backlash_chart, overview
+from gearbox_monitor.report.recording_page import backlash_chart, overview
 from gearbox_monitor.report.summary import summary
 from gearbox_monitor.report.timeline import measured, Timeline, timeline_of
 

@@ -30,8 +30,7 @@ from gearbox_monitor.library.simulator_file import expect_path, SimulatorFile
 from gearbox_monitor.plant.drive import DriveModel, expect_model
 from gearbox_monitor.presentation import credible, number, on_axis, Quantity
 from gearbox_monitor.recordings.joint_input import match_stamps
-from gearbox_monitor.report.diagnosis_evidence import gather
-from gearbox_monitor.report.diagnosis_page import diagnosis_page
+from gearbox_monitor.report.diagnosis_page import diagnosis_page, gather
 from gearbox_monitor.report.robot_gap_page import robot_gap_page
 from gearbox_monitor.report.robot_words import robot_text
 from gearbox_monitor.report.summary import of_fit, of_noise, of_unit, summary, told

@@ -12,16 +12,14 @@ Public names, by module:
     .: words
     builder: Page, page_summary, render_page, Section
     chart: Chart, Panel, Trace
-    diagnosis_evidence: gather, shows_place, window_chart
-    diagnosis_page: diagnosis_page
+    diagnosis_page: diagnosis_page, gather, shows_place, window_chart
     explanation: ALL_CONDITIONS, Explanation, explanations
     fleet_page: CSV_NAME, fleet_csv, fleet_page, headline, joint_name, robots_headline,
         robots_page
     live_history: GearboxHistory, StatusAlert
     live_page: live_frame, LivePage, WatchNews
     plots: figure
-    recording_charts: backlash_chart, overview
-    recording_page: figures, headline, recording_page, robot_page
+    recording_page: backlash_chart, figures, headline, overview, recording_page, robot_page
     robot_gap_page: by_effect, robot_gap_page, RobotContext
     robot_words: finding_words, reading_words, robot_headline, robot_text
     sentences: CHANGES, say, title

@@ -17,8 +17,8 @@ from gearbox_monitor.report.builder import (
 from gearbox_monitor.report.chart import Chart, Lane, LoopSlice, Panel, Plane, round_span, Trace
 from gearbox_monitor.report.live_history import (
     GearboxHistory, LEVEL_SECONDS, MOTION_SECONDS, SILENT_SECONDS, worst_first)
-from gearbox_monitor.report.recording_charts import backlash_panel, drawn_windows, ROLES
-from gearbox_monitor.report.recording_page import joint_table, live_row, worst_rows
+from gearbox_monitor.report.recording_page import (
+    backlash_panel, drawn_windows, joint_table, live_row, ROLES, worst_rows)
 from gearbox_monitor.report.timeline import LEVELS
 from gearbox_monitor.report.watch_page import watch_part
 from gearbox_monitor.report.words import answer, GEARBOXES, sentence

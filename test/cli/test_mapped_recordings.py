@@ -12,7 +12,7 @@ import pytest
 import yaml
 
 from gearbox_monitor.cli.commands import declared
-from gearbox_monitor.cli.inputs import load_recordings
+from gearbox_monitor.cli.options import load_recordings
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.plant.drive import model_from_dict

@@ -9,8 +9,7 @@ import math
 import pytest
 
 from gearbox_monitor.cli.commands import declared
-from gearbox_monitor.cli.inputs import written_options
-from gearbox_monitor.cli.options import show, stated, write_files
+from gearbox_monitor.cli.options import show, stated, write_files, written_options
 from gearbox_monitor.errors import InputError
 
 DATA = {'gap': math.nan, 'rows': (1, 2)}

@@ -15,7 +15,7 @@ from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import simulate
-from gearbox_monitor.report import diagnosis_evidence
+from gearbox_monitor.report import diagnosis_page as evidence_of
 from gearbox_monitor.report.svg import Axis
 
 MODEL = DriveModel()
@@ -163,15 +163,15 @@ def test_ticks_are_round():
 def test_binned_over_a_motion():
     x = np.linspace(0.0, 1.0, 1000)
     value = np.stack([np.where(x > 0.5, 3.0, 1.0), np.where(x > 0.5, 3.0, 1.0)], axis=1)
-    found = diagnosis_evidence.binned(x, value, np.linspace(0.0, 1.0, 11))
+    found = evidence_of.binned(x, value, np.linspace(0.0, 1.0, 11))
     assert found == pytest.approx(np.where(np.arange(10) < 5, 1.0, 3.0))
-    few = diagnosis_evidence.binned(np.append(x, 9.9), np.append(value[:, 0], 1.0),
+    few = evidence_of.binned(np.append(x, 9.9), np.append(value[:, 0], 1.0),
                                  np.linspace(0.0, 10.0, 11))
     assert np.isnan(few[1:]).all() and np.isfinite(few[0])
 
 
 def test_curves_to_draw():
-    assert diagnosis_evidence.smoothed(np.ones(100), 1e-3) == pytest.approx(1.0)
-    drawn = diagnosis_evidence.clipped_to_range(np.array([0.5, 1e9, np.nan]),
+    assert evidence_of.smoothed(np.ones(100), 1e-3) == pytest.approx(1.0)
+    drawn = evidence_of.clipped_to_range(np.array([0.5, 1e9, np.nan]),
                                             np.array([0.0, 1.0, 0.5]))
     assert drawn[0] == 0.5 and np.isnan(drawn[1:]).all()
