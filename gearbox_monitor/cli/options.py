@@ -108,7 +108,7 @@ def entries(rows: Iterable[tuple[str, str]], wide: int = 13) -> list[str]:
             for line in wrapped(words, f'{label:<{wide}s}', ' ' * wide)]
 
 
-def labelled(says: Iterable[Said], axis: str) -> Iterator[tuple[str, str]]:
+def labelled(says: Iterable[Said], axis: str = 'rotary') -> Iterator[tuple[str, str]]:
     """Yield the rows of `entries` for codes on a drive with `axis`, each label once in a row."""
     before = ''
     for said in says:

@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import Any
 
 from gearbox_monitor.cli.options import (
-    entries, estimator_options, opened, show, warn, wrapped)
+    entries, estimator_options, labelled, opened, show, warn, wrapped)
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.yaml_files import expect_new_file, load_model
 from gearbox_monitor.health.checks.outcome import Level
@@ -114,43 +114,38 @@ def says(data: Mapping[str, Any], axis: str = 'rotary') -> Iterator[Said]:
 
 def text(data: Mapping[str, Any], axis: str = 'rotary') -> str:
     """Return the summary `data` of a drive with `axis` as lines for people."""
-    def named(values: Mapping[str, Any], form: str = '') -> str:
-        """Return what of `values` is not 0, with their names."""
-        return ', '.join(f'{v:{form}} {k.replace("_", " ")}' for k, v in values.items() if v)
-    rows = [
-        ('bag', data['bag']),
-        ('samples', f'{data["samples"]} in {data["duration_s"]:.2f} s ({data["rate_hz"]:.1f} Hz), '
-         f'{data["estimates"]} estimates, filter {data["filter"]}'),
-        ('noticed', named({k: v for k, v in data['refused'].items() if k != 'starts'})),
-        ('NIS', '' if data['nis'] is None else f'{data["nis"]:.3f} ({data["nis_expected"]:.3g} '
-         'when the model is right)')]
-    if data.get('tau_k_error') is not None:
-        rows.append(('tau_K error', (
-            f'{data["tau_k_error"]:.4g} {on_axis("N m", axis)} rms of {data["tau_k_rms"]:.4g}, '
-            f'smoothed {_number(data["tau_k_error_smoothed"])}; '
-            f'{100 * data["coverage_1_sigma"]:.0f} % within 1 sigma')))
-    if data.get('tau_k_error_whole') is not None:
-        rows.append(('', f'{data["tau_k_error_whole"]:.4g} smoothed over the whole recording'))
-    rows += [
-        ('adapted', ', '.join(f'{k} {v:.4g}' for k, v in data['adapted'].items())),
-        ('', named(data['adaptation_guards'])),
-        ('backlash', ', '.join(f'{gap:.4g}' for gap in data['gap_rad'][-8:])
-         + f' {on_axis("rad", axis)} (windows, newest last)' * bool(data['gap_rad'])),
-        ('trust', ', '.join(f'{k} {v}' for k, v in data['levels'].items()))]
-    if c := data.get('comparison'):
-        rows.append(('identical', f'{data["replay_identical"]}: {c["identical"]} of '
-                     f'{c["compared"]} recorded values bit for bit'))
-        if c['explained'] or c['lost_inputs'] or c['lost_outputs']:
-            rows.append(('', f'missing in the bag: {c["lost_inputs"]} inputs, '
-                         f'{c["lost_outputs"]} outputs; {c["explained"]} values differ after '
-                         'such a loss, up to the next snapshot'))
-        if c['early_inputs']:
-            rows.append(('', f'{c["early_inputs"]} samples came before the estimator was ready'))
-        if c['different']:
-            rows.append(('', f'first difference: {c["first"]}'))
     return '\n'.join([*wrapped(data['summary']), '', *entries(
-        [*rows, *(('note', note) for note in data['notes'])])])
+        [('bag', data['bag']), *labelled(_rows(data, axis)),
+         *(('note', note) for note in data['notes'])])])
 
 
-def _number(value: float | None) -> str:
-    return 'none' if value is None else f'{value:.4g}'
+def _rows(data: Mapping[str, Any], axis: str) -> Iterator[Said]:
+    """Yield the lines about a replay of a drive with `axis`."""
+    def named(values: Mapping[str, Any]) -> str:
+        """Return what of `values` is not 0, with their names."""
+        return ', '.join(f'{v} {k.replace("_", " ")}' for k, v in values.items() if v)
+    yield said('samples_row', **data)
+    yield said('noticed_row', noticed=named(
+        {k: v for k, v in data['refused'].items() if k != 'starts'}))
+    if data['nis'] is not None:
+        yield said('nis_row', **data)
+    if data.get('tau_k_error') is not None:
+        late = data['tau_k_error_smoothed']
+        yield said('error_row', unit=on_axis('N m', axis), percent=100 * data['coverage_1_sigma'],
+                   smoothed='none' if late is None else f'{late:.4g}', **data)
+    if data.get('tau_k_error_whole') is not None:
+        yield said('whole_row', **data)
+    yield said('adapted_row', words=', '.join(f'{k} {v:.4g}' for k, v in data['adapted'].items()))
+    yield said('adapted_row', words=named(data['adaptation_guards']))
+    if data['gap_rad']:
+        yield said('gap_row', unit=on_axis('rad', axis),
+                   gaps=', '.join(f'{gap:.4g}' for gap in data['gap_rad'][-8:]))
+    yield said('trust_row', levels=', '.join(f'{k} {v}' for k, v in data['levels'].items()))
+    if c := data.get('comparison'):
+        yield said('identical_row', verdict=data['replay_identical'], **c)
+        if c['explained'] or c['lost_inputs'] or c['lost_outputs']:
+            yield said('missing_row', **c)
+        if c['early_inputs']:
+            yield said('early_row', **c)
+        if c['different']:
+            yield said('difference_row', **c)
