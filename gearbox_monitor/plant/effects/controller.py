@@ -46,15 +46,19 @@ SERVO_LIMIT = Effect(
     starts=limits_below_peak, column=limit_column(OF_SETPOINT, ('saturation',)))
 
 
+WIDEST = 0.3  # rad or m: a servo that does not react to more is off
+
+
 def _deadband_starts(s: Scales) -> Starts:
     error = s.torque / s.values['kp']
-    return [[FreeParameter('d', f * error, 0.1 * error, 0.0)] for f in (0.05, 0.3)]
+    return [[FreeParameter('d', min(f * error, WIDEST), 0.1 * error, 0.0, WIDEST)]
+            for f in (0.05, 0.3)]
 
 
 def errors_reached(m: JointMotion) -> list[float]:
-    """Return sizes (rad) of the servo's error in the JointMotion `m`."""
+    """Return sizes (rad) of the servo's error in the JointMotion `m`, up to the WIDEST."""
     levels: list[float] = np.quantile(np.abs(m.error), (0.1, 0.2, 0.35, 0.5, 0.7)).tolist()
-    return levels
+    return [x for x in levels if x < WIDEST]
 
 
 SERVO_DEADBAND = Effect(
