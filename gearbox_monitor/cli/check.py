@@ -84,7 +84,8 @@ def run(args: Namespace) -> int:
         except InputError:
             if not filters:
                 raise
-            return _show_filters(args, filters)
+            _show_lines(args, said('only_filters', name=args.bag), filters)
+            return 0
         topic = source.topic
         stated, model_file = estimator_options(args)
         stated.update({name: getattr(args, name) for name in ('motor_joint', 'arm_joint')
@@ -128,13 +129,12 @@ def of_filters(reader: BagReader) -> list[DataFinding]:
     return found
 
 
-def _show_filters(args: Namespace, filters: Sequence[DataFinding]) -> int:
-    """Show the findings of a bag without joint states; return the exit code."""
-    lines = _plain(filters)
-    head = told([said('only_filters', name=args.bag)])
-    show(args, {**head, 'bag': str(args.bag), 'lines': lines},
-         lambda: '\n'.join([*wrapped(head['summary']), *_findings(lines)]))
-    return 0
+def _show_lines(args: Namespace, head: Said, findings: Sequence[DataFinding], **more: Any
+                ) -> None:
+    """Show what a recording is, its findings, and `more` of it as JSON."""
+    lines = _plain(findings)
+    data = {**told([head]), 'bag': str(args.bag), **more, 'lines': lines}
+    show(args, data, lambda: '\n'.join([*wrapped(data['summary']), *_findings(lines)]))
 
 
 def _examined(reader: BagReader, topic: str, model: DriveModel | None,
@@ -300,10 +300,7 @@ def run_robot(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
     findings = check_robot(args.bag, robot_of(args), recorded=names_of(args), topic=args.topic,
                            reading=reading_of_robot(args))
-    lines = _plain(findings)
-    head = told([robot_says(str(args.bag), findings)])
-    show(args, {**head, 'bag': str(args.bag), 'model': str(args.model), 'lines': lines},
-         lambda: '\n'.join([*wrapped(head['summary']), *_findings(lines)]))
+    _show_lines(args, robot_says(str(args.bag), findings), findings, model=str(args.model))
     return int(any(f.verdict() == BAD for f in findings))
 
 
