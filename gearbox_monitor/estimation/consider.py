@@ -125,7 +125,7 @@ def restart(companions: Companions) -> None:
 @folded(*USUAL)
 @apart
 def accompany(layout: Layout, companions: Companions, z: Array, reading: Reading,
-              used: tuple[Array, float], record: Array) -> bool:
+              p: Array, record: Array) -> bool:
     """
     Take the step that a filter has taken.
 
@@ -134,14 +134,14 @@ def accompany(layout: Layout, companions: Companions, z: Array, reading: Reading
         companions: changed in place.
         z: state before the step [>= n].
         reading: of the step.
-        used: FilterKind.in_use of the filter.
+        p: packed parameters in use.
         record: of the step; its sensitivities are written.
 
     Returns:
         False if a companion has diverged.
 
     """
-    n, (count, s, lanes), (p, faster) = layout.n, companions, used
+    n, (count, s, lanes) = layout.n, companions
     last, s[-1] = s[-1], reading.u
     if count == 0:
         return True
@@ -151,7 +151,7 @@ def accompany(layout: Layout, companions: Companions, z: Array, reading: Reading
         for i in range(count):
             lanes[j * BESIDE + 1 + i] += s[i * n + j]
     advance_beside(layout, lanes, count + 1, True, (reading.u, reading.load, rate), reading.dt,
-                   substeps(reading.dt, p[EIGENVALUE] + faster), p)
+                   substeps(reading.dt, p[EIGENVALUE]), p)
     _, _, _, _, _, _, _, at_K, _ = places(n)
     _, at_predicted, at_updated, _ = sensitivities(n, record.shape[0])
     good = True

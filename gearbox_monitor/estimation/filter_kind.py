@@ -90,9 +90,9 @@ def no_warnings(n: int, parameters: EstimatorParameters) -> list[str]:
 
 
 @inline
-def unchanged(memory: Array, p: Array) -> tuple[Array, float]:
-    """Return (`p`, 0.0), whatever the `memory` of the filter holds."""
-    return p, 0.0
+def unchanged(memory: Array, p: Array) -> Array:
+    """Return `p`, whatever the `memory` of the filter holds."""
+    return p
 
 
 @inline
@@ -109,8 +109,7 @@ class FilterKind:
     step: kernel of one step, see filters.ekf.step. n_vectors, n_matrices: the Scratch it needs.
     memory_size: of the number of states, how many numbers it carries besides z and P. resume:
     kernel that prepares this memory for a start. in_use: kernel of the memory and p
-    (process_model.pack): the packed parameters in use, and how much faster their eigenvalue, 1/s.
-    warnings: of the number of states and the
+    (process_model.pack): the packed parameters in use. warnings: of the number of states and the
     parameters, sentences for the user. adaptation: of an adaptive filter, else None.
     tau_k_models: the laws of tau_K that it can take, see estimation.torque_model.
     """
@@ -120,7 +119,7 @@ class FilterKind:
     n_matrices: int = 1
     memory_size: Callable[[int], int] = no_memory
     resume: Callable[[Array], None] = forget
-    in_use: Callable[[Array, Array], tuple[Array, float]] = unchanged
+    in_use: Callable[[Array, Array], Array] = unchanged
     warnings: Callable[[int, EstimatorParameters], list[str]] = no_warnings
     adaptation: Adaptation | None = None
     tau_k_models: tuple[str, ...] = (RANDOM_WALK,)

@@ -169,16 +169,6 @@ SLOTS = {'q_std_tau_k': Q0 + TAU_K, 'r_std_motor': R1, 'r_std_arm': R2, 'viscous
          'coulomb_friction': CC, 'tau_k_stiffness': K_P, 'q_std_motor_speed': Q0 + X3,
          'q_std_arm_speed': Q0 + X4, 'q_std_tau_arm': Q0 + TAU_ARM}
 
-# Rows of what the stages of an RK4 step saw (see rk4), four of each: x3, x3 - x4 (with k_p) and
-# tau_K (with friction that depends on it) of every column of the tangent; then one row each, by
-# stage. Rows that only a load on the arm wants are counted from the end of the array, out of the
-# way of the others: four of x2, four of x4, then by stage.
-(TRACE_SPEED, TRACE_TWIST_RATE, TRACE_TORQUE) = (0, 4, 8)
-(TRACE_X3, TRACE_X4, TRACE_TAU_K, TRACE_SLOPE, TRACE_SHARE, N_TRACE) = range(12, 18)
-N_TRACE_OF_LOAD = 11
-(TRACE_ARM_POSITION, TRACE_ARM_SPEED) = (-11, -7)
-(TRACE_X2, TRACE_ON_POSITION, TRACE_ON_SPEED) = (-3, -2, -1)
-
 ALONG = (X1, X3, X4, TAU_K)  # columns of the tangent that go along with the stages
 # What a stage answers: of (x1, x3, x4, tau_K, x2), and rates of (x3, x4); then of four stages.
 Column: TypeAlias = tuple[float, float, float, float, float]
@@ -896,10 +886,9 @@ def _begin(n: int, phi: Array, j: int, first: bool) -> Column:
 
 
 @inline
-def _end(layout: Layout, phi: Array, j: int, h: float, m: Columns, r: Pairs, p: Array,
-         trace: Array | None) -> None:
+def _end(layout: Layout, phi: Array, j: int, h: float, m: Columns, r: Pairs, p: Array) -> None:
     """Write column `j` of phi behind an RK4 step; m, r: its four stages and their rates."""
-    n, loaded = layout.n, layout.loaded
+    n = layout.n
     moved1 = h / 6.0 * fma(2.0, m[1][1] + m[2][1], m[0][1] + m[3][1])
     moved2 = h / 6.0 * fma(2.0, m[1][2] + m[2][2], m[0][2] + m[3][2])
     phi[X1 * n + j] = m[0][0] + moved1
@@ -907,23 +896,11 @@ def _end(layout: Layout, phi: Array, j: int, h: float, m: Columns, r: Pairs, p: 
     phi[X3 * n + j] = fma(h / 6.0, fma(2.0, r[1][0] + r[2][0], r[0][0] + r[3][0]), m[0][1])
     phi[X4 * n + j] = fma(h / 6.0, fma(2.0, r[1][1] + r[2][1], r[0][1] + r[3][1]), m[0][2])
     phi[TAU_K * n + j] = m[0][3] + p[K_P] * (moved1 - moved2)
-    if trace is not None:
-        for q in range(4):
-            trace[TRACE_SPEED + q, j] = m[q][1]
-        if p[K_P] > 0.0:
-            for q in range(4):
-                trace[TRACE_TWIST_RATE + q, j] = m[q][1] - m[q][2]
-        if p[CL] > 0.0:
-            for q in range(4):
-                trace[TRACE_TORQUE + q, j] = m[q][3]
-        if loaded:
-            for q in range(4):
-                trace[TRACE_ARM_POSITION + q, j], trace[TRACE_ARM_SPEED + q, j] = m[q][4], m[q][2]
 
 
 @inline
 def _column(layout: Layout, phi: Array, j: int, step: _Step, errors: Four, sources: Pair,
-            p: Array, trace: Array | None) -> None:
+            p: Array) -> None:
     """
     Advance column `j` of phi by an RK4 step.
 
@@ -940,7 +917,7 @@ def _column(layout: Layout, phi: Array, j: int, step: _Step, errors: Four, sourc
     r3 = _stage_rates(layout, three, m3, _source(three.bend, memory, own), errors[2], load, p)
     m4 = along(m1, h, m3, r3, p)
     r4 = _stage_rates(layout, four, m4, _source(four.bend, memory, own), errors[3], load, p)
-    _end(layout, phi, j, h, (m1, m2, m3, m4), (r1, r2, r3, r4), p, trace)
+    _end(layout, phi, j, h, (m1, m2, m3, m4), (r1, r2, r3, r4), p)
 
 
 @inline
@@ -950,18 +927,13 @@ def _source(bend: Slopes, memory: float, own: int) -> float:
 
 
 @inline
-def _column_of_x2(layout: Layout, phi: Array, step: _Step, p: Array,
-                  trace: Array | None) -> None:
+def _column_of_x2(layout: Layout, phi: Array, step: _Step, p: Array) -> None:
     n = layout.n
     if layout.loaded or layout.curve >= 0:
-        _column(layout, phi, X2, step, (0.0, 0.0, 0.0, 0.0), (0.0, 0.0), p, trace)
-    else:  # nothing depends on x2
-        if step.first:
-            for i in range(n):
-                phi[i * n + X2] = 1.0 if i == X2 else 0.0
-        if trace is not None:
-            for q in range(12):
-                trace[q, X2] = 0.0
+        _column(layout, phi, X2, step, (0.0, 0.0, 0.0, 0.0), (0.0, 0.0), p)
+    elif step.first:  # nothing depends on x2
+        for i in range(n):
+            phi[i * n + X2] = 1.0 if i == X2 else 0.0
 
 
 @inline
@@ -977,8 +949,8 @@ def _stage_at(layout: Layout, x: Column, elastic: tuple[float, Curve], torques: 
 
 
 @inline
-def rk4(layout: Layout, z: Array, phi: Array, first: bool, torques: Pair, h: float, p: Array,
-        trace: Array | None) -> None:
+def _rk4(layout: Layout, z: Array, phi: Array, first: bool, torques: Pair, h: float,
+         p: Array) -> None:
     """
     Advance a state by one RK4 step, and a matrix by the exact tangent of that step.
 
@@ -993,8 +965,6 @@ def rk4(layout: Layout, z: Array, phi: Array, first: bool, torques: Pair, h: flo
         phi: matrix [n * n], changed in place.
         first: phi is not read, but taken for the unit matrix.
         h: length of the step, s.
-        trace: None, or an array [>= N_TRACE + N_TRACE_OF_LOAD, n] into which the stages write
-            their values: rows TRACE_*.
 
     """
     n, curve = layout.n, layout.curve
@@ -1026,10 +996,9 @@ def rk4(layout: Layout, z: Array, phi: Array, first: bool, torques: Pair, h: flo
     r4 = _four_rates(layout, four, m4, rows, p)
     z[X1], z[X2], z[X3], z[X4], z[TAU_K] = _after((x1, x2, x3, x4), (f1, f2, f3, f4), h / 6.0, p)
     for i, j in enumerate(ALONG):
-        _end(layout, phi, j, h, (m1[i], m2[i], m3[i], m4[i]), (r1[i], r2[i], r3[i], r4[i]), p,
-             trace)
+        _end(layout, phi, j, h, (m1[i], m2[i], m3[i], m4[i]), (r1[i], r2[i], r3[i], r4[i]), p)
     step = _Step((one, two, three, four), h, first)
-    _column_of_x2(layout, phi, step, p, trace)
+    _column_of_x2(layout, phi, step, p)
     if n > 5:
         if first:
             for i in range(5, n):
@@ -1037,36 +1006,27 @@ def rk4(layout: Layout, z: Array, phi: Array, first: bool, torques: Pair, h: flo
                     phi[i * n + j] = 1.0 if i == j else 0.0
         none = (0.0, 0.0, 0.0, 0.0)
         if p[LOAD_AT] > 0.0:
-            _column(layout, phi, int(p[LOAD_AT]), step, none, (1.0, 0.0), p, trace)
+            _column(layout, phi, int(p[LOAD_AT]), step, none, (1.0, 0.0), p)
         if p[FRICTION_AT] > 0.0:
             i = int(p[FRICTION_AT])
             z[i] = error[4]
             fades = decay(phi[i * n + i], half, h, p)
-            _column(layout, phi, i, step, fades[:4], (0.0, 0.0), p, trace)
+            _column(layout, phi, i, step, fades[:4], (0.0, 0.0), p)
             phi[i * n + i] = fades[4]
-        _columns_of_curve(layout, z, phi, memory, law, step, p, trace)
-    if trace is not None:
-        for q, x in enumerate((x1, x2, x3, x4)):
-            trace[TRACE_X3, q], trace[TRACE_X4, q], trace[TRACE_TAU_K, q] = x[2], x[3], x[4]
-            if layout.loaded:
-                trace[TRACE_X2, q] = x[1]
-        for q, stage in enumerate(step.stages):
-            trace[TRACE_SLOPE, q], trace[TRACE_SHARE, q] = stage.slope, stage.share
-            if layout.loaded:
-                trace[TRACE_ON_POSITION, q], trace[TRACE_ON_SPEED, q] = stage.arm
+        _columns_of_curve(layout, z, phi, memory, law, step, p)
 
 
 @inline
 def _columns_of_curve(layout: Layout, z: Array, phi: Array, memory: float, law: Curve,
-                      step: _Step, p: Array, trace: Array | None) -> None:
+                      step: _Step, p: Array) -> None:
     """Advance the columns of the curve's states, then the row of its memory; z: at the end."""
     n, count = layout.n, curve_count(layout.curve)
     at, none = n - count, (0.0, 0.0, 0.0, 0.0)
     if count > 0:
-        _column(layout, phi, at + W, step, none, (0.0, 0.0), p, trace)
+        _column(layout, phi, at + W, step, none, (0.0, 0.0), p)
     if count > 1:
         for i, own in ((K, 2.0), (C, 3.0), (SHIFT, 4.0)):
-            _column(layout, phi, at + i, step, none, (0.0, own), p, trace)
+            _column(layout, phi, at + i, step, none, (0.0, own), p)
     if count > 0:
         width = abs(law[2]) / law[0]
         z[at + W], end = play(z[X1] - z[X2], memory, width)
@@ -1100,7 +1060,7 @@ def propagate(layout: Layout, z: Vector, phi: Vector, torques: Pair, dt: float, 
     """
     h = dt / n_substeps if n_substeps > 1 else dt
     for k in range(max(n_substeps, 1)):
-        rk4(layout, z, phi, k == 0, torques, h, p, None)
+        _rk4(layout, z, phi, k == 0, torques, h, p)
 
 
 @kernel

@@ -230,12 +230,12 @@ def _resume(chosen: Chosen, memory: Array) -> None:
 
 
 @inline
-def in_use(chosen: Chosen, memory: Array, p: Array) -> tuple[Array, float]:
+def in_use(chosen: Chosen, memory: Array, p: Array) -> Array:
     """Return FilterKind.in_use of the `chosen` filter for its `memory` and `p`."""
     for i, kind in enumerate(KINDS):
         if chosen.number == i:
             return kind.in_use(memory, p)
-    return p, 0.0
+    return p
 
 
 @kernel

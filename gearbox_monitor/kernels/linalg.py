@@ -35,22 +35,6 @@ def multiply(layout: Layout, a: Array, b: Array, out: Array) -> None:
         _put(n, row, out, i * n)
 
 
-@apart
-def multiply_symmetric(layout: Layout, a: Array, b: Array, out: Array) -> None:
-    """Write a b' into `out`, known to be symmetric; all [n * n]; `layout` of n states."""
-    n = layout.n
-    for i in range(n):
-        row = ZEROS
-        for k in range(n):
-            v = a[i * n + k]
-            row = tuple(fma(v, b[j * n + k], row[j]) if j < LEAST or j < n else 0.0
-                        for j in range(MOST))
-        # The compiler drops the sums that no element of the lower triangle needs.
-        for j, value in enumerate(row):
-            if j < LEAST or j < n:
-                _mirrored(out, n, i, j, value)
-
-
 @inline
 def carry(layout: Layout, phi: Array, P: Array, half: Array, cross: Array,
           out: Array) -> None:
