@@ -18,8 +18,8 @@ Public names, by module:
     kernel: address_of, apart, bound, called_back, compilable, entry, folded, inline, kernel,
         KERNELS, Repeated
     library: installed
-    linalg: add_product, add_transposed_product, carry, multiply, multiply_symmetric,
-        solve_positive, transposed_multiply_symmetric
+    linalg: add_product, add_transposed_product, carry, multiply, solve_positive,
+        transposed_multiply_symmetric
     linear_least_squares: cosine_basis, covariance, damped_solve, damped_step, Damping,
         minimise, motion_mask
     translate.frame: plain

@@ -24,7 +24,7 @@ from gearbox_monitor.estimation.process_model import (
     advance_beside, BESIDE, EIGENVALUE, N_LANE, noise, UKF_ALPHA, UKF_BETA, UKF_KAPPA, WALKS)
 from gearbox_monitor.kernels.kernel import apart, folded, inline
 from gearbox_monitor.kernels.linalg import add_transposed_product
-from gearbox_monitor.kernels.types import Array, Layout, Vector
+from gearbox_monitor.kernels.types import Array, Layout, unrolled, Vector
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import substeps
 
@@ -59,21 +59,24 @@ def cholesky(layout: Layout, a: Array, out: Array) -> bool:
 
     """
     n = layout.n
-    for j in range(n):
+    for j in unrolled(n):
         s = a[j * n + j]
-        for k in range(j):
-            s -= out[j * n + k] * out[j * n + k]
+        for k in unrolled(n):
+            if k < j:
+                s -= out[j * n + k] * out[j * n + k]
         if not s > 0.0:
             return False
         root = math.sqrt(s)
         out[j * n + j] = root
         inverse = 1.0 / root
-        for i in range(j + 1, n):
-            s = a[i * n + j]
-            for k in range(j):
-                s -= out[i * n + k] * out[j * n + k]
-            out[i * n + j] = s * inverse
-            out[j * n + i] = 0.0
+        for i in unrolled(n):
+            if i > j:
+                s = a[i * n + j]
+                for k in unrolled(n):
+                    if k < j:
+                        s -= out[i * n + k] * out[j * n + k]
+                out[i * n + j] = s * inverse
+                out[j * n + i] = 0.0
     return True
 
 
@@ -141,12 +144,14 @@ def cross_covariance(layout: Layout, rows: Array, factor: Array, P: Array, slope
 
     """
     n = layout.n
-    for j in range(n - 1, -1, -1):  # slope factor = (pair differences)'
+    for behind in unrolled(n):  # slope factor = (pair differences)'
+        j = n - 1 - behind
         inverse = 1.0 / factor[j * n + j]
-        for r in range(n):
+        for r in unrolled(n):
             s = rows[j, r]
-            for k in range(j + 1, n):
-                s -= slope[k * n + r] * factor[k * n + j]
+            for k in unrolled(n):
+                if k > j:
+                    s -= slope[k * n + r] * factor[k * n + j]
             slope[j * n + r] = s * inverse
     out[:] = 0.0
     add_transposed_product(layout, slope, P, n, out)
