@@ -84,8 +84,7 @@ class Estimates(Drawn):
         raise AttributeError(name)
 
 
-@dataclass(frozen=True)
-class Estimate:
+class Estimate(NamedTuple):
     """
     The estimate of one accepted sample.
 

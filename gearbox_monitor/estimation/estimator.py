@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 import json
 import math
+import struct
 from typing import Any
 
 import numpy as np
@@ -80,6 +81,8 @@ RING, RING_RATE = 2048, 10_000
 BATCH = 4096  # samples between two stops, at most
 PENDING = 256  # the same, sample by sample
 
+SAMPLE = struct.Struct('=q4d')  # stamp, inputs and outputs in one room
+
 Observer = Callable[[Batch], None]
 
 
@@ -115,7 +118,9 @@ class Estimator:
         self.divergences: deque[Divergence] = deque(maxlen=100)  # newest last
         self.counts = np.zeros(sample_loop.N_COUNTS, np.int64)
         self._gate = np.zeros(sample_loop.N_GATE, np.int64)
-        self._one = Stream(np.zeros(1, np.int64), np.zeros((1, 2)), np.zeros((1, 2)))
+        room = np.zeros(5)  # of the sample that step takes
+        self._one = Stream(room[:1].view(np.int64), room[1:3].reshape(1, 2),
+                           room[3:].reshape(1, 2))
         # What the next Batch of `step` holds: estimates, and chunks of smoothed rows.
         self._pending = np.empty(PENDING, np.int64), np.empty((PENDING, sample_loop.N_ESTIMATE))
         self._n_pending = 0
@@ -412,9 +417,8 @@ class Estimator:
         """
         stream, output = self._one, self._output_one
         try:
-            stream.stamps[0] = sample.stamp_ns
-            stream.inputs[0], stream.outputs[0] = sample.u, sample.y
-        except (AttributeError, TypeError, ValueError, OverflowError):
+            SAMPLE.pack_into(stream.stamps.base, 0, sample.stamp_ns, *sample.u, *sample.y)
+        except (AttributeError, TypeError, ValueError, OverflowError, struct.error):
             raise InputError(f'sample: {str(sample)[:80]}, expected a Sample: stamp_ns a whole '
                              'number, u and y two numbers each') from None
         if self._arm_load is None and self.parameters.effort_is == COMPENSATED:
@@ -423,8 +427,8 @@ class Estimator:
             stream = stream._replace(inputs=self._arm_load.inputs(
                 stream.stamps, stream.inputs, np.array([sample.joints])))
         _, n = self._advance(stream, output)
-        stamps_s, smoothed = output.smoothed_stamps[:n], output.smoothed[:n]
-        completed = tuple((int(stamps_s[i]), smoothed[i].copy()) for i in range(n))
+        completed = tuple([(int(output.smoothed_stamps[i]), output.smoothed[i].copy())
+                           for i in range(n)])
         code = int(output.codes[0])
         good = code == sample_loop.ESTIMATE
         if observe is not None:
