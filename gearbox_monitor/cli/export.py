@@ -140,6 +140,8 @@ def _write_c(args: Namespace) -> int:
     write_new(args.out, text.source)
     write_new(header, text.header)
     print(f'written {args.out} and {header}')
+    for note in text.notes:
+        print(f'note: {note}')
     return 0
 
 

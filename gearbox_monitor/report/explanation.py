@@ -27,6 +27,7 @@ OF_LEVEL = ('What it says', 'What to do', 'Read more')
 WAYS = {NATIVE: '', CONSTRUCT: ' (approximately)', REFUSED: ' (not in the file)'}
 ALL_CONDITIONS = (*CONDITIONS, *change_tests.CONDITIONS)
 ALIKE = 'no motion distinguishes them'
+UNSAID = 'its plug-in does not say'
 
 
 @dataclass(frozen=True)
@@ -88,8 +89,8 @@ def explained_effect(effect: Effect) -> Explanation:
     """Return the Explanation of an effect of a joint."""
     return Explanation(f'{effect.id} ({PLACES.get(effect.location, "anywhere")})', dict(zip(
         OF_EFFECT, (
-            (sentence(effect.meaning), effect.equation, parameters_of(effect)),
-            (effect.shows,),
+            (sentence(effect.meaning or UNSAID), effect.equation, parameters_of(effect)),
+            (effect.shows or UNSAID,),
             tuple(f'{rival}: {motion}' for rival, motion in rivals(effect.id).items())
             or ('no effect that another motion would distinguish; diagnose lists those that a '
                 'recording leaves open',),

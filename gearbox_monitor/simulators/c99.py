@@ -21,7 +21,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import COLUMNS
 from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
-from gearbox_monitor.estimation.filter_kind import Belief, Scratch
+from gearbox_monitor.estimation.filter_kind import Belief, filter_kind, Scratch
 from gearbox_monitor.estimation.filter_setup import described
 from gearbox_monitor.estimation.process_model import FRICTION_AT, STATISTICAL, X3, X4
 from gearbox_monitor.estimation.sample_loop import LoopSettings, LoopState, Output, Stream
@@ -41,7 +41,6 @@ from gearbox_monitor.parameters import EstimatorParameters, MIXED
 from gearbox_monitor.plant.drive import ALPHA, CC, DriveModel, LAW
 from gearbox_monitor.plant.transmission import side
 
-FILTERS = ('ekf', 'ukf', 'srukf')  # whose kernels need no library
 _PREFIX = re.compile('[a-z][a-z0-9_]{0,30}')
 _TEMPLATES = Path(__file__).with_name('firmware')
 _CODE = """
@@ -80,10 +79,11 @@ void gm_window_add(gm_window *w, const gm_filter *filter, const gm_output *out)
 
 
 class Firmware(NamedTuple):
-    """A filter in C99: text of the source file and of the header that it includes."""
+    """A filter in C99: texts of source and header, and notes, such as on effects left out."""
 
     source: str
     header: str
+    notes: tuple[str, ...]
 
 
 def firmware(model: DriveModel, parameters: EstimatorParameters | Values | None = None,
@@ -99,7 +99,7 @@ def firmware(model: DriveModel, parameters: EstimatorParameters | Values | None 
             macros.
 
     Returns:
-        The texts of both files.
+        The Firmware.
 
     Raises:
         InputError: names the parameter that has no form in C.
@@ -119,14 +119,15 @@ def firmware(model: DriveModel, parameters: EstimatorParameters | Values | None 
             text = re.sub(r'\bgm_', f'{prefix}_', text)
             text = re.sub(r'\bGM_', f'{prefix.upper()}_', text)
         texts[i] = text
-    return Firmware(*texts)
+    return Firmware(*texts, tuple(estimator.warnings))
 
 
 def _expect_known(estimator: Estimator) -> None:
     """Raise InputError unless the firmware can run what the `estimator` runs."""
     p = estimator.parameters
     for name, value, bad, expected in (
-            ('filter', p.filter, p.filter not in FILTERS, ' or '.join(FILTERS)),
+            ('filter', p.filter, filter_kind(p.filter).adaptation is not None,
+             'one that does not adapt'),
             ('tau_k_model', p.tau_k_model, p.tau_k_model == MIXED,
              'random_walk, elastic or learned'),
             ('robot_description', p.robot_description[:40], described(p),

@@ -7,9 +7,9 @@ import re
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.health.checks.outcome import Level
-from gearbox_monitor.plant.effects import EFFECTS
+from gearbox_monitor.plant.effects import Effect, EFFECTS, Parameter
 from gearbox_monitor.report.explanation import (
-    ALL_CONDITIONS, explanations, OF_CONDITION, OF_EFFECT, OF_LEVEL, rivals)
+    ALL_CONDITIONS, explained_effect, explanations, OF_CONDITION, OF_EFFECT, OF_LEVEL, rivals)
 
 
 def explain(capsys, *words):
@@ -32,6 +32,13 @@ def test_an_effect_holds_its_text():
         assert effect.shows[0].isupper() and not effect.noun[0].isspace()
         for other in rivals(effect.id):
             assert other in EFFECTS and effect.id in rivals(other)  # confusion goes both ways
+
+
+def test_a_plugin_explains_itself_without_its_words():
+    said = explained_effect(Effect('arm_spring', 'arm_side', 'tau_arm += S x2', (
+        Parameter('S', 'N m/rad', low=0.0),), torques=lambda *arguments: (0.0, 0.0, 0.0)))
+    assert 'tau_arm += S x2' in said.parts['What it is'] and said.parts['Since'] == ('a plug-in',)
+    assert all(line.strip(' .') for part in said.parts.values() for line in part)
 
 
 def test_the_command_explains_an_effect(capsys):

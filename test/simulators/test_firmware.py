@@ -347,6 +347,14 @@ def test_unknown_to_c_is_refused_by_name():
             firmware(DriveModel(), parameters)
 
 
+def test_what_the_filter_leaves_out_is_said(tmp_path, capsys):
+    (tmp_path / 'drive.yaml').write_text('effects: [{id: cogging, A: 0.1, N: 12, phi: 0.0}]\n')
+    assert main(['export', str(tmp_path / 'drive.yaml'), '--to', 'c', '--out',
+                 str(tmp_path / 'drive.c')]) == 0
+    assert 'note: effects of the model that no filter knows are left out: cogging' in (
+        capsys.readouterr().out)
+
+
 def test_file_of_a_simulator_is_no_model(tmp_path, capsys):
     (tmp_path / 'robot.xml').write_text('<mujoco/>')
     assert main(['export', str(tmp_path / 'robot.xml'), '--to', 'c', '--out',
