@@ -570,7 +570,7 @@ def decay(error: float, half: float, h: float, p: Packed) -> Column:
         error + h / 6.0 * rate * (error + 2.0 * (second + third) + fourth))
 
 
-@entry
+@kernel
 def advance(layout: Layout, z: Vector, torques: Pair, dt: float, n_substeps: int,
             p: Vector) -> None:
     """
@@ -1038,7 +1038,6 @@ def _columns_of_curve(layout: Layout, z: Array, phi: Array, memory: float, law: 
                 phi[(at + W) * n + at + SHIFT] -= (end if law[2] >= 0.0 else -end) / law[0]
 
 
-@entry
 @inline
 def propagate(layout: Layout, z: Vector, phi: Vector, torques: Pair, dt: float, n_substeps: int,
               p: Vector) -> None:
