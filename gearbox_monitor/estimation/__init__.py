@@ -13,7 +13,7 @@ Public names, by module:
     consider: ERROR_NAMES
     estimates: Batch, COLUMNS, Estimate, Estimates, Sample, Samples, SMOOTHED_COLUMNS
     estimator: Estimator, expect_format, snapshot_errors, SnapshotError, unsmoothed
-    filter_kind: Belief, Scratch
+    filter_kind: Belief, filter_kind, Scratch
     filter_setup: described
     innovation_filter: COLOURED, FilterInput, FilterStart, FilterTrace, LASTING, N_FILTER,
         SampleSchedule
