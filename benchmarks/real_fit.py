@@ -21,6 +21,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Estimates, Samples
 from gearbox_monitor.estimation.filter_kind import Belief, Reading, record_size, Scratch
 from gearbox_monitor.estimation.filters import ekf
+from gearbox_monitor.estimation.filters.ukf import N_LANES
 from gearbox_monitor.estimation.process_model import (
     layout_of, P0, pack, state_names, TAU_K, X1, X2)
 from gearbox_monitor.estimation.sample_loop import Stream
@@ -132,7 +133,7 @@ def estimate(values: Mapping[str, float], run: DriveRecording, arm_step: float,
     torque, variance = np.zeros(len(u)), np.zeros(len(u))
     p = pack(model, parameters)
     belief = Belief(np.zeros(n), np.diag(p[P0:P0 + n]).ravel(), np.zeros(0))
-    scratch = Scratch(np.zeros((1, n)), np.zeros((1, n * n)))
+    scratch = Scratch(np.zeros((1, n)), np.zeros((1 + N_LANES, n * n)))
     _filter(layout_of(p, n), Stream(run.stamps, np.column_stack([u, u]), run.outputs), p,
             belief, scratch, np.zeros(record_size(n)), torque, variance)
     return torque, np.sqrt(variance + values.get('tau_k_model_std', 0.0) ** 2)

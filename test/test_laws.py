@@ -16,7 +16,8 @@ import pytest
 from gearbox_monitor.estimation.estimates import COLUMNS, Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.process_model import (
-    curve_count, EIGENVALUE, layout_of, pack, propagate, propagate_numeric, state_names, TAU_K)
+    BESIDE, curve_count, EIGENVALUE, layout_of, N_LANE, pack, propagate, propagate_numeric,
+    state_names, TAU_K)
 from gearbox_monitor.kernels.kernel import Entry
 from gearbox_monitor.parameters import EstimatorParameters, FILTER_NAMES
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict, substeps
@@ -115,7 +116,8 @@ def test_the_tangent_of_every_process_model_is_that_of_its_map():
             numeric = np.array([flow(z + h)[0] - flow(z - h)[0] for h in steps]).T / 2e-6
             np.testing.assert_allclose(phi, numeric, rtol=2e-6, atol=1e-7, err_msg=str(options))
             other, differences = z.copy(), np.empty(n * n)
-            NUMERIC(states, other, differences, (1.0, 0.2), dt, counted, p, np.empty(n))
+            NUMERIC(states, other, differences, (1.0, 0.2), dt, counted, p,
+                    np.empty((n + N_LANE) * BESIDE))
             np.testing.assert_allclose(other, after, rtol=0.0, atol=1e-12)
             np.testing.assert_allclose(differences.reshape(n, n), phi, rtol=1e-3, atol=1e-3)
 

@@ -8,6 +8,7 @@ from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.consider import companions_of
 from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, record_size, Scratch
+from gearbox_monitor.estimation.filters.ukf import N_LANES
 from gearbox_monitor.estimation.sample_loop import LoopSettings, LoopState, SECOND
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel, expect_integrable, loads_arm
@@ -41,7 +42,9 @@ def loop_arrays(kind: FilterKind, n: int, rows: int,
     """
     memory, companions = np.zeros(kind.memory_size(n)), companions_of(drive, n)
     belief = Belief(np.zeros(n), np.eye(n).ravel(), memory)
-    scratch = Scratch(np.zeros((kind.n_vectors, n)), np.zeros((max(kind.n_matrices, 5), n * n)))
+    n_matrices = 1 + N_LANES if drive.friction_law.constraint else 5  # 5: of the smoother
+    scratch = Scratch(np.zeros((kind.n_vectors, n)),
+                      np.zeros((max(kind.n_matrices, n_matrices), n * n)))
     state = LoopState(
         np.zeros(sample_loop.N_GATE, np.int64), np.zeros(sample_loop.N_COUNTS, np.int64),
         np.zeros(sample_loop.N_CLOCK), np.zeros((sample_loop.N_EFFORTS, 2)),

@@ -570,66 +570,6 @@ def decay(error: float, half: float, h: float, p: Packed) -> Column:
         error + h / 6.0 * rate * (error + 2.0 * (second + third) + fourth))
 
 
-@kernel
-def advance(layout: Layout, z: Vector, torques: Pair, dt: float, n_substeps: int,
-            p: Vector) -> None:
-    """
-    Advance a state by RK4 steps.
-
-    Args:
-        layout: of the n states.
-        z: state [n], changed in place.
-        torques: of the motor and the measured load, N m; held.
-        dt: time to advance by, s.
-        n_substeps: number of RK4 steps in it.
-        p: see pack.
-
-    """
-    h = dt / n_substeps
-    for _ in range(n_substeps):
-        _advance_one(layout, z, torques, h, p)
-
-
-@inline
-def _advance_one(layout: Layout, z: Array, torques: Pair, h: float, p: Array) -> None:
-    """Advance a state by an RK4 step."""
-    u, load = torques
-    curve = layout.curve
-    at_curve = layout.n - curve_count(curve)
-    error = (0.0, 0.0, 0.0, 0.0, 0.0)
-    if p[LOAD_AT] > 0.0:
-        load += z[int(p[LOAD_AT])]
-    if p[FRICTION_AT] > 0.0:
-        error = decay(z[int(p[FRICTION_AT])], 0.5 * h, h, p)
-        z[int(p[FRICTION_AT])] = error[4]
-    x = z[X1], z[X2], z[X3], z[X4], z[TAU_K]
-    law = _curve(curve, z, 1, 0, at_curve, p)
-    memory = _memory(curve, z, at_curve, x[0] - x[1])
-    x = _advanced(layout, x, (memory, law), error[:4], (u, load), h, p)
-    if curve_count(curve) > 0:
-        z[at_curve] = play(x[0] - x[1], memory, abs(law[2]) / law[0])[0]
-    z[X1], z[X2], z[X3], z[X4], z[TAU_K] = x
-
-
-@inline
-def _advanced(layout: Layout, x: Column, elastic: tuple[float, Curve], error: Four, torques: Pair,
-              h: float, p: Packed) -> Column:
-    """
-    Return x = (x1, x2, x3, x4, tau_K) after an RK4 step.
-
-    elastic: memory and parameters of the curve; error: of friction, by stage.
-    """
-    u, load = torques
-    f1 = _accelerations(layout, _bearing(layout, x, elastic), u - error[0], load, p)
-    y2 = _moved(x, 0.5 * h, x, f1, p)
-    f2 = _accelerations(layout, _bearing(layout, y2, elastic), u - error[1], load, p)
-    y3 = _moved(x, 0.5 * h, y2, f2, p)
-    f3 = _accelerations(layout, _bearing(layout, y3, elastic), u - error[2], load, p)
-    y4 = _moved(x, h, y3, f3, p)
-    f4 = _accelerations(layout, _bearing(layout, y4, elastic), u - error[3], load, p)
-    return _after((x, y2, y3, y4), (f1, f2, f3, f4), h / 6.0, p)
-
-
 @inline
 def _moved(start: Column, a: float, x: Column, f: Pair, p: Packed) -> Column:
     """Return the state `a` s after `start` at the speeds of `x` and the accelerations `f`."""
@@ -672,22 +612,22 @@ def _accelerations(layout: Layout, x: Column, u: float, load: float, p: Packed) 
 def advance_beside(layout: Layout, lanes: Array, count: int, differ: bool | None, torques: Triple,
                    dt: float, n_substeps: int, p: Array) -> None:
     """
-    Advance states side by side in the vector unit, as advance does one.
+    Advance states side by side in the vector unit, by RK4 steps.
 
     Stage by stage: the processor then works on several vectors at once. In whole steps, one after
     the other, each would wait for its own arctangents.
 
     Args:
-        layout: as of advance.
+        layout: of the n states.
         lanes: the states [n, BESIDE] by rows, changed in place; behind them the rows LANE_*,
             scratch, and, where drives differ, factors [N_FACTORS, BESIDE]: on the values FACTORS
             of the drive and on the motor torque, then how much later that acts, s.
         count: number of states; those up to a multiple of four go along.
         differ: None: all are of the drive of p.
-        torques: of the motor and the measured load, N m, and the rate of the motor's, N m/s.
-        dt: as of advance.
-        n_substeps: as of advance.
-        p: as of advance.
+        torques: of the motor and the measured load, N m, held; and the rate of the motor's, N m/s.
+        dt: time to advance by, s.
+        n_substeps: number of RK4 steps in it.
+        p: see pack.
 
     """
     n, width, h = layout.n, (count + 3) & -4, dt / n_substeps
@@ -958,9 +898,9 @@ def _rk4(layout: Layout, z: Array, phi: Array, first: bool, torques: Pair, h: fl
     waits for the previous one.
 
     Args:
-        layout: as of advance.
-        torques: as of advance.
-        p: as of advance.
+        layout: as of advance_beside.
+        torques: as of advance_beside.
+        p: as of advance_beside.
         z: state [n], changed in place.
         phi: matrix [n * n], changed in place.
         first: phi is not read, but taken for the unit matrix.
@@ -1048,12 +988,12 @@ def propagate(layout: Layout, z: Vector, phi: Vector, torques: Pair, dt: float, 
     I + hA is far from it.
 
     Args:
-        layout: as of advance.
-        z: as of advance.
-        torques: as of advance.
-        dt: as of advance.
-        n_substeps: as of advance.
-        p: as of advance.
+        layout: as of advance_beside.
+        z: as of advance_beside.
+        torques: as of advance_beside.
+        dt: as of advance_beside.
+        n_substeps: as of advance_beside.
+        p: as of advance_beside.
         phi: tangent [n * n], written.
 
     """
@@ -1064,7 +1004,7 @@ def propagate(layout: Layout, z: Vector, phi: Vector, torques: Pair, dt: float, 
 
 @kernel
 def propagate_numeric(layout: Layout, z: Vector, phi: Vector, torques: Pair, dt: float,
-                      n_substeps: int, p: Vector, start: Vector) -> None:
+                      n_substeps: int, p: Vector, lanes: Vector) -> None:
     """
     Do as propagate, but with the tangent by forward differences.
 
@@ -1076,20 +1016,16 @@ def propagate_numeric(layout: Layout, z: Vector, phi: Vector, torques: Pair, dt:
         dt: as of propagate.
         n_substeps: as of propagate.
         p: as of propagate.
-        start: scratch [n].
+        lanes: scratch, as of advance_beside.
 
     """
     n = layout.n
-    start[:] = z
-    advance(layout, z, torques, dt, n_substeps, p)
-    for j in range(n):
-        moved = phi[j * n:(j + 1) * n]  # column j, transposed below
-        moved[:] = start
-        moved[j] += DIFFERENCE * max(1.0, abs(start[j]))
-        step = moved[j] - start[j]  # the increment as rounded
-        advance(layout, moved, torques, dt, n_substeps, p)
-        for i in range(n):
-            moved[i] = (moved[i] - z[i]) / step
     for i in range(n):
-        for j in range(i):
-            phi[i * n + j], phi[j * n + i] = phi[j * n + i], phi[i * n + j]
+        lanes[i * BESIDE:(i + 1) * BESIDE] = z[i]
+        lanes[i * BESIDE + 1 + i] += DIFFERENCE * max(1.0, abs(z[i]))
+        phi[i] = lanes[i * BESIDE + 1 + i] - z[i]  # the increment as rounded
+    advance_beside(layout, lanes, n + 1, None, (torques[0], torques[1], 0.0), dt, n_substeps, p)
+    for i in range(n - 1, -1, -1):
+        z[i] = lanes[i * BESIDE]
+        for j in range(n):
+            phi[i * n + j] = (lanes[i * BESIDE + 1 + j] - z[i]) / phi[j]

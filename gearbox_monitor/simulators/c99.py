@@ -119,7 +119,7 @@ def firmware(model: DriveModel, parameters: EstimatorParameters | Values | None 
             text = re.sub(r'\bgm_', f'{prefix}_', text)
             text = re.sub(r'\bGM_', f'{prefix.upper()}_', text)
         texts[i] = text
-    return Firmware(*texts, tuple(estimator.warnings))
+    return Firmware(texts[0], texts[1], tuple(estimator.warnings))
 
 
 def _expect_known(estimator: Estimator) -> None:

@@ -14,7 +14,7 @@ import math
 
 from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, places, Reading, Scratch
 from gearbox_monitor.estimation.process_model import (
-    bound_curve, EIGENVALUE, noise, NUMERIC, propagate, propagate_numeric, R1, R2,
+    BESIDE, bound_curve, EIGENVALUE, N_LANE, noise, NUMERIC, propagate, propagate_numeric, R1, R2,
     softened_sharpness, STATISTICAL, USUAL, X3, X4)
 from gearbox_monitor.kernels.elementary import fma
 from gearbox_monitor.kernels.kernel import apart, folded, inline
@@ -72,9 +72,10 @@ def predict(layout: Layout, belief: Belief, reading: Reading, p: Array, scratch:
     if p[STATISTICAL] > 0.0:  # until the end of the propagation
         p[ALPHA] = softened_sharpness(motor, P[X3 * n + X3])
         p[ARM_ALPHA] = softened_sharpness(arm, P[X4 * n + X4])
-    if p[NUMERIC] > 0.0:
+    if layout.law and p[NUMERIC] > 0.0:
+        rest = scratch.matrices[1:]
         propagate_numeric(layout, z, phi, (reading.u, reading.load), dt, counted, p,
-                          scratch.vectors[0])
+                          rest.reshape(len(rest) * n * n)[:(n + N_LANE) * BESIDE])
     else:
         propagate(layout, z, phi, (reading.u, reading.load), dt, counted, p)
     if p[STATISTICAL] > 0.0:
