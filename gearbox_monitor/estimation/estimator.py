@@ -416,8 +416,8 @@ class Estimator:
         stream, output = self._one, self._output_one
         try:
             stream.stamps[0] = sample.stamp_ns
-            PAIR.pack_into(stream.inputs, 0, *sample.u)
-            PAIR.pack_into(stream.outputs, 0, *sample.y)
+            PAIR.pack_into(stream.inputs.data, 0, *sample.u)
+            PAIR.pack_into(stream.outputs.data, 0, *sample.y)
         except (AttributeError, TypeError, ValueError, OverflowError, struct.error):
             raise InputError(f'sample: {str(sample)[:80]}, expected a Sample: stamp_ns a whole '
                              'number, u and y two numbers each') from None
