@@ -242,7 +242,6 @@ class _Products(NamedTuple):
 # motor of another gain).
 BRAKES, GAIN, OWN = 2, 6, 7
 NONE = 1e12     # weight of a prior that lets a column be nothing
-NODES = 5       # zeros from which the columns of all follow: products of two sines and cosines
 
 
 class ConventionBalance:
@@ -341,9 +340,8 @@ class ConventionBalance:
         """Return the score of a `reading` of the log."""
         return self._scores([reading])[0]
 
-    def _scores(self, readings: Sequence[RobotReading], nodes: Array | None = None
-                ) -> list[ReadingScore]:
-        """Return the scores of `readings`; nodes: as of _products."""
+    def _scores(self, readings: Sequence[RobotReading]) -> list[ReadingScore]:
+        """Return the scores of `readings`."""
         scores: list[ReadingScore] = []
         for begin in range(0, len(readings), AT_ONCE):
             part = readings[begin:begin + AT_ONCE]
@@ -353,8 +351,8 @@ class ConventionBalance:
                     row[j] = convention.effort
             only_efforts = all(not r.swapped and all(
                 replace(c, effort=1.0) == AS_RECORDED for c in r.joints.values()) for r in part)
-            scores += _least_squares(self, self._recorded if only_efforts else self._products(
-                part, nodes), scale)
+            scores += _least_squares(
+                self, self._recorded if only_efforts else self._products(part), scale)
         return scores
 
     def _scored(self) -> Iterator[tuple[RobotReading, ReadingScore]]:
@@ -378,8 +376,7 @@ class ConventionBalance:
                 readings += [RobotReading({group[0]: Convention(True, effort=sign)})
                              for sign in ((1.0,) if self.setpoint else (1.0, -1.0))]
             if len(group) == 1 and not slide[0]:
-                zeros = [RobotReading({group[0]: Convention(zero=float(c))}) for c in ZEROS]
-                yield from zip(zeros, self._scores(zeros, self._nodes(group[0])))
+                readings += [RobotReading({group[0]: Convention(zero=float(c))}) for c in ZEROS]
         yield from zip(readings, self._scores(readings))
 
     def refined(self, reading: RobotReading) -> tuple[RobotReading, ReadingScore]:
@@ -388,14 +385,13 @@ class ConventionBalance:
         (convention, *_) = (*reading.joints.values(), AS_RECORDED)
         width, changed = (math.pi / 12, 'zero') if convention.zero else (
             0.2, 'effort') if abs(convention.effort) != 1.0 else (0.0, '')
-        nodes = self._nodes(next(iter(reading.joints))) if changed == 'zero' else None
         while width > 4e-3:
             value = getattr(convention, changed)
             trials = [replace(convention, **{changed: value + step if changed == 'zero'
                                              else value * math.exp(step)})
                       for step in (-width, width)]
             others = [RobotReading(dict.fromkeys(reading.joints, trial)) for trial in trials]
-            results = self._scores(others, nodes)
+            results = self._scores(others)
             k = int(np.argmin([result.deviance for result in results]))
             if results[k].deviance < score.deviance:
                 reading, score, convention = others[k], results[k], trials[k]
@@ -415,22 +411,8 @@ class ConventionBalance:
         return self._shared(motion.q[None], motion.v[None], tests.mask[None],
                             tests.mask_slope[None])
 
-    def _nodes(self, joint: int) -> Array:
-        """Return the shared columns [NODES, J, R, K] with zeros of `joint` all around."""
-        tests, q = self.tests, np.repeat(self.motion.q[None], NODES - 1, axis=0)
-        q[:, :, joint] -= 2.0 * math.pi / NODES * np.arange(1, NODES)[:, None]
-        return np.concatenate([self._as_recorded, self._shared(
-            q, np.broadcast_to(self.motion.v, q.shape), tests.mask[None], tests.mask_slope[None],
-            (joint,))])
-
-    def _products(self, readings: Sequence[RobotReading], nodes: Array | None = None) -> _Products:
-        """
-        Return the products of the columns of `readings`, whose factors of effort do not count.
-
-        Args:
-            readings: of the log.
-            nodes: of _nodes, if they differ in the zero of its joint alone.
-        """
+    def _products(self, readings: Sequence[RobotReading]) -> _Products:
+        """Return the products of columns of `readings`, whose factors of effort do not count."""
         motion, tests = self.motion, self.tests
         chain = self.robot.chain
         orders = np.stack([_order(motion.q, reading) for reading in readings])
@@ -442,15 +424,7 @@ class ConventionBalance:
         effort = np.stack([self._effort(m) for m in read])
         mask, slope = (x[:, orders].transpose(1, 0, 2) for x in (tests.mask, tests.mask_slope))
         changed = {j for reading in readings for j in (*(reading.swapped or ()), *reading.joints)}
-        if not changed:
-            shared = self._as_recorded
-        elif nodes is None:
-            shared = self._shared(q, v, mask, slope, changed)
-        else:
-            zeros = np.array([c.zero for reading in readings for c in reading.joints.values()])
-            x = zeros[:, None] - 2.0 * math.pi / NODES * np.arange(NODES)
-            shared = np.tensordot((1.0 + 2.0 * np.cos(x) + 2.0 * np.cos(2.0 * x)) / NODES, nodes,
-                                  1)
+        shared = self._shared(q, v, mask, slope, changed) if changed else self._as_recorded
         power = np.mean(effort ** 2, axis=1)
         size, one = np.sqrt(power) + 1e-9, np.ones(power.shape)
         own = np.stack([
