@@ -116,31 +116,30 @@ def leaves_of(tree: Any, prefix: str = '', depth: int = 0) -> Iterator[Leaf]:
         if any(isinstance(x, list) for x in tree):
             return
         tree = column_of(tree, name)
+    expect_values(tree, name)
+    if fields := getattr(getattr(tree, 'dtype', None), 'names', None):
+        parts = {field: np.asarray(tree[field]) for field in fields}
+        yield from leaves_of(parts, prefix, depth)
+        return
+    value = np.asarray(tree[()] if hasattr(tree, 'attrs') else tree)
+    if value.dtype.kind == 'O' and value.ndim == 1 and len(value) and all(
+            isinstance(part, Mapping) for part in value):  # structures of MATLAB
+        yield from entry_leaves(list(value), prefix) if len(value) >= MIN_SAMPLES else leaves_of(
+            {str(k): part for k, part in enumerate(value, 1)}, prefix, depth)
+        return
+    stated = attributes.get('units', attributes.get('unit', ''))
+    yield name, value.T if 'MATLAB_class' in attributes else value, (  # stores columns as rows
+        stated.decode('utf-8', 'replace') if isinstance(stated, bytes) else str(stated))
+
+
+def expect_values(tree: Any, name: str) -> None:
+    """Raise Unreadable or MemoryError for a dataset `name` that it is not safe to read."""
     if getattr(tree, 'is_virtual', False):
         raise Unreadable(f'{name}: a virtual dataset, expected one that holds its values')
     if getattr(tree, 'external', None):
         raise Unreadable(f'{name}: values in another file, expected a dataset that holds them')
     if getattr(tree, 'nbytes', 0) > LIMITS[1]:
         raise MemoryError
-    fields = getattr(getattr(tree, 'dtype', None), 'names', None)
-    if fields:
-        for field in fields:
-            yield from leaves_of(np.asarray(tree[field]), f'{prefix}{field}.', depth + 1)
-        return
-    stated = attributes.get('units', attributes.get('unit', ''))
-    value = np.asarray(tree[()] if hasattr(tree, 'attrs') else tree)
-    if value.dtype.kind == 'O' and value.ndim == 1 and len(value) and all(
-            isinstance(part, Mapping) for part in value):  # structures of MATLAB
-        if len(value) >= MIN_SAMPLES:
-            yield from entry_leaves(list(value), prefix)
-        else:
-            for k, part in enumerate(value, 1):
-                yield from leaves_of(part, f'{prefix}{k}.', depth + 1)
-        return
-    if 'MATLAB_class' in attributes:  # stores columns as rows
-        value = value.T
-    yield name, value, stated.decode('utf-8', 'replace') if isinstance(stated, bytes) else str(
-        stated)
 
 
 def episodes_of(tree: Any, depth: int = 0) -> dict[str, list[Leaf]]:
@@ -304,39 +303,46 @@ def put_number(name: str, value: Any) -> None:
         HEADER[name] = number
 
 
+def plain_array(value: Any) -> Any:
+    """Return `value` as an array of numbers, texts or times, None for another one."""
+    kind = value.dtype.kind
+    if kind == 'S':
+        return np.char.decode(value, 'utf-8', 'replace')
+    if kind == 'O':
+        return np.array([x.decode('utf-8', 'replace') if isinstance(x, bytes) else x
+                         for x in value.flat]) if value.ndim == 1 and all(
+            isinstance(x, (str, bytes)) for x in value.flat) else None
+    if kind in 'bu':
+        return value.astype(float if kind == 'u' and value.itemsize == 8 else np.int64)
+    return value
+
+
 def columns_of(leaves: Iterator[Leaf]) -> Iterator[Leaf]:
     """Yield the columns [N] of `leaves`; matrices by column, with numbers from 1."""
-    for name, value, unit in leaves:
-        if value.dtype.kind == 'S':
-            value = np.char.decode(value, 'utf-8', 'replace')
-        if value.dtype.kind == 'O':
-            if value.ndim != 1 or not all(isinstance(x, (str, bytes)) for x in value.flat):
-                continue
-            value = np.array([x.decode('utf-8', 'replace') if isinstance(x, bytes) else x
-                              for x in value.flat])
+    for name, array, unit in leaves:
+        value = plain_array(array)
+        if value is None:
+            continue
         if value.dtype.kind == 'U' and name.rpartition('.')[2] in JOINT_LISTS and not JOINTS:
             JOINTS.extend(map(str, value.flat))
         if value.ndim == 0 or value.size == 1:
             put_number(name, value)
-            continue
-        if value.dtype.kind == 'b':
-            value = value.astype(np.int64)
-        if value.dtype.kind == 'u':
-            value = value.astype(np.int64 if value.itemsize < 8 else float)
-        if value.dtype.kind not in 'ifUM' or value.size < MIN_SAMPLES:
-            continue
-        value = np.squeeze(value)
-        if value.ndim == 1:
-            yield name, value, unit
-            continue
-        if value.ndim != 2 or value.dtype.kind not in 'if':
-            continue
-        if value.shape[0] < MIN_SAMPLES <= value.shape[1]:
-            NOTES.append(f'{name or "matrix"}: one row per signal ({value.shape[0]} rows of '
-                         f'{value.shape[1]} samples): column numbers count its rows')
-            value = value.T
-        for k in range(min(value.shape[1], MOST_COLUMNS)):
-            yield f'{name} {k + 1}'.strip(), value[:, k], unit
+        elif value.dtype.kind in 'ifUM' and value.size >= MIN_SAMPLES:
+            value = np.squeeze(value)
+            if value.ndim == 1:
+                yield name, value, unit
+            elif value.ndim == 2 and value.dtype.kind in 'if':
+                yield from matrix_columns(name, value, unit)
+
+
+def matrix_columns(name: str, value: Any, unit: str) -> Iterator[Leaf]:
+    """Yield the columns of the matrix `value`, or its rows where it has a row per signal."""
+    if value.shape[0] < MIN_SAMPLES <= value.shape[1]:
+        NOTES.append(f'{name or "matrix"}: one row per signal ({value.shape[0]} rows of '
+                     f'{value.shape[1]} samples): column numbers count its rows')
+        value = value.T
+    for k in range(min(value.shape[1], MOST_COLUMNS)):
+        yield f'{name} {k + 1}'.strip(), value[:, k], unit
 
 
 def attributes_of(tree: Any, prefix: str = '', depth: int = 0) -> None:

@@ -149,19 +149,13 @@ class McapFile:
             elif opcode == Opcode.MESSAGE:
                 loose = self._extend(loose, offset, following)
             elif opcode == Opcode.MESSAGE_INDEX and chunk is not None:
-                if length >= 6:
-                    channel, count = struct.unpack('<HI', self._read(body, body + 6))
-                    if count + 6 == length and count % 16 == 0:
-                        chunk.counts[channel] = count // 16
+                self._count(chunk, body, length)
             elif opcode == Opcode.FOOTER:
                 end = min(size, following + len(MAGIC) + 1)
                 self.truncated = self._read(following, end) != MAGIC
                 break
             elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.METADATA):
-                if self._definitions + length > DEFINITIONS:
-                    self._damage(f'definitions of more than {DEFINITIONS >> 20} MB')
-                else:
-                    self._define(opcode, self._read(body, following))
+                self._define_bounded(opcode, body, following)
             if opcode != Opcode.MESSAGE:
                 loose = None
             offset = following
@@ -170,6 +164,13 @@ class McapFile:
         for chunk in self.chunks:
             self._complete(chunk)
         self.chunks = [chunk for chunk in self.chunks if chunk.counts]
+
+    def _count(self, chunk: ScannedChunk, body: int, length: int) -> None:
+        """Add the number of messages that the index at `body`, of `length` bytes, states."""
+        if length >= 6:
+            channel, count = struct.unpack('<HI', self._read(body, body + 6))
+            if count + 6 == length and count % 16 == 0:
+                chunk.counts[channel] = count // 16
 
     def _read_chunk(self, body: int, end: int, whole: bool) -> ScannedChunk | None:
         try:
@@ -224,6 +225,13 @@ class McapFile:
         if row:
             log_ns = index.log_ns[:row].view(np.int64)
             chunk.start_ns, chunk.end_ns = int(log_ns.min()), int(log_ns.max())
+
+    def _define_bounded(self, opcode: int, begin: int, end: int) -> None:
+        """Add the definition in the bytes begin .. end - 1, as long as they are not too many."""
+        if self._definitions + end - begin > DEFINITIONS:
+            self._damage(f'definitions of more than {DEFINITIONS >> 20} MB')
+        else:
+            self._define(opcode, self._read(begin, end))
 
     def _define(self, opcode: int, body: bytes) -> None:
         """Add a schema, channel or metadata record."""

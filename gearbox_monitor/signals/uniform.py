@@ -224,15 +224,32 @@ def _prepared(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None,
     driving = 'setpoint' if kind.setpoint else 'u'
     keep, notices = _longest_run(np.asarray(t))
     t, first = _seconds(np.asarray(t)[keep])
-    u, y = np.array(u, float)[keep], np.array(y, float)[keep]
-    channels: tuple[int, ...] = (0, 1)
-    if kind.one_encoder:
-        channels = tuple(i for i in (0, 1) if np.isfinite(y[:, i]).any()) or channels
-        if len(channels) == 1:
-            y[:, 1 - channels[0]] = y[:, channels[0]]
-    values = {driving: u, 'motor': y[:, 0], 'arm': y[:, 1]}
+    y = np.array(y, float)[keep]
+    channels = tuple(i for i in (0, 1) if not kind.one_encoder or np.isfinite(
+        y[:, i]).any()) or (0, 1)
+    if len(channels) == 1:
+        y[:, 1 - channels[0]] = y[:, channels[0]]
+    values = {driving: np.array(u, float)[keep], 'motor': y[:, 0], 'arm': y[:, 1]}
     if arm_torque is not None and not np.isnan(np.asarray(arm_torque, float)[keep]).all():
         values['arm_torque'] = np.array(arm_torque, float)[keep]
+    values = _known(t, first, values, notices)
+    grid, dt, values, floor = _evened(t, first, values, notices)
+    return UniformRecording(
+        grid, values[driving], np.column_stack([values['motor'], values['arm']]), dt,
+        values.get('arm_torque'), name, channels=channels, floor=floor), tuple(notices)
+
+
+def _known(t: Array, first: float, values: dict[str, Array], notices: list[Said]
+           ) -> dict[str, Array]:
+    """
+    Return the channels without unphysical and missing numbers; add to the notices.
+
+    Args:
+        t: stamps [N] from 0, s.
+        first: of them, s.
+        values: {field: [N]} as recorded.
+        notices: on what was repaired.
+    """
     for field in values:
         values[field], wild = physical(values[field], field)
         if wild.any():
@@ -244,6 +261,20 @@ def _prepared(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None,
         if np.isnan(value).any():
             values[field], count = _fill(t, first, value, field)
             notices.append(said('missing_values', count=count, field=field))
+    return values
+
+
+def _evened(t: Array, first: float, values: dict[str, Array], notices: list[Said]
+            ) -> tuple[Array, float, dict[str, Array], tuple[float, float]]:
+    """
+    Return (grid [M] s, its step, channels on it, floor of both encoders); add to the notices.
+
+    Args:
+        t: stamps [N] from 0, s, increasing.
+        first: of them, s.
+        values: {field: [N]}, all known.
+        notices: on what was repaired.
+    """
     index, dt, jitter = _grid(t)
     if rms_of(jitter) > LIMITS.max_run * dt:
         raise InputError('t: stamps stray from any even spacing by '
@@ -255,9 +286,31 @@ def _prepared(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None,
         t, index, jitter = t[keep], index[keep], jitter[keep]
         values = {field: value[keep] for field, value in values.items()}
     index = index - index[0]
-    n = int(index[-1]) + 1
     wander = _wander(jitter, dt)
-    missing = int(_absent(t, index, wander).sum())
+    lost = _lost(t, index, wander, notices)
+    strays, follows = _straying(values, index, jitter - wander, dt, notices)
+    times = index * dt + wander + strays
+    n = int(index[-1]) + 1
+    if wander.any():  # the line through the stamps may begin and end beyond them
+        times = times - times[0]
+        n = int(times[-1] / dt) + 1
+    grid = np.arange(n) * dt
+    moved = follows or bool(wander.any())
+    floor = [quantisation_step(values[field]) / math.sqrt(12.0) for field in ('motor', 'arm')]
+    if moved or lost:
+        held = np.clip(np.searchsorted(times, grid + 0.5 * dt, side='right') - 1, 0, None)
+        values = {field: value[held] if field in HELD else _cubic(times, value, grid)
+                  for field, value in values.items()}
+    for k, field in enumerate(('motor', 'arm')):
+        if count := _mend_spikes(values[field]):
+            notices.append(said('wild_readings', count=count, field=field))
+        floor[k] = max(floor[k], _noise_at_speed(values[field]) * moved)
+    return grid, dt, values, (floor[0], floor[1])
+
+
+def _lost(t: Array, index: Integers, wander: Array, notices: list[Said]) -> int:
+    """Return how many samples are lost by their stamps t [N], s; see _absent. Adds notices."""
+    n, missing = int(index[-1]) + 1, int(_absent(t, index, wander).sum())
     if missing > LIMITS.max_repaired * n:
         raise InputError(f'{missing} of {n} samples lost by their stamps '
                          f'({100 * missing / n:.1f} %), expected at most '
@@ -266,31 +319,19 @@ def _prepared(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None,
         notices.append(said('lost_samples', count=missing, samples=n))
     if wander.any():
         notices.append(said('time_wanders', ms=1e3 * rms_of(wander)))
-        jitter = jitter - wander
+    return missing
+
+
+def _straying(values: Mapping[str, Array], index: Integers, jitter: Array, dt: float,
+              notices: list[Said]) -> tuple[Array, bool]:
+    """Return (by how much readings stray from even times [N], s; whether they do); add notices."""
     rms = rms_of(jitter)
-    sampled_then = rms > LIMITS.quiet_jitter * dt and _follows_stamps(values, index, jitter, dt)
-    if rms > LIMITS.quiet_jitter * dt:
-        notices.append(said('jitter_followed' if sampled_then else 'jitter_ignored', ms=1e3 * rms,
+    quiet = rms <= LIMITS.quiet_jitter * dt
+    follows = not quiet and _follows_stamps(values, index, jitter, dt)
+    if not quiet:
+        notices.append(said('jitter_followed' if follows else 'jitter_ignored', ms=1e3 * rms,
                            percent=100 * rms / dt))
-    times = index * dt + wander + (jitter if sampled_then else 0.0)
-    if wander.any():  # the line through the stamps may begin and end beyond them
-        times = times - times[0]
-        n = int(times[-1] / dt) + 1
-    grid = np.arange(n) * dt
-    floor = [quantisation_step(values[field]) / math.sqrt(12.0) for field in ('motor', 'arm')]
-    if sampled_then or missing or wander.any():
-        index_held = np.clip(np.searchsorted(times, grid + 0.5 * dt, side='right') - 1, 0, None)
-        values = {field: value[index_held] if field in HELD else _cubic(times, value, grid)
-                  for field, value in values.items()}
-    for field in ('motor', 'arm'):
-        count = _mend_spikes(values[field])
-        if count:
-            notices.append(said('wild_readings', count=count, field=field))
-    y = np.column_stack([values['motor'], values['arm']])
-    if sampled_then or wander.any():
-        floor = [max(pair) for pair in zip(floor, map(_noise_at_speed, y.T))]
-    return UniformRecording(grid, values[driving], y, dt, values.get('arm_torque'), name,
-                            channels=channels, floor=(floor[0], floor[1])), tuple(notices)
+    return jitter * follows, follows
 
 
 def usable_rows(t: Array | Integers) -> tuple[Integers, list[Said]]:
