@@ -26,7 +26,7 @@ from gearbox_monitor.library.recording import load_recording
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.balance_column import SETPOINT
-from gearbox_monitor.recordings.robot_values import load_log, load_values, robot_model
+from gearbox_monitor.recordings.from_bag import load_log, load_values, robot_model
 from gearbox_monitor.signals.examine import admitted
 from gearbox_monitor.signals.uniform import UniformRecording
 from gearbox_monitor.simulators.robot_model import read_robot

@@ -43,10 +43,9 @@ from gearbox_monitor.library.robot import check_robot
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.presentation import on_axis, Said, said
-from gearbox_monitor.recordings.innovations import innovation_topics, nis_of
 from gearbox_monitor.recordings.joint_input import bag_arguments, find_input
 from gearbox_monitor.recordings.read import BagReader
-from gearbox_monitor.recordings.recorded_samples import sample_parts
+from gearbox_monitor.recordings.recorded_samples import innovation_topics, nis_of, sample_parts
 from gearbox_monitor.recordings.table import is_log_of_xml
 from gearbox_monitor.report.summary import told
 from gearbox_monitor.robot.description import SUFFIXES

@@ -46,7 +46,7 @@ from gearbox_monitor.recordings.guess import Unsettled
 from gearbox_monitor.recordings.messages import converted_bag, paired_bag
 from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.reading import is_bag, read_mapping
-from gearbox_monitor.recordings.virtual_bag import bag_of_table
+from gearbox_monitor.recordings.si_signals import bag_of_table
 from gearbox_monitor.recordings.write import BagWriter
 
 # Options that not all ways of importing use.

@@ -13,10 +13,10 @@ Public names, by module:
     baselines: AGAIN, BaselineRecording, check_belongs, Damaged, earlier, health_text,
         load_baseline, load_recording, load_state, save_baseline, set_aside, split, STATE,
         StateFile
-    knowledge_file: load_knowledge, save_knowledge, SUFFIX
+    knowledge_file: load_knowledge, load_watch, save_knowledge, save_watch, SUFFIX,
+        watch_bytes, watch_from
     opening: BoundedGzip, config_path, dump, load_robot, LONGEST_LINE, open_file,
         open_unpacked, plain, read_bytes, read_json, read_text, TOPIC, write_new
-    watch_file: load_watch, save_watch, watch_bytes, watch_from
     yaml_files: error_words, expect_folder_of, expect_new, expect_new_file,
         expect_outside_of_bag, gearboxes_of, load_model, load_parameters, load_yaml,
         model_text, parse_yaml, save_model, write_parameters

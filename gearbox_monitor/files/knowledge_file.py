@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Knowledge of a robot in a file: arrays of numpy and one text of JSON, never a pickle.
+Knowledge of a robot, or the state of a watch, in a file: arrays of numpy and one text of JSON.
 
-The archive gives each part a checksum. The state of a watch is kept in the same way.
+Never a pickle. The archive gives each part a checksum.
 """
 import io
 import json
@@ -15,9 +15,10 @@ import numpy as np
 
 from gearbox_monitor.diagnosis.robot.knowledge import Knowledge, VERSION
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.files.baselines import write_whole
 from gearbox_monitor.files.opening import read_bytes, write_new
 from gearbox_monitor.plain_data import from_data, to_data
-from gearbox_monitor.watch.record import CLASSES
+from gearbox_monitor.watch.record import CLASSES, Watch
 
 SUFFIX = '.knowledge'
 MAX_BYTES = 256 << 20
@@ -91,3 +92,26 @@ def load_knowledge(path: str | Path, model: str) -> Knowledge:
                          f'({knowledge.model[:12]}), expected the one of --model '
                          f'({model[:12]}): learn it again')
     return knowledge
+
+
+FORMAT = 4
+
+
+def watch_bytes(watch: Watch) -> bytes:
+    """Return the file of a `watch`, whose every part has a checksum."""
+    return packed(watch, FORMAT)
+
+
+def save_watch(path: str | Path, watch: Watch) -> None:
+    """Write `watch` to the file `path`, at once or not at all. Raises InputError."""
+    write_whole(Path(path), packed(watch, FORMAT))
+
+
+def load_watch(path: str | Path) -> Watch:
+    """Return the Watch in the file `path`. Raises InputError: it is damaged, or another file."""
+    return watch_from(read_archive(path, 'watch'), path)
+
+
+def watch_from(content: bytes, path: str | Path) -> Watch:
+    """Return the Watch in the `content` of a file called `path`. Raises InputError."""
+    return unpacked(content, path, Watch, FORMAT, 'watch')

@@ -30,10 +30,9 @@ from gearbox_monitor.library.simulator_file import expect_path
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.presentation import as_written, Paged, said, Said, Saved
-from gearbox_monitor.recordings.from_bag import ANY
+from gearbox_monitor.recordings.from_bag import (
+    ANY, load_locked, load_log, load_values, robot_model, RobotValues)
 from gearbox_monitor.recordings.reading import BY_NAMES, ReadOptions
-from gearbox_monitor.recordings.robot_values import (
-    load_locked, load_log, load_values, robot_model, RobotValues)
 from gearbox_monitor.recordings.topics import JOINT_STATES
 from gearbox_monitor.report.robot_gap_page import by_effect, RobotContext
 from gearbox_monitor.report.robot_words import finding_words, reading_words, robot_headline

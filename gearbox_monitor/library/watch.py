@@ -9,7 +9,7 @@ from datetime import datetime, UTC
 from pathlib import Path
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.watch_file import load_watch
+from gearbox_monitor.files.knowledge_file import load_watch
 from gearbox_monitor.library.progress import Progress, reported
 from gearbox_monitor.recordings.from_bag import names_in_log
 from gearbox_monitor.recordings.joint_input import find_topic

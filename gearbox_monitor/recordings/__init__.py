@@ -12,27 +12,26 @@ Public names, by module:
 
     cdr: encode_joint_states
     examples: ExampleMotion, NOISE, process_torque, write_example_bag, write_robot_pair
-    from_bag: ANY, drive_recording, names_in_log, robot_recording
+    from_bag: ANY, drive_recording, load_locked, load_log, load_values, names_in_log,
+        robot_model, robot_recording, RobotValues
     guess: Answers, Guess, Unsettled
-    innovations: innovation_topics, nis_of
     joint_input: bag_arguments, DIAGNOSTIC_ARRAY, find_input, find_topic, GEARBOX, Joiner,
         JointInput, match_stamps, PAYLOAD_CHANGE, recorded_inputs, topics_called
     messages: converted_bag, paired_bag
     player: Player
     read: BagReader, JOINT_STATE, natural, open_bag
     reading: BY_NAMES, is_bag, open_recording, read_mapping, ReadOptions
-    recorded_samples: joined_samples, NO_MODEL, NO_SERIAL, read_snapshots, sample_parts,
-        samples_of
+    recorded_samples: innovation_topics, joined_samples, nis_of, NO_MODEL, NO_SERIAL,
+        read_snapshots, sample_parts, samples_of
     recovery: recover, Recovery
     replay: Comparer, Comparison, interval_error, Replay, replay, ReplayCollector,
         ReplaySummary, smoothed
     replay_output: BagOutput, CsvTable, ParquetTable
-    robot_values: load_locked, load_log, load_values, robot_model, RobotValues
+    si_signals: bag_of_table
     storage: FILE_NAME, qos_profile
     table: is_log_of_xml
     topics: ARM, DIAGNOSIS, DIAGNOSTICS, DRIFT_ALERTS, FINDINGS, JOINT_STATES, joint_values,
         MOTOR, PAIRED_JOINT_STATES, PAYLOAD, PAYLOAD_STD, PLANT_TRANSMISSION_STATE,
         ROBOT_DESCRIPTION, Signal, SIGNALS, SNAPSHOT, TRANSMISSION
-    virtual_bag: bag_of_table
     write: BagWriter, WriteError
 """

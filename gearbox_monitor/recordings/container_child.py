@@ -41,7 +41,7 @@ class Unreadable(Exception):
 
 
 def limited(cpu_seconds: int, memory: int) -> None:
-    """Limit this process to so many CPU seconds and so many bytes beyond what it has now."""
+    """Limit this process to `cpu_seconds`, and to `memory` bytes beyond what it has now."""
     with open('/proc/self/status', encoding='ascii') as status:
         own = next(int(line.split()[1]) << 10 for line in status if line.startswith('VmData'))
     resource.setrlimit(resource.RLIMIT_DATA, (own + memory, own + memory))
@@ -51,7 +51,7 @@ def limited(cpu_seconds: int, memory: int) -> None:
 
 
 def opened(path: str, memory: int) -> Any:
-    """Return the file `path` as a stream, unpacked where it is gzipped."""
+    """Return the file `path` as a stream, unpacked in half of `memory` where it is gzipped."""
     stream = open(path, 'rb')
     if stream.read(2) != b'\x1f\x8b':
         stream.seek(0)
@@ -101,7 +101,7 @@ def link_of(group: Any, name: str) -> str:
 
 
 def leaves_of(tree: Any, prefix: str = '', depth: int = 0) -> Iterator[Leaf]:
-    """Yield (dotted name, value, unit) of all arrays in a tree, each of them read."""
+    """Yield (dotted name behind `prefix`, value, unit) of all arrays in a tree, at a `depth`."""
     if depth > MAX_DEPTH:
         raise Unreadable(f'{prefix}: groups more than {MAX_DEPTH} deep, expected fewer')
     if isinstance(tree, Mapping):
@@ -133,7 +133,7 @@ def leaves_of(tree: Any, prefix: str = '', depth: int = 0) -> Iterator[Leaf]:
 
 
 def expect_values(tree: Any, name: str) -> None:
-    """Raise Unreadable or MemoryError for a dataset `name` that it is not safe to read."""
+    """Raise Unreadable or MemoryError for a `tree`, called `name`, that is not safe to read."""
     if getattr(tree, 'is_virtual', False):
         raise Unreadable(f'{name}: a virtual dataset, expected one that holds its values')
     if getattr(tree, 'external', None):
@@ -175,7 +175,7 @@ def joined(episodes: Mapping[str, list[Leaf]]) -> Iterator[Leaf]:
 
 # --- entries: a list of mappings or of rows -----------------------------------------------------
 def entries_in(tree: Any, depth: int = 0) -> list[Any] | None:
-    """Return the list of mappings or rows in JSON data, None without one."""
+    """Return the list of mappings or rows in the `tree` of JSON, at a `depth`; None: none."""
     if isinstance(tree, list):
         rows = len(tree) >= MIN_SAMPLES or tree and isinstance(tree[0], list)
         return tree if rows and isinstance(tree[0], (dict, list)) else None
@@ -187,7 +187,7 @@ def entries_in(tree: Any, depth: int = 0) -> list[Any] | None:
 
 
 def entry_leaves(entries: list[Any], prefix: str = '') -> Iterator[Leaf]:
-    """Yield the columns of a list of entries, of messages of joints by their names."""
+    """Yield the columns of a list of entries, behind `prefix`; of joints by their names."""
     if isinstance(entries[0], list):
         yield '', matrix_of(entries), ''
         return
@@ -216,7 +216,7 @@ def entry_leaves(entries: list[Any], prefix: str = '') -> Iterator[Leaf]:
 
 def flattened(entry: Mapping[str, Any], prefix: str = '', depth: int = 0
               ) -> Iterator[tuple[str, Any]]:
-    """Yield (dotted name, value) of an entry."""
+    """Yield (dotted name behind `prefix`, value) of an entry, at a `depth`."""
     for name, value in entry.items():
         if isinstance(value, Mapping) and depth < MAX_DEPTH:
             yield from flattened(value, f'{prefix}{name}.', depth + 1)
@@ -226,7 +226,7 @@ def flattened(entry: Mapping[str, Any], prefix: str = '', depth: int = 0
 
 def by_joint(field: str, entries: Sequence[Mapping[str, Any]], listed: str,
              values: Sequence[Any]) -> Iterator[Leaf]:
-    """Yield a column of each joint that the messages name."""
+    """Yield a column of each joint in `listed`, with the `values` of a `field` of `entries`."""
     columns: dict[str, Any] = {}
     for row, (entry, value) in enumerate(zip(entries, values)):
         for joint, number in zip(entry.get(listed) or (), value or ()):
@@ -238,7 +238,7 @@ def by_joint(field: str, entries: Sequence[Mapping[str, Any]], listed: str,
 
 
 def column_of(values: Sequence[Any], name: str) -> Any:
-    """Return the numbers, NaN for none, or the texts in `values`."""
+    """Return the numbers, NaN for none, or the texts in the `values` of a column `name`."""
     if any(isinstance(value, str) for value in values):
         return np.array([str(value) for value in values])
     if all(type(value) is int and abs(value) < 1 << 63 for value in values):
@@ -294,7 +294,7 @@ LIMITS = [20, 1 << 30]
 
 
 def put_number(name: str, value: Any) -> None:
-    """Note `value`, a number, text or an array of one number, in the header."""
+    """Note `value`, a number, text or an array of one number, in the header as `name`."""
     try:
         number = float(np.squeeze(np.asarray(value)))
     except (TypeError, ValueError, OverflowError):
@@ -336,7 +336,7 @@ def columns_of(leaves: Iterator[Leaf]) -> Iterator[Leaf]:
 
 
 def matrix_columns(name: str, value: Any, unit: str) -> Iterator[Leaf]:
-    """Yield the columns of the matrix `value`, or its rows where it has a row per signal."""
+    """Yield columns of the matrix `value` of a `unit`, called `name`; its rows if signals."""
     if value.shape[0] < MIN_SAMPLES <= value.shape[1]:
         NOTES.append(f'{name or "matrix"}: one row per signal ({value.shape[0]} rows of '
                      f'{value.shape[1]} samples): column numbers count its rows')

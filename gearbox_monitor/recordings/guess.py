@@ -16,12 +16,11 @@ import yaml
 
 from gearbox_monitor.errors import expect, InputError, Undecided
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.recordings.log_units import (
-    axis_of, COUNTS, EFFORT, POSITION, PRISMATIC, ROTARY, SI, standard_unit, strange_unit,
-    unit_factor, unit_of_label, units_of, VELOCITY, vocabulary)
 from gearbox_monitor.recordings.mapping import kind_of, OF_TIME, TURN, with_settings
 from gearbox_monitor.recordings.meaning import (
-    joints_of, known_words, Meaning, meaning_of, meanings, SETPOINT, words_of)
+    axis_of, COUNTS, EFFORT, joints_of, known_words, Meaning, meaning_of, meanings, POSITION,
+    PRISMATIC, ROTARY, SETPOINT, SI, standard_unit, strange_unit, unit_factor, unit_of_label,
+    units_of, VELOCITY, vocabulary, words_of)
 from gearbox_monitor.recordings.roles import (
     Choice, choice_of, common_rows, matches, NAMES, NONE, OpenQuestion)
 from gearbox_monitor.recordings.table import Column, Table

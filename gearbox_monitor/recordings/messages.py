@@ -26,10 +26,10 @@ from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.recordings.cdr import Decoder, Message, MessageBlock
 from gearbox_monitor.recordings.joint_input import find_topic, Joiner
 from gearbox_monitor.recordings.read import (
-    BagReader, blocks_of, CONTROLLER, DYNAMIC, is_ros1, JOINT_STATE, open_bag, ROS1_TEXT)
-from gearbox_monitor.recordings.si_signals import even_stamps
+    BagReader, blocks_of, CONTROLLER, DYNAMIC, Frames, frames_of, is_ros1, JOINT_STATE, open_bag,
+    ROS1_TEXT, VirtualBag)
+from gearbox_monitor.recordings.si_signals import even_stamps, JOINT_TOPIC, SETPOINT_TOPIC
 from gearbox_monitor.recordings.topics import JOINT_STATES
-from gearbox_monitor.recordings.virtual_bag import Frames, JOINT_TOPIC, SETPOINT_TOPIC, VirtualBag
 from gearbox_monitor.signals.stamps import unstamped
 
 STATES = (JOINT_STATE, DYNAMIC, CONTROLLER)  # the most trusted first
@@ -172,13 +172,10 @@ class _Topic:
         states = decode(block)
         values = {SETPOINT: states.position} if self.is_setpoint else {
             name: getattr(states, name) for name in OF_STATE}
-        for named in np.unique(states.named, axis=0):
-            rows = np.flatnonzero((states.named == named).all(axis=1))
-            if named.any():
-                yield Frames(
-                    self.name, tuple(np.array(states.names, object)[named]), states.stamp_ns[rows],
-                    states.log_ns[rows], {name: x[np.ix_(rows, named)]
-                                          for name, x in values.items()})
+        rows = states.named.any(axis=1)
+        yield from frames_of(self.name, states.names, states.named[rows], (
+            states.stamp_ns[rows], states.log_ns[rows]), {
+                name: x[rows] for name, x in values.items()})
 
     def _interfaces(self, block: MessageBlock) -> Iterator[Frames]:
         """Yield the columns of messages of ros2_control, all interfaces of them."""

@@ -5,11 +5,12 @@
 Read rosbag2 bags: directories, single ``.mcap`` or ``.db3`` files and the remains of a crash.
 
 What rosbag2 has compressed, files or messages one by one, is unpacked; files into a temporary
-folder until the reader is closed.
+folder until the reader is closed. A recording of another kind is a VirtualBag: its joint states
+are encoded where they are read, in blocks.
 """
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 import heapq
 from itertools import chain
@@ -25,13 +26,13 @@ from rosbags.typesys import get_types_from_idl, get_types_from_msg, get_typestor
 from rosbags.typesys.store import Typestore
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.kernels.types import Numbers
+from gearbox_monitor.kernels.types import Array, Flags, Integers, Numbers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings import storage
 from gearbox_monitor.recordings.cdr import (
-    block_of, CHANNELS, compact, Decoder, empty_index, find_messages, joined_blocks, JointStates,
-    Message, MESSAGE_HEAD, MessageBlock, STATE_TYPE)
-from gearbox_monitor.recordings.log_units import ROTARY
+    block_of, CHANNELS, compact, Decoder, empty_index, find_messages, joined_blocks,
+    joint_state_rows, JointStates, Message, MESSAGE_HEAD, MessageBlock, STATE_TYPE)
+from gearbox_monitor.recordings.meaning import ROTARY
 from gearbox_monitor.recordings.mcap_file import McapFile, ScannedChunk
 from gearbox_monitor.recordings.storage import PACKED, SqliteFile, unpack_message, unpacked_files
 
@@ -455,3 +456,91 @@ class SqliteReader(BagReader):
         names = tuple(self.topics if topics is None else topics)
         return blocks_of(names, heapq.merge(*(file.messages(names) for file in self._files),
                                              key=lambda message: message[1]))
+
+
+# --- recordings of other kinds ------------------------------------------------------------------
+@dataclass(frozen=True)
+class Frames:
+    """
+    Messages [N] on one topic that name the same J joints.
+
+    stamp_ns, log_ns [N]: of measurement, of receipt. values {field: [N, J]}: a message leaves a
+    field empty that was measured of no joint in its block.
+    """
+
+    topic: str
+    joints: tuple[str, ...]
+    stamp_ns: Integers
+    log_ns: Integers
+    values: Mapping[str, Array]
+
+
+def frames_of(topic: str, joints: Sequence[str], is_there: Flags,
+              stamps: tuple[Integers, Integers], values: Mapping[str, Array]) -> Iterator[Frames]:
+    """
+    Yield the Frames of messages that name some of J joints each.
+
+    Args:
+        topic: of them.
+        joints: names of all.
+        is_there: which of them a message names [N, J].
+        stamps: of measurement and of receipt [N].
+        values: {field: [N, J]}.
+    """
+    for named in np.unique(is_there, axis=0):
+        rows = np.flatnonzero((is_there == named).all(axis=1))
+        yield Frames(topic, tuple(np.array(joints, object)[named]), stamps[0][rows],
+                     stamps[1][rows], {field: x[np.ix_(rows, named)]
+                                       for field, x in values.items()})
+
+
+class VirtualBag(BagReader):
+    """
+    The bag of a recording that is none.
+
+    Args:
+        path: of the recording.
+        topics: {topic: number of messages, as far as it is known}.
+        chunks: yields the Frames of the recording in parts, in order of time.
+        span: (start_ns, end_ns) as far as it is known.
+        notes: sentences for the user.
+    """
+
+    def __init__(self, path: Path, topics: Mapping[str, int],
+                 chunks: Callable[[], Iterator[Sequence[Frames]]], span: tuple[int, int],
+                 notes: Sequence[str] = ()) -> None:
+        super().__init__(path)
+        self.topics = {topic: (JOINT_STATE, count) for topic, count in topics.items()}
+        self.start_ns, self.end_ns = span
+        self.notes, self.notice = tuple(notes), '; '.join(notes)
+        self._chunks = chunks
+
+    def _stored_blocks(self, topics: Iterable[str] | None) -> Iterator[MessageBlock]:
+        names = tuple(self.topics if topics is None else topics)
+        for frames in self._chunks():
+            block = block_of_frames(names, [f for f in frames if f.topic in names])
+            for begin in range(0, len(block), BLOCK_MESSAGES):
+                yield block.take(slice(begin, begin + BLOCK_MESSAGES))
+
+
+def block_of_frames(topics: Sequence[str], frames: Sequence[Frames], whole: bool = False
+                    ) -> MessageBlock:
+    """
+    Return the messages of all `frames` on `topics`, by log time, then in the given order.
+
+    whole: fields that were measured of no joint are written, too.
+    """
+    def measured(f: Frames, field: str) -> Array | None:
+        return f.values[field] if field in f.values and (
+            whole or not np.isnan(f.values[field]).all()) else None
+    rows = [joint_state_rows(f.stamp_ns, f.joints, measured(f, 'position'), measured(
+        f, 'velocity'), measured(f, 'effort')) for f in frames]
+    sizes = [np.full(len(data), data.shape[1], np.int64) for data in rows]
+    size = np.concatenate([np.empty(0, np.int64), *sizes])
+    offset = np.cumsum(size) - size
+    log_ns = np.concatenate([np.empty(0, np.int64), *(f.log_ns for f in frames)])
+    topic = np.concatenate([np.empty(0, np.int32), *(
+        np.full(len(data), topics.index(f.topic), np.int32) for f, data in zip(frames, rows))])
+    data = np.concatenate([np.empty(0, np.uint8), *(data.ravel() for data in rows)])
+    block = MessageBlock(tuple(topics), data, offset, size, topic, log_ns, log_ns)
+    return block if len(frames) < 2 else block.take(np.argsort(log_ns, kind='stable'))

@@ -12,11 +12,10 @@ from gearbox_monitor.recordings.mapping import load_mapping, Mapping, mapping_of
 from gearbox_monitor.recordings.messages import converted_bag, needs_conversion
 from gearbox_monitor.recordings.read import BagReader, FORMATS, is_ros1, open_bag, ROS1
 from gearbox_monitor.recordings.roles import NONE
-from gearbox_monitor.recordings.si_signals import Signals, signals_of
+from gearbox_monitor.recordings.si_signals import bag_of_table, Signals, signals_of
 from gearbox_monitor.recordings.table import load_table, Table
 from gearbox_monitor.recordings.times import BESIDE, file_in, with_setpoints
 from gearbox_monitor.recordings.topics import JOINT_STATES
-from gearbox_monitor.recordings.virtual_bag import bag_of_table
 
 MAGIC = (b'\x89MCAP0\r\n', b'SQLite format 3\x00', ROS1)
 
@@ -54,8 +53,8 @@ def is_bag(path: Path) -> bool:
         return False
 
 
-def open_recording(path: str | Path, reading: ReadOptions = BY_NAMES, topic: str = '',
-                   constants: bool = False) -> BagReader:
+def open_recording(path: str | Path, reading: ReadOptions = BY_NAMES, topic: str = ''
+                   ) -> BagReader:
     """
     Return a recording of any kind as a bag.
 
@@ -63,7 +62,6 @@ def open_recording(path: str | Path, reading: ReadOptions = BY_NAMES, topic: str
         path: of a bag, a table or a folder with one of them.
         reading: how the user says that it is read.
         topic: of the joint states, where a bag has to be converted; '' for the usual one.
-        constants: whether a current needs a constant here; a model may have it.
 
     Raises:
         InputError: it cannot be read; Undecided: something about it is open.
@@ -73,7 +71,7 @@ def open_recording(path: str | Path, reading: ReadOptions = BY_NAMES, topic: str
         raise InputError(f'{path}: no such file or directory, expected a recording')
     if is_bag(path):
         return _opened_bag(path, reading, topic)
-    table, mapping, _ = read_mapping(path, reading, constants)
+    table, mapping, _ = read_mapping(path, reading, False)  # a model may have the constants
     return bag_of_table(table, mapping)
 
 

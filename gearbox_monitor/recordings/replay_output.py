@@ -29,10 +29,10 @@ from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.recordings.cdr import block_of, compact, joined_blocks, MessageBlock
 from gearbox_monitor.recordings.joint_input import DIAGNOSTIC_ARRAY, GEARBOX
 from gearbox_monitor.recordings.player import Player, ReplayPart, ReplaySink
-from gearbox_monitor.recordings.read import BagReader, JOINT_STATE
+from gearbox_monitor.recordings.read import (
+    BagReader, block_of_frames, Frames, frames_of, JOINT_STATE)
 from gearbox_monitor.recordings.topics import (
     ARM, DIAGNOSTICS, DRIFT_ALERTS, MOTOR, Signal, signal_values, SIGNALS, SNAPSHOT, TRANSMISSION)
-from gearbox_monitor.recordings.virtual_bag import block_of_frames, Frames
 from gearbox_monitor.recordings.write import BagWriter
 
 COLUMNS = ('x1', 'x2', 'x3', 'x4', 'tau_k', 'tau_k_std', 'innovation_motor', 'innovation_arm',
@@ -290,11 +290,5 @@ class BagOutput(ReplaySink):
         log_ns = np.maximum.accumulate(log_ns)
         self._last[topic] = log_ns[-1]
         present = ~np.isnan(values['position']) | (np.array(signal.joints) == TRANSMISSION)
-        frames = []
-        for measured in np.unique(present, axis=0):
-            rows = np.flatnonzero((present == measured).all(axis=1))
-            joints = tuple(self._names.get(joint, joint)
-                           for joint, is_there in zip(signal.joints, measured) if is_there)
-            frames.append(Frames(topic, joints, stamps[rows], log_ns[rows], {
-                field: column[rows][:, measured] for field, column in values.items()}))
-        return frames
+        joints = [self._names.get(joint, joint) for joint in signal.joints]
+        return list(frames_of(topic, joints, present, (stamps, log_ns), values))

@@ -16,10 +16,9 @@ import numpy as np
 
 from gearbox_monitor.kernels.elementary import quantisation_step
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.recordings.log_units import (
-    COUNTS, EFFORT, POSITION, PRISMATIC, ROTARY, units_of, VELOCITY, vocabulary)
 from gearbox_monitor.recordings.meaning import (
-    FILTERED, Meaning, MEASURED, RELATIVE, SENSOR, SETPOINT, words_of)
+    COUNTS, EFFORT, FILTERED, Meaning, MEASURED, POSITION, PRISMATIC, RELATIVE, ROTARY, SENSOR,
+    SETPOINT, units_of, VELOCITY, vocabulary, words_of)
 
 FOLLOWED = 0.7  # correlation of a position with its setpoint, at least
 TOGETHER = 0.9  # correlation of the two ends of a gear, at least
@@ -80,7 +79,7 @@ class Choice:
             use_option(name, stem) for stem in (*(c.stem for c in columns[:3]), NONE)))
 
     def correlation(self, a: Meaning, b: Meaning) -> float:
-        """Return the correlation of two columns; 1.0 where nothing contradicts one."""
+        """Return the correlation of columns `a` and `b`; 1.0 where nothing contradicts one."""
         rows = common_rows(self.values[a.label], self.values[b.label])
         moving = rows and min(np.ptp(x) for x in rows) > 0.0
         return float(np.corrcoef(rows[0], rows[1])[0, 1]) if moving else 1.0

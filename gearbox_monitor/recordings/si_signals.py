@@ -7,10 +7,11 @@ Signals in SI units of a Table, as a Mapping reads it: in blocks, or all at once
 Times become whole nanoseconds at once: a double resolves today's date to 256 ns only. Stamps are
 kept as they are recorded, repeated and unordered ones, too.
 """
-from collections.abc import Callable, Iterable, Iterator, Mapping as Dict
+from collections.abc import Callable, Iterable, Iterator, Mapping as Dict, Sequence
 from dataclasses import dataclass, replace
 from datetime import timedelta
 from decimal import Decimal, InvalidOperation
+from functools import partial
 from pathlib import Path
 import re
 
@@ -18,9 +19,11 @@ import numpy as np
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import AnyArray, Array, Flags, Integers
-from gearbox_monitor.recordings.log_units import EFFORT, standard_unit, TIME, units_of
+from gearbox_monitor.recordings.cdr import FIELDS
+from gearbox_monitor.recordings.meaning import EFFORT, standard_unit, TIME, units_of
 from gearbox_monitor.recordings.mapping import (
     key_of, kind_of, Mapping, SignalMapping, TimeMapping)
+from gearbox_monitor.recordings.read import Frames, VirtualBag
 from gearbox_monitor.recordings.table import Table
 from gearbox_monitor.recordings.text import MIN_SAMPLES, RowBlock
 from gearbox_monitor.signals.stamps import evened
@@ -434,3 +437,70 @@ def _integrated(stamps: Integers, velocity: Array) -> Array:
         step, v = np.diff(stamps[valid]) * 1e-9, velocity[valid]
         position[valid] = np.concatenate([[0.0], np.cumsum(step * (v[1:] + v[:-1]) / 2.0)])
     return position
+
+
+# --- the bag of a table ------------------------------------------------------------------------
+JOINT_TOPIC, SETPOINT_TOPIC = '/joint_states', '/joint_setpoints'
+REFERENCE_TOPIC = '/reference/transmission_state'
+
+
+def bag_of_table(table: Table, mapping: Mapping) -> VirtualBag:
+    """Return the bag of a table as `mapping` reads it. Raises InputError."""
+    topics = _signals_of_topics(mapping)
+    if is_streamed(table, mapping):
+        parts: Callable[[], Iterator[Signals]] = partial(signal_blocks, table, mapping)
+        notes, (count, begin, end) = table.notes, _extent(table, mapping)
+    else:
+        signals = signals_of(table, mapping)
+        parts, notes, count = signals.parts, signals.notes, len(signals.stamp_ns)
+        begin, end = int(signals.stamp_ns[0]), int(signals.stamp_ns.max())
+
+    def chunks() -> Iterator[Sequence[Frames]]:
+        latest = 0
+        for part in parts():
+            frames = _frames(part, topics, latest)
+            latest = int(frames[0].log_ns[-1])
+            yield frames
+    bag = VirtualBag(table.path, dict.fromkeys(topics, count), chunks, (begin, end), notes)
+    bag.arm_side, bag.axis = True, mapping.kind  # whatever the model's gear ratio
+    bag.effort_units = {
+        name.rpartition(':')[0] or 'motor': unit for name, signal in mapping.signals.items()
+        if name.endswith((':effort', 'motor_effort')) and (unit := effort_unit(signal))}
+    return bag
+
+
+def _signals_of_topics(mapping: Mapping) -> dict[str, dict[str, dict[str, str]]]:
+    """Return {topic: {joint: {field: signal}}} of the topics that `mapping` reads signals of."""
+    if mapping.joints:
+        topics = {JOINT_TOPIC: {joint: {field: f'{joint}:{field}' for field in FIELDS}
+                                for joint in mapping.joints},
+                  SETPOINT_TOPIC: {joint: {'position': f'{joint}:setpoint'}
+                                   for joint in mapping.joints}}
+    else:
+        sides = {side: {field: f'{side}_{field}' for field in FIELDS} for side in ('motor', 'arm')}
+        if 'motor_setpoint' in mapping.signals:
+            sides['setpoint'] = {'position': 'motor_setpoint'}
+        topics = {JOINT_TOPIC: sides,
+                  REFERENCE_TOPIC: {'transmission': {'effort': 'reference_torque'}}}
+    return {topic: joints for topic, joints in topics.items()
+            if any(name in mapping.signals for own in joints.values() for name in own.values())}
+
+
+def _extent(table: Table, mapping: Mapping) -> tuple[int, int, int]:
+    """Return (number of rows, first and last stamp) of a text that is read in blocks."""
+    first = next(signal_blocks(table, mapping)).stamp_ns
+    per_row = (int(first[-1]) - int(first[0])) / max(len(first) - 1, 1)
+    with table.path.open('rb') as stream:
+        count = sum(piece.count(b'\n') for piece in iter(lambda: stream.read(1 << 20), b''))
+    return count, int(first[0]), int(first[0] + count * per_row)
+
+
+def _frames(part: Signals, topics: Dict[str, Dict[str, Dict[str, str]]], latest: int
+            ) -> list[Frames]:
+    """Return the messages of signals; their log times are not before `latest`."""
+    log_ns: Integers = np.maximum(np.maximum.accumulate(part.stamp_ns), latest)
+    none = np.broadcast_to(np.nan, len(log_ns))
+    return [Frames(topic, tuple(joints), part.stamp_ns, log_ns, {
+        field: np.column_stack([part.values.get(own.get(field, ''), none)
+                                for own in joints.values()]) for field in FIELDS})
+            for topic, joints in topics.items()]

@@ -25,7 +25,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import BoundedGzip, open_unpacked
 from gearbox_monitor.kernels.types import AnyArray, Integers
 from gearbox_monitor.recordings import container_child
-from gearbox_monitor.recordings.log_units import (
+from gearbox_monitor.recordings.meaning import (
     EFFORT, number_with_unit, POSITION, scaled_unit, TIME, unit_of_label, VELOCITY, vocabulary)
 from gearbox_monitor.recordings.text import (
     BLOCK, DATE, FOUND, layout_of, MIN_SAMPLES, number_of, numbers_of_list, readable, RowBlock,

@@ -25,7 +25,7 @@ import numpy as np
 from gearbox_monitor.errors import Check, expect_values, InputError, number_check
 from gearbox_monitor.files.opening import LONGEST_LINE, open_unpacked
 from gearbox_monitor.kernels.types import AnyArray, Array
-from gearbox_monitor.recordings.log_units import number_with_unit, scaled_unit
+from gearbox_monitor.recordings.meaning import number_with_unit, scaled_unit
 
 DATE = re.compile(r'\s*\d{4}-\d\d-\d\d[T ]\d\d:\d\d')
 COMMENTS = ('#', '%', '//')

@@ -18,10 +18,9 @@ import numpy as np
 
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.kernels.types import Array, Flags
-from gearbox_monitor.recordings.log_units import POSITION, TIME, units_of
 from gearbox_monitor.recordings.mapping import TimeMapping
 from gearbox_monitor.recordings.meaning import (
-    COUNTER, meaning_of, meanings, run_of, SETPOINT, words_of)
+    COUNTER, meaning_of, meanings, POSITION, run_of, SETPOINT, TIME, units_of, words_of)
 from gearbox_monitor.recordings.si_signals import absolute_ns, LONGEST, SHORTEST
 from gearbox_monitor.recordings.table import Column, JOINT_LIST, load_table, Table
 

@@ -32,7 +32,7 @@ class Watching:
 
     def __init__(self, path: Path) -> None:
         from gearbox_monitor.errors import InputError
-        from gearbox_monitor.files.watch_file import load_watch
+        from gearbox_monitor.files.knowledge_file import load_watch
         from gearbox_monitor.watch.record import Cutter, Watch
         self.path, self.problem = path, ''
         self.watch: Watch | None = None
@@ -98,7 +98,7 @@ class Watching:
     def save(self) -> None:
         """Write the state; a failure becomes the `problem`."""
         from gearbox_monitor.errors import InputError
-        from gearbox_monitor.files.watch_file import save_watch
+        from gearbox_monitor.files.knowledge_file import save_watch
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             if self.watch is not None:

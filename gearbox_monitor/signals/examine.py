@@ -25,7 +25,7 @@ from gearbox_monitor.signals.finding import (
     BAD, DataFinding, everything, Grade, hurts, judged, OK, PURPOSES, WARN)
 from gearbox_monitor.signals.jumps import OUTLIER, SLIP, strangers, TURNS, without_jumps
 from gearbox_monitor.signals.recording_limits import LIMITS
-from gearbox_monitor.signals.slip import without_slip
+from gearbox_monitor.signals.checks import without_slip
 from gearbox_monitor.signals.smoothed_motion import FITTED, HALF_WIDTHS, noise_of, SmoothedMotion
 from gearbox_monitor.signals.uniform import (
     Doubt, held_rate, physical, prepare, RecordingKind, UniformRecording, usable_rows)

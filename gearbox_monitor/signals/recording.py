@@ -184,15 +184,13 @@ class Convention:
 AS_RECORDED = Convention()
 
 
-def conventions_of(words: Iterable[str], joints: Sequence[str], option: str = OPTION
-                   ) -> dict[str, Convention]:
+def conventions_of(words: Iterable[str], joints: Sequence[str]) -> dict[str, Convention]:
     """
     Return {joint: Convention} of `words` JOINT=RULE[,RULE] of an option.
 
     Args:
         words: as a user writes them; JOINT may be `all`.
         joints: of the robot.
-        option: what messages call it.
 
     Raises:
         InputError: no such joint or rule.
@@ -201,13 +199,13 @@ def conventions_of(words: Iterable[str], joints: Sequence[str], option: str = OP
     for word in words:
         name, equals, rules = word.partition('=')
         if not equals or not rules:
-            raise InputError(f'{option}: {word!r}, expected JOINT=RULE with a rule of {RULES}')
+            raise InputError(f'{OPTION}: {word!r}, expected JOINT=RULE with a rule of {RULES}')
         if name not in (*joints, ALL):
-            raise InputError(f'{option}: {name!r}, {unknown(name, (*joints, ALL))}')
+            raise InputError(f'{OPTION}: {name!r}, {unknown(name, (*joints, ALL))}')
         for joint in joints if name == ALL else (name,):
             convention = stated.get(joint, AS_RECORDED)
             for rule in rules.split(','):
-                convention = _ruled(convention, rule, f'{option}: {word!r}')
+                convention = _ruled(convention, rule, f'{OPTION}: {word!r}')
             stated[joint] = convention
     return stated
 

@@ -15,7 +15,7 @@ import yaml
 
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.recordings.log_units import standard_unit, unit_factor, unit_of_label
+from gearbox_monitor.recordings.meaning import standard_unit, unit_factor, unit_of_label
 from gearbox_monitor.recordings.mapping import load_mapping, mapping_of
 from gearbox_monitor.recordings.read import open_bag
 from gearbox_monitor.recordings.reading import open_recording

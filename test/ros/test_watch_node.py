@@ -25,7 +25,7 @@ from std_srvs.srv import Trigger  # noqa: E402
 
 from test_live import live  # noqa: E402
 
-from gearbox_monitor.files.watch_file import load_watch, save_watch, watch_bytes  # noqa: E402
+from gearbox_monitor.files.knowledge_file import load_watch, save_watch, watch_bytes  # noqa: E402
 from gearbox_monitor.health.checks.outcome import Level  # noqa: E402
 from gearbox_monitor.report.watch_page import watch_part  # noqa: E402
 from gearbox_monitor.report.watch_words import watch_data  # noqa: E402

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from rosbags.typesys import get_typestore, Stores
 
-from gearbox_monitor.files.watch_file import watch_bytes
+from gearbox_monitor.files.knowledge_file import watch_bytes
 from gearbox_monitor.library.watch import watch_robot
 from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.read import JOINT_STATE

@@ -20,7 +20,7 @@ from gearbox_monitor.diagnosis.robot.knowledge import farther, states_of
 from gearbox_monitor.diagnosis.robot.robot_log import checked_log
 from gearbox_monitor.diagnosis.robot.rows import rows_of
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.watch_file import load_watch, save_watch, watch_bytes
+from gearbox_monitor.files.knowledge_file import load_watch, save_watch, watch_bytes
 from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.library.watch import watch_robot
 from gearbox_monitor.recordings.cdr import encode_joint_states
