@@ -17,7 +17,7 @@ from gearbox_monitor.kernels.types import Array, column, Integers
 from gearbox_monitor.library.simulator_file import expect_path
 from gearbox_monitor.plant.drive import DriveModel, expect_model
 from gearbox_monitor.plant.simulate import Trajectory
-from gearbox_monitor.presentation import Drawn, FileLimits, NO_LIMITS
+from gearbox_monitor.presentation import Drawn, FileLimits, NO_LIMITS, said, Said
 from gearbox_monitor.recordings.from_bag import drive_recording, robot_recording
 from gearbox_monitor.recordings.joint_input import find_input
 from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOptions
@@ -121,26 +121,22 @@ class DriveRecording(Drawn):
     def notes(self) -> tuple[str, ...]:
         """Sentences about columns and values that are not used."""
         limits = self.limits
-        notes = [*limits.notes, *self.recording.notes]
+        notes: list[Said | str] = [*limits.notes, *self.recording.notes]
         motor = self.recording.joints.get(self.recording.on_side(MOTOR) or '')
         if motor is not None and motor.has('setpoint') and motor.has('effort'):
-            notes.append('column setpoint is not used: the model has no controller'
-                         if self.model.controller is None else 'column u is not used: the '
-                         'setpoint drives the controller of the model')
+            notes.append(said('setpoint_idle' if self.model.controller is None else 'torque_idle'))
         low, high = limits.setpoints
         if motor is not None and self.model.controller is not None:
             beyond = int(np.count_nonzero((motor.setpoint < low) | (motor.setpoint > high)))
             if beyond:
-                notes.append(f'{beyond} setpoints lie beyond ctrlrange ({low:g} to {high:g} rad): '
-                             'taken as its ends, as MuJoCo does')
+                notes.append(said('beyond_ctrlrange', count=beyond, low=low, high=high))
         low, high = limits.travel
         with np.errstate(invalid='ignore'):
             y = self.readings.y
             stray = int(np.count_nonzero(((y < low) | (y > high)).any(axis=1)))
         if stray:
-            notes.append(f'{stray} samples lie beyond the range of the joint ({low:g} to {high:g} '
-                         'rad): its end stops are no part of the model, leave them out')
-        return tuple(notes)
+            notes.append(said('beyond_travel', count=stray, low=low, high=high))
+        return tuple(map(str, notes))
 
     @property
     def duration(self) -> float:

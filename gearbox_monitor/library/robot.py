@@ -244,7 +244,7 @@ def _learnt(logs: str | Path | Sequence[str | Path], robot: Robot,
         floor = min(misfit(log, stated, (robot.file.low, robot.file.high)) for log in read)
         axes = {link.joint: 'prismatic' if link.slides else 'rotary'
                 for link in robot.file.chain.links}
-        notes += [f'the reference is not as the file says: {finding_words(f.to_dict(), axes)}'
+        notes += [str(said('reference_differs', finding=finding_words(f.to_dict(), axes)))
                   for f in balance.examined(model, read, result)]
     notes += [str(said('unjudged', place=joint)) for joint in result.unjudged]
     return result, notes, floor
@@ -296,14 +296,11 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
             raise InputError(f'reference: learnt from {knowledge.kind}, but {read[0].name} '
                              f'has {read[0].kind}, expected one kind of input')
         if not 0.5 < knowledge.rate / read[0].rate < 2.0:
-            notes.append(f'the reference has {knowledge.rate:.0f} samples/s, this log '
-                         f'{read[0].rate:.0f}')
+            notes.append(str(said('reference_rate', reference=knowledge.rate, log=read[0].rate)))
     elif values.tolerance is None:
-        gains = f' and {100 * model.gain_tolerance:.2g} % of gains' * (read[0].kind == SETPOINT)
-        notes.append('the model file is taken with tolerances of '
-                     f'{100 * model.tolerance.max():.0f} %'
-                     f'{gains}: state others with tolerance{", gain_tolerance" * bool(gains)} in '
-                     'values (--values)')
+        code = 'taken_tolerances' if read[0].kind == SETPOINT else 'taken_tolerance'
+        notes.append(str(said(code, percent=100 * model.tolerance.max(),
+                              gain=100 * model.gain_tolerance)))
     verdict = balance.diagnose(model, read, knowledge, effects)
     names = [str(path) for path in ([logs] if isinstance(logs, (str, Path)) else logs)]
     data = plain(verdict_data(verdict)) | {

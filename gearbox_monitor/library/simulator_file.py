@@ -19,7 +19,7 @@ from gearbox_monitor.files.opening import config_path
 from gearbox_monitor.files.yaml_files import load_yaml
 from gearbox_monitor.plant.drive import DriveModel, expect_model, model_from_dict
 from gearbox_monitor.plant.effects.arm_side import ARM_COULOMB
-from gearbox_monitor.presentation import FileLimits, ModelOrigin, NO_LIMIT, Saved, Shown
+from gearbox_monitor.presentation import FileLimits, ModelOrigin, NO_LIMIT, said, Saved, Shown
 from gearbox_monitor.removed import refusal
 from gearbox_monitor.simulators.file_edits import Patch
 from gearbox_monitor.simulators.mjcf import Exported, model_values, refused, values_of
@@ -337,9 +337,8 @@ def with_backlash(into: str | Path, backlash: float, *, joint: str,
         omega = 2.0 * math.pi / (STEPS_PER_OSCILLATION * drive.timestep)
         values = replace(values, stiffness=inertia * omega ** 2,
                          damping=2.0 * DAMPING_RATIO * inertia * omega)
-        notes = [f'note: the gearbox gets {values.stiffness:.4g} {unit}, the stiffest that the '
-                 f'timestep of {drive.timestep:g} s resolves ({omega / 2.0 / math.pi:.3g} Hz): '
-                 '--stiffness states a measured one']
+        notes = [str(said('file_stiffness', stiffness=values.stiffness, unit=unit,
+                          timestep=drive.timestep, frequency=omega / 2.0 / math.pi))]
     return SimulatorFile('mjcf', path, drive.document.data, patched(drive, values, ()), drive,
                          tuple(notes))
 
@@ -351,12 +350,9 @@ def _of_effort(drive: MjcfDrive, model: DriveModel) -> Sequence[str]:
             a.gear * a.gain, model.effort_scale, rel_tol=1e-6):
         return []
     factor = model.effort_scale / (a.gear * a.gain)
-    return [f'note: one unit of effort makes {model.effort_scale:g} N m on the arm side '
-                      f'in the model (gear_ratio, torque_constant), one of control '
-                      f'{a.gear * a.gain:g} N m in {drive.path.name} before the patch. Multiply '
-                      f'recorded efforts by {factor:g} to make controls of them, or set the '
-                      f'gear of actuator {a.name or drive.motor.name} to '
-                      f'{a.gear * factor:g}']
+    return [str(said('other_effort', effort=model.effort_scale, control=a.gear * a.gain,
+                     file=drive.path.name, factor=factor, gear=a.gear * factor,
+                     actuator=a.name or drive.motor.name))]
 
 
 def _of_law(model: DriveModel) -> Sequence[str]:
@@ -365,15 +361,10 @@ def _of_law(model: DriveModel) -> Sequence[str]:
         e['id'] == ARM_COULOMB.id for e in model.effects) or model.coulomb_friction > 0.0
     if law.constraint or not friction:
         return []
-    return [
-        f'note: friction follows an {"arctangent" if law.kind == "atan" else law.kind} of the '
-        'speed in the model, which a soft constraint of MuJoCo comes close to, but for 1 to 2 '
-        'standard deviations of a usual encoder. For a file that fits to the noise, fit with '
-        "MuJoCo's own law: friction_law: {kind: mujoco}, timestep and integrator of your file, in "
-        'the model file, then fit model or diagnose']
+    return [str(said('other_law', law='arctangent' if law.kind == 'atan' else law.kind))]
 
 
 def _beyond(drive: MjcfDrive) -> Sequence[str]:
     """Return notes about forces on the joints that no model has."""
-    return [f'note: joint {row.joint}: {row}: it goes on acting in {drive.path.name}, and no '
-            'model here has it' for row in drive.refusals()]
+    return [str(said('goes_on', joint=row.joint, row=row, file=drive.path.name))
+            for row in drive.refusals()]
