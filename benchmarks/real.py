@@ -38,7 +38,7 @@ import numpy as np
 from benchmarks import real_fit
 from benchmarks.harness import all_met, bar_lines, BarTable
 from benchmarks.static_compensation import fit_static
-from gearbox_monitor.diagnosis.joint.unit_adaptation import adapt
+from gearbox_monitor.diagnosis.joint.nominal import adapt
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.recordings.mapping import load_mapping
 from gearbox_monitor.recordings.reading import read_signals, ReadOptions

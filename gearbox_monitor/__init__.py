@@ -71,7 +71,7 @@ _PUBLIC = {
     'estimate': 'library.estimation', 'backlash': 'library.estimation',
     'diagnose': 'library.identify', 'fit': 'library.identify',
     'tune': 'library.identify', 'adapt': 'library.identify', 'TunedParameters': 'library.identify',
-    'Adapted': 'diagnosis.joint.unit_adaptation', 'export_model': 'library.simulator_file',
+    'Adapted': 'diagnosis.joint.nominal', 'export_model': 'library.simulator_file',
     'SimulatorFile': 'library.simulator_file', 'write_report': 'library.recording_report',
     'ReportPages': 'library.recording_report', 'load_robot': 'library.robot',
     'learn_robot': 'library.robot',

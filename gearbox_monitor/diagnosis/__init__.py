@@ -11,18 +11,17 @@ Public names, by module:
 
     contest: CONTEST
     hypothesis: Finding, INCOMPLETE, kind_of, NONE, Remainder, UNDECIDED, UNKNOWN
-    joint: closed_model, diagnose, unit_adaptation
+    joint: closed_model, diagnose, nominal
     joint.candidates: CandidateModel, Coordinate, NUISANCES, sine_and_cosine, with_effects
     joint.closed_model: closed_of, gap_of, ModelRun, Overlay, overlay
     joint.diagnose: chosen_ids, diagnose, diagnose_change
     joint.innovation_fit: coordinate_columns, evaluated, FilteredFit, fitted, InnovationFit
     joint.innovations: halves, InnovationLikelihood, noise_floor
-    joint.nominal: fit_nominal, FittedValue, NominalFit
+    joint.nominal: Adapted, fit_nominal, FittedValue, NominalFit, samples_of
     joint.parameter_ranges: Combination, LEVELS, NORMAL, ParameterRanges, ranges_of,
         UnitEstimate
     joint.shooting: ShootingWindows, Simulator
     joint.thresholds: THRESHOLDS
-    joint.unit_adaptation: Adapted, samples_of
     joint.verdict: Verdict
     robot: knowledge, verdict
     robot.candidates: Candidate

@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import Any
 import warnings
 
-from gearbox_monitor.diagnosis.joint import diagnose as identification, unit_adaptation
-from gearbox_monitor.diagnosis.joint.nominal import fit_nominal, NominalFit
-from gearbox_monitor.diagnosis.joint.unit_adaptation import Adapted, samples_of
+from gearbox_monitor.diagnosis.joint import diagnose as identification, nominal
+from gearbox_monitor.diagnosis.joint.nominal import Adapted, fit_nominal, NominalFit, samples_of
 from gearbox_monitor.diagnosis.joint.verdict import Verdict
 from gearbox_monitor.errors import expect_whole, InputError, unknown
 from gearbox_monitor.estimation.score import run_score
@@ -257,7 +256,7 @@ def adapt(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
     parts, _, _ = uniform(recordings, expect_model(model))
     _warn_of_doubts(parts, recordings)
     with reported('adapt', progress) as report:
-        result = replace(unit_adaptation.adapt(parts, model, base, report), estimator=base)
+        result = replace(nominal.adapt(parts, model, base, report), estimator=base)
     refusal = _kept_before(result, model, base, parts)
     if not refusal:
         return result

@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.diagnosis.joint.candidates import NUISANCES
-from gearbox_monitor.diagnosis.joint.nominal import FittedValue, NominalFit
+from gearbox_monitor.diagnosis.joint.nominal import Adapted, FittedValue, NominalFit
 from gearbox_monitor.diagnosis.joint.parameter_ranges import (
     ParameterRanges, ranges_of, UnitEstimate)
-from gearbox_monitor.diagnosis.joint.unit_adaptation import Adapted
 from gearbox_monitor.diagnosis.joint.verdict import Verdict
 from gearbox_monitor.diagnosis.robot.robot_effects import PAYLOAD
 from gearbox_monitor.errors import InputError

@@ -10,9 +10,8 @@ from typing import Any, TYPE_CHECKING, TypeVar
 import numpy as np
 
 from gearbox_monitor import __version__
-from gearbox_monitor.diagnosis.joint.nominal import NominalFit
+from gearbox_monitor.diagnosis.joint.nominal import Adapted, NominalFit
 from gearbox_monitor.diagnosis.joint.parameter_ranges import ParameterRanges
-from gearbox_monitor.diagnosis.joint.unit_adaptation import Adapted
 from gearbox_monitor.diagnosis.joint.verdict import Verdict
 from gearbox_monitor.errors import expect_matplotlib, InputError, installed_by
 from gearbox_monitor.estimation.estimates import COLUMNS, Estimates, SMOOTHED_COLUMNS

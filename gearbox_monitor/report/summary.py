@@ -10,8 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import math
 from typing import Any
 
-from gearbox_monitor.diagnosis.joint.nominal import FittedValue, NominalFit
-from gearbox_monitor.diagnosis.joint.unit_adaptation import Adapted
+from gearbox_monitor.diagnosis.joint.nominal import Adapted, FittedValue, NominalFit
 from gearbox_monitor.estimation.noise_search import BLUNT
 from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.plant.effects import EFFECTS, library

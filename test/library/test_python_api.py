@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import gearbox_monitor as gm
-from gearbox_monitor.diagnosis.joint import unit_adaptation
-from gearbox_monitor.diagnosis.joint.unit_adaptation import Adapted
+from gearbox_monitor.diagnosis.joint import nominal
+from gearbox_monitor.diagnosis.joint.nominal import Adapted
 from gearbox_monitor.library.identify import uniform
 from gearbox_monitor.plant.simulate import Noise
 from gearbox_monitor.recordings.examples import ExampleMotion, write_example_bag, write_robot_pair
@@ -132,7 +132,7 @@ def test_adapt_keeps_values_that_are_more_likely_and_widens_their_tolerances(mon
                                         Noise(measurement=(2e-3, 1e-3)), 1), drive)
     tolerances = {'inertia_tolerance': (0.1, 0.3)}
     for inertia, kept in ((3.0 * drive.arm_inertia, True), (drive.arm_inertia, False)):
-        monkeypatch.setattr(unit_adaptation, 'adapt', lambda *_, m2=inertia: Adapted(
+        monkeypatch.setattr(nominal, 'adapt', lambda *_, m2=inertia: Adapted(
             drive.with_(arm_inertia=m2), object(), tolerances, {}, {}, []))
         result = gm.adapt(run, drive, tau_k_model='random_walk')
         assert bool(result.kept) == kept == ('less likely' in ''.join(result.open))

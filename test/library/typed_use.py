@@ -4,8 +4,7 @@
 """The types of results, for mypy (setup.cfg), which fails where one is another or Any."""
 from typing import assert_type
 
-from gearbox_monitor.diagnosis.joint.nominal import NominalFit
-from gearbox_monitor.diagnosis.joint.unit_adaptation import Adapted
+from gearbox_monitor.diagnosis.joint.nominal import Adapted, NominalFit
 from gearbox_monitor.diagnosis.joint.verdict import Verdict
 from gearbox_monitor.estimation.estimates import Estimates
 from gearbox_monitor.library.estimation import (

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.diagnosis.joint.nominal import FittedValue, NominalFit
-from gearbox_monitor.diagnosis.joint.unit_adaptation import _tolerances, samples_of
+from gearbox_monitor.diagnosis.joint.nominal import (
+    _tolerances, FittedValue, NominalFit, samples_of)
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.files.opening import config_path
 from gearbox_monitor.files.yaml_files import load_model, load_parameters
