@@ -477,7 +477,16 @@ ROLES = [
      {'motor_position': 'pos_estimate', 'motor_setpoint': 'input_pos',
       'motor_effort': 'torque_estimate'}),
     ({'t': T, 'input_pos': 20.0 * ARM, 'output_pos': ARM + NOISE, 'tau': TORQUE},
-     {'motor_position': 'input_pos', 'arm_position': 'output_pos', 'motor_effort': 'tau'})]
+     {'motor_position': 'input_pos', 'arm_position': 'output_pos', 'motor_effort': 'tau'}),
+    # Axes of a current, however they are spelled: d makes no torque.
+    ({'t': T, 'stats.position': ARM, 'stats.velocity': SPEED, 'stats.qA': TORQUE,
+      'stats.dA': NOISE},
+     {'motor_position': 'stats.position', 'motor_velocity': 'stats.velocity',
+      'motor_effort': 'stats.qA'}),
+    # Motor and link of an elastic joint.
+    ({'t': T, 'state.q_1': ARM, 'state.theta_1': ARM + NOISE, 'state.tau_1': TORQUE},
+     {'motor_position': 'state.theta_1', 'arm_position': 'state.q_1',
+      'motor_effort': 'state.tau_1'})]
 
 
 def test_roles_of_one_joint(new_folder):
