@@ -256,7 +256,6 @@ class Tracker:
         search = _Search(tracker)
         search.move()
         search.settle()
-        search.flatten()
         search.look()
         search.estimate()
         tracker = replace(tracker, wear=tuple(search.wear), scores=search.scores)
@@ -625,18 +624,6 @@ class _Search:
                     and self.wear[f].course == 0:
                 self.wear[f] = self.wear[f].without(step)
         self.fit = self._fit()
-
-    def flatten(self) -> None:
-        """Forget slopes where one more step is likelier: a change that ended leaves one."""
-        sloped = list(self.wear)
-        if not any(feature.course for feature in sloped):
-            return
-        likelihood = self.fit.likelihood + math.log(WEAR.course_prior[1] / WEAR.course_prior[0])
-        self.wear = [replace(feature, course=0) for feature in sloped]
-        self.fit = self._fit()
-        if self.fit.likelihood + float(self._odds().max()) < likelihood:
-            self.wear = sloped
-            self.fit = self._fit()
 
     def look(self) -> None:
         """Add the steps that the newest windows make likelier than none and all others."""
