@@ -123,15 +123,18 @@ def earlier(parameters: Mapping[str, Any]) -> tuple[dict[str, Any] | None, str]:
         parameters: of the estimator, by name; the baseline that baseline_file names counts.
 
     Raises:
-        InputError: that file cannot be used.
+        Damaged, InputError: that file cannot be used.
 
     """
     path = str(parameters.get('baseline_file') or '')
     if not path:
         return None, ''
-    if not Path(path).exists():
+    try:
+        text = _read(Path(path))
+    except FileNotFoundError:
         return None, f'baseline_file: {path}: no such file, so there is nothing to compare with'
-    return load_baseline(path, str(parameters.get('gearbox_serial') or '')), ''
+    serial = str(parameters.get('gearbox_serial') or '')
+    return _content(Path(path), text, BASELINE, serial)['health'], ''
 
 
 def save_baseline(path: str | Path, health: Health, gearbox_serial: str,

@@ -11,6 +11,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, ExitStack, suppress
 from dataclasses import dataclass
 from io import BytesIO
+from itertools import count
+import os
 from pathlib import Path
 import shutil
 import sqlite3
@@ -281,6 +283,12 @@ class BagTopic:
     schema_encoding: str = 'ros2msg'
     encoding: str = 'cdr'
     count: int = 0
+
+
+def next_free(path: Path) -> Path:
+    """Return the first of PATH_2, PATH_3 ... that does not exist."""
+    names = (path.with_name(f'{path.name}_{k}') for k in count(2))
+    return next(name for name in names if not os.path.lexists(name))
 
 
 def qos_profile(depth: int = 10, reliability: str = 'reliable', durability: str = 'volatile',

@@ -23,8 +23,7 @@ from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Estimate, Sample
 from gearbox_monitor.estimation.filter_setup import described
 from gearbox_monitor.files.baselines import (
-    AGAIN, Damaged, health_text, load_baseline, load_state, save_baseline, set_aside, STATE,
-    StateFile)
+    AGAIN, Damaged, earlier, health_text, load_state, save_baseline, set_aside, STATE, StateFile)
 from gearbox_monitor.files.opening import config_path, load_robot, TOPIC
 from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.health.backlash.change_tests import COMPONENTS
@@ -276,28 +275,17 @@ class MonitoredGearbox:
                 self._node.get_logger().error(self._says + problem)
             if state is not None:
                 return state['health'], state['recording_ns']
-        if self._has_baseline(values):
-            try:
-                return load_baseline(values.baseline_file, values.gearbox_serial), 0
-            except Damaged as error:
-                self._node.get_logger().error(
-                    f'{self._says}{error}: {set_aside(values.baseline_file)}; {AGAIN}')
-        return None, 0
-
-    def _has_baseline(self, values: EstimatorParameters) -> bool:
-        """Return whether a baseline file is named and exists; save_baseline may write it later."""
-        path = values.baseline_file
-        if not path:
-            return False
+        known = None
         try:
-            with open(path, encoding='utf-8'):
-                return True
-        except FileNotFoundError:
-            self._node.get_logger().info(f'{self._says}{path}: no baseline yet; '
-                                         f'{self.private("save_baseline")} writes it')
-            return False
-        except OSError as error:
-            raise InputError(f'{path}: {error.strerror}, expected a readable file') from None
+            known, is_missing = earlier(values.to_dict())
+            if is_missing:
+                self._node.get_logger().info(
+                    f'{self._says}{values.baseline_file}: no baseline yet; '
+                    f'{self.private("save_baseline")} writes it')
+        except Damaged as error:
+            self._node.get_logger().error(
+                f'{self._says}{error}: {set_aside(values.baseline_file)}; {AGAIN}')
+        return known, 0
 
     # ------------------------------------------------------------------ samples
 

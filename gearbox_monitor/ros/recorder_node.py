@@ -10,7 +10,6 @@ usage examples:
 """
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import count
 import os
 from pathlib import Path
 import shutil
@@ -28,7 +27,7 @@ from rclpy.subscription import Subscription
 from gearbox_monitor import __version__
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.parameters import RECORDER, RecorderParameters
-from gearbox_monitor.recordings.storage import FILE_NAME, qos_profile
+from gearbox_monitor.recordings.storage import FILE_NAME, next_free, qos_profile
 from gearbox_monitor.recordings.write import BagWriter, WriteError
 from gearbox_monitor.ros.convert import import_message, key_values, message_definition
 from gearbox_monitor.ros.paced_node import declare, TableNode
@@ -100,7 +99,7 @@ class Recorder(TableNode):
         names = dict.fromkeys(self._resolve(name) for name in parameters.topics)
         output = Path(os.path.abspath(time.strftime(parameters.output)))
         if list(output.glob('*.mcap')) and not (output / FILE_NAME).exists():
-            output = _next(output)  # of a recorder that was killed, which this one replaces
+            output = next_free(output)  # of a recorder that was killed, which this one replaces
         self._group = PolledCallbackGroup()
         self._topics = {name: RecordedTopic(name) for name in names}
         self._warned_space = self._warned_removed = False
@@ -284,7 +283,7 @@ class Recorder(TableNode):
         try:
             with TemporaryFile(dir=folder) as file:  # a medium that is gone has no such folder
                 os.posix_fallocate(file.fileno(), 0, ROOM)
-            self._open(_next(folder))
+            self._open(next_free(folder))
         except (OSError, InputError):
             return
         self._record(self._writers[-2].close)
@@ -343,12 +342,6 @@ class Recorder(TableNode):
         array = DiagnosticArray(status=[status])
         array.header.stamp = self.get_clock().now().to_msg()
         self._diagnostics.publish(array)
-
-
-def _next(bag: Path) -> Path:
-    """Return the first of BAG_2, BAG_3 ... that does not exist."""
-    names = (bag.with_name(f'{bag.name}_{k}') for k in count(2))
-    return next(name for name in names if not os.path.lexists(name))
 
 
 def _as_bag_qos(profile: QoSProfile) -> dict[str, Any]:

@@ -28,6 +28,7 @@ from gearbox_monitor.files.yaml_files import save_model
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.cdr import encode_joint_states
+from gearbox_monitor.recordings.storage import next_free
 from gearbox_monitor.recordings.write import BagWriter, WriteError
 from gearbox_monitor.signals.examine import admitted
 from gearbox_monitor.signals.uniform import UniformRecording
@@ -313,18 +314,14 @@ def diagnosis_command(folder: Path, context: RecordingContext) -> str:
 
 def _new_folder(parent: Path, clock: Callable[[], time.struct_time]) -> Path:
     """Make and return a new folder in `parent`."""
-    name, path = time.strftime(PATTERN, clock()), parent
-    for number in range(1, 100):
-        path = parent / (name if number == 1 else f'{name}_{number}')
-        try:
-            path.mkdir(parents=True)
-            return path
-        except FileExistsError:
-            continue
-        except OSError as error:
-            raise InputError(f'{path}: {error.strerror}, expected a folder that can be made; '
-                             'see parameter keep_folder') from None
-    raise InputError(f'{path}: exists already, expected a new folder')
+    path = parent / time.strftime(PATTERN, clock())
+    try:
+        path = next_free(path) if os.path.lexists(path) else path
+        path.mkdir(parents=True)
+    except OSError as error:
+        raise InputError(f'{path}: {error.strerror}, expected a folder that can be made; '
+                         'see parameter keep_folder') from None
+    return path
 
 
 def _seconds(rows: Rows) -> float:
