@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 import math
 from typing import Self
 
-from gearbox_monitor.health.backlash.change_tests import (
-    ChangeTest, limits_of, ModelFriction, tests_of, WEAR)
+from gearbox_monitor.health.backlash.change_tests import limits_of, ModelFriction, tests_of, WEAR
 from gearbox_monitor.health.backlash.features import Backlash, NotExcited
 from gearbox_monitor.health.backlash.operating_point import Bins
 from gearbox_monitor.parameters import CURVES, EstimatorParameters
@@ -64,13 +63,6 @@ class HealthSettings:
     def threshold(self) -> float:
         """Logarithm (base 10) of the odds at which a change is found."""
         return math.log10(WEAR.tightness * self.windows_per_false_alarm)
-
-    def limits_of(self, test: ChangeTest, healthy_gap: float) -> tuple[float, float, float]:
-        """Return notice, warning and error limit of `test`; `healthy_gap`: rad, NaN unknown."""
-        notice, warn, error = self.limits.get(test.key, (0.0, math.inf, math.inf))
-        if test.key == 'gap' and self.gap_limit > 0.0 and healthy_gap > 0.0:
-            error = min(error, self.gap_limit / healthy_gap - 1.0)
-        return notice, warn, error
 
     def notice(self, column: int) -> float:
         """Return the smallest change (logarithm) of the feature in `column` that is reported."""

@@ -199,8 +199,9 @@ def accepted(health: Health) -> tuple[Health, int]:
 
     The wear becomes 0 with its deviation, at all operating points; all alerts end.
     """
-    after, windows = health.accept()
-    return replace(after, cause='', earlier=True, slips=()), windows
+    since = max((f.found[-1] for f in health.wear if f.found), default=-1)
+    windows = sum(health.data.count(k, since) for k in range(len(health.data.points)))
+    return replace(health.accepted(), cause='', earlier=True, slips=()), windows
 
 
 def serviced(health: Health, stamp_ns: int, note: str) -> Health:
@@ -213,7 +214,10 @@ def serviced(health: Health, stamp_ns: int, note: str) -> Health:
         note: on the service, or ''.
 
     """
-    return replace(health.served(stamp_ns, note), cause='', slips=())
+    health = replace(health, cause='', slips=(), marks=(*health.marks, (
+        stamp_ns, f'serviced, {note}' if note else 'serviced')))
+    stamps = health.data.stamps
+    return health.accepted(max(stamp_ns, int(stamps[-1]))) if len(stamps) else health
 
 
 CLASSES = plain_data.classes_of(

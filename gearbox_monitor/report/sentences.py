@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 from gearbox_monitor.estimation.score import LAGS, MIN_SAMPLES
 from gearbox_monitor.health.alert_limits import LIMITS as ALERT
-from gearbox_monitor.health.backlash.change_tests import limit_names, TESTS, WEAR
+from gearbox_monitor.health.backlash.change_tests import TESTS, WEAR, WEAR_FEATURES
 from gearbox_monitor.health.checks.innovation import LJUNG_BOX_LIMIT, MEAN_LIMIT
 from gearbox_monitor.health.checks.outcome import Group
 from gearbox_monitor.presentation import Said
@@ -71,7 +71,8 @@ def _changes() -> Iterator[tuple[str, Sentence]]:
     """Yield the codes and sentences of each change: found, worse, an error, over."""
     for test in TESTS:
         phrase, *remedies = CHANGES[test.key]
-        for stage, (limit, remedy) in enumerate(zip(limit_names(test), remedies), 1):
+        for stage, (limit, remedy) in enumerate(
+                zip(WEAR_FEATURES[test.column].limits, remedies), 1):
             sure = 'significant (false_alarm_interval) and ' if stage == 1 else ''
             also = ', or the backlash > gap_limit' \
                 if limit == 'gap_error' and test.key == 'gap' else ''

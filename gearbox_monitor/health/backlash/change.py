@@ -150,14 +150,6 @@ class Tracker:
         off = size - (self.settings.gap_limit or math.inf)
         return self.over_limit if abs(off) < LIMITS.open_std * std else bool(off > 0.0)
 
-    def served(self, stamp_ns: int, note: str) -> Self:
-        """Return it after a service at `stamp_ns`: the windows after it are a new baseline."""
-        marked = replace(self, marks=(*self.marks, (
-            stamp_ns, f'serviced, {note}' if note else 'serviced')))
-        if not len(self.data.stamps):
-            return marked
-        return marked._accepted(max(stamp_ns, int(self.data.stamps[-1])))
-
     def _with_smaller_baseline(self) -> Self:
         """Return it with a smaller backlash as the baseline, once it has lasted a day."""
         if not (self.alerts and self.alerts.keys() <= LOSSES and all(
@@ -165,7 +157,7 @@ class Tracker:
             return self
         key, alert = max(self.alerts.items(), key=lambda item: item[1].growth)
         noun = 'backlash' if key == 'gap_loss' else 'lost motion'
-        return replace(self.accept()[0], marks=(*self.marks, (
+        return replace(self.accepted(), marks=(*self.marks, (
             alert.since_ns, f'{noun} {100 * alert.growth:.1f} % smaller than before, a new '
             'baseline')))
 
@@ -374,7 +366,11 @@ class Tracker:
 
     def limits(self, test: ChangeTest) -> tuple[float, float, float]:
         """Return the sizes from which on a change is noticed, a warning, an error by `test`."""
-        return self.settings.limits_of(test, self._baseline(GAP)[0])
+        notice, warn, error = self.settings.limits.get(test.key, (0.0, math.inf, math.inf))
+        healthy = self._baseline(GAP)[0]
+        if test.key == 'gap' and self.settings.gap_limit > 0.0 and healthy > 0.0:
+            error = min(error, self.settings.gap_limit / healthy - 1.0)
+        return notice, warn, error
 
     def growth(self, column: int) -> tuple[float, float]:
         """Return (growth, deviation) of the feature in `column` now, NaN while it is not known."""
@@ -413,20 +409,11 @@ class Tracker:
 
     # ------------------------------------------------------------------ healthy by decision
 
-    def accept(self) -> tuple[Self, int]:
-        """
-        Return it with what is measured now as the healthy state, and its number of windows.
-
-        The wear becomes 0, at all operating points. Ends all alerts.
-        """
-        since = max((f.found[-1] for f in self.wear if f.found), default=-1)
-        used = sum(self.data.count(k, since) for k in range(len(self.data.points)))
-        return self._accepted(), used
-
-    def _accepted(self, served_ns: int = 0) -> Self:
+    def accepted(self, served_ns: int = 0) -> Self:
         """
         Return it with its steps as what is healthy by decision: they are not known any better.
 
+        The wear becomes 0, at all operating points. Ends all alerts.
         served_ns: when every feature may have changed, 0: none but those that have.
         """
         data, features = self.data, []

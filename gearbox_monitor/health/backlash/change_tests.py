@@ -235,11 +235,6 @@ def limits_of(parameters: EstimatorParameters) -> dict[str, tuple[float, float, 
             for notice, warn, error in (WEAR_FEATURES[test.column].limits,)}
 
 
-def limit_names(test: ChangeTest) -> tuple[str, str, str]:
-    """Return the parameters that limit a change: stated from, a warning from, an error from."""
-    return WEAR_FEATURES[test.column].limits
-
-
 def _conditions() -> Iterator[Condition]:
     for component in COMPONENTS:
         yield Condition(f'{component}_unmeasured', component, Level.WARN)
