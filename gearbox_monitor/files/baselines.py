@@ -103,15 +103,11 @@ def load_baseline(path: str | Path, gearbox_serial: str = '') -> dict[str, Any]:
     """
     Return the Health in the baseline `path`, as a Monitor takes it.
 
-    Raises Damaged, and InputError where the file cannot be read, is of another version or names
-    another gearbox than `gearbox_serial`.
+    Raises FileNotFoundError, Damaged, and InputError where the file cannot be read, is of another
+    version or names another gearbox than `gearbox_serial`.
     """
     path = Path(path)
-    try:
-        text = _read(path)
-    except FileNotFoundError:
-        raise InputError(f'{path}: No such file or directory, expected a baseline') from None
-    health: dict[str, Any] = _content(path, text, BASELINE, gearbox_serial)['health']
+    health: dict[str, Any] = _content(path, _read(path), BASELINE, gearbox_serial)['health']
     return health
 
 
@@ -130,11 +126,9 @@ def earlier(parameters: Mapping[str, Any]) -> tuple[dict[str, Any] | None, str]:
     if not path:
         return None, ''
     try:
-        text = _read(Path(path))
+        return load_baseline(path, str(parameters.get('gearbox_serial') or '')), ''
     except FileNotFoundError:
         return None, f'baseline_file: {path}: no such file, so there is nothing to compare with'
-    serial = str(parameters.get('gearbox_serial') or '')
-    return _content(Path(path), text, BASELINE, serial)['health'], ''
 
 
 def save_baseline(path: str | Path, health: Health, gearbox_serial: str,

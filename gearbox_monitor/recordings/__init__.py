@@ -28,7 +28,7 @@ Public names, by module:
         ReplaySummary, smoothed
     replay_output: BagOutput, CsvTable, ParquetTable
     si_signals: bag_of_table
-    storage: FILE_NAME, qos_profile
+    storage: FILE_NAME, next_free, qos_profile
     table: is_log_of_xml
     topics: ARM, DIAGNOSIS, DIAGNOSTICS, DRIFT_ALERTS, FINDINGS, JOINT_STATES, joint_values,
         MOTOR, PAIRED_JOINT_STATES, PAYLOAD, PAYLOAD_STD, PLANT_TRANSMISSION_STATE,
