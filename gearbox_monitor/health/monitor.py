@@ -171,12 +171,13 @@ class Monitor:
         self._systematic = model_mismatch.Systematic()
         self.outcomes = {**self.outcomes, **dict.fromkeys((*JUDGED, 'input'), NO_DATA)}
         self._alarms = {name: Alarm(*debounce) for name, debounce in DEBOUNCE.items()}
-        # Of each of ROW_CHECKS: its alarm, its evaluations, and those that reached a result.
+        # Of each of ROW_CHECKS: its alarm, its evaluations, those that reached a result, and the
+        # values of windows one after the other, with their stamps.
         self._row_alarms = [
             Alarm(DEBOUNCE['prediction error'][0], check.down) for check in ROW_CHECKS]
         self._row_counts = np.zeros((len(ROW_CHECKS), 2), np.int64)
         self._row_values: list[deque[tuple[int, Values]]] = [
-            deque(maxlen=check.earlier + 1) for check in ROW_CHECKS]  # of windows one by one
+            deque(maxlen=check.earlier and check.earlier + 1) for check in ROW_CHECKS]
         self._last_counts = self.counts.copy()
 
     def _hidden_arm_of(self, state: Sequence[float] | None) -> 'HiddenArm | None':
@@ -230,7 +231,8 @@ class Monitor:
             **self.estimator.snapshot(), 'health': json.dumps(to_data(self.health)),
             'monitor': json.dumps([
                 self._phase_ns, self.temperature, self._hidden_arm and self._hidden_arm.to_list(),
-                self._window_start, self._counts_on, self._newest, self._restarts, self._said])}
+                self._window_start, self._counts_on, self._newest, self._restarts, self._said,
+                list(map(list, self._row_values))])}
 
     @classmethod
     def restore(cls, snapshot: Values, source: str = 'snapshot') -> 'Monitor':
@@ -242,7 +244,9 @@ class Monitor:
                            phase)
             monitor.temperature, monitor._hidden_arm = temperature, monitor._hidden_arm_of(arm)
             (monitor._window_start, monitor._counts_on, monitor._newest, monitor._restarts,
-             monitor._said) = kept
+             monitor._said, *rows) = kept
+            for values, found in zip(monitor._row_values, rows[0] if rows else ()):
+                values.extend(map(tuple, found))
             monitor._window_whole = monitor._window_start is None
         return monitor
 

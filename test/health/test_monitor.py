@@ -199,6 +199,16 @@ def test_smoothed_rows_after_a_snapshot():
         same(first.smoothed[expected], second.smoothed)
 
 
+def test_a_snapshot_keeps_what_earlier_windows_told_of_the_torque():
+    samples, _ = drive(26.0)
+    live = Monitor(MODEL)
+    live.run(samples)
+    snapshot = live.snapshot()
+    kept = json.loads(snapshot['monitor'])[-1]
+    assert [len(values) for values in kept] == [0, 0, 2]  # of whole windows, one after the other
+    assert json.loads(Monitor.restore(snapshot).snapshot()['monitor'])[-1] == kept
+
+
 def test_every_step_is_smoothed_once():
     for lag, dt in ((0.1, 0.01), (0.02, 5e-4), (1.0, 5e-4)):
         samples, _ = drive(4.0, dt)
