@@ -3,6 +3,8 @@
 
 """What a function under translation is made of: its variables, its lines of C, its temporaries."""
 import ast
+from collections import Counter
+from functools import cache
 from types import FunctionType
 from typing import Any, NoReturn
 
@@ -14,6 +16,15 @@ from gearbox_monitor.kernels.translate.values import (
 def plain(function: Any) -> Any:
     """Return the Python function of a kernel."""
     return getattr(function, '__wrapped__', function)
+
+
+@cache
+def _stores(node: Any) -> Counter[str]:
+    """Return how often each name is assigned in a definition, arguments included."""
+    names = [sub.arg if isinstance(sub, ast.arg) else sub.id for sub in ast.walk(node)
+             if isinstance(sub, ast.arg) or isinstance(sub, ast.Name) and isinstance(
+                 sub.ctx, ast.Store)]
+    return Counter(names)
 
 
 class Frame:
@@ -44,12 +55,7 @@ class Frame:
         self.result: Type | None = None
         self.lines: list[str] = []
         self.depth = self.temporaries = 0
-        self.stores: dict[str, int] = {}
-        for sub in ast.walk(self.node):
-            name = sub.id if isinstance(sub, ast.Name) and isinstance(sub.ctx, ast.Store) else (
-                sub.arg if isinstance(sub, ast.arg) else None)
-            if name:
-                self.stores[name] = self.stores.get(name, 0) + 1
+        self.stores = _stores(self.node)
 
     def refuse(self, node: Any, what: str) -> NoReturn:
         """Raise Refused that names the line of `node`."""
