@@ -153,14 +153,20 @@ def features_of(log: RobotLog, robot: RobotModel, knowledge: Knowledge, groups: 
         name = robot.chain.links[k].name
         at = [i for i, label in enumerate(posterior.labels) if label.startswith(f'load {name} ')]
         load[name] = posterior.mean[at], posterior.covariance[np.ix_(at, at)]
-    deviations, gains = _deviations(evidence, fit, candidates, knowledge.dispersion)
+    deviations, gains = _deviations(evidence, fit, candidates)
     if any(b @ np.linalg.solve(c, b) > WATCH_SETTINGS.taken for b, c in load.values()):
         rival = max(x for x, g in zip(gains, groups) if g.kind != WEIGHT)
         weights = [c for c in candidates if c.effect == WEIGHT]
-        if empty := _weight_instead(evidence, prior, fit, weights, knowledge.dispersion, rival):
+        if empty := _weight_instead(evidence, prior, fit, weights, rival):
             evidence, fit = empty, empty.fit()
-            deviations, gains = _deviations(evidence, fit, candidates, knowledge.dispersion)
+            deviations, gains = _deviations(evidence, fit, candidates)
             load = {name: (np.zeros_like(b), c) for name, (b, c) in load.items()}
+    # Blocks differ by more than their noise, as the references did; an unknown level is no noise.
+    for k, (d, c) in enumerate(zip(deviations, candidates)):
+        if d is not None:
+            known = level[k][1] if k in kept else 0.0
+            noise = (d[1] - known) * float(np.mean(knowledge.dispersion[list(c.columns)]))
+            deviations[k] = d[0], known + noise
     sizes, own = list[Array](), list[Array]()
     for g, c in zip(groups, candidates):
         simple = g.kind in (TILT, RIPPLE)
@@ -171,12 +177,11 @@ def features_of(log: RobotLog, robot: RobotModel, knowledge: Knowledge, groups: 
                    np.ones(g.width))
     left = [np.sum(a.count / w) / np.sum(a.count * of_joint[a.band])
             for a, w, of_joint in zip(evidence.at, fit.weights, variance)]
-    return Features(deviations, gains, tuple(sizes), tuple(own), load, np.array(left))
+    return Features(tuple(deviations), gains, tuple(sizes), tuple(own), load, np.array(left))
 
 
 def _weight_instead(evidence: RobotEvidence, prior: Prior, fit: RobotFit,
-                    weights: Sequence[Candidate], dispersion: Array, rival: float
-                    ) -> RobotEvidence | None:
+                    weights: Sequence[Candidate], rival: float) -> RobotEvidence | None:
     """
     Return the evidence without a load if a weight explains more than one, else None.
 
@@ -188,7 +193,6 @@ def _weight_instead(evidence: RobotEvidence, prior: Prior, fit: RobotFit,
         prior: as of RobotEvidence.
         fit: of `evidence`.
         weights: states.
-        dispersion: as of _deviations.
         rival: deviance that a state of another kind explains in addition to a load.
     """
     rows, = evidence.recordings
@@ -196,13 +200,13 @@ def _weight_instead(evidence: RobotEvidence, prior: Prior, fit: RobotFit,
         c for c in rows.nuisance if not c.label.startswith('load ')))
     empty = RobotEvidence([bare], prior, evidence.variance)
     unexplained = empty.fit((), fit.weights)
-    gain = _deviations(empty, unexplained, weights, dispersion)[1].max(initial=-np.inf)
+    gain = _deviations(empty, unexplained, weights)[1].max(initial=-np.inf)
     by_load = unexplained.deviance - fit.deviance - len(rows.nuisance) + len(bare.nuisance)
     return empty if gain - by_load > max(WATCH_SETTINGS.lead, rival) else None
 
 
-def _deviations(evidence: RobotEvidence, fit: RobotFit, candidates: Sequence[Candidate],
-                dispersion: Array) -> tuple[tuple[Deviation | None, ...], Array]:
+def _deviations(evidence: RobotEvidence, fit: RobotFit, candidates: Sequence[Candidate]
+                ) -> tuple[list[Deviation | None], Array]:
     """
     Return values and covariance of each of `candidates`, added alone to a `fit`; and their gains.
 
@@ -219,11 +223,7 @@ def _deviations(evidence: RobotEvidence, fit: RobotFit, candidates: Sequence[Can
             own = evidence.fit([candidates[i]], fit.weights)
             deviations[i] = own.values, own.covariance[k:, k:] / np.outer(own.scale, own.scale)
             gains[i] = fit.deviance - own.deviance - candidates[i].size
-    out = list[Deviation | None]()
-    for c, (values, covariance) in zip(candidates, deviations):
-        covariance = covariance * float(np.mean(dispersion[list(c.columns)]))
-        out.append((values, covariance) if c.acting.any() else None)
-    return tuple(out), gains
+    return [d if c.acting.any() else None for c, d in zip(candidates, deviations)], gains
 
 
 def _explained(evidence: RobotEvidence, rows: Rows) -> list[Array]:
