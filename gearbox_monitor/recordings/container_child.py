@@ -233,6 +233,7 @@ def by_joint(field: str, entries: Sequence[Mapping[str, Any]], listed: str,
             if joint not in columns:
                 columns[joint] = np.full(len(entries), np.nan)
             columns[joint][row] = np.nan if number is None else float(number)
+    JOINTS.extend(joint for joint in columns if joint not in JOINTS)
     for joint, column in columns.items():
         yield f'{field} {joint}', column, ''
 

@@ -322,10 +322,14 @@ def meanings(labels: Sequence[str], units: Sequence[str], listed: Sequence[str] 
     Args:
         labels: names of the columns.
         units: that the file states, '' for none.
-        listed: names of joints that the file lists, in place of numbers.
+        listed: names of joints that the file lists, in place of numbers, or behind each signal.
     """
-    joints = _product(labels, units)
-    columns = _ruled([meaning_of(label.removeprefix(joints.get(label, '')), unit)
+    behind = {label: f' {joint}' for joint in sorted(listed, key=len) for label in labels
+              if label.endswith(f' {joint}')}
+    stated = len(set(behind.values())) == len(listed) > 0 and not _are_sides(listed)
+    joints = behind if stated else _product(labels, units)
+    columns = _ruled([meaning_of(label.removesuffix(joints.get(label, '')) if stated else
+                                 label.removeprefix(joints.get(label, '')), unit)
                       for label, unit in zip(labels, units)])
     columns = [replace(column, label=label) for label, column in zip(labels, columns)]
     if not any(c.quantity == POSITION and c.source in (MEASURED, '') for c in columns):
@@ -337,12 +341,18 @@ def meanings(labels: Sequence[str], units: Sequence[str], listed: Sequence[str] 
     keys = dict(zip((c.label for c in own), _joints(own, parts)))
     result = [replace(column, key=keys.get(column.label, ()), joint=_joint_name(
         column.label, keys.get(column.label, ()))) for column in columns]
-    return _with_listed_names(_without_other_vectors(result), listed)
+    return _with_listed_names(_without_other_vectors(result), () if stated else listed)
 
 
 def joints_of(columns: Sequence[Meaning]) -> list[str]:
     """Return the joints that have a position or velocity, in the order of `columns`."""
     return list(dict.fromkeys(column.joint for column in columns if column.moves))
+
+
+def _are_sides(joints: Iterable[str]) -> bool:
+    """Return whether `joints` are the two sides of one drive by their names."""
+    sides = frozenset().union(*vocabulary()['sides'].values())
+    return all(sides.issuperset(words_of(joint)) for joint in joints)
 
 
 def _product(labels: Sequence[str], units: Sequence[str]) -> dict[str, str]:
@@ -362,12 +372,12 @@ def _product(labels: Sequence[str], units: Sequence[str]) -> dict[str, str]:
         signals.setdefault(frozenset(own.values()), []).append(signal)
     known = vocabulary()
     telling = _signal_words() | known['foreign'] | known['unit_words']
-    sources, sides = (frozenset().union(*known[table].values()) for table in ('sources', 'sides'))
+    sources = frozenset().union(*known['sources'].values())
     whole = [joints for joints, own in signals.items() if len(joints) > 1 < len(own)
              and len(joints) * len(own) >= ALL * len(labels)
              and all(sources.isdisjoint(words_of(joint)) for joint in joints)
              and any(telling.intersection(words_of(joint)) for joint in joints)
-             and not all(sides.issuperset(words_of(joint)) for joint in joints)]
+             and not _are_sides(joints)]
     if not whole:
         return {}
     joints = max(whole, key=len)

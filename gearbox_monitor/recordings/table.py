@@ -344,18 +344,19 @@ def _long_pivoted(table: Table) -> Table:
     if not times:
         return table
     single = [c for c in values if all(c is not time for time in times)]
-    columns: list[Column] = []
+    alone = len(single) == 1 and not any(_names(single[0]) & named for named in signals)
+    columns, names = list[Column](), list[str]()
     for k in order:
         rows = np.flatnonzero(place == k)
-        word = str(words[k]) if words.dtype.kind == 'U' else f'joint_{int(words[k])}'
+        names.append(str(words[k]) if words.dtype.kind == 'U' else f'joint_{int(words[k])}')
         for c in values:
-            alone = [id(s) for s in single] == [id(c)] and not any(
-                _names(c) & named for named in signals)
-            columns.append(Column(word if alone else f'{c.name} {word}', c.values[rows], c.unit,
-                                  c.factor, '' if any(c is time for time in times) else
-                                  f'{times[0].name} {word}'))
-    return replace(table, rows=None, streamed=False, columns=tuple(columns), notes=(
-        *table.notes, f'a row for each {key.name}: {", ".join(map(str, words[order]))[:200]}'))
+            is_time = any(c is time for time in times)
+            columns.append(Column(names[-1] if alone and not is_time else f'{c.name} {names[-1]}',
+                                  c.values[rows], c.unit, c.factor,
+                                  '' if is_time else f'{times[0].name} {names[-1]}'))
+    return replace(table, rows=None, streamed=False, columns=tuple(columns), joints=(
+        table.joints if alone else tuple(names)), notes=(
+            *table.notes, f'a row for each {key.name}: {", ".join(map(str, words[order]))[:200]}'))
 
 
 def _has_dates(column: Column) -> bool:

@@ -395,6 +395,17 @@ NOISE = 1e-3 * np.random.default_rng(0).standard_normal(len(T))
 ROW_KEYS = np.tile(['elbow', 'wrist'], len(T))
 
 
+def test_rows_name_their_joints_whatever_the_words_mean(tmp_path):
+    """'a' is a word of units, 'motor' a side; beside others they are joints."""
+    for names in ('ab', ('motor 1', 'pos')):
+        (tmp_path / 'c.csv').write_text('t,joint,q,tau\n' + ''.join(
+            f'{t},{name},{q},{tau}\n' for t, q, tau in zip(T, ARM, TORQUE) for name in names))
+        guess = guessed(load_table(tmp_path / 'c.csv'))
+        assert guess.data['joints'] == {name: {
+            'position': {'column': f'q {name}'}, 'effort': {'column': f'tau {name}'}}
+            for name in names}
+
+
 def _long_files(folder):
     """Yield a row for each joint, of which the second has no velocity, in four formats."""
     columns = {'joint': ROW_KEYS.tolist(), **{
