@@ -164,9 +164,9 @@ def features_of(log: RobotLog, robot: RobotModel, knowledge: Knowledge, groups: 
     # Blocks differ by more than their noise, as the references did; an unknown level is no noise.
     for k, (d, c) in enumerate(zip(deviations, candidates)):
         if d is not None:
-            known = level[k][1] if k in kept else 0.0
-            noise = (d[1] - known) * float(np.mean(knowledge.dispersion[list(c.columns)]))
-            deviations[k] = d[0], known + noise
+            known = level[k][1] if k in kept else np.zeros_like(d[1])
+            deviations[k] = d[0], dispersed(
+                d[1], known, float(np.mean(knowledge.dispersion[list(c.columns)])))
     sizes, own = list[Array](), list[Array]()
     for g, c in zip(groups, candidates):
         simple = g.kind in (TILT, RIPPLE)
@@ -224,6 +224,16 @@ def _deviations(evidence: RobotEvidence, fit: RobotFit, candidates: Sequence[Can
             deviations[i] = own.values, own.covariance[k:, k:] / np.outer(own.scale, own.scale)
             gains[i] = fit.deviance - own.deviance - candidates[i].size
     return [d if c.acting.any() else None for c, d in zip(candidates, deviations)], gains
+
+
+def dispersed(covariance: Array, known: Array, dispersion: float) -> Array:
+    """Return a `covariance` [k, k], `dispersion` times as large but for what is not `known`."""
+    size = covariance + np.diag(1e-9 * np.diag(covariance))
+    share, vectors = scipy.linalg.eigh(known, size)
+    share = np.clip(share, 0.0, 1.0)    # of what no block shows, less is known than is allowed
+    basis = size @ vectors
+    widened: Array = (basis * (share + (1.0 - share) * dispersion)) @ basis.T
+    return widened
 
 
 def _explained(evidence: RobotEvidence, rows: Rows) -> list[Array]:

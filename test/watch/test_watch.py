@@ -29,7 +29,7 @@ from gearbox_monitor.recordings.write import BagWriter
 from gearbox_monitor.report.watch_words import change_words, watch_data
 from gearbox_monitor.robot.chain import inertial
 from gearbox_monitor.ros.watch_child import DESCRIPTION, Watching
-from gearbox_monitor.watch.features import columns_of, Group, groups_of
+from gearbox_monitor.watch.features import columns_of, dispersed, Group, groups_of
 from gearbox_monitor.watch.fold import (
     begin, learn_again, robot_of, save_baseline, step, tare)
 from gearbox_monitor.watch.levels import levels_of, step_in, with_block
@@ -185,6 +185,12 @@ def test_states_that_explain_alike_are_both_named_after_longer(gains, found):
     assert (k - 14, step_.state, step_.rival) == found
     change = Change(WEIGHT, 'joint2', 0.3, 0.01, 0, 0, rival=(WEIGHT, 'joint3'))
     assert change_words(change).endswith(', or at joint3')
+
+
+def test_a_level_that_is_not_known_does_not_scatter_with_the_blocks():
+    noise, level = np.diag([1.0, 2.0]), np.array([[0.5, 0.2], [0.2, 1.0]])
+    np.testing.assert_allclose(dispersed(noise + level, level, 5.0), level + 5.0 * noise, 1e-7)
+    np.testing.assert_allclose(dispersed(noise, 1e12 * np.eye(2), 5.0), noise, 1e-7)
 
 
 def test_a_step_that_does_not_last_is_no_change(settled, arm):
