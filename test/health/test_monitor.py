@@ -209,6 +209,15 @@ def test_a_snapshot_keeps_what_earlier_windows_told_of_the_torque():
     assert json.loads(Monitor.restore(snapshot).snapshot()['monitor'])[-1] == kept
 
 
+def test_windows_are_kept_from_the_begin_when_the_clock_was_set_back():
+    samples, _ = drive(14.0)
+    live = Monitor(MODEL)
+    live.run(samples)
+    live.run(replace(samples, stamp_ns=samples.stamp_ns - 3600 * SECOND))
+    stamps = [stamp for stamp, _ in json.loads(live.snapshot()['monitor'])[-1][2]]
+    assert len(stamps) == 2 and stamps[1] < stamps[0]
+
+
 def test_every_step_is_smoothed_once():
     for lag, dt in ((0.1, 0.01), (0.02, 5e-4), (1.0, 5e-4)):
         samples, _ = drive(4.0, dt)
