@@ -314,14 +314,16 @@ def diagnosis_command(folder: Path, context: RecordingContext) -> str:
 
 def _new_folder(parent: Path, clock: Callable[[], time.struct_time]) -> Path:
     """Make and return a new folder in `parent`."""
-    path = parent / time.strftime(PATTERN, clock())
-    try:
-        path = next_free(path) if os.path.lexists(path) else path
-        path.mkdir(parents=True)
-    except OSError as error:
-        raise InputError(f'{path}: {error.strerror}, expected a folder that can be made; '
-                         'see parameter keep_folder') from None
-    return path
+    first = path = parent / time.strftime(PATTERN, clock())
+    while True:
+        try:
+            path.mkdir(parents=True)
+            return path
+        except FileExistsError:  # perhaps of another process, just now
+            path = next_free(first)
+        except OSError as error:
+            raise InputError(f'{path}: {error.strerror}, expected a folder that can be made; '
+                             'see parameter keep_folder') from None
 
 
 def _seconds(rows: Rows) -> float:

@@ -16,6 +16,7 @@ from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.read import open_bag
 from gearbox_monitor.recordings.recorded_samples import samples_of
+from gearbox_monitor.recordings.storage import next_free
 from gearbox_monitor.ros import recording_export
 from gearbox_monitor.ros.recording_export import (
     BLOCK, diagnosis_command, DTYPE, export_recording, load_of, MAX_RATE, RecordingBuffer,
@@ -159,6 +160,21 @@ def test_folder_holds_everything_as_received_and_the_model(tmp_path):
     again = export_recording(tmp_path / 'new', rows[:100], about(), clock)  # never over another
     assert '_2/all' in again and 'no 4 s' in again and 'diagnose ' not in again
     assert len(list((tmp_path / 'new').iterdir())) == 2
+
+
+def test_two_processes_that_keep_in_the_same_second_have_a_folder_each(tmp_path, monkeypatch):
+    def clock():
+        return time.struct_time((2026, 3, 4, 5, 6, 7, 0, 0, 0))
+
+    def taken_by_another(path):
+        monkeypatch.undo()
+        free = next_free(path)
+        free.mkdir()
+        return free
+
+    export_recording(tmp_path, moving(100), about(), clock)
+    monkeypatch.setattr(recording_export, 'next_free', taken_by_another)
+    assert '_3/all' in export_recording(tmp_path, moving(100), about(), clock)
 
 
 def test_command_finds_another_topic_and_folder():
