@@ -899,7 +899,7 @@ def _rk4(layout: Layout, z: Array, phi: Array, first: bool, torques: Pair, h: fl
 
     Args:
         layout: as of advance_beside.
-        torques: as of advance_beside.
+        torques: of the motor and the measured load, N m, held.
         p: as of advance_beside.
         z: state [n], changed in place.
         phi: matrix [n * n], changed in place.
@@ -990,7 +990,7 @@ def propagate(layout: Layout, z: Vector, phi: Vector, torques: Pair, dt: float, 
     Args:
         layout: as of advance_beside.
         z: as of advance_beside.
-        torques: as of advance_beside.
+        torques: of the motor and the measured load, N m, held.
         dt: as of advance_beside.
         n_substeps: as of advance_beside.
         p: as of advance_beside.

@@ -5,8 +5,8 @@
 How well a filter predicts: likelihood and its slopes, consistency, whiteness, error of the torque.
 
 Whiteness is the portmanteau statistic of Ljung and Box (Biometrika 65, 1978). `LikelihoodSlopes`
-over the logarithms of noise parameters are exact: the EKF runs as the adaptive filter computes it,
-with sensitivities of state and covariance (aekf.accumulate), in the sample loop, so that refused
+over the logarithms of noise parameters take one run: the EKF carries sensitivities of state and
+covariance as the adaptive filter does (aekf.accumulate), in the sample loop, so that refused
 samples, dropouts and restarts count as in run_score. `differenced` serves every other filter and
 criterion.
 """

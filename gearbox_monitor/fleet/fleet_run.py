@@ -220,8 +220,8 @@ def run_robots(bags: Sequence[RobotBag], settings: JobSettings, executor: Worker
     """
     Yield (bag, row) of `bags` of pending_of, as they are done.
 
-    `settings`, `executor`, `workers` and `stop` are those of fleet_run.run. After a bag that is
-    to be tried again, the others of its robot wait for the next run.
+    `settings`, `executor`, `workers` and `stop` are those of `run`. After a bag that is to be
+    tried again, the others of its robot wait for the next run.
     """
     yield from run([bag for bag in bags if bag.problem], settings, executor, workers, stop)
     waiting: dict[str, list[RobotBag]] = {}

@@ -108,7 +108,7 @@ class AlertLimits:
     curve_sigma: float = 3.0
     # Probability of an error of torque or twist by chance, by Student's t over blocks.
     curve_significance: float = 1e-3
-    # Whole windows before from which on an error is certain by the scatter of its windows, too;
+    # So many whole windows before it make an error certain by how little all differ, too; up to
     # twice as many count.
     curve_earlier: int = 3
     # A locked input moves by so many noises of its encoder at most: a brake yields a little; the

@@ -277,8 +277,8 @@ class MonitoredGearbox:
                 return state['health'], state['recording_ns']
         known = None
         try:
-            known, is_missing = earlier(values.to_dict())
-            if is_missing:
+            known, missing = earlier(values.to_dict())
+            if missing:
                 self._node.get_logger().info(
                     f'{self._says}{values.baseline_file}: no baseline yet; '
                     f'{self.private("save_baseline")} writes it')

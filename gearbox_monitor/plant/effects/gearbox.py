@@ -84,8 +84,8 @@ def hardening_torque(c: Coefficients, twist: float, z: float, half_gap: float) -
     return c.K3 * out * out * out
 
 
-# Of the linear part at the twist that the usual torque makes: tenfold stiffness; and that part at
-# which the torque falls as the twist grows.
+# The cubic part over the linear one, at the twist at which the linear one is the usual torque.
+# With less, the torque falls before it reaches the usual one; with more, stiffness is tenfold.
 CUBIC = (-4.0 / 27.0, 3.0)
 
 
