@@ -426,7 +426,8 @@ class Monitor:
             counts[0] += 1
             if result is not None:
                 counts[1] += 1
-                if begin > settled and not (kept and begin < kept[-1][0] <= stamp_ns):
+                is_whole = settled < begin and int(self._rows.stamps[0]) <= begin
+                if is_whole and not (kept and begin < kept[-1][0] <= stamp_ns):
                     kept.append((stamp_ns, result[1]))
                 alarm.judge(outcome_of(result[0], None, {}), stamp_ns)
                 broken += result[0]

@@ -209,6 +209,16 @@ def test_a_snapshot_keeps_what_earlier_windows_told_of_the_torque():
     assert json.loads(Monitor.restore(snapshot).snapshot()['monitor'])[-1] == kept
 
 
+def test_a_window_that_began_before_a_snapshot_is_not_kept_as_a_whole_one():
+    samples, _ = drive(24.0)
+    live = Monitor(MODEL)
+    live.run(cut(samples, 0, 9000))
+    restored = Monitor.restore(live.snapshot())
+    restored.run(cut(samples, 9000, 24000))
+    stamps = [stamp for stamp, _ in json.loads(restored.snapshot()['monitor'])[-1][2]]
+    assert len(stamps) == 1 and stamps[0] - START >= 19 * SECOND
+
+
 def test_windows_are_kept_from_the_begin_when_the_clock_was_set_back():
     samples, _ = drive(14.0)
     live = Monitor(MODEL)
