@@ -32,8 +32,8 @@ from gearbox_monitor.health.backlash.features import Backlash
 from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.health.health_record import (
     ERRORS_LARGER, HealthSettings, TRUSTED, Window)
-from gearbox_monitor.health.wear_outcome import outcomes
 from gearbox_monitor.health.judgement import accepted, from_data, Health, judge, to_data
+from gearbox_monitor.health.wear_outcome import outcomes
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 

@@ -10,9 +10,9 @@ sys.path.insert(0, str(ROOT))
 
 from gearbox_monitor.estimation import rts_smoother, sample_loop  # noqa: E402
 from gearbox_monitor.health.backlash.change_tests import size_name, TESTS  # noqa: E402
-from gearbox_monitor.ros.diagnostic_keys import CHANGE_KEYS, DIAGNOSTIC_KEYS  # noqa: E402
 from gearbox_monitor.recordings.topics import SIGNALS  # noqa: E402
 from gearbox_monitor.report.sentences import title  # noqa: E402
+from gearbox_monitor.ros.diagnostic_keys import CHANGE_KEYS, DIAGNOSTIC_KEYS  # noqa: E402
 
 PAGE = ROOT / 'docs/messages.md'
 HEAD = """\

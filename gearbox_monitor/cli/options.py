@@ -36,6 +36,10 @@ from gearbox_monitor.recordings.recorded_samples import NO_MODEL, read_snapshots
 from gearbox_monitor.report.sentences import title
 from gearbox_monitor.signals.uniform import UniformRecording
 
+if TYPE_CHECKING:
+    from gearbox_monitor.library.recording import DriveRecording
+    from gearbox_monitor.library.robot import Robot
+
 
 def reading_of(args: Namespace) -> ReadOptions:
     """Return the ReadOptions in the options `args`. Raises InputError."""
@@ -208,11 +212,6 @@ def write_or_print(path: str | Path | None, text: str) -> None:
     else:
         write_new(path, text)
         print(f'written {path}')
-
-
-if TYPE_CHECKING:
-    from gearbox_monitor.library.recording import DriveRecording
-    from gearbox_monitor.library.robot import Robot
 
 
 def written_options(args: Namespace, names: Sequence[str]) -> str:

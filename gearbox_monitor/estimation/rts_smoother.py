@@ -12,9 +12,9 @@ import math
 from typing import NamedTuple
 
 from gearbox_monitor.estimation.consider import variances_of
+from gearbox_monitor.estimation.filter_kind import places, sensitivities
 from gearbox_monitor.estimation.process_model import (
     motor_side, TAU_K_MODEL_STD, torque_of, USUAL, X1, X2, X3, X4)
-from gearbox_monitor.estimation.filter_kind import places, sensitivities
 from gearbox_monitor.kernels.kernel import apart, entry, folded, kernel
 from gearbox_monitor.kernels.linalg import (
     add_product, multiply, solve_positive, transposed_multiply_symmetric)

@@ -15,8 +15,8 @@ from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 import hashlib
 import logging
-from multiprocessing import forkserver, resource_tracker
 import multiprocessing
+from multiprocessing import forkserver, resource_tracker
 import os
 from pathlib import Path
 import queue

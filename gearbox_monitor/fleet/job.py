@@ -24,8 +24,8 @@ from gearbox_monitor import __version__
 from gearbox_monitor.diagnosis.joint.diagnose import diagnose
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.files.opening import plain
 from gearbox_monitor.files.knowledge_file import watch_bytes, watch_from
+from gearbox_monitor.files.opening import plain
 from gearbox_monitor.health.backlash.features import (
     Backlash, combine, NotExcited, reason_of, separable_of)
 from gearbox_monitor.health.health_record import Window

@@ -29,7 +29,7 @@ from gearbox_monitor.library.recording import load_recording
 from gearbox_monitor.library.simulator_file import expect_path
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
-from gearbox_monitor.presentation import as_written, Paged, said, Said, Saved
+from gearbox_monitor.presentation import as_written, Paged, Said, said, Saved
 from gearbox_monitor.recordings.from_bag import (
     ANY, load_locked, load_log, load_values, robot_model, RobotValues)
 from gearbox_monitor.recordings.reading import BY_NAMES, ReadOptions

@@ -15,8 +15,8 @@ from gearbox_monitor.diagnosis.joint.parameter_ranges import ParameterRanges
 from gearbox_monitor.diagnosis.joint.verdict import Verdict
 from gearbox_monitor.errors import expect_matplotlib, InputError, installed_by
 from gearbox_monitor.estimation.estimates import COLUMNS, Estimates, SMOOTHED_COLUMNS
-from gearbox_monitor.files.opening import plain, write_new
 from gearbox_monitor.files.knowledge_file import save_watch
+from gearbox_monitor.files.opening import plain, write_new
 from gearbox_monitor.files.yaml_files import save_model, write_parameters
 from gearbox_monitor.health.backlash.features import NotExcited
 from gearbox_monitor.health.backlash.features import width_of

@@ -32,8 +32,8 @@ from gearbox_monitor.recordings import storage
 from gearbox_monitor.recordings.cdr import (
     block_of, CHANNELS, compact, Decoder, empty_index, find_messages, joined_blocks,
     joint_state_rows, JointStates, Message, MESSAGE_HEAD, MessageBlock, STATE_TYPE)
-from gearbox_monitor.recordings.meaning import ROTARY
 from gearbox_monitor.recordings.mcap_file import McapFile, ScannedChunk
+from gearbox_monitor.recordings.meaning import ROTARY
 from gearbox_monitor.recordings.storage import PACKED, SqliteFile, unpack_message, unpacked_files
 
 JOINT_STATE = STATE_TYPE

@@ -20,9 +20,9 @@ import numpy as np
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import AnyArray, Array, Flags, Integers
 from gearbox_monitor.recordings.cdr import FIELDS
-from gearbox_monitor.recordings.meaning import EFFORT, standard_unit, TIME, units_of
 from gearbox_monitor.recordings.mapping import (
     key_of, kind_of, Mapping, SignalMapping, TimeMapping)
+from gearbox_monitor.recordings.meaning import EFFORT, standard_unit, TIME, units_of
 from gearbox_monitor.recordings.read import Frames, VirtualBag
 from gearbox_monitor.recordings.table import Table
 from gearbox_monitor.recordings.text import MIN_SAMPLES, RowBlock

@@ -29,7 +29,7 @@ from gearbox_monitor.recordings.meaning import (
     EFFORT, number_with_unit, POSITION, scaled_unit, TIME, unit_of_label, VELOCITY, vocabulary)
 from gearbox_monitor.recordings.text import (
     BLOCK, DATE, FOUND, layout_of, MIN_SAMPLES, number_of, numbers_of_list, readable, RowBlock,
-    TextRows, TextFormat, TextLayout)
+    TextFormat, TextLayout, TextRows)
 
 HDF5, MATLAB_HEADER = b'\x89HDF\r\n\x1a\n', 512  # bytes before the HDF5 content of MATLAB 7.3
 KINDS = ((b'MATLAB', 'mat'), (HDF5, 'hdf5'), (b'PAR1', 'parquet'), (b'ARROW1', 'feather'),

@@ -17,7 +17,7 @@ from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 from gearbox_monitor.plant.effects.gearbox import SLIP
 from gearbox_monitor.presentation import (
-    change, credible, EXACT, number, on_axis, percent, Quantity, said, Said)
+    change, credible, EXACT, number, on_axis, percent, Quantity, Said, said)
 from gearbox_monitor.report.sentences import say
 
 CERTAIN = 3.0  # errors by which a value differs from the model file

@@ -14,7 +14,7 @@ from gearbox_monitor.presentation import number, percent, Quantity
 from gearbox_monitor.report.robot_words import reading_words
 from gearbox_monitor.report.words import answer, counted, JOINTS, sentence
 from gearbox_monitor.watch.record import (
-    Change, DESCRIBE, JointWatch, LEARN, HeldLoad, StateHealth, Watch, WATCH)
+    Change, DESCRIBE, HeldLoad, JointWatch, LEARN, StateHealth, WATCH, Watch)
 from gearbox_monitor.watch.settings import FRICTION, RIPPLE, ROTOR, SCALE, TILT, WEIGHT
 
 NOUNS = {FRICTION: 'friction', SCALE: 'torque scale', ROTOR: 'inertia at the rotor',

@@ -19,13 +19,13 @@ from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import simulate
-from gearbox_monitor.presentation import as_written, on_axis, said, Said
+from gearbox_monitor.presentation import as_written, on_axis, Said, said
 from gearbox_monitor.signals import checks, stamps, torque, wiring
+from gearbox_monitor.signals.checks import without_slip
 from gearbox_monitor.signals.finding import (
     BAD, DataFinding, everything, Grade, hurts, judged, OK, PURPOSES, WARN)
 from gearbox_monitor.signals.jumps import OUTLIER, SLIP, strangers, TURNS, without_jumps
 from gearbox_monitor.signals.recording_limits import LIMITS
-from gearbox_monitor.signals.checks import without_slip
 from gearbox_monitor.signals.smoothed_motion import FITTED, HALF_WIDTHS, noise_of, SmoothedMotion
 from gearbox_monitor.signals.uniform import (
     Doubt, held_rate, physical, prepare, RecordingKind, UniformRecording, usable_rows)

@@ -12,7 +12,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.sample_loop import (
     BACKWARD, CONFIRM, DUPLICATE, ESTIMATE, JUMP, stamp_codes, START, ZERO_STAMP)
 from gearbox_monitor.kernels.types import Array, Flags, Integers
-from gearbox_monitor.presentation import said, Said
+from gearbox_monitor.presentation import Said, said
 from gearbox_monitor.signals.finding import (
     BAD, DataFinding, everything, Grade, hurts, judged, OK, WARN)
 from gearbox_monitor.signals.recording_limits import LIMITS

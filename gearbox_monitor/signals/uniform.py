@@ -20,7 +20,7 @@ from gearbox_monitor.estimation.sample_loop import BACKWARD, HUGE, stamp_codes, 
 from gearbox_monitor.kernels.elementary import DIFFERENCE_GAIN, quantisation_step
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import Controller, DriveModel
-from gearbox_monitor.presentation import on_axis, said, Said
+from gearbox_monitor.presentation import on_axis, Said, said
 from gearbox_monitor.signals.jumps import wild_rows
 from gearbox_monitor.signals.recording_limits import LIMITS
 

@@ -29,7 +29,7 @@ import scipy
 
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.presentation import said, Said
+from gearbox_monitor.presentation import Said, said
 from gearbox_monitor.signals.finding import DataFinding, everything, judged, WARN
 from gearbox_monitor.signals.recording_limits import LIMITS
 from gearbox_monitor.signals.smoothed_motion import SmoothedMotion

@@ -5,9 +5,9 @@
 import json
 from types import SimpleNamespace
 
-from benchmarks import watch_robots
 import pytest
 
+from benchmarks import watch_robots
 
 pytestmark = pytest.mark.benchmark
 

@@ -4,16 +4,16 @@
 """Recordings with the setpoint of a servo: read from CSV and bags, imported, checked, refused."""
 from argparse import ArgumentParser
 import json
-import re
 from pathlib import Path
+import re
 
 import numpy as np
 import pytest
 import yaml
 
 from gearbox_monitor.cli.commands import declared
-from gearbox_monitor.cli.options import load_recordings
 from gearbox_monitor.cli.main import main
+from gearbox_monitor.cli.options import load_recordings
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.simulate import Noise, Plant

@@ -9,9 +9,9 @@ import math
 import numpy as np
 import pytest
 
-from gearbox_monitor.diagnosis.contest import contest, CONTEST
+from gearbox_monitor.diagnosis.contest import CONTEST, contest
 from gearbox_monitor.diagnosis.hypothesis import (
-    MemberEstimate, FUNCTION, Hypothesis, LAW, Member, Remains)
+    FUNCTION, Hypothesis, LAW, Member, MemberEstimate, Remains)
 
 ROWS = 400
 

@@ -19,13 +19,13 @@ from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.process_model import ADAPTABLE
 from gearbox_monitor.estimation.sample_loop import REASONS
 from gearbox_monitor.health.checks.usability import key_of
-from gearbox_monitor.ros.diagnostic_keys import DIAGNOSTIC_KEYS, published
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters, PlantParameters, table_of
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.recordings import topics
+from gearbox_monitor.ros.diagnostic_keys import DIAGNOSTIC_KEYS, published
 
 ROOT = Path(__file__).parents[2]
 PAGES = [*map(ROOT.joinpath, ('README.md', 'CONTRIBUTING.md', 'benchmarks/README.md')),

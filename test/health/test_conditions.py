@@ -12,12 +12,12 @@ from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.health.checks import innovation, usability
 from gearbox_monitor.health.checks.outcome import DEBOUNCE, Level
-from gearbox_monitor.ros.diagnostic_keys import DIAGNOSTIC_KEYS
 from gearbox_monitor.health.monitor import COMPONENTS, CONDITIONS, Monitor
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.report.sentences import TABLE
+from gearbox_monitor.ros.diagnostic_keys import DIAGNOSTIC_KEYS
 
 ROOT = Path(__file__).parents[2]
 

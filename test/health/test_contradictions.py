@@ -3,9 +3,8 @@
 
 """What is said never contradicts what was measured, nor what was said before."""
 from dataclasses import replace
-from pathlib import Path
-import sys
 
+from live import PARAMETERS, worn
 import numpy as np
 import pytest
 from test_change import Gearbox
@@ -18,9 +17,6 @@ from gearbox_monitor.health.judgement import accepted, Health
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
-from live import PARAMETERS, worn  # noqa: E402
 
 FRICTION = 0.1 + 0.27 / 18.0  # of the model, at the speed of the windows: N m s/rad
 

@@ -20,8 +20,8 @@ from gearbox_monitor.plant.drive import DriveModel, TWO_OVER_PI
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, Plant
 from gearbox_monitor.plant.transmission import KINDS, transmission_torque
-from gearbox_monitor.report.sentences import phrase
 from gearbox_monitor.recordings.reading import read_signals, ReadOptions
+from gearbox_monitor.report.sentences import phrase
 
 ROOT = Path(__file__).parents[2]
 REAL = ROOT.parent / 'shared' / 'data' / 'davinci_backend'

@@ -3,9 +3,8 @@
 
 """One stream of windows through every door: one level, one size, one sentence."""
 import json
-from pathlib import Path
-import sys
 
+from live import PARAMETERS, worn, write_inputs, write_live
 import numpy as np
 import pytest
 import yaml
@@ -14,17 +13,14 @@ import gearbox_monitor as gm
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.files.baselines import save_baseline
 from gearbox_monitor.health.checks.outcome import Level
-from gearbox_monitor.ros.diagnostic_keys import published
-from gearbox_monitor.health.wear_outcome import outcomes, sentence
 from gearbox_monitor.health.judgement import accepted, to_data
 from gearbox_monitor.health.monitor import Monitor
+from gearbox_monitor.health.wear_outcome import outcomes, sentence
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.write import BagWriter
 from gearbox_monitor.report.live_history import GearboxHistory
 from gearbox_monitor.report.live_page import live_summary
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
-from live import PARAMETERS, worn, write_inputs, write_live  # noqa: E402
+from gearbox_monitor.ros.diagnostic_keys import published
 
 MODEL = DriveModel()
 # Growth per second from 10 s on, seed of the noise.

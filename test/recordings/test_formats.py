@@ -15,8 +15,8 @@ import yaml
 
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.recordings.meaning import standard_unit, unit_factor, unit_of_label
 from gearbox_monitor.recordings.mapping import load_mapping, mapping_of
+from gearbox_monitor.recordings.meaning import standard_unit, unit_factor, unit_of_label
 from gearbox_monitor.recordings.read import open_bag
 from gearbox_monitor.recordings.reading import open_recording
 from gearbox_monitor.recordings.si_signals import signals_of

@@ -5,9 +5,9 @@
 import os
 from pathlib import Path
 
+from mjcf_arrays import decision
 import numpy as np
 import pytest
-from mjcf_arrays import decision
 
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError

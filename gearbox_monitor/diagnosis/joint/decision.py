@@ -14,13 +14,13 @@ from gearbox_monitor.diagnosis.joint.candidates import SHAPES
 from gearbox_monitor.diagnosis.joint.closed_model import open_loop, SIGMA_ERROR, with_starts_of
 from gearbox_monitor.diagnosis.joint.drive_recordings import (
     DriveRecordings, is_open, likeliest_reading)
+from gearbox_monitor.diagnosis.joint.effect_scan import evidence_for
+from gearbox_monitor.diagnosis.joint.events import Burst, slip_events, SlipEvent, without_slips
 from gearbox_monitor.diagnosis.joint.innovation_evidence import InnovationEvidence
 from gearbox_monitor.diagnosis.joint.innovation_fit import (
     coordinate_columns, evaluated, fitted, InnovationFit)
-from gearbox_monitor.diagnosis.joint.effect_scan import evidence_for
 from gearbox_monitor.diagnosis.joint.lawless import FreeFunction
 from gearbox_monitor.diagnosis.joint.localisation import places
-from gearbox_monitor.diagnosis.joint.events import Burst, slip_events, SlipEvent, without_slips
 from gearbox_monitor.diagnosis.joint.thresholds import STATEMENTS
 from gearbox_monitor.diagnosis.joint.windows import misfit_of, runs_from, WindowRuns
 from gearbox_monitor.kernels.linear_least_squares import covariance
@@ -28,7 +28,7 @@ from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 from gearbox_monitor.plant.effects.gearbox import SLIP
-from gearbox_monitor.presentation import said, Said
+from gearbox_monitor.presentation import Said, said
 
 
 class ComparedRuns(NamedTuple):

@@ -19,18 +19,18 @@ import numpy as np
 
 from gearbox_monitor.diagnosis.contest import CONTEST, of_size, Question
 from gearbox_monitor.diagnosis.hypothesis import (
-    MemberEstimate, FUNCTION, Hypothesis, LAW, Member, Remains, TRAIN)
+    FUNCTION, Hypothesis, LAW, Member, MemberEstimate, Remains, TRAIN)
 from gearbox_monitor.diagnosis.joint import lawless
 from gearbox_monitor.diagnosis.joint.candidates import NOT_FITTED, origin, PERIODIC, with_law
-from gearbox_monitor.diagnosis.joint.effect_scan import Proposal, raced, scan, signature
 from gearbox_monitor.diagnosis.joint.drive_recordings import (
     DriveRecordings, lasting_time, reread)
+from gearbox_monitor.diagnosis.joint.effect_scan import Proposal, raced, scan, signature
+from gearbox_monitor.diagnosis.joint.events import (
+    Burst, follows_motion, pulses_in, sharpened, slipping, with_bursts)
 from gearbox_monitor.diagnosis.joint.innovation_fit import (
     annealed, evaluated, fitted, InnovationFit, unfitted)
 from gearbox_monitor.diagnosis.joint.innovations import JointLikelihood, variance_over_white, WHITE
 from gearbox_monitor.diagnosis.joint.localisation import SPACING, torque_places
-from gearbox_monitor.diagnosis.joint.events import (
-    Burst, follows_motion, pulses_in, sharpened, slipping, with_bursts)
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.effects import EFFECTS, library

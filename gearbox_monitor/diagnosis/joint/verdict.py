@@ -11,15 +11,15 @@ from typing import Any
 import numpy as np
 import scipy
 
+from gearbox_monitor.diagnosis.contest import of_rival
 from gearbox_monitor.diagnosis.hypothesis import (
     Finding, INCOMPLETE, kind_of, NONE, Remainder, UNDECIDED, UNKNOWN)
-from gearbox_monitor.diagnosis.contest import of_rival
 from gearbox_monitor.diagnosis.joint import closed_model, localisation
 from gearbox_monitor.diagnosis.joint.candidates import (
     CandidateModel, GAINS, NUISANCES, replaced_value, SHAPES, with_effects, ZERO)
 from gearbox_monitor.diagnosis.joint.decision import Decision, standard_errors
-from gearbox_monitor.diagnosis.joint.innovation_fit import fitted, InnovationFit
 from gearbox_monitor.diagnosis.joint.effect_scan import rivals, separations
+from gearbox_monitor.diagnosis.joint.innovation_fit import fitted, InnovationFit
 from gearbox_monitor.diagnosis.joint.thresholds import STATEMENTS, THRESHOLDS
 from gearbox_monitor.diagnosis.joint.windows import misfit_of, solve_states, WindowRuns
 from gearbox_monitor.errors import Undecided

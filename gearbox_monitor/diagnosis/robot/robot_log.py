@@ -11,7 +11,7 @@ import scipy
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array, Integers
-from gearbox_monitor.presentation import as_written, said, Said
+from gearbox_monitor.presentation import as_written, Said, said
 from gearbox_monitor.signals.jumps import (
     JumpFinding, OUTLIER, PERIODS, SLIP, strangers, TURNS, turns, wild_rows, without_jumps)
 from gearbox_monitor.signals.recording import AS_RECORDED, Convention, Recording

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.hypothesis import Finding, kind_of, Remainder, UNDECIDED
 from gearbox_monitor.diagnosis.contest import CONTEST, of_rival, Question
+from gearbox_monitor.diagnosis.hypothesis import Finding, kind_of, Remainder, UNDECIDED
 from gearbox_monitor.diagnosis.robot.candidates import (
     Candidate, free_functions, library, visible_in)
 from gearbox_monitor.diagnosis.robot.contest import (
@@ -31,7 +31,7 @@ from gearbox_monitor.plant.effects.balance_column import COMMAND
 from gearbox_monitor.plant.effects.controller import (
     SERVO_DEADBAND, SERVO_GAIN, SERVO_LIMIT, SETPOINT_DELAY)
 from gearbox_monitor.plant.effects.motor_side import COULOMB_ASYMMETRY, MOTOR_COULOMB
-from gearbox_monitor.presentation import Quantity, said, Said
+from gearbox_monitor.presentation import Quantity, Said, said
 
 TWO_HEIGHTS = {MOTOR_COULOMB.id, TORQUE_OFFSET.id}
 TOO_WIDE = 3.0     # a deviation whose torque exceeds the effort so many times: not determined

@@ -24,7 +24,7 @@ from gearbox_monitor.health.backlash.change_tests import (
     WEAR, WEAR_FEATURES)
 from gearbox_monitor.health.backlash.features import Backlash
 from gearbox_monitor.health.backlash.operating_point import find_point, OperatingPoint
-from gearbox_monitor.health.backlash.wear import Columns, Fit, FIRST, SECOND_ONE
+from gearbox_monitor.health.backlash.wear import Columns, FIRST, Fit, SECOND_ONE
 from gearbox_monitor.health.backlash.wear_data import excess, History
 from gearbox_monitor.health.health_record import (
     Alert, FeatureHealth, FOUND, GROSS, HealthSettings, TRUSTED, WARNED, Window)

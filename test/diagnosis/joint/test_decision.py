@@ -13,11 +13,11 @@ from scipy.signal import lfilter
 from gearbox_monitor.diagnosis.contest import CONTEST
 from gearbox_monitor.diagnosis.hypothesis import Remains
 from gearbox_monitor.diagnosis.joint import closed_model, diagnose, effect_scan, localisation
-from gearbox_monitor.diagnosis.joint.events import rectangles
 from gearbox_monitor.diagnosis.joint.candidates import sine_and_cosine
 from gearbox_monitor.diagnosis.joint.decision import decide, standard_errors, unshaped
 from gearbox_monitor.diagnosis.joint.drive_recordings import DriveRecordings
 from gearbox_monitor.diagnosis.joint.effect_scan import _begun, scan
+from gearbox_monitor.diagnosis.joint.events import rectangles
 from gearbox_monitor.diagnosis.joint.innovation_evidence import InnovationEvidence
 from gearbox_monitor.diagnosis.joint.innovation_fit import (
     evaluated, fitted, InnovationFit, unfitted)
