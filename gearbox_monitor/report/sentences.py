@@ -42,7 +42,7 @@ class Sentence(NamedTuple):
 
 # What ${test.lags} and its like are in sentences.toml.
 KNOWN = {
-    'alert': ALERT, 'recording': RECORDING, 'wear': WEAR, 'test': SimpleNamespace(
+    'alert': ALERT, 'recording': RECORDING, 'test': SimpleNamespace(
         lags=LAGS, samples=MIN_SAMPLES, ljung_box=LJUNG_BOX_LIMIT, mean=MEAN_LIMIT,
         settled=ALERT.settle + 1.0, twist_width=2 * ALERT.twist_sure)}
 _KNOWN = re.compile(r'\$\{(\w+)\.(\w+):?([^}]*)\}')
