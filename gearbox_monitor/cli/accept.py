@@ -161,8 +161,7 @@ def judge(fits: Sequence[Any], limits: Mapping[str, float | None],
         reasons.append(said('slipping', slip=slip, todo=slip.remedy))
     verdict = ('fail' if any(missed) else 'pass' if all(met) else
                'undecided' if separable else 'not excited')
-    if not reasons and not separable:
-        reasons = [INSEPARABLE]
+    reasons = reasons or [INSEPARABLE] * (not separable)
     return {'verdict': verdict, 'reason': '; '.join(map(str, reasons)),
             'codes': [reason.code for reason in reasons], **data}
 
@@ -191,9 +190,8 @@ def says(data: Mapping[str, Any], axis: str = 'rotary') -> Said:
 
 def text(data: Mapping[str, Any], axis: str = 'rotary') -> str:
     """Return the result `data` of a drive with `axis` as lines for people."""
-    rows = [('gap_rad', 'backlash'), ('stiffness', 'stiffness'), ('hysteresis', 'hysteresis')]
-    if not data.get('separable'):
-        rows = []
+    rows = [('gap_rad', 'backlash'), ('stiffness', 'stiffness'), ('hysteresis', 'hysteresis')
+            ] if data.get('separable') else []
     return '\n'.join([*wrapped(data['summary']), '', *entries([
         ('bag', data['bag']), ('windows', f'{data["windows_used"]} used of {data["windows"]}'),
         *((noun, str(_measured(data, name, axis)))

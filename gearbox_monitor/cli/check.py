@@ -93,7 +93,7 @@ def run(args: Namespace) -> int:
         model = drive if is_known else None
         servo = model is not None and model.controller is not None
         found, notes, joints = _examined(reader, topic, model, parameters,
-                                            [args.setpoint_joint] * servo)
+                                         [args.setpoint_joint] * servo)
         data = {'bag': str(args.bag), 'topic': topic,
                 'joints': {'there': joints, 'motor': parameters.motor_joint,
                            'arm': parameters.arm_joint},

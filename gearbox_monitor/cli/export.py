@@ -139,9 +139,8 @@ def _write_c(args: Namespace) -> int:
     text = firmware(_model(args.model), parameters, header.name, args.prefix or 'gm')
     write_new(args.out, text.source)
     write_new(header, text.header)
-    print(f'written {args.out} and {header}')
-    for note in text.notes:
-        print(f'note: {note}')
+    print('\n'.join([f'written {args.out} and {header}', *(
+        f'note: {note}' for note in text.notes)]))
     return 0
 
 

@@ -218,8 +218,7 @@ def _fit_noise(args: Namespace) -> int:
                         args.smoother, lambda share: progress(share, 1))
         except InputError as error:
             raise InputError(f'{args.bag}: {error}') from None
-    data.update(bag=args.bag, out=args.out)
-    data['notes'] += notes
+    data.update(bag=args.bag, out=args.out, notes=data['notes'] + notes)
     axis = model.axis
     data = {**told(of_noise(data, axis)), **data}
     write_parameters(args.out, parameters, (model_file, {

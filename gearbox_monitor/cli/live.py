@@ -13,8 +13,7 @@ usage examples:
   gearbox_monitor live --port 9000 --estimator /left/estimator
   gearbox_monitor live --ros-args -r __ns:=/left
 """
-import argparse
-from argparse import Namespace
+from argparse import ArgumentTypeError, Namespace
 import re
 
 from gearbox_monitor.errors import InputError, installed_by
@@ -38,7 +37,8 @@ def run(args: Namespace) -> int:
 
 
 def port(text: str) -> int:
+    """Return the port in `text`. Raises ArgumentTypeError."""
     value = int(text) if text.isdecimal() else -1
     if not 0 <= value <= 65535:
-        raise argparse.ArgumentTypeError(f'{text!r}, expected a whole number from 0 to 65535')
+        raise ArgumentTypeError(f'{text!r}, expected a whole number from 0 to 65535')
     return value

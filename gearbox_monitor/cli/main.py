@@ -124,8 +124,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if not argv:
         print(f'{commands_text()}\n\ngearbox_monitor COMMAND --help shows options and examples.')
         return 0
-    words = [word for word in argv if not word.startswith('-')]
-    command = words[0] if words else None
+    command = next((word for word in argv if not word.startswith('-')), None)
     if gone := refusal(f'gearbox_monitor {command}'):
         print(f'gearbox_monitor: {command}: {gone}', file=sys.stderr)
         return BAD_INPUT
