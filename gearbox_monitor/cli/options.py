@@ -275,9 +275,7 @@ def recording_of(name: str, model: DriveModel, args: Namespace) -> 'DriveRecordi
     joints = {role: name for role, name in (
         ('motor', args.motor_joint), ('arm', args.arm_joint),
         ('setpoint', getattr(args, 'setpoint_joint', 'setpoint'))) if name != role}
-    recording: DriveRecording = load_recording(
-        name, model, joints=joints, topic=args.topic, reading=reading_of(args))
-    return recording
+    return load_recording(name, model, joints=joints, topic=args.topic, reading=reading_of(args))
 
 
 def reading_of_robot(args: Namespace) -> ReadOptions:
