@@ -72,7 +72,7 @@ class BenchServo:
 
 SERVOS = {
     'xl330': BenchServo(4096.0 / (2.0 * math.pi * 256.0 * 885.0), 0.8, 0.002, 0.03, 0.01, 'xl330',
-                   True),
+                        True),
     'sts3250': BenchServo(0.166, 10.0, 0.02, 1.0, 0.3, 'sts3215', False)}
 
 
@@ -195,7 +195,7 @@ def measure(name: str, logs: list[ServoLog], jobs: int) -> dict[str, Any]:
               for label, (start, ids) in starts.items()}
     label = list(models)[-1]
     errors = {key: {'fitted': [run_error(log, m, servo) for log in train],
-                      'held out': [run_error(log, m, servo) for log in test]}
+                    'held out': [run_error(log, m, servo) for log in test]}
               for key, m in models.items()}
     if (spec := find_spec('bam')) and spec.origin:
         show(f'{name}: M6')

@@ -104,8 +104,8 @@ def _criterion(recordings: Sequence[UniformRecording], candidates: Sequence[Cand
         count = sum(len(r.u) for r in recordings)
         if all(fits):
             lowest = min(lowest, sum(len(r.u) * 2.0 * math.log(max(fit.after, 1e-300))
-                                 for r, fit in zip(recordings, fits) if fit)
-                       + len(candidate.ids) * math.log(count))
+                                     for r, fit in zip(recordings, fits) if fit)
+                         + len(candidate.ids) * math.log(count))
     return lowest
 
 

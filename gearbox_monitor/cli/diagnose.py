@@ -106,7 +106,7 @@ def run(args: Namespace) -> int:
 
 
 def _user_simulator(name: str, recordings: Sequence[UniformRecording], model: DriveModel
-               ) -> UserSimulator:
+                    ) -> UserSimulator:
     """Return the user's simulator `name` after a try. Raises InputError."""
     if model.controller is not None or model.driven_by == 'position':
         raise InputError(f'--simulator {name}: takes torques, expected a model without controller '
@@ -202,9 +202,9 @@ def text(data: VerdictData, recordings: Sequence[UniformRecording], model: Drive
         says += [*_ranking(data), *_where(data, recordings, model), *_nominal(data, model)]
     says += [*_simulator(data), *_validation(data, files.validated, on_axis('rad', model.axis))]
     rows = [*labelled(says, model.axis), *_notes(data, verbose), *_changed(data, files, verbose),
-             *(('next', advice) for advice in next_steps(data, files, model.axis)[
+            *(('next', advice) for advice in next_steps(data, files, model.axis)[
                  :None if verbose else NEXT]),
-             *(('written', words) for words in _written(written))]
+            *(('written', words) for words in _written(written))]
     return '\n'.join([*wrapped(data['summary']), *entries(rows, LABEL)])
 
 

@@ -257,7 +257,7 @@ def _analysed(path: Path, settings: JobSettings) -> Row:
         player = Player(reader, settings.model, settings.parameters, settings.topic)
         monitor = player.monitor
         gearbox, named = name_of(path, player.namespace, monitor.parameters.gearbox_serial,
-                                  settings.gearbox)
+                                 settings.gearbox)
         judged: list[Window] = []
         count = 0
         start: int | None = None

@@ -300,14 +300,14 @@ def write_adapted(folder: str | Path, result: Adapted, names: str) -> Path:
 
 
 def _kept_before(result: Adapted, model: DriveModel, parameters: EstimatorParameters,
-          recordings: Sequence[UniformRecording]) -> str:
+                 recordings: Sequence[UniformRecording]) -> str:
     """Return why model and parameters stay unchanged, '' if `result` is at least as likely."""
     if result.fit is None:
         return ''
     samples = [samples_of(recording) for recording in recordings]
     old_score, new_score = (sum(run_score(drive, values, part).criterion for part in samples)
-                            for drive, values in ((model, parameters), (
-                         result.model, parameters.replace(**result.parameters))))
+                            for drive, values in (
+        (model, parameters), (result.model, parameters.replace(**result.parameters))))
     if new_score >= old_score:
         return ''
     return ('the adapted values are less likely than model file and parameters before '

@@ -61,7 +61,7 @@ class Robot:
         return tuple(self.file.chain.joints)
 
     def read_log(self, log: str | Path, joints: Mapping[str, str] | None, topic: str,
-             reading: ReadOptions) -> RobotLog:
+                 reading: ReadOptions) -> RobotLog:
         """Return a `log`, see load_recording."""
         return robot_logs(log, self, recorded=joints, topic=topic, reading=reading)[0]
 

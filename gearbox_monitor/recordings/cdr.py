@@ -299,7 +299,7 @@ def read_layout(raw: bytes, ros1: bool = False) -> StateLayout | None:
     masks, values = (np.concatenate([table[k:k + 8] for k in starts]).view('<u8')
                      for table in (mask, mask & np.frombuffer(raw, np.uint8)[:len(mask)]))
     return StateLayout(tuple(names), tuple(offsets), tuple(counts), offset,
-                  np.array(starts, np.uint64), masks, values)
+                       np.array(starts, np.uint64), masks, values)
 
 
 def _read_count(raw: bytes, offset: int, fixed: list[range], ros1: bool) -> tuple[int, int]:

@@ -90,7 +90,7 @@ def tree_of(module: Any, stream: Any, kind: str, memory: int) -> Any:
         # The first value ends where its line ends: one value per line.
         if not error.msg.startswith('Extra data') or error.colno != 1 or error.lineno != 2:
             raise Unreadable(f'line {error.lineno} column {error.colno}: {error.msg}, expected '
-                          'JSON') from None
+                             'JSON') from None
         return [json.loads(line) for line in content.splitlines() if line.strip()]
 
 

@@ -455,7 +455,7 @@ class SqliteReader(BagReader):
     def _stored_blocks(self, topics: Iterable[str] | None) -> Iterator[MessageBlock]:
         names = tuple(self.topics if topics is None else topics)
         return blocks_of(names, heapq.merge(*(file.messages(names) for file in self._files),
-                                             key=lambda message: message[1]))
+                                            key=lambda message: message[1]))
 
 
 # --- recordings of other kinds ------------------------------------------------------------------

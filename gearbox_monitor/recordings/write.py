@@ -334,7 +334,7 @@ class BagWriter(AbstractContextManager['BagWriter']):
         part = self._part
         info = storage.bag_information(
             [part.summary], [replace(topic, count=part.counts[name])
-                     for name, topic in self._topics.items()], self.custom_data)
+                             for name, topic in self._topics.items()], self.custom_data)
         part.add_metadata('rosbag2', {'serialized_metadata': storage.to_yaml(info)})
         part.finish()
 

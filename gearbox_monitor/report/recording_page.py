@@ -552,7 +552,7 @@ def recorded_row(timeline: Timeline, facts: RecordingFacts, name: str, link: str
 
 
 def _robot_summary(joints: Mapping[str, tuple[Timeline, RecordingFacts]], rows: Sequence[JointRow]
-             ) -> Section:
+                   ) -> Section:
     """Return the summary of `joints`, whose `rows` begin with the worst."""
     highest, raised = rows[0], [f'{row.name}: {row.message}' for row in rows if row.level > 0]
     text = (answer(raised, (), JOINTS) if raised else 'Nothing is raised.'

@@ -300,7 +300,7 @@ def _delay(m: Any, i: int) -> float:
     if not delay:
         return 0.0
     steps = delay / step - np.array([0.0, 0.5, 0.5, 0.5, 0.5, 1.0]
-                                   if runge_kutta(m) else [0.0])
+                                    if runge_kutta(m) else [0.0])
     if m.actuator_history[i, 1]:
         return float(np.mean(steps)) * step
     if np.any(np.abs(steps - np.round(steps)) < 1e-6):

@@ -268,7 +268,7 @@ class GearboxInput:
         node, ours = self._node, (self._node.get_name(), self._node.get_namespace())
         for topic in filter(None, (self.motor_topic, self.arm_topic)):
             profiles = [info.qos_profile for info in node.get_subscriptions_info_by_topic(topic)
-                     if (info.node_name, info.node_namespace) == ours]
+                        if (info.node_name, info.node_namespace) == ours]
             for info in node.get_publishers_info_by_topic(topic):
                 for qos in profiles:
                     fits, reason = qos_check_compatible(info.qos_profile, qos)

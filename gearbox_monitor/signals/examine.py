@@ -475,7 +475,7 @@ def admitted(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, 
     if model.arm_load != 'measured':
         if measured and arm_torque is not None and np.nanmax(np.abs(arm_torque)) > 0.0:
             notes.append(said('arm_torque_unused', model=model_name, load=model.arm_load,
-                             input=on_axis('torque', model.axis)))
+                              input=on_axis('torque', model.axis)))
         arm_torque = None
     missing = [side for side, column in zip(checks.NAMES, np.asarray(y, float).T)
                if np.isnan(column).all()]

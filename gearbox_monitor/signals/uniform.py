@@ -330,7 +330,7 @@ def _straying(values: Mapping[str, Array], index: Integers, jitter: Array, dt: f
     follows = not quiet and _follows_stamps(values, index, jitter, dt)
     if not quiet:
         notices.append(said('jitter_followed' if follows else 'jitter_ignored', ms=1e3 * rms,
-                           percent=100 * rms / dt))
+                            percent=100 * rms / dt))
     return jitter * follows, follows
 
 
@@ -515,7 +515,7 @@ def _longest(t: Array, first: float, cuts: Integers, dt: float) -> tuple[slice, 
         raise InputError(f'{holes}; the longest stretch without one lasts {length:.3g} s, '
                          f'expected at least {LIMITS.min_duration:g} s')
     return keep, said('stretch', holes=(holes,), first=first + t[keep][0],
-                     last=first + t[keep][-1])
+                      last=first + t[keep][-1])
 
 
 def _cubic(times: Array, value: Array, at: Array) -> Array:

@@ -213,7 +213,7 @@ def main() -> int:
     head, _, text = sys.stdin.buffer.read().partition(b'\n')
     order = json.loads(head)
     for limit, bound in ((resource.RLIMIT_AS, order['memory']),
-                        (resource.RLIMIT_CPU, order['cpu_seconds'])):
+                         (resource.RLIMIT_CPU, order['cpu_seconds'])):
         resource.setrlimit(limit, (bound, bound))
     os.chdir(order['folder'])
     try:

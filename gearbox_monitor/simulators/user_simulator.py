@@ -242,7 +242,7 @@ def confirmation(simulator: UserSimulator, recording: UniformRecording,
         gaps.append(gap_of(np.array([2.0 * fit.cost for fit in fits]), size))
         ours.append(gap_of(run.chi2[windows], size))
     figures, own = ({'gap_before': g[0], 'gap_after': g[1], 'closed_fraction': closed_of(*g)}
-                     for g in (gaps, ours))
+                    for g in (gaps, ours))
     return {'name': simulator.name, 'passed': passed(*models, simulator.takes), **figures,
             'here': own, 'values': _values(simulator, laid, windows, models, fits)}
 

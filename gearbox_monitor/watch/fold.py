@@ -132,9 +132,9 @@ def _described(watch: Watch, block: Block) -> Watch:
             joint = replace(joint, position=float(np.median(block.position[seen, k])))
         why = joint.fixed or (
             f'no {"position" if "position" not in has else "effort"}'
-               if not {'position', 'effort'} <= set(has) else
-               'had no effort while the robot was learnt' if joint.name in watch.locked else
-               'has not moved yet' if total < 1.0 else joint.why if joint.states else 'learns')
+            if not {'position', 'effort'} <= set(has) else
+            'had no effort while the robot was learnt' if joint.name in watch.locked else
+            'has not moved yet' if total < 1.0 else joint.why if joint.states else 'learns')
         joints.append(replace(joint, has=has, rate=rate, moved=total, why=why))
     return replace(watch, joints=tuple(joints), others=tuple(
         sorted({*watch.others, *(n for n in block.joints if n not in names)})))
@@ -471,7 +471,7 @@ def _payloads(watch: Watch) -> tuple[HeldLoad, ...]:
             slopes = np.column_stack([-centre, np.eye(3)]) / b[0]
             centre_std = np.sqrt(np.diag(slopes @ spread @ slopes.T))
         out.append(HeldLoad(held.link, float(b[0]), std, tuple(centre.tolist()),
-                           tuple(centre_std.tolist()), held.since_ns))
+                            tuple(centre_std.tolist()), held.since_ns))
     return tuple(out)
 
 

@@ -95,8 +95,8 @@ def test_every_topic_is_explained():
     text = (ROOT / 'docs/messages.md').read_text(encoding='utf-8')
     names = [signal.topic for signal in topics.SIGNALS]
     names += [topics.JOINT_STATES, topics.PAIRED_JOINT_STATES,
-               topics.PLANT_TRANSMISSION_STATE, topics.DIAGNOSTICS, topics.DRIFT_ALERTS,
-               f'~/{topics.SNAPSHOT}', f'~/{topics.DIAGNOSIS}']
+              topics.PLANT_TRANSMISSION_STATE, topics.DIAGNOSTICS, topics.DRIFT_ALERTS,
+              f'~/{topics.SNAPSHOT}', f'~/{topics.DIAGNOSIS}']
     for name in names:
         assert f'`{name}`' in text
 

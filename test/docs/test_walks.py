@@ -90,7 +90,7 @@ WALKS = (
         fails=('accept june',), brings=FIRST_HOUR),
     Walk('docs/first_hour.md', ENTRANCES[:1], brings=FIRST_HOUR, fails=('diagnose',), says={
         'backlash grew by 25 %': r'^SN0816: backlash has grown by 2\d(.|\n)*'
-              r'half\s+backlash\s+is\s+0\.125'}),
+                                 r'half\s+backlash\s+is\s+0\.125'}),
     Walk('docs/first_hour.md', ENTRANCES[1:], fails=('diagnose',),
          brings={'joint3_servo.yaml': served_drive},
          says={'backlash is 30 % wider': r'\(\+30\s+%', r'\[effect\]': '^values +backlash_gap '}),
@@ -112,7 +112,7 @@ WALKS = (
                  'jan31_load.csv': arm_log('ur-20_01_31-load')},
          says={'# none': '^The robot is as the references say'}),
     Walk('docs/real_drives.md', ('1. Import', '2. A model file', '3. Nominal values',
-                            '4. Find the missing effect', '5. The closed simulator'),
+                                 '4. Find the missing effect', '5. The closed simulator'),
          brings={name: DATA / 'emps' / name for name in ('DATA_EMPS.mat', 'DATA_EMPS_PULSES.mat')},
          fails=('diagnose',),
          says={'`viscous_asymmetry` makes 95': '^values +viscous_asymmetry Cva = -3[78]'},

@@ -155,7 +155,7 @@ def dense(case, likelihood, part, torque, offset=(0.0, 0.0), load=(0.0, 0.0)):
         for end, length in zip(ends, np.diff([0.0, *ends]) * dt):
             F, B = dynamics(case, length)
             mean = F @ mean + B @ (np.array([recording.u[k], -recording.arm_torque[k]])
-                                  + case.size * np.array(load))
+                                   + case.size * np.array(load))
             L = F @ L
             L[:, 5 * len(sources):5 * len(sources) + 5] = np.eye(5)
             sources.append(process_noise(case, F, length, torque))

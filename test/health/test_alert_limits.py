@@ -161,7 +161,7 @@ def test_bounds_are_stated_in_the_unit_of_the_reference():
 
 
 DEBOUNCED = [name for name, debounce in DEBOUNCE.items()
-                                       if debounce != (1, 1)]
+             if debounce != (1, 1)]
 
 
 def test_a_level_rises_and_falls_after_its_count_of_evaluations():

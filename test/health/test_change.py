@@ -246,7 +246,7 @@ def test_an_octave_of_errors_is_one_of_variance():
                 trust, comparable=True)
         data = gearbox.health.data
         precise = data.observations(np.ones((len(data.stamps), len(PRIORS))),
-                                        gearbox.health.settings.friction).weight
+                                    gearbox.health.settings.friction).weight
         weights.append(1.0 / np.linalg.inv(precise[:, MEASURED][:, :, MEASURED])[:, 0, 0])
     quiet, loud = weights
     assert loud[:5] == pytest.approx(quiet[:5], rel=0.1)

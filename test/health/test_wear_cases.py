@@ -110,7 +110,7 @@ def test_friction_is_an_alarm_and_the_gap_beside_it_too():
     assert found['friction'].level == Level.ERROR
     for _ in range(6):  # in a new motion, still
         gearbox.take(gearbox.window(0.1, viscous=0.6 * FRICTION, load=9.0), False,
-                               comparable=True)
+                     comparable=True)
     size(gearbox, 'gap', 0.1)
 
 

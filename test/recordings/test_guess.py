@@ -73,7 +73,7 @@ def test_an_effort_is_never_multiplied_by_a_guess(new_folder, capsys):
     for columns in NO_GEARS:
         folder = new_folder()
         path = csv(folder / 'r.csv', {'t [s]': T, **{f'{name} [rad]': x for name, x in
-                                                      columns.items()}, 'torque [N m]': TORQUE})
+                                                     columns.items()}, 'torque [N m]': TORQUE})
         code = main(['import', str(path), '--guess'])
         out, err = capsys.readouterr()
         assert 'gear_ratio' not in (yaml.safe_load(out) or {})
@@ -292,7 +292,7 @@ def test_setpoints_in_a_file_beside_the_states(new_folder, capsys):
     for names, start, used in BESIDE:
         folder = new_folder()
         path = csv(folder / names[0], {'t [s]': T, **{f'q_{k} [deg]': np.roll(ARM, k)
-                                                       for k in range(3)}})
+                                                      for k in range(3)}})
         csv(folder / names[1], {'time_ms': 1e3 * (T + start), **{
             f'q_{k}': 2.0 * np.roll(ARM, k) for k in range(3)}})
         assert main(['import', str(folder if used else path), '--guess',

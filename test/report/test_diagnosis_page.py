@@ -166,12 +166,12 @@ def test_binned_over_a_motion():
     found = evidence_of.binned(x, value, np.linspace(0.0, 1.0, 11))
     assert found == pytest.approx(np.where(np.arange(10) < 5, 1.0, 3.0))
     few = evidence_of.binned(np.append(x, 9.9), np.append(value[:, 0], 1.0),
-                                 np.linspace(0.0, 10.0, 11))
+                             np.linspace(0.0, 10.0, 11))
     assert np.isnan(few[1:]).all() and np.isfinite(few[0])
 
 
 def test_curves_to_draw():
     assert evidence_of.smoothed(np.ones(100), 1e-3) == pytest.approx(1.0)
     drawn = evidence_of.clipped_to_range(np.array([0.5, 1e9, np.nan]),
-                                            np.array([0.0, 1.0, 0.5]))
+                                         np.array([0.0, 1.0, 0.5]))
     assert drawn[0] == 0.5 and np.isnan(drawn[1:]).all()

@@ -320,8 +320,8 @@ def test_lost_and_refused_samples_of_all_parts_are_counted(sound):
     part = changed(part, stamp_ns=stamp)
     ends = (0, 5000, len(stamp))
     lines = joined([examine(Samples(*(getattr(part, name)[max(a - 1, 0):b]
-                                            for name in ('stamp_ns', 'u', 'y'))), PARAMETERS)
-                          for a, b in zip(ends, ends[1:])], 2.5).lines
+                                      for name in ('stamp_ns', 'u', 'y'))), PARAMETERS)
+                    for a, b in zip(ends, ends[1:])], 2.5).lines
     order, gaps = (next(line for line in lines if line.name == name) for name in (
         'order', 'gaps'))
     assert order.figure == f'3 repeated; 3 of {N - 13} samples are refused'

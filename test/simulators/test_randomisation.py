@@ -157,7 +157,7 @@ def rich():
 
 FUNCTIONS = [
     ('isaac', {'randomize_joint_parameters', 'randomize_actuator_gains',
-                  'randomize_rigid_body_mass', 'write_joint_friction_coefficient_to_sim'}),
+               'randomize_rigid_body_mass', 'write_joint_friction_coefficient_to_sim'}),
     ('mjlab', {'joint_friction', 'joint_damping', 'joint_armature', 'pd_gains', 'body_mass',
                'sync_actuator_delays', 'requires_model_fields'})]
 

@@ -105,7 +105,7 @@ def test_values_are_those_that_fit_in_the_other_simulator():
 
 def test_ways_of_effects():
     closed = NOMINAL.with_(effects=[{'id': 'gravity', 'G': 1.0}, {'id': 'stribeck', 'Cs': 0.1,
-                                                                 'vs': 0.2}])
+                                                                  'vs': 0.2}])
     assert passed(NOMINAL, closed, ('gravity',)) == {'gravity': 'parameter', 'stribeck': 'torque'}
     assert passed(closed, closed, ()) == {}
 

@@ -320,8 +320,8 @@ def with_law(candidate: CandidateModel, timestep: float) -> CandidateModel | Non
     if not (model.coulomb_friction > 0.0 or ids & {MOTOR_COULOMB.id, ARM_COULOMB.id}):
         return None
     variant = (replace(model, friction_law=FrictionLaw()) if model.friction_law.constraint
-             else replace(model, friction_law=FrictionLaw('mujoco'),
-                          timestep=model.timestep or timestep))
+               else replace(model, friction_law=FrictionLaw('mujoco'),
+                            timestep=model.timestep or timestep))
     return replace(candidate, nominal=variant)
 
 

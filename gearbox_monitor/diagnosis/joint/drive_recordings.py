@@ -302,8 +302,8 @@ def evidence_of(recordings: Sequence[UniformRecording], model: DriveModel, ids: 
     with_map = TORQUE_MAP.id in ids and not any(
         effect['id'] == TORQUE_MAP.id for effect in model.effects)
     return DriveRecordings(tuple(recordings), model, sigma,
-                    tuple(i for i in ids if i != TORQUE_MAP.id), quantum=quantum,
-                    with_map=with_map, jobs=jobs, progress=progress)
+                           tuple(i for i in ids if i != TORQUE_MAP.id), quantum=quantum,
+                           with_map=with_map, jobs=jobs, progress=progress)
 
 
 ITERATIONS = 8  # of a fit to recordings that are read in another way

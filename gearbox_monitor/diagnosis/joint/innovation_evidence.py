@@ -194,7 +194,7 @@ class InnovationEvidence:
         data = self.data
         price = self.unit + 2.0 * math.log(self.rivals)
         return [MemberEstimate(Member(LAW, p.name, library()[p.name].location),
-                         p.gain / self.dispersion, price, p)
+                               p.gain / self.dispersion, price, p)
                 for p in scan(data.coarse, data.starts, h.fit.fit, data.ids)]
 
     def grown(self, h: Hypothesis, added: Sequence[MemberEstimate]) -> list[Hypothesis]:

@@ -228,7 +228,7 @@ def ranges_of(estimates: Sequence[UnitEstimate], notes: Sequence[str] = ()) -> P
     else:
         # Of the difference between drives, and of the error of their mean.
         determined = _normalised(_between_correlation(turned, rotated) * np.outer(between, between)
-                              + rotated.mean(axis=0) / len(estimates))
+                                 + rotated.mean(axis=0) / len(estimates))
         correlation = _normalised(determined * np.outer(deviation, deviation) + open_covariance)
     quantiles *= size
     cut = positive & ~logarithmic

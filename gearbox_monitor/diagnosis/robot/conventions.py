@@ -586,7 +586,7 @@ def _least_squares(balance: ConventionBalance, products: _Products, scale: Array
             cost += (sure[:, j] * own ** 2).sum(axis=1)
             # Friction that pushes is none.
             pushes = own[:, :BRAKES] * products.own[:, j, :BRAKES] < [-chain.coulomb[j],
-                                                                     -chain.viscous[j]]
+                                                                      -chain.viscous[j]]
             sure[:, j, :BRAKES][pushes] = NONE
         variance = residual + floor
         loaded &= x[:, :-3:PER_LINK] >= 0.0  # nor is a load that lifts

@@ -124,7 +124,7 @@ def states_of(recordings: Sequence[Rows]) -> States:
     deviations = np.maximum(np.r_[angle, angle, x[:, 2 * count:].std(axis=0)], SETTINGS.slow)
     x = x / deviations
     nearest = np.concatenate([scipy.spatial.cKDTree(x[part != p]).query(x[part == p])[0]
-                            for p in range(parts)])
+                              for p in range(parts)])
     # Samples of a program that repeats exactly are a quarter of a step from the nearest.
     step = np.linalg.norm(np.diff(x, axis=0), axis=1)
     return States(x, deviations, float(max(np.median(nearest), 0.25 * np.median(step))))

@@ -73,8 +73,8 @@ def motion_of(log: RobotLog) -> RobotMotion:
                          f'{2 * margin / rate + 2 * SETTINGS.hop:.1f} s, expected a longer log')
     t, q, v, inputs, input_speed = (np.concatenate(x) for x in zip(*parts))
     return RobotMotion(t - log.sections[0].t[0], q, v, inputs, input_speed,
-                  np.sqrt(floor * (2.0 * np.pi) ** 2 * cut ** 3 / 3.0),
-                  np.sqrt(floor * rate / 2.0), 1.0 / rate, tuple(sections), cut)
+                       np.sqrt(floor * (2.0 * np.pi) ** 2 * cut ** 3 / 3.0),
+                       np.sqrt(floor * rate / 2.0), 1.0 / rate, tuple(sections), cut)
 
 
 def highest_kept(motion: RobotMotion) -> Array:
@@ -99,7 +99,7 @@ def _on_grid(section: LogSection, rate: float, of_log: float) -> LogSection:
             return np.diff(at, axis=0) / np.maximum(width, 1e-9)
         good = width[:, 0] > 0.5 / rate
         return LogSection((t + 0.5 / rate)[good], means(section.position)[good],
-                     means(section.input)[good])
+                          means(section.input)[good])
     onto = np.column_stack([np.interp(t, section.t, c) for c in section.input.T])
     return LogSection(t, scipy.interpolate.CubicSpline(section.t, section.position)(t), onto)
 
@@ -204,7 +204,7 @@ def local_cosines(motion: RobotMotion, highest: float) -> TestFunctions:
     frequency = np.tile((np.arange(count) + 0.5) / (2 * hop * step), len(starts))
     mask, mask_slope = _masks(motion)
     return TestFunctions(value, slope / step, starts, frequency,
-                        np.digitize(frequency, SETTINGS.bands) - 1, mask, mask_slope)
+                         np.digitize(frequency, SETTINGS.bands) - 1, mask, mask_slope)
 
 
 def _masks(motion: RobotMotion) -> tuple[Array, Array]:

@@ -176,7 +176,7 @@ JOINT_ZERO = RobotEffect(
     'joint_zero', 'the encoder of a joint has another zero', MappingProxyType({'c': 'rad'}),
     JOINT, columns=lambda rows, joint, c: rows.zero[joint],
     values=lambda b, c: {'c': float(b[0])}, high=math.pi,  # half a turn off: the farthest
-        subject=('c', 'zero of the encoder'),
+    subject=('c', 'zero of the encoder'),
     shows='The torque against gravity of this joint and those before it belongs to another '
           'angle.')
 QUADRATIC = RobotEffect(
@@ -184,7 +184,7 @@ QUADRATIC = RobotEffect(
         {'Cq': 'N m s^2/rad^2'}), JOINT, BalanceColumn(
             lambda m, _: (m.v * np.abs(m.v))[:, None], one('Cq'), low=not_negative,
             dissipates=True),
-        subject=('Cq', 'friction with the square of the speed'),
+    subject=('Cq', 'friction with the square of the speed'),
     shows='The friction grows faster than the speed: slow moves fit, fast ones are too fast in '
           'the model.')
 
@@ -214,7 +214,7 @@ COUPLING = RobotEffect(
                     rows.joints[pair % len(rows.joints)].sign,
                     rows.joints[pair % len(rows.joints)].v], axis=1))},
     values=lambda b, c: {'Cc': float(b[0]), 'Cv': float(b[1])},
-        subject=('Cc', 'drag by another joint'),
+    subject=('Cc', 'drag by another joint'),
     shows='The joint needs a torque while another one moves, with the sign of that motion.')
 ROBOT_EFFECTS = (PAYLOAD, LINK_INERTIA, BASE_TILT, JOINT_ZERO, QUADRATIC, UPPER_SPRING,
                  LOWER_SPRING, COUPLING)

@@ -125,7 +125,7 @@ def continuous(raw: RawLog) -> RawLog:
     if foreign.any():
         first = float(raw.t[foreign][0] - raw.t[0])
         notes.append(said('foreign_samples', count=int(foreign.sum()), samples=len(foreign),
-                         first=first))
+                          first=first))
     keep = ~foreign
     t, position, given = raw.t[keep], dict[str, Array](), dict[str, Array]()
     for joint in joints:
@@ -134,7 +134,7 @@ def continuous(raw: RawLog) -> RawLog:
         wild = wild_rows(given[joint]) if raw.kind != SETPOINT else np.empty(0, np.int64)
         if len(wild):
             notes.append(said('effort_outliers', place=joint, count=len(wild),
-                             first=given[joint][wild[0]], at=t[wild[0]] - t[0]))
+                              first=given[joint][wild[0]], at=t[wild[0]] - t[0]))
             given[joint][wild] = np.nan
         for finding in found:
             notes.append(jump(finding, float(t[finding.row] - t[0]), joint))
@@ -222,7 +222,7 @@ def _whole_samples(raw: RawLog, joints: Sequence[str]) -> tuple[Array, Array, li
         rows = np.flatnonzero(own[:, rarest])
         separate = [joint for i, joint in enumerate(joints) if not own[rows, i].all()]
         notes.append(said('own_messages', names=', '.join(separate),
-                         clock=joints[rarest % len(joints)]))
+                          clock=joints[rarest % len(joints)]))
         t, values = _at_stamps(t, values, rows, raw.kind)
     good = np.logical_and.reduce(np.isfinite(values), axis=1)
     if not good.all():

@@ -134,7 +134,7 @@ class Tracker:
             tracker, stamp_ns=window.stamp_ns, window=window, ended={}, compared=False)
         if isinstance(window.features, Backlash):
             tracker = replace(tracker, backlash=window.features,
-                            over_limit=self._exceeds(window.features))
+                              over_limit=self._exceeds(window.features))
         features = window.friction
         if features is None:
             return tracker

@@ -271,7 +271,7 @@ class _Fit:
 
 
 def fit_all(regression: Regression, theta: Array, variance: float, expected: Array,
-             loop: bool, gap: bool = True) -> _Fit:
+            loop: bool, gap: bool = True) -> _Fit:
     """
     Return the _Fit: robust, the torque gain and the hysteresis only where they are seen.
 

@@ -61,7 +61,7 @@ class HiddenArm:
         shape = model.transmission
         play = shape.hysteresis_width if shape.kind == 'play' else 0.0
         servo = [e for e in model.effects  # the servo, whose torque is measured
-                  if e['id'] not in EFFECTS or EFFECTS[e['id']].location != 'controller']
+                 if e['id'] not in EFFECTS or EFFECTS[e['id']].location != 'controller']
         self.model = model.with_(kind='dead_zone', half_gap=shape.half_gap + play,
                                  hysteresis_width=0.0, controller=None, arm_load='none',
                                  effects=servo)

@@ -39,7 +39,7 @@ def _standing_in(*modules: ModuleType) -> Iterator[tuple[str, Effect]]:
 
 
 EFFECTS = dict(_standing_in(motor_side, arm_side, gearbox, controller, actuator, encoder,
-                             torque_map))
+                            torque_map))
 
 
 def _has_places(effect: Effect) -> bool:

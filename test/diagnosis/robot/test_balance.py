@@ -43,7 +43,7 @@ def motion(seconds=12.0, rate=100.0):
     q, v = np.sin(t)[:, None], np.cos(t)[:, None]
     zero = np.zeros_like(q)
     return RobotMotion(t, q, v, zero, zero, np.array([1e-3]), np.array([1e-4]), 1 / rate,
-                  (slice(0, len(t)),))
+                       (slice(0, len(t)),))
 
 
 def model_of(case):
