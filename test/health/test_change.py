@@ -148,6 +148,15 @@ def test_fast_growth_is_stated_as_it_is_now_and_so_is_its_end(learnt, case):
         assert growth == pytest.approx(0.7, abs=0.05)
 
 
+def test_a_repair_in_a_new_motion_ends_the_alert_for_good():
+    gearbox = Gearbox(0)
+    gearbox.go(40)
+    assert gearbox.go(20, 0.3)[-1]['backlash'].level == Level.ERROR
+    gearbox.state = {'angle': 0.3, 'speed': 10.0, 'load': 2.5}
+    told = gearbox.go(12, temperature=41.5)
+    assert not any('has grown' in found['backlash'].message for found in told)
+
+
 def test_friction_has_its_own_alert_and_is_no_backlash():
     gearbox = Gearbox(4)
     gearbox.go(200)
