@@ -111,7 +111,7 @@ def at_home(workers: int, memory: int = 0) -> Iterator[Executor]:
     memory: bytes that one bag may take, 0: any number.
     """
     context: Any = multiprocessing.get_context('forkserver')
-    # Workers are forked from a process that has loaded all they need.
+    # Workers are forked from a process that has imported the modules of a run.
     context.set_forkserver_preload(['gearbox_monitor.fleet.fleet_run'])
     resource_tracker.ensure_running()  # or the server starts it, and unblocks SIGINT
     # Ctrl-C reaches every process of a terminal; this one ends the others in order.

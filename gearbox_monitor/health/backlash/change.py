@@ -345,7 +345,7 @@ class Tracker:
     def _cleared(self, column: int) -> Self:
         """Return it without the steps of a feature, and the windows in which it had changed."""
         feature = self.wear[column]
-        # What returned with a new motion has no other end than its step.
+        # A change that ends with a new motion ends at the step of that motion.
         end = max(feature.found[-1] if len(feature.found) > 1 else self.data.recent_ns(RECENT),
                   *(s.stamp_ns for s in feature.steps if s.kind == OPEN), 0)
         cleared = replace(feature, steps=tuple(s for s in feature.steps if s.kind == ACCEPTED))
