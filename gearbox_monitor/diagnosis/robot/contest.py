@@ -8,9 +8,9 @@ One more effect is taken while it pays by extended BIC (Chen and Chen, 2008), be
 between healthy parts and beyond the over-dispersion of its joint. Where a function without a law
 pays more than every law, the cause is unknown.
 
-`none` says something only where a change of plausible size would have been a finding: the smallest
-sizes that would are the power of a motion. Where it lacks that, the verdict is undecided, with the
-motion that would tell.
+The power of a motion is the smallest size of each effect that would have been a finding. Where a
+change of plausible size would not have been one, `none` says nothing: the verdict is undecided,
+and names the motion that would decide.
 """
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -295,7 +295,7 @@ def _allowed(evidence: RobotEvidence, fit: RobotFit) -> bool:
     """
     Return whether physics allows the values of all candidates: a new one moves the others.
 
-    None takes more torque than the effort and what the model takes have together: two that cancel
+    No candidate may take more torque than effort and model together; two candidates that cancel
     each other would.
     """
     deviations = np.sqrt(np.diag(fit.covariance)[-len(fit.scale):]) / fit.scale
