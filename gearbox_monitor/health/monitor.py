@@ -28,7 +28,7 @@ from gearbox_monitor.health.backlash.wear import when
 from gearbox_monitor.health.checks import (
     covariance, elastic_curve, innovation, model_mismatch, observability, usability)
 from gearbox_monitor.health.checks.outcome import (
-    Alarm, Condition, DEBOUNCE, joined, Level, Outcome, outcome_of, with_more)
+    Alarm, Condition, joined, Level, Outcome, outcome_of, with_more)
 from gearbox_monitor.health.checks.row_check import middle, PASSIVITY, thinned, TWIST_RANGE
 from gearbox_monitor.health.health_record import (
     AT_ODDS, ERRORS_LARGER, HealthSettings, TRUSTED, Window)
@@ -88,9 +88,10 @@ class Monitor:
     model, parameters, robot: as of Estimator. known: what judgement.to_data gave of an earlier
     Health, or None (then the first windows are healthy). estimator: the Estimator that it judges;
     health: of the gearbox; outcomes {component: Outcome} in force; judged: the newest Windows,
-    in order of time; windows: the backlash of those that show it; temperature: of the gearbox
-    (deg C), None = not known, set it when it changes. phase_ns: evaluations come with the first
-    sample after each whole second of the stamps plus this offset.
+    in order of time; windows: the backlash of those that show it; alerts: (stamp in ns, component,
+    its Outcome) of each change of a drift alert that nobody has taken yet: raised, worse, over;
+    temperature: of the gearbox (deg C), None = not known, set it when it changes. phase_ns:
+    evaluations come with the first sample after each whole second of the stamps plus this offset.
     Raises InputError as Estimator does, and what from_data raises.
     """
 
@@ -107,9 +108,9 @@ class Monitor:
         self.outcomes: Outcomes = dict.fromkeys(COMPONENTS, NO_DATA)
         self.windows: deque[features.Backlash] = deque(maxlen=WINDOWS_KEPT)
         self.judged: deque[Window] = deque(maxlen=WINDOWS_KEPT)
-        self.health = from_data(HealthSettings.of(estimator.parameters, estimator.model), known)
-        if self.health.stamp_ns:
-            self.outcomes.update(wear_outcome.outcomes(self.health))
+        self.alerts: deque[tuple[int, str, Outcome]] = deque(maxlen=WINDOWS_KEPT)
+        self._stages: dict[str, dict[str, int]] = {}
+        self.know(from_data(HealthSettings.of(estimator.parameters, estimator.model), known))
         self.temperature: float | None = None
         self._phase_ns = phase_ns
         self._newest: list[float] = []  # of RESET, in the newest estimate
@@ -149,6 +150,10 @@ class Monitor:
         self.health = health
         if health.stamp_ns:
             self.outcomes = {**self.outcomes, **wear_outcome.outcomes(health)}
+            for component, stages in health.stages().items():
+                if stages != self._stages.get(component, {}):
+                    self.alerts.append((self.stamp_ns, component, self.outcomes[component]))
+            self._stages = health.stages()
 
     @property
     def model_lasts(self) -> tuple[Level, int]:
@@ -170,11 +175,11 @@ class Monitor:
         self._references: list[float] = []
         self._systematic = model_mismatch.Systematic()
         self.outcomes = {**self.outcomes, **dict.fromkeys((*JUDGED, 'input'), NO_DATA)}
-        self._alarms = {name: Alarm(*debounce) for name, debounce in DEBOUNCE.items()}
+        self._alarms = {name: Alarm() for name in (*JUDGED, 'input')}
         # Of each of ROW_CHECKS: its alarm, its evaluations, those that reached a result, and the
         # values of windows one after the other, with their stamps.
         self._row_alarms = [
-            Alarm(DEBOUNCE['prediction error'][0], check.down) for check in ROW_CHECKS]
+            Alarm(down=check.down) for check in ROW_CHECKS]
         self._row_counts = np.zeros((len(ROW_CHECKS), 2), np.int64)
         self._row_values: list[deque[tuple[int, Values]]] = [
             deque(maxlen=check.earlier and check.earlier + 1) for check in ROW_CHECKS]
@@ -288,7 +293,7 @@ class Monitor:
         begin, end = max(self._window_start or int(stamps[0]), settled), int(stamps[-1])
         rows = self._rows.between(begin, end + 1)
         if not self.health.stamp_ns:
-            self.outcomes = {**self.outcomes, **self._window_ended(*rows, end)}
+            self._window_ended(*rows, end)
             return [self.judged[-1].features]
         if end - begin >= round(0.5 * self.parameters.drift_window * SECOND):
             found.append(self._fitted(*rows, end))
@@ -351,7 +356,7 @@ class Monitor:
                 outcomes['model'] = self._check_model(outcomes, stamp_ns)
             else:
                 self._withdraw(NO_ESTIMATES)
-        outcomes.update(self._check_backlash(outcomes, bool(broken)))
+        self._end_windows(outcomes, bool(broken))
         debounced = {name: self._alarms[name].judge(outcome, stamp_ns)
                      for name, outcome in outcomes.items()}
         if 'prediction error' in debounced:
@@ -475,9 +480,9 @@ class Monitor:
             return with_more(outcome, broken, values)
         return replace(outcome, values={**outcome.values, **values})
 
-    def _check_backlash(self, outcomes: Outcomes, broken: bool) -> Outcomes:
+    def _end_windows(self, outcomes: Outcomes, broken: bool) -> None:
         """
-        Return {component: Outcome} when a window has ended, else nothing.
+        Judge each window that has ended by now.
 
         broken: whether one of ROW_CHECKS speaks against the estimates now.
         """
@@ -493,16 +498,15 @@ class Monitor:
             self._window_nis.append(values.get('nis_over_dof', 1.0))
         stamps = self._rows.stamps
         if not len(stamps):
-            return {}
+            return
         begin = self._window_start
         if begin is None:
             begin = int(stamps[0])
         length = round(self.parameters.drift_window * SECOND)
-        result: Outcomes = {}
         while stamps[-1] >= begin + length:
             end = begin + length
             if self._window_whole:
-                result = self._window_ended(*self._rows.between(begin, end), end)
+                self._window_ended(*self._rows.between(begin, end), end)
             # Windows without any row are left out.
             following = int(stamps[np.searchsorted(stamps, end)])
             begin += (following - begin) // length * length
@@ -510,7 +514,6 @@ class Monitor:
             self._window_flagged = self._window_broken = 0
             self._window_nis, self._window_counts = [], self._lost_and_all()
         self._window_start = begin
-        return result
 
     def _fitted(self, stamps: Integers, rows: Array, end: int
                 ) -> features.Backlash | features.NotExcited:
@@ -523,7 +526,7 @@ class Monitor:
             window = replace(window, lost_motion=lost_motion, lost_motion_std=std)
         return window
 
-    def _window_ended(self, stamps: Integers, rows: Array, end: int) -> Outcomes:
+    def _window_ended(self, stamps: Integers, rows: Array, end: int) -> None:
         window = self._fitted(stamps, rows, end)
         judged = Window(window, self._trust(), self.temperature, self._comparable(),
                         self._counts_on)
@@ -531,8 +534,7 @@ class Monitor:
         if isinstance(window, features.Backlash):
             self._counts_on = True
             self.windows.append(window)
-        self.health = judge(self.health, judged)
-        return wear_outcome.outcomes(self.health)
+        self.know(judge(self.health, judged))
 
     def _lost_and_all(self) -> tuple[int, int]:
         """Return how many samples were lost or bad so far, and how many there should have been."""

@@ -154,6 +154,11 @@ class State(NamedTuple):
     message: str
     codes: tuple[str, ...] = ()
 
+    @classmethod
+    def of(cls, component: str, outcome: Outcome) -> 'State':
+        """Return the State of a `component` by its `outcome`."""
+        return cls(outcome.level, component, outcome.message, outcome.codes)
+
     def __str__(self) -> str:
         return f'{self.component} {LEVELS[self.level]}: {self.message}'
 
@@ -516,7 +521,6 @@ class MonitorFollower:
         self._timeline, self.codes = timeline, set[str]()
         self._window: Backlash | None = None
         self._outcomes: Mapping[str, Outcome] = {}
-        self._stages: dict[str, Any] = {}
 
     def take(self, monitor: Monitor, samples: Samples, estimates: Estimates) -> None:
         """Take the newest `samples` and their `estimates` by the `monitor`."""
@@ -527,18 +531,16 @@ class MonitorFollower:
             return
         self._outcomes = monitor.outcomes
         self.codes.update(self._outcomes['input'].codes)
-        states = {name: State(outcome.level, name, outcome.message, outcome.codes)
-                  for name, outcome in self._outcomes.items()}
-        if timeline.spans or any(state.is_judged for state in states.values()):
-            timeline.add_states(monitor.stamp_ns, states.values())
+        states = [State.of(name, outcome) for name, outcome in self._outcomes.items()]
+        if timeline.spans or any(state.is_judged for state in states):
+            timeline.add_states(monitor.stamp_ns, states)
         if monitor.windows and monitor.windows[-1] is not self._window:
             self._window = window = monitor.windows[-1]
             timeline.add_window(window.stamp_ns,
                                 measured(window, self._outcomes['backlash'].values))
-        for component, stages in monitor.health.stages().items():
-            if stages != self._stages.get(component, {}):
-                self._stages[component] = stages
-                timeline.add_alert(monitor.stamp_ns, states[component])
+        while monitor.alerts:
+            stamp_ns, name, outcome = monitor.alerts.popleft()
+            timeline.add_alert(stamp_ns, State.of(name, outcome))
 
 
 def timeline_of(estimates: Estimates, windows: Iterable[Backlash], values: Mapping[str, Any],

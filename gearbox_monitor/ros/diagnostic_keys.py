@@ -52,7 +52,8 @@ _POINT = (
     ('cause', '', 'what a comparison with the baseline recording named, while there is an alert'),
     ('trusted', '0/1', 'whether the newest window may enter the baseline'))
 _CODES = ('codes', '', 'codes of the phrases of the message, in its order')
-_ALL = (('lasts_s', 's', 'how long the level has lasted, unless it is OK'), _CODES)
+_ALL = (('lasts_s', 's', 'how long the level has lasted, unless it is OK; of wear: a silence'),
+        _CODES)
 DIAGNOSTIC_KEYS = (
     *_of('input', *_ALL,
          ('samples', '-', 'samples received since the start'),

@@ -26,7 +26,6 @@ from gearbox_monitor.files.baselines import (
     AGAIN, Damaged, earlier, health_text, load_state, save_baseline, set_aside, STATE, StateFile)
 from gearbox_monitor.files.opening import config_path, load_robot, TOPIC
 from gearbox_monitor.files.yaml_files import load_model
-from gearbox_monitor.health.backlash.change_tests import COMPONENTS
 from gearbox_monitor.health.checks import usability
 from gearbox_monitor.health.checks.outcome import Level, Outcome, outcome_of, with_more
 from gearbox_monitor.health.health_record import FeatureHealth
@@ -214,7 +213,6 @@ class MonitoredGearbox:
         self._clock_set_back = 0  # how often
         self._silence = Silence()
         self._levels: dict[str, Level] = {}
-        self._alerted: dict[str, Any] = {}  # {component: stages} of the drift alert in force
         self._state_stamp = self.monitor.health.stamp_ns
         self._state_error = ''
         self._topics = ''
@@ -247,7 +245,7 @@ class MonitoredGearbox:
     def welcome(self) -> None:
         """Report warnings and drift alerts from before the first sample."""
         self._warn([])
-        self._alert(self.monitor.outcomes)
+        self._alert()
 
     def close(self) -> None:
         """Write the state; let a recording that is being written come to its end."""
@@ -408,7 +406,7 @@ class MonitoredGearbox:
                 self._node.get_logger().warning(text)
             else:
                 self._node.get_logger().info(text)
-        self._alert(outcomes)
+        self._alert()
         return statuses
 
     def _named(self, changes: ChangeWatch) -> Outcome:
@@ -424,17 +422,13 @@ class MonitoredGearbox:
             return replace(outcome, level=Level.WARN, says=NO_DATA.says + outcome.says)
         return outcome  # of a change, which stays while no samples come: `input` tells that
 
-    def _alert(self, outcomes: Mapping[str, Outcome]) -> None:
+    def _alert(self) -> None:
         """Publish each change of a drift alert since the last call: raised, worse, over."""
-        stages = self.monitor.health.stages()
         serial = self.monitor.parameters.gearbox_serial or 'gearbox'
-        for name in COMPONENTS:
-            if stages[name] == self._alerted.get(name, {}) or \
-                    outcomes[name].codes[0].startswith('no_data'):
-                continue
-            self._alerted[name] = stages[name]
+        while self.monitor.alerts:
+            _, name, outcome = self.monitor.alerts.popleft()
             self._alert_output.publish(to_diagnostics(
-                [to_status(f'{self._component}: {name}', outcomes[name], serial)],
+                [to_status(f'{self._component}: {name}', outcome, serial)],
                 self._node.get_clock().now().to_msg()))
 
     # ------------------------------------------------------------------ changes
@@ -490,7 +484,7 @@ class MonitoredGearbox:
         monitor.know(health)
         if self._changes is not None:
             self._changes.accept()
-        self._alert(monitor.outcomes)
+        self._alert()
         self._keep_state()
         self._publish_snapshot('baseline')
         sizes = [(name, health.feature(name), unit) for name, unit in (

@@ -14,7 +14,7 @@ from gearbox_monitor.health.alert_limits import AlertLimits, LIMITS
 from gearbox_monitor.health.backlash.wear import reach
 from gearbox_monitor.health.checks import (
     covariance, innovation, model_mismatch, observability, row_check)
-from gearbox_monitor.health.checks.outcome import Alarm, DEBOUNCE, Level, outcome_of
+from gearbox_monitor.health.checks.outcome import Alarm, Level, outcome_of
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 
@@ -160,26 +160,21 @@ def test_bounds_are_stated_in_the_unit_of_the_reference():
     assert values['upper_bound'] == pytest.approx(LIMITS.covariance_high * 0.25)
 
 
-DEBOUNCED = [name for name, debounce in DEBOUNCE.items()
-             if debounce != (1, 1)]
-
-
 def test_a_level_rises_and_falls_after_its_count_of_evaluations():
-    for component in DEBOUNCED:
-        alarm, fine = Alarm(*DEBOUNCE[component]), outcome_of([], None, {})
-        broken = outcome_of([covariance.BELOW.said()], None, {})
-        stamp = 0
+    alarm, fine = Alarm(), outcome_of([], None, {})
+    broken = outcome_of([covariance.BELOW.said()], None, {})
+    stamp = 0
 
-        def levels(outcome, count):
-            nonlocal stamp
-            result = []
-            for _ in range(count):
-                stamp += 1_000_000_000
-                result.append(alarm.judge(outcome, stamp).level)
-            return result
+    def levels(outcome, count):
+        nonlocal stamp
+        result = []
+        for _ in range(count):
+            stamp += 1_000_000_000
+            result.append(alarm.judge(outcome, stamp).level)
+        return result
 
-        levels(fine, 20)
-        up = levels(broken, LIMITS.debounce_up)
-        assert up == [Level.OK] * (LIMITS.debounce_up - 1) + [Level.WARN]
-        down = levels(fine, LIMITS.debounce_down)
-        assert down == [Level.WARN] * (LIMITS.debounce_down - 1) + [Level.OK]
+    levels(fine, 20)
+    up = levels(broken, LIMITS.debounce_up)
+    assert up == [Level.OK] * (LIMITS.debounce_up - 1) + [Level.WARN]
+    down = levels(fine, LIMITS.debounce_down)
+    assert down == [Level.WARN] * (LIMITS.debounce_down - 1) + [Level.OK]

@@ -310,7 +310,7 @@ def test_drift_state_survives_a_restart(graph, drive, tmp_path):
         warm.publish(Temperature(temperature=41.5))
         graph.spin(0.1)
     feeder = Feeder(graph, drive)
-    feeder.send([feeder.message(k) for k in range(4000)], rate=2000.0)
+    feeder.send([feeder.message(k) for k in range(4000)], rate=8000.0)  # several windows a status
     graph.stop(estimator)
     state = json.loads(file.read_text().splitlines()[0])['health']
     told = [(s.name, s.message) for a in alerts for s in a.status]

@@ -124,14 +124,6 @@ def with_more(outcome: Outcome, broken: Sequence[Said], values: Values) -> Outco
                    combined.values)
 
 
-# Component -> evaluations in a row that raise and that lower its level. One evaluation per second
-# of stamps; of backlash and friction one per drift window: their sequential test debounces.
-_PER_SECOND = LIMITS.debounce_up, LIMITS.debounce_down
-DEBOUNCE = {'observability': _PER_SECOND, 'prediction error': _PER_SECOND,
-            'covariance': _PER_SECOND, 'model': _PER_SECOND, 'backlash': (1, 1),
-            'friction': (1, 1), 'input': _PER_SECOND}
-
-
 class Alarm:
     """
     Turn raw levels, one per evaluation, into a level that neither flaps nor sticks.
@@ -143,7 +135,7 @@ class Alarm:
     an evaluation has come.
     """
 
-    def __init__(self, up: int = 3, down: int = 5) -> None:
+    def __init__(self, up: int = LIMITS.debounce_up, down: int = LIMITS.debounce_down) -> None:
         self.up, self.down = up, down
         self.level = Level.WARN
         self.since_ns: int | None = None
