@@ -8,7 +8,7 @@ import sys
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from gearbox_monitor.cli.commands import COMMANDS, EXIT_CODES  # noqa: E402
+from gearbox_monitor.cli.main import COMMANDS, EXIT_CODES  # noqa: E402
 
 PAGE = ROOT / 'docs/commands.md'
 HEAD = """\
@@ -29,7 +29,7 @@ is valid but does not answer the question.
 def page():
     """Return the text of the page."""
     rows = []
-    for name, (_, summary) in COMMANDS.items():
+    for name, (_, _, summary) in COMMANDS.items():
         codes = '; '.join(f'{code}: {meaning}' for code, meaning in EXIT_CODES.get(
             name, {}).items() if code in (1, 3))
         rows.append(f'| `gearbox_monitor {name}` | {summary} | {codes} |\n')

@@ -123,8 +123,8 @@ def test_core_neither_opens_nor_prints():
 def test_commands_start_without_slow_parts_of_scipy():
     """`import scipy` loads a part at its first use; `from scipy.signal import` at each start."""
     code = ('import sys\nfrom importlib import import_module\n'
-            'from gearbox_monitor.cli.commands import COMMANDS\n'
-            'for module, _ in COMMANDS.values():\n'
+            'from gearbox_monitor.cli.main import COMMANDS\n'
+            'for module, _, _ in COMMANDS.values():\n'
             '    import_module(f"gearbox_monitor.cli.{module}")\n'
             'print(*({"scipy.signal", "scipy.stats", "scipy.optimize"} & set(sys.modules)))')
     done = subprocess.run([sys.executable, '-c', code], cwd=PACKAGE.parent, check=True,

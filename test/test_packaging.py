@@ -15,7 +15,7 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 
 import gearbox_monitor
-from gearbox_monitor.cli.commands import COMMANDS
+from gearbox_monitor.cli.main import COMMANDS
 
 ROOT = Path(__file__).parents[1]
 XML = ElementTree.parse(ROOT / 'package.xml').getroot()
@@ -112,7 +112,7 @@ def test_entry_points_exist():
 
 HELP_OF_ALL = """
 import contextlib, io, json
-from gearbox_monitor.cli.commands import COMMANDS
+from gearbox_monitor.cli.main import COMMANDS
 from gearbox_monitor.cli.main import main
 shown = {}
 for command in COMMANDS:

@@ -43,11 +43,13 @@ from gearbox_monitor.diagnosis.joint import closed_model
 from gearbox_monitor.diagnosis.joint.diagnose import chosen_ids
 from gearbox_monitor.diagnosis.joint.verdict import Verdict
 from gearbox_monitor.errors import expect_whole, InputError, unknown
+from gearbox_monitor.files.knowledge_file import save_knowledge, SUFFIX
 from gearbox_monitor.files.opening import dump, plain
 from gearbox_monitor.files.yaml_files import expect_new_file, model_text
 from gearbox_monitor.library.identify import diagnose, expect_ids
 from gearbox_monitor.library.progress import progress_bar
-from gearbox_monitor.library.robot import diagnose_robot, robot_effects, RobotDiagnosis
+from gearbox_monitor.library.robot import (
+    diagnose_robot, learn_robot, robot_effects, RobotDiagnosis)
 from gearbox_monitor.library.simulator_file import export_model, written_model
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.presentation import number, on_axis, percent, Quantity, Said, said
@@ -56,8 +58,8 @@ from gearbox_monitor.report.robot_gap_page import robot_gap_page
 from gearbox_monitor.report.robot_words import robot_text
 from gearbox_monitor.report.summary import summary
 from gearbox_monitor.report.words import (
-    counted, NAMING, next_steps, NO_FILES, NOTHING, place_text, torque_map_of,
-    undefined, unit_of, UserFiles, value_rows)
+    counted, NAMING, next_steps, NO_FILES, NOTHING, place_text, torque_map_of, undefined, unit_of,
+    UserFiles, value_rows)
 from gearbox_monitor.robot.description import SUFFIXES
 from gearbox_monitor.ros.middleware import cores
 from gearbox_monitor.signals.uniform import UniformRecording
@@ -395,3 +397,39 @@ def _write(args: Namespace, diagnosis: RobotDiagnosis, data: dict[str, Any]) -> 
     if diagnosis.closed is not None:
         contents[Path(data['closed'])] = diagnosis.closed
     write_files(contents, args.out)
+
+
+def learn(args: Namespace) -> int:
+    """
+    Learn a healthy robot from its logs: friction, rotors, ripple, how much healthy parts differ.
+
+    The file that it writes is a reference for diagnose: a comparison then takes about a second.
+    Record 30 s or more of a motion like the one to compare, better two motions, without a load.
+
+    usage examples:
+      gearbox_monitor learn june1 june2 --model robot.xml --out robot.knowledge
+      gearbox_monitor learn log.csv --model arm.urdf --values values.yaml --out arm.knowledge
+      gearbox_monitor diagnose today --model robot.xml --reference robot.knowledge
+    """
+    if not args.out.endswith(SUFFIX):
+        raise InputError(f'--out: {args.out}, expected a name that ends with {SUFFIX}')
+    learnt = [path for path in args.log if path.endswith(SUFFIX)]
+    if learnt:
+        raise InputError(f'{", ".join(learnt)}: written by learn, expected logs')
+    expect_new_file(args.out)
+    knowledge, notes = learn_robot(args.log, robot_of(args), topic=args.topic,
+                                   recorded=names_of(args), reading=reading_of_robot(args))
+    save_knowledge(args.out, knowledge)
+    rows = {joint: (float(d), [name for j, name in knowledge.shapes if j == i])
+            for i, (joint, d) in enumerate(zip(knowledge.joints, knowledge.dispersion))}
+    data = {'out': args.out, 'seconds': knowledge.seconds, 'parts': knowledge.parts,
+            'kind': knowledge.kind, 'rate': knowledge.rate, 'warnings': notes,
+            'joints': {joint: {'dispersion': d, 'shapes': names}
+                       for joint, (d, names) in rows.items()}}
+    show(args, data, lambda: '\n'.join([
+        f'{args.out}: {knowledge.seconds:.0f} s of {counted(len(args.log), "log")}, '
+        f'{knowledge.parts} parts compared', *(f'  note: {note}' for note in notes),
+        *(f'  {joint}: parts differ by {dispersion ** 0.5:.1f} times the noise; '
+          f'{", ".join(names) or "no further shape"}'
+          for joint, (dispersion, names) in rows.items())]))
+    return 0

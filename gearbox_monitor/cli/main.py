@@ -1,25 +1,91 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The command line ``gearbox_monitor``: runs a subcommand; errors become its exit code."""
+"""
+The command line ``gearbox_monitor``: runs a subcommand of commands.toml.
+
+Only the module of that command is imported. Errors become the exit code.
+"""
 import argparse
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 import contextlib
 import importlib
+from importlib.resources import files
+import inspect
 from itertools import takewhile
 import os
+from pkgutil import resolve_name
 import re
 import sys
 import textwrap
-from typing import Any, NoReturn
+import tomllib
+from typing import Any, NoReturn, TypeAlias
 import warnings
 
 from gearbox_monitor import __version__
-from gearbox_monitor.cli.commands import COMMANDS, commands_text, declared, EXIT_CODES
 from gearbox_monitor.errors import InputError, Undecided, unknown
 from gearbox_monitor.removed import refusal
 
 BAD_INPUT, UNDECIDED, INTERRUPTED = 2, 3, 130
+Row: TypeAlias = str | dict[str, Any]  # of options
+TABLE: dict[str, Any] = tomllib.loads(
+    files('gearbox_monitor.cli').joinpath('commands.toml').read_text(encoding='utf-8'))
+SHARED: dict[str, list[Row]] = TABLE.pop('shared')
+# command -> (module, function, one line of help)
+COMMANDS = {name: (*entry.get('runs', f'{name}:run').split(':'), entry['says'])
+            for name, entry in TABLE.items()}
+# command -> meaning of its codes
+EXIT_CODES = {name: {int(code): words for code, words in entry['exit'].items()}
+              for name, entry in TABLE.items() if 'exit' in entry}
+TYPES = {'int': int, 'float': float}
+_KNOWN = re.compile(r'\$\{([\w.]+:\w+)\}')
+
+
+def declare(parser: Any, rows: Iterable[Row]) -> None:
+    """Declare in `parser`, or a group of one, the options `rows` of commands.toml."""
+    for row in rows:
+        if isinstance(row, str):
+            declare(parser, SHARED[row])
+        elif 'options' in row:
+            declare(parser.add_argument_group(row['group']) if 'group' in row else
+                    parser.add_mutually_exclusive_group(), row['options'])
+        else:
+            given = {key: _KNOWN.sub(_words, value) if key == 'help' else _known(value)
+                     for key, value in row.items()}
+            if 'type' in given:
+                given['type'] = TYPES.get(given['type'], given['type'])
+            parser.add_argument(*given.pop('name').split(), **given)
+
+
+def _known(value: Any) -> Any:
+    """Return the object that a `value` names, else the value."""
+    named = _KNOWN.fullmatch(value) if isinstance(value, str) else None
+    return resolve_name(f'gearbox_monitor.{named[1]}') if named else value
+
+
+def _words(match: re.Match[str]) -> str:
+    """Return the object that a `match` names, in words."""
+    known = resolve_name(f'gearbox_monitor.{match[1]}')
+    return ', '.join(known) if isinstance(known, tuple) else format(
+        known, 'g' if isinstance(known, float) else '')
+
+
+def declared(parser: argparse.ArgumentParser, command: str) -> None:
+    """Declare in `parser` the options of a `command`, and --json."""
+    declare(parser, TABLE[command]['options'])
+    if TABLE[command].get('json', True):
+        parser.add_argument('--json', metavar='FILE', nargs='?', const='-',
+                            help='write the result as JSON; - or nothing prints it alone')
+
+
+def commands_text() -> str:
+    """Return the commands in their groups, one line each."""
+    lines: list[str] = []
+    for name, entry in TABLE.items():
+        if entry['group'] not in lines:
+            lines.append(entry['group'])
+        lines.append(f'  {name:12s} {entry["says"]}')
+    return '\n'.join(lines)
 
 
 def exit_code_text(meanings: Mapping[int, str]) -> str:
@@ -176,7 +242,7 @@ def _parse(argv: Sequence[str], command: str | None) -> argparse.Namespace:
     parser.add_argument('--version', action='version', version=__version__)
     subparsers = parser.add_subparsers(dest='command', metavar='COMMAND', required=True,
                                        help='one of those below; COMMAND --help shows its options')
-    for name, (module, _) in COMMANDS.items():
+    for name, (module, function, _) in COMMANDS.items():
         sub = subparsers.add_parser(
             name, epilog=exit_code_text(EXIT_CODES.get(name, {0: 'done'})),
             formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -184,9 +250,11 @@ def _parse(argv: Sequence[str], command: str | None) -> argparse.Namespace:
             # Small matrices, and fits in own threads: threads of BLAS would only slow them down.
             os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
             shell = importlib.import_module('gearbox_monitor.cli.' + module)
-            sub.description = shell.__doc__
+            run = getattr(shell, function)
+            # A further command of a module has its help in its function.
+            sub.description = shell.__doc__ if function == 'run' else inspect.getdoc(run)
             declared(sub, name)
-            sub.set_defaults(run=shell.run, parser=sub)
+            sub.set_defaults(run=run, parser=sub)
     args = parsed_whole(parser, subparsers, argv)
     if file := getattr(args, 'json', None):
         from gearbox_monitor.files.yaml_files import expect_new_file

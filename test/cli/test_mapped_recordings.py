@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 import yaml
 
-from gearbox_monitor.cli.commands import declared
-from gearbox_monitor.cli.main import main
+from gearbox_monitor.cli.main import declared, main
 from gearbox_monitor.cli.options import load_recordings
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.plant.drive import model_from_dict

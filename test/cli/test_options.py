@@ -8,7 +8,7 @@ import math
 
 import pytest
 
-from gearbox_monitor.cli.commands import declared
+from gearbox_monitor.cli.main import declared
 from gearbox_monitor.cli.options import show, stated, write_files, written_options
 from gearbox_monitor.errors import InputError
 
