@@ -87,7 +87,7 @@ __all__ = list(_PUBLIC)
 def __getattr__(name: str) -> Any:
     """Import the public `name` from the module that defines it."""
     if name not in _PUBLIC:
-        gone = import_module(f'{__name__}.removed').refusal(name)
+        gone = import_module(f'{__name__}.errors').refusal(name)
         raise AttributeError(f'module {__name__!r} has no attribute {name!r}'
                              + (f': {gone}' if gone else ''))
     return getattr(import_module(f'{__name__}.{_PUBLIC[name]}'), name)

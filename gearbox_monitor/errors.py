@@ -1,15 +1,35 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The one exception that a user's input can raise, and how several become one."""
+"""
+The one exception that a user's input can raise, how several become one, and names that are gone.
+
+removed.toml lists names of version 0.2 that a user may still type; it goes with the release after
+0.3. `unknown` looks them up, so that all are refused in the same words.
+"""
 from collections.abc import Callable, Collection, Iterable, Mapping
 from difflib import get_close_matches
+from functools import cache
+from importlib.resources import files
 from importlib.util import find_spec
 from numbers import Integral
 import re
+import tomllib
 from typing import Any, TypeAlias
 
-from gearbox_monitor.removed import refusal
+
+@cache
+def removed() -> dict[str, str]:
+    """Return {name as the user types it: what to do instead}."""
+    text = files('gearbox_monitor').joinpath('removed.toml').read_text(encoding='utf-8')
+    return tomllib.loads(text)
+
+
+def refusal(word: object) -> str:
+    """Return one line about the removed name `word`, '' if it was never a name."""
+    advice = removed().get(str(word))
+    return f'gone since 0.3; {advice}' if advice else ''
+
 
 LONGEST = 800  # characters of one problem: a file may hold anything
 # What would end a line, or hide something, on a terminal.

@@ -8,9 +8,8 @@ import pytest
 
 import gearbox_monitor
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import InputError, refusal, removed
 from gearbox_monitor.parameters import check_values, SETTINGS
-from gearbox_monitor.removed import refusal, removed
 from gearbox_monitor.simulators.user_simulator import user_simulator
 
 

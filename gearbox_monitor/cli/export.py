@@ -47,7 +47,7 @@ import sys
 from gearbox_monitor.cli.options import (
     estimator_options, joint_of, recording_of, refuse, wrapped, write_or_print)
 from gearbox_monitor.diagnosis.joint.closed_model import overlay
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import InputError, refusal
 from gearbox_monitor.files.opening import write_new
 from gearbox_monitor.files.yaml_files import expect_new, expect_new_file
 from gearbox_monitor.library.identify import uniform
@@ -57,7 +57,6 @@ from gearbox_monitor.library.simulator_file import (
     SimulatorFile, SIMULATORS, TARGETS, with_backlash, written_model)
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.presentation import number
-from gearbox_monitor.removed import refusal
 from gearbox_monitor.simulators.c99 import firmware
 from gearbox_monitor.simulators.file_edits import Patch
 from gearbox_monitor.simulators.mjcf_file import MjcfDrive

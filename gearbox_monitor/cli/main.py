@@ -23,8 +23,7 @@ from typing import Any, NoReturn, TypeAlias
 import warnings
 
 from gearbox_monitor import __version__
-from gearbox_monitor.errors import InputError, Undecided, unknown
-from gearbox_monitor.removed import refusal
+from gearbox_monitor.errors import InputError, refusal, Undecided, unknown
 
 BAD_INPUT, UNDECIDED, INTERRUPTED = 2, 3, 130
 Row: TypeAlias = str | dict[str, Any]  # of options

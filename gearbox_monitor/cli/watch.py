@@ -24,7 +24,7 @@ from gearbox_monitor.files.opening import write_new
 from gearbox_monitor.files.yaml_files import expect_new_file
 from gearbox_monitor.library.watch import watch_robot
 from gearbox_monitor.report.watch_page import watch_page
-from gearbox_monitor.report.watch_words import watch_data, watch_text
+from gearbox_monitor.report.robot_words import watch_data, watch_text
 
 
 def run(args: Namespace) -> int:

@@ -20,7 +20,7 @@ from uuid import uuid4
 import pyarrow as pa
 from pyarrow import dataset, parquet
 
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import InputError, refusal
 from gearbox_monitor.fleet.job import COMBINED, FleetBag, RobotBag, Row
 from gearbox_monitor.health.backlash.change_tests import FEATURES
 from gearbox_monitor.health.checks.outcome import Level
@@ -28,7 +28,6 @@ from gearbox_monitor.health.health_record import HealthSettings
 from gearbox_monitor.health.judgement import CLASSES, folded, Health, serviced
 from gearbox_monitor.health.wear_outcome import figures, sentence
 from gearbox_monitor.plain_data import from_data
-from gearbox_monitor.removed import refusal
 from gearbox_monitor.watch.record import WATCH
 
 Services = Mapping[str, Sequence[tuple[int, str]]]  # gearbox: (stamp in ns, note) of each service

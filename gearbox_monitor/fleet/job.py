@@ -22,7 +22,7 @@ from typing import Any, TypeAlias
 
 from gearbox_monitor import __version__
 from gearbox_monitor.diagnosis.joint.diagnose import diagnose
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import InputError, refusal
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.files.knowledge_file import watch_bytes, watch_from
 from gearbox_monitor.files.opening import plain
@@ -40,8 +40,7 @@ from gearbox_monitor.recordings.reading import open_recording
 from gearbox_monitor.recordings.recorded_samples import (
     joined_samples, NO_MODEL, NO_SERIAL, samples_of)
 from gearbox_monitor.recordings.storage import FILE_NAME
-from gearbox_monitor.removed import refusal
-from gearbox_monitor.report.watch_words import watch_data
+from gearbox_monitor.report.robot_words import watch_data
 from gearbox_monitor.signals.examine import admitted
 from gearbox_monitor.watch.fold import begin
 

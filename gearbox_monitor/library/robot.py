@@ -40,9 +40,8 @@ from gearbox_monitor.report.words import counted
 from gearbox_monitor.robot.description import SUFFIXES
 from gearbox_monitor.signals.finding import BAD, DataFinding, hurts, judged, WARN
 from gearbox_monitor.signals.recording import conventions_of
-from gearbox_monitor.simulators.mujoco_run import rollouts
 from gearbox_monitor.simulators.robot_model import ChainFile, MODEL_FILES, read_robot
-from gearbox_monitor.simulators.robot_patch import closed_file, title_of
+from gearbox_monitor.simulators.robot_patch import closed_file, rollouts, title_of
 
 
 @dataclass(frozen=True, eq=False, repr=False)

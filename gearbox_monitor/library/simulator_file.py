@@ -13,14 +13,13 @@ import scipy
 
 from gearbox_monitor.diagnosis.joint.parameter_ranges import (
     Combination, LEVELS, NORMAL, ParameterRanges)
-from gearbox_monitor.errors import InputError, most_similar, unknown
+from gearbox_monitor.errors import InputError, most_similar, refusal, unknown
 from gearbox_monitor.files import yaml_files
 from gearbox_monitor.files.opening import config_path
 from gearbox_monitor.files.yaml_files import load_yaml
 from gearbox_monitor.plant.drive import DriveModel, expect_model, model_from_dict
 from gearbox_monitor.plant.effects.arm_side import ARM_COULOMB
 from gearbox_monitor.presentation import FileLimits, ModelOrigin, NO_LIMIT, said, Saved, Shown
-from gearbox_monitor.removed import refusal
 from gearbox_monitor.simulators.file_edits import Patch
 from gearbox_monitor.simulators.mjcf import Exported, model_values, refused, values_of
 from gearbox_monitor.simulators.mjcf_file import (

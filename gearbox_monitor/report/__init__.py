@@ -16,17 +16,16 @@ Public names, by module:
     explanation: ALL_CONDITIONS, Explanation, explanations
     fleet_page: CSV_NAME, fleet_csv, fleet_page, headline, joint_name, robots_headline,
         robots_page
-    live_history: GearboxHistory, StatusAlert
-    live_page: live_frame, LivePage, WatchNews
+    live_page: GearboxHistory, live_frame, LivePage, StatusAlert, WatchNews
     plots: figure
     recording_page: backlash_chart, figures, headline, overview, recording_page, robot_page
     robot_gap_page: by_effect, robot_gap_page, RobotContext
-    robot_words: finding_words, reading_words, robot_headline, robot_text
+    robot_words: finding_words, reading_words, robot_headline, robot_text, watch_data,
+        watch_headline, watch_text
     sentences: CHANGES, say, title
     summary: of_fit, of_noise, of_unit, summary, told, UNITS
     timeline: measured, recorded_timeline, RecordingFacts, state_of, Timeline, timeline_of
     watch_page: watch_page
-    watch_words: watch_data, watch_headline, watch_text
     words: change_sentence, counted, NAMING, next_steps, NO_FILES, NOTHING, place_text,
         torque_map_of, undefined, unit_of, UserFiles, value_rows
 """

@@ -1,8 +1,14 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The live page: its frame, and the parts of it that are drawn again while messages come."""
-from collections.abc import Mapping, Sequence
+"""
+The live page: what is kept of each gearbox, and the parts that are drawn while messages come.
+
+A history holds the newest seconds, levels, backlash and alerts, in bounded memory. Times (s) come
+from the caller, of any clock that never goes back.
+"""
+from collections import deque
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from html import escape
 import math
@@ -11,17 +17,150 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.health.backlash.features import width_of
+from gearbox_monitor.health.monitor import DRIFT_SHOWS
+from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.presentation import number, on_axis
 from gearbox_monitor.report.builder import (
     framed, Page, page_summary, PageTable, render_section, Section)
-from gearbox_monitor.report.chart import Chart, Lane, LoopSlice, Panel, Plane, round_span, Trace
-from gearbox_monitor.report.live_history import (
-    GearboxHistory, LEVEL_SECONDS, MOTION_SECONDS, SILENT_SECONDS, worst_first)
+from gearbox_monitor.report.chart import (
+    Chart, Lane, LoopSlice, Panel, Plane, round_span, thinned_rows, Trace)
 from gearbox_monitor.report.recording_page import (
-    backlash_panel, drawn_windows, joint_table, live_row, ROLES, worst_rows)
-from gearbox_monitor.report.timeline import LEVELS
+    backlash_panel, drawn_windows, joint_table, JointRow, ROLES, trusted_share, worst_rows)
+from gearbox_monitor.report.timeline import (
+    is_number, LARGEST, LEVELS, LevelSpans, PublishedWindows, SECOND_NS, State, state_of,
+    WindowBacklash)
 from gearbox_monitor.report.watch_page import watch_part
 from gearbox_monitor.report.words import answer, GEARBOXES, sentence
+
+MOTION_SECONDS = 10.0   # of torque and twist
+MOTION_ROWS = 20_000    # samples of them: 10 s at 2 kHz
+DROPOUT = 0.2           # s without a sample that leave a gap in the curves
+LEVEL_SECONDS = 600.0   # of levels
+MAX_WINDOWS, MAX_ALERTS = 300, 20
+SILENT_SECONDS = 3.0    # without diagnostics: the last ones no longer count
+
+
+def worst_first(states: Iterable[State]) -> list[State]:
+    """
+    Return `states` in the order in which a reader wants them.
+
+    By level, wear before the others of its level. Where there is wear, DRIFT_SHOWS come last:
+    prediction errors that a grown gap causes, for example.
+    """
+    listed = list(states)
+    worn = any(state.level and state.is_wear for state in listed)
+    return sorted(listed, reverse=True, key=lambda state: (
+        not (worn and state.component in DRIFT_SHOWS), state.level, state.is_wear))
+
+
+@dataclass(frozen=True)
+class RecentMotion:
+    """Torque and twist: t [N] s before the newest sample, twist [N] rad, tau_k [N] N m."""
+
+    t: Array
+    twist: Array
+    tau_k: Array
+
+
+@dataclass(frozen=True)
+class StatusAlert:
+    """A change on drift_alerts: the state of its component, and the time of day."""
+
+    state: State
+    when: str
+
+
+class GearboxHistory:
+    """
+    The newest of the gearbox `name`, from its messages.
+
+    serial: its name on /diagnostics; axis: of its drive; heard: time of its newest diagnostics,
+    None without any; changes: how often what they say was updated. levels: {component: spans};
+    windows, alerts: from the oldest. tau_k_std: stated deviation of the torque (N m).
+    """
+
+    def __init__(self, name: str) -> None:
+        self.name, self.serial, self.axis = name, '', 'rotary'
+        self.heard: float | None = None
+        self.changes = 0
+        self.levels: dict[str, LevelSpans] = {}
+        self.windows: deque[WindowBacklash] = deque(maxlen=MAX_WINDOWS)
+        self.alerts: deque[StatusAlert] = deque(maxlen=MAX_ALERTS)
+        self.tau_k_std = math.nan
+        self._published = PublishedWindows()
+        self._stamps = np.empty(0, np.int64)
+        self._values: Array = np.empty((0, 2))
+
+    def add_motion(self, stamps: Integers, values: Array) -> None:
+        """Take samples: `stamps` [N] ns, `values` [N, 2] twist (rad) and torque (N m)."""
+        stamps = np.concatenate([self._stamps, stamps])
+        # Anybody can publish anything.
+        values = np.concatenate([self._values, np.where(np.abs(values) < LARGEST, values, np.nan)])
+        # Stamps go back where a source began again.
+        back = np.flatnonzero(np.diff(stamps) < 0)
+        first = int(back[-1]) + 1 if len(back) else 0
+        if len(stamps):
+            oldest = stamps[-1] - int(MOTION_SECONDS * SECOND_NS)
+            first = max(first, len(stamps) - MOTION_ROWS, int(np.searchsorted(
+                stamps[first:], oldest)) + first)
+        self._stamps, self._values = stamps[first:], values[first:]
+
+    def add_status(self, time_s: float, component: str, level: int, message: str,
+                   values: Mapping[str, str]) -> None:
+        """
+        Take a status of /diagnostics.
+
+        Args:
+            time_s: when it came.
+            component: that it is about.
+            level: 0 fine, 1 warning, 2 and above error.
+            message: in words.
+            values: {key: text}.
+
+        """
+        self.heard, self.changes = time_s, self.changes + 1
+        spans = self.levels.setdefault(component, LevelSpans())
+        spans.add(time_s, state_of(component, level, message, values))
+        spans.forget(time_s - LEVEL_SECONDS)
+        if component == 'backlash':
+            window = self._published.window(time_s, values)
+            if window is not None:
+                self.windows.append(window)
+        elif component == 'covariance':
+            text = values.get('tau_k_std', '')
+            self.tau_k_std = float(text) if is_number(text) else math.nan
+
+    def add_alert(self, alert: StatusAlert) -> None:
+        """Take an `alert`."""
+        self.alerts.append(alert)
+        self.changes += 1
+
+    def worst(self) -> State:
+        """Return the state of the worst component, see worst_first; an empty one without any."""
+        states = worst_first(spans.newest for spans in self.levels.values())
+        return states[0] if states else State(0, '', '')
+
+    def is_old(self, time_s: float) -> bool:
+        """Return whether the state is old at `time_s`: no diagnostics came, or no samples."""
+        silent = self.heard is not None and time_s - self.heard > SILENT_SECONDS
+        spans = self.levels.get('input')
+        return silent or spans is not None and spans.newest.level > 1
+
+    def rate(self) -> float:
+        """Return samples per second of stamps over the motion, 0 for fewer than two."""
+        if len(self._stamps) < 2:
+            return 0.0
+        seconds = float(self._stamps[-1] - self._stamps[0]) / SECOND_NS
+        return (len(self._stamps) - 1) / seconds if seconds else 0.0
+
+    def motion(self, points: int) -> RecentMotion:
+        """Return the motion with about so many `points`: extremes of the torque stay."""
+        at = thinned_rows(self._values[:, 1], points)
+        t = (self._stamps[at] - (self._stamps[-1] if len(at) else 0)) / SECOND_NS
+        values = self._values[at]
+        values[np.diff(t, prepend=t[:1]) > DROPOUT] = np.nan
+        return RecentMotion(t, *values.T)
+
 
 DRAWN = 12         # gearboxes with charts, the worst ones; the table has all
 LOOP_SLICES = 5    # each with its colour
@@ -142,6 +281,17 @@ def live_summary(gearboxes: Sequence[GearboxHistory], source: str, time_s: float
         ROLES[state.level], answer([f'{title(first)}: {state.component}: {state.first}',
                                     *(other.first for other in raised[1:])], (), GEARBOXES),
         cause if state.component != 'diagnosis' else ())
+
+
+def live_row(gearbox: GearboxHistory, name: str) -> JointRow:
+    """Return the row of a `gearbox` that the live page calls `name`."""
+    state = gearbox.worst()
+    kind = ROLES[state.level] if gearbox.levels else ''
+    tau_k = gearbox.motion(MOTION_ROWS).tau_k
+    tau_k = tau_k[np.isfinite(tau_k)]
+    span = (float(tau_k.min()), float(tau_k.max())) if len(tau_k) else (math.nan, math.nan)
+    return JointRow(name, kind, f'{state.component}: {state.first}' if state.level else '', span,
+                    list(gearbox.windows), trusted_share(gearbox.levels), worn=state.is_wear)
 
 
 def title(gearbox: GearboxHistory) -> str:

@@ -24,7 +24,6 @@ from gearbox_monitor.presentation import number, on_axis
 from gearbox_monitor.report.builder import (
     advice, Page, page_summary, PageTable, render_page, Section)
 from gearbox_monitor.report.chart import Chart, Drawing, Lane, LoopSlice, Mark, Panel, Plane, Trace
-from gearbox_monitor.report.live_history import GearboxHistory, MOTION_ROWS
 from gearbox_monitor.report.sentences import say
 from gearbox_monitor.report.timeline import (
     LEVELS, LevelSpans, LIVE_NODE, Loop, RecordingFacts, State, Timeline, WindowBacklash)
@@ -519,17 +518,6 @@ def worst_rows(rows: Iterable[JointRow]) -> list[JointRow]:
 def joint_table(rows: Sequence[JointRow]) -> Section:
     """Return the table of all joints with their `rows`, empty for a single one."""
     return Section('robot/joints.html', {'rows': rows if len(rows) > 1 else ()}, 'Joints')
-
-
-def live_row(gearbox: GearboxHistory, name: str) -> JointRow:
-    """Return the row of a `gearbox` that the live page calls `name`."""
-    state = gearbox.worst()
-    kind = ROLES[state.level] if gearbox.levels else ''
-    tau_k = gearbox.motion(MOTION_ROWS).tau_k
-    tau_k = tau_k[np.isfinite(tau_k)]
-    span = (float(tau_k.min()), float(tau_k.max())) if len(tau_k) else (math.nan, math.nan)
-    return JointRow(name, kind, f'{state.component}: {state.first}' if state.level else '', span,
-                    list(gearbox.windows), trusted_share(gearbox.levels), worn=state.is_wear)
 
 
 def recorded_row(timeline: Timeline, facts: RecordingFacts, name: str, link: str) -> JointRow:

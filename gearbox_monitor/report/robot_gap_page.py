@@ -14,7 +14,7 @@ from gearbox_monitor.report.builder import (
 from gearbox_monitor.report.chart import BarRow, Bars, Chart, Panel, Trace
 from gearbox_monitor.report.robot_words import (
     axes_of, finding_words, MEANINGS, next_steps, remainder_words, size_unit, SUBJECTS, unit_of)
-from gearbox_monitor.report.sketch import Dot, sketch
+from gearbox_monitor.report.svg import Dot, sketch
 from gearbox_monitor.report.words import sentence
 from gearbox_monitor.robot.chain import Chain
 

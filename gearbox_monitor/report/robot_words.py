@@ -1,7 +1,7 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""A robot's verdict in words, for terminals and pages."""
+"""What a diagnosis and a watch of a robot say: words for terminals and pages, data for JSON."""
 from collections.abc import Mapping, Sequence
 import math
 import shlex
@@ -12,14 +12,17 @@ import numpy as np
 
 from gearbox_monitor.diagnosis.hypothesis import UNDECIDED
 from gearbox_monitor.diagnosis.robot.conventions import NamedReading, RobotReading
-from gearbox_monitor.diagnosis.robot.robot_effects import JOINT, ROBOT_EFFECTS
+from gearbox_monitor.diagnosis.robot.robot_effects import BASE_TILT, JOINT, ROBOT_EFFECTS
+from gearbox_monitor.health.backlash.wear import when
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN
-from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB
-from gearbox_monitor.presentation import (
-    change, credible, number, on_axis, percent, Quantity, Said)
+from gearbox_monitor.plant.effects.motor_side import COGGING, MOTOR_COULOMB, MOTOR_INERTIA
+from gearbox_monitor.presentation import change, credible, number, on_axis, percent, Quantity, Said
 from gearbox_monitor.report.sentences import say, TABLE
-from gearbox_monitor.report.words import counted, motion_words
+from gearbox_monitor.report.words import answer, counted, JOINTS, motion_words, sentence
+from gearbox_monitor.watch.record import (
+    Change, DESCRIBE, HeldLoad, JointWatch, LEARN, StateHealth, WATCH, Watch)
+from gearbox_monitor.watch.settings import FRICTION, RIPPLE, ROTOR, SCALE, TILT, WEIGHT
 
 OF_CHANGES = {'Cc_change': 'N m', 'Cv_change': 'N m s/rad', 'm1_change': 'kg m^2',
               'T_change': 's', 'kp_factor': '', 'Ca': 'N m', 'moment': 'kg m', 'moved': 'm'}
@@ -287,3 +290,176 @@ def robot_text(data: Mapping[str, Any]) -> str:
     lines += [f'note: {n}' for n in data['warnings'][:3]]
     lines += [f'next: {s}' for s in next_steps(data)[:2]]
     return '\n'.join(lines)
+
+
+NOUNS = {FRICTION: 'friction', SCALE: 'torque scale', ROTOR: 'inertia at the rotor',
+         WEIGHT: 'weight', RIPPLE: 'ripple', TILT: 'tilt'}
+# The effect of the library that a state measures.
+EFFECT_OF = {FRICTION: MOTOR_COULOMB.id, SCALE: TORQUE_GAIN.id, ROTOR: MOTOR_INERTIA.id,
+             WEIGHT: 'payload', RIPPLE: COGGING.id, TILT: BASE_TILT.id}
+# Columns of the states of a joint, and what the page says.
+STATE_TITLES = {FRICTION: 'friction %', SCALE: 'torque scale %', ROTOR: 'rotor %',
+                WEIGHT: 'weight %'}
+NOT_JUDGED, NO_CHANGE = 'not judged', 'No change so far.'
+GRAVITY = 9.81
+FINEST = 0.002  # smallest deviation of a share that is stated: no model of a robot is truer
+
+
+def share_words(state: Change | StateHealth) -> str:
+    """Return the size of a state or a change with its deviation, as a table has it."""
+    if state.kind == TILT:
+        factor = 180.0 / math.pi / GRAVITY
+        return str(Quantity(factor * abs(state.size), factor * state.std, '°'))
+    std = max(state.std, FINEST)
+    if state.kind == RIPPLE:
+        return str(percent(abs(state.size), std))
+    return f'{percent(state.size, std):+}'
+
+
+def size_words(state: Change | StateHealth) -> str:
+    """Return the size of a state or a change with its deviation, and of which quantity."""
+    return share_words(state) + {RIPPLE: ' of the effort', ROTOR: " of the joint's"}.get(
+        state.kind, '')
+
+
+def change_label(change: Change) -> str:
+    """Return a change as a picture has it at its joint."""
+    return f'{NOUNS[change.kind]} {size_words(change)}'
+
+
+def change_words(change: Change) -> str:
+    """Return a change in one sentence without a full stop."""
+    order = f' ({change.order} per turn)' if change.order else ''
+    over = f', over {when(change.over_ns)}' if change.over_ns else ''
+    if change.rival:
+        kind, place = change.rival
+        over = (f', or {NOUNS[kind]}' if kind != change.kind else '') + (
+            f', or at {place}' if place != change.place else '') + over
+    label = since_words(f'{change_label(change)}{order}', change.since_ns)
+    return f'{change.place}: {label}{over}'
+
+
+def since_words(label: str, since_ns: int) -> str:
+    """Return the `label` of a change with when it began."""
+    return f'{label} since {when(since_ns)}'
+
+
+def payload_words(payload: HeldLoad) -> str:
+    """Return a `payload` in words, relative to the load at the time of learning."""
+    if not abs(payload.mass) > 2.0 * payload.mass_std:
+        return (f'{payload.link}: no load beyond '
+                f'{number(abs(payload.mass) + 2.0 * payload.mass_std, "kg")}')
+    out = f'{Quantity(payload.mass, payload.mass_std, "kg")} at {payload.link}'
+    reach = math.hypot(*payload.centre)
+    return out + (f', centre {100.0 * reach:.0f} cm out' if math.isfinite(reach) else '')
+
+
+def payload_label(payload: HeldLoad) -> str:
+    """Return a `payload` as a picture has it at its joint; nothing if none is sure."""
+    sure = abs(payload.mass) > 2.0 * payload.mass_std
+    return f'{Quantity(payload.mass, payload.mass_std, "kg"):+}' if sure else ''
+
+
+def watch_headline(watch: Watch) -> str:
+    """Return what the watch knows in one sentence: the worst first."""
+    if watch.phase == DESCRIBE and watch.others and not any(j.has for j in watch.joints):
+        return (f'joint_states has no joint of the description: it names '
+                f'{", ".join(watch.others)}, the description '
+                f'{", ".join(j.name for j in watch.joints)}.')
+    if watch.phase == DESCRIBE:
+        return f'Waiting for a minute of motion{": " * bool(watch.notes)}{"".join(watch.notes)}.'
+    if watch.phase == LEARN:
+        still = [j.name for j in watch.joints if j.name not in watch.locked and j.moved < 1.0]
+        waits = f'; {", ".join(still)} has not moved yet' if still else ''
+        return f'Learning the robot: {counted(len(watch.kept), "block")} of 20 s so far{waits}.'
+    found = [c for c in watch.standing if c.found_ns]
+    if found:
+        return '; '.join(change_words(c) for c in found) + '.'
+    return answer((), [j.level for j in watch.joints], JOINTS)
+
+
+def watch_text(watch: Watch) -> str:
+    """Return the watch in some lines, the answer first."""
+    lines = [watch_headline(watch)]
+    lines += [f'  {words}' for words in (*watch.doubts, *watch.notes, *readings_of(watch))]
+    if watch.phase == WATCH:
+        lines += [f'  {payload_words(p)}' for p in watch.payloads]
+        lines += [f'  earlier: {change_words(c)}' for c in watch.changes if c.over_ns][-3:]
+        for joint in watch.joints:
+            own = ', '.join(f'{NOUNS[s.kind]} {size_words(s)}' for s in joint.states if s.judged)
+            lines.append(f'  {joint.name}: ' + (f'not judged: {joint.why}' if joint.level is None
+                                                else own))
+    return '\n'.join(lines[:20])
+
+
+def problem_words(problem: str) -> str:
+    """Return a `problem` of the stream as a sentence; nothing is known without one."""
+    return sentence(problem or 'the watch starts')
+
+
+def services_words(node: str) -> list[tuple[str, str]]:
+    """Return the services of the watch `node`, and what each is for."""
+    return [(f'{node}/save_baseline', 'takes this as healthy'),
+            (f'{node}/tare', 'takes the load as 0'), (f'{node}/learn_again', 'forgets the robot')]
+
+
+def readings_of(watch: Watch) -> list[str]:
+    """Return the conventions by which a `watch` reads its stream, in words."""
+    names = [j.name for j in watch.joints if j.name not in watch.locked]
+    return [reading_words(named, names) for named in watch.readings]
+
+
+def watch_data(watch: Watch) -> dict[str, Any]:
+    """Return the watch as plain data, with the keys of a diagnosis of a robot."""
+    found = [c for c in watch.standing if c.found_ns]
+    silent = [j.name for j in watch.joints if j.level is None]
+    return {
+        'summary': watch_headline(watch), 'phase': watch.phase, 'stamp_ns': watch.stamp_ns,
+        'verdict': 'effect' if found else 'none' if watch.level is not None else 'undecided',
+        'findings': [_finding(c) for c in found], 'remainder': None, 'remainders': [],
+        'not_judged': silent, 'cautions': [*watch.doubts, *watch.notes],
+        'readings': readings_of(watch),
+        'level': None if watch.level is None else int(watch.level),
+        'joints': {j.name: {
+            'level': None if j.level is None else int(j.level), 'words': _joint_words(j),
+            'rate_hz': j.rate, 'has': list(j.has), 'moved_s': j.moved,
+            'position': _finite([j.position])[0],
+            'states': _states(j.states)} for j in watch.joints},
+        'tilt': None if watch.tilt is None else _states([watch.tilt])[TILT],
+        'payloads': [_held(p) for p in watch.payloads],
+        'earlier': [_held(p) for p in watch.earlier],
+        'changes': [_finding(c) for c in watch.changes if c.found_ns],
+        'others': list(watch.others)}
+
+
+def _finding(change: Change) -> dict[str, Any]:
+    return {'effect': EFFECT_OF[change.kind], 'state': change.kind,
+            'joint': None if change.kind == TILT else change.place,
+            'link': change.place if change.kind == TILT else None,
+            'values': {'relative': change.size}, 'deviations': {'relative': change.std},
+            'since_ns': change.since_ns, 'found_ns': change.found_ns, 'over_ns': change.over_ns,
+            'words': change_words(change), 'label': change_label(change),
+            'share': share_words(change)}
+
+
+def _held(load: HeldLoad) -> dict[str, Any]:
+    return {'link': load.link, 'm': load.mass, 'm_std': load.mass_std,
+            'centre': _finite(load.centre), 'centre_std': _finite(load.centre_std),
+            'since_ns': load.since_ns, 'over_ns': load.over_ns, 'words': payload_words(load),
+            'label': payload_label(load)}
+
+
+def _states(states: Sequence[StateHealth]) -> dict[str, Any]:
+    return {s.kind: {'size': s.size, 'std': s.std, 'judged': s.judged, 'words': share_words(s)}
+            for s in states}
+
+
+def _joint_words(joint: JointWatch) -> str:
+    """Return what is known of a joint at which nothing is found."""
+    unknown = ', '.join(s.kind for s in joint.states if not s.judged)
+    well = f'as learnt; not known yet: {unknown}' if unknown else 'as learnt'
+    return joint.why if joint.level is None else well
+
+
+def _finite(values: Sequence[float]) -> list[float | None]:
+    return [x if math.isfinite(x) else None for x in values]

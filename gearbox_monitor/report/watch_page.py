@@ -16,10 +16,9 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.report.builder import Page, render_page, render_section, Section
 from gearbox_monitor.report.chart import Chart, Lane, Panel, Trace
-from gearbox_monitor.report.sketch import Dot, sketch
-from gearbox_monitor.report.svg import View
+from gearbox_monitor.report.svg import Dot, sketch, View
 from gearbox_monitor.report.timeline import LEVELS
-from gearbox_monitor.report.watch_words import (
+from gearbox_monitor.report.robot_words import (
     NO_CHANGE, NOT_JUDGED, problem_words, services_words, since_words, STATE_TITLES)
 from gearbox_monitor.robot.chain import Chain, chain_of
 from gearbox_monitor.robot.description import parse

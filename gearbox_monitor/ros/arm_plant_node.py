@@ -20,8 +20,8 @@ from gearbox_monitor.files.opening import config_path, load_robot
 from gearbox_monitor.parameters import ARM_PLANT, ArmPlantParameters
 from gearbox_monitor.recordings.topics import ROBOT_DESCRIPTION
 from gearbox_monitor.robot.arm_plant import GapGrowth, WorkingArm
-from gearbox_monitor.ros.paced_node import declare, on_change, PacedNode
-from gearbox_monitor.ros.runtime import advertise, latched, spin_node
+from gearbox_monitor.ros.plant_node import PacedNode
+from gearbox_monitor.ros.runtime import advertise, declare, latched, on_change, spin_node
 
 
 class ArmPlantNode(PacedNode):

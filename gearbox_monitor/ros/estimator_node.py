@@ -21,8 +21,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from gearbox_monitor import __version__
-from gearbox_monitor.kernels.kernel import KERNELS
-from gearbox_monitor.kernels.library import installed
+from gearbox_monitor.kernels.kernel import installed, KERNELS
 from gearbox_monitor.parameters import SETTINGS
 from gearbox_monitor.recordings.topics import DIAGNOSTICS, DRIFT_ALERTS, JOINT_STATES, SIGNALS
 from gearbox_monitor.ros.black_box import KEEP
@@ -31,8 +30,7 @@ from gearbox_monitor.ros.convert import serialised, to_diagnostics, to_joint_sta
 from gearbox_monitor.ros.gearbox_input import JointSubscriptions, TakenSamples
 from gearbox_monitor.ros.monitored_gearbox import (
     declare_gearboxes, GearboxSettings, located, MonitoredGearbox)
-from gearbox_monitor.ros.paced_node import on_change, TableNode
-from gearbox_monitor.ros.runtime import advertise, latched, spin_node
+from gearbox_monitor.ros.runtime import advertise, latched, on_change, spin_node, TableNode
 
 SECOND = 1_000_000_000
 # After a pause of this process the outputs come in a burst: a recorder must not lose them.

@@ -26,8 +26,8 @@ from std_msgs.msg import String
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.recordings.topics import (
     DIAGNOSTICS, DRIFT_ALERTS, FINDINGS, ROBOT_DESCRIPTION, SIGNALS, SNAPSHOT, TRANSMISSION)
-from gearbox_monitor.report.live_history import GearboxHistory, StatusAlert
-from gearbox_monitor.report.live_page import live_frame, LivePage, WatchNews
+from gearbox_monitor.report.live_page import (
+    GearboxHistory, live_frame, LivePage, StatusAlert, WatchNews)
 from gearbox_monitor.report.timeline import state_of
 from gearbox_monitor.ros.convert import stamp_of
 from gearbox_monitor.ros.runtime import (

@@ -44,9 +44,8 @@ from gearbox_monitor.ros.change_watch import ChangeNamer, ChangeWatch
 from gearbox_monitor.ros.convert import (
     GearboxNames, RawSample, to_diagnostics, to_snapshot, to_status)
 from gearbox_monitor.ros.gearbox_input import GearboxInput
-from gearbox_monitor.ros.paced_node import declare, TableNode
 from gearbox_monitor.ros.runtime import (
-    advertise, best_effort, drain, latched, subscribe, subscribe_polled)
+    advertise, best_effort, declare, drain, latched, subscribe, subscribe_polled, TableNode)
 
 # What two gearboxes may not share: names in messages, files of their own.
 OWN = ('motor_joint', 'arm_joint', 'baseline_file', 'drift_state_file')

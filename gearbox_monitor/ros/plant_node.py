@@ -8,6 +8,7 @@ Publishes joint_states (measured positions and the torque in force from that sta
 plant/transmission_state (the truth, same stamps). Stamps are exactly equidistant. Parameters are
 those of parameters.PLANT; most can be changed while it runs.
 """
+from array import array
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 import math
@@ -15,8 +16,12 @@ import sys
 import time
 from typing import Any
 
+from builtin_interfaces.msg import Time
 import numpy as np
+from rclpy.duration import Duration
+from rclpy.logging import get_logger
 from rosgraph_msgs.msg import Clock as ClockMessage
+from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 
 from gearbox_monitor.errors import InputError
@@ -27,9 +32,154 @@ from gearbox_monitor.plant.drive import expect_integrable, expect_torque_input, 
 from gearbox_monitor.plant.effects.arm_side import ARM_COULOMB, GRAVITY, LOAD_TORQUE
 from gearbox_monitor.plant.faults import EncoderFault, Excitation, Faults, FaultyPlant, JOINTS
 from gearbox_monitor.plant.simulate import Noise, Plant
-from gearbox_monitor.recordings.topics import TRANSMISSION
-from gearbox_monitor.ros.paced_node import declare, on_change, PacedNode, stamp
-from gearbox_monitor.ros.runtime import advertise, drain, spin_node, subscribe_polled
+from gearbox_monitor.recordings.topics import (
+    JOINT_STATES, PLANT_TRANSMISSION_STATE, TRANSMISSION)
+from gearbox_monitor.ros.runtime import (
+    advertise, declare, drain, finish, on_change, spin_node, steady_timer, subscribe_polled,
+    TableNode)
+
+SECOND = 1_000_000_000
+BLOCK_TIME = 0.01     # s between two checks for services: the wait for a changed parameter
+FREE_RUN_BLOCK = 50   # samples, when there is no pace
+REPORT_PERIOD = 10.0  # s between two reports of overruns
+ACKNOWLEDGED = Duration(seconds=5)
+QUEUE = 1000          # messages kept for a slow subscriber
+
+
+class PacedNode(TableNode):
+    """
+    Base of the simulated plants: calls `simulate` and `send` at the pace of `set_pace`.
+
+    count: samples published; t0_ns: stamp of the first; dt, dt_ns: between two.
+    """
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self.count = self.t0_ns = 0
+        self.overruns = 0        # samples published more than one period late
+        self.max_delay = 0.0     # s
+        self._reported, self._report_at = 0, 0.0
+        self._start = 0  # ns of a steady clock, 0: not yet
+
+    def set_pace(self, rate: float, duration: float, subscribers: int, speed: float = 1.0) -> None:
+        """
+        Set when samples are due.
+
+        Args:
+            rate: samples per simulated second.
+            duration: simulated time after which the process ends, s; 0: never.
+            subscribers: start once the outputs have so many together; 0: at once.
+            speed: simulated seconds per second; 0: as fast as possible.
+
+        """
+        self.dt_ns = round(SECOND / rate)
+        self.dt = self.dt_ns / SECOND
+        self._speed, self._expected, self._awaited = speed, round(duration / self.dt), subscribers
+        self.block = FREE_RUN_BLOCK if speed == 0 else max(1, round(BLOCK_TIME * rate * speed))
+
+    def begin(self, joints: Sequence[str], truth: Sequence[str]) -> None:
+        """Start to work: publish samples of `joints` and, of the names `truth`, the truth."""
+        # Reused for every sample: making new ones costs more than sending them.
+        self._states, self._truth = JointState(name=joints), JointState(name=truth)
+        self._outputs = [advertise(self, JointState, topic, QUEUE)
+                         for topic in (JOINT_STATES, PLANT_TRANSMISSION_STATE)]
+        # A node timer would follow /clock, which may be this node's own.
+        self._timer = steady_timer(self, 1e-3, self._work)
+
+    def publish(self, states: Mapping[str, Sequence[float]], truth: Mapping[str, Sequence[float]]
+                ) -> None:
+        """Publish `states` and `truth`, {field of JointState: values}, stamped `stamp_ns`."""
+        for output, message, fields in zip(
+                self._outputs, (self._states, self._truth), (states, truth)):
+            stamp(message.header.stamp, self.stamp_ns)
+            for field, values in fields.items():
+                setattr(message, field, array('d', values))
+            output.publish(message)
+
+    def simulate(self, n: int) -> Iterator[tuple[Any, ...]]:
+        """Return the next `n` samples."""
+        raise NotImplementedError
+
+    def send(self, row: tuple[Any, ...]) -> None:
+        """Publish a `row` of `simulate`, stamped `stamp_ns`."""
+        raise NotImplementedError
+
+    def begin_block(self) -> None:
+        """Do what comes before a block of samples."""
+
+    def most_at_once(self, n: int) -> int:
+        """Return how many of `n` samples may be simulated ahead of their time."""
+        return n
+
+    @property
+    def stamp_ns(self) -> int:
+        """Stamp of the next sample."""
+        return self.t0_ns + self.count * self.dt_ns
+
+    def _work(self) -> None:
+        """Simulate and publish one block of samples, each at its time."""
+        if not self._start:
+            if sum(out.get_subscription_count() for out in self._outputs) < self._awaited:
+                return
+            self._start = time.monotonic_ns()
+            self.t0_ns = time.time_ns()
+        self.begin_block()
+        remaining, end = self.block, self._expected
+        if end > 0:
+            remaining = min(remaining, end - self.count)
+        while remaining > 0:
+            n = self.most_at_once(remaining)
+            for row in self.simulate(n):
+                self.wait()
+                self.send(row)
+                if self.count == 0 and self._awaited:
+                    self._await_first()
+                self.count += 1
+            remaining -= n
+        self._report()
+        if 0 < end <= self.count:
+            finish(self._timer, self._outputs)
+
+    def wait(self) -> None:
+        """Sleep until the time of the next sample, counted from the start: no drift."""
+        if self._speed == 0:
+            return
+        deadline = self._start + int(self.count * self.dt_ns / self._speed)
+        wait = (deadline - time.monotonic_ns()) / SECOND
+        if wait > 0:
+            time.sleep(wait)
+        elif -wait > self.dt / self._speed:
+            self.overruns += 1
+            self.max_delay = max(self.max_delay, -wait)
+
+    def _await_first(self) -> None:
+        """Wait until all have the first sample: a publisher knows them up to 3 s before."""
+        for publisher in self._outputs:
+            publisher.wait_for_all_acked(ACKNOWLEDGED)
+        self._start = time.monotonic_ns()
+
+    def _report(self) -> None:
+        time_s = time.monotonic()
+        if self.overruns > self._reported and time_s > self._report_at:
+            self.get_logger().warning(self._overrun_text())
+            self._reported, self._report_at = self.overruns, time_s + REPORT_PERIOD
+
+    def _overrun_text(self) -> str:
+        return (f'{self.overruns} of {self.count} samples were more than a period late, at worst '
+                f'{1e3 * self.max_delay:.1f} ms (stamps are not affected)')
+
+    def close(self) -> None:
+        """Report how many samples were published."""
+        text = f'published {self.count} samples'
+        # A logger without /rosout, which is gone when a signal has ended the context.
+        get_logger(f'{self.get_name()}_node').info(
+            f'{text}; {self._overrun_text()}' if self.overruns else text)
+
+
+def stamp(time_message: Time, ns: int) -> None:
+    """Set `time_message` to `ns`."""
+    time_message.sec, time_message.nanosec = divmod(ns, SECOND)
+
 
 EFFORT_COMMAND = 'effort_command'
 DISCOVERY_TIME = 3.5  # s; a participant announces itself every 3 s

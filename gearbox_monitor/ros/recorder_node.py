@@ -30,10 +30,9 @@ from gearbox_monitor.parameters import RECORDER, RecorderParameters
 from gearbox_monitor.recordings.storage import FILE_NAME, next_free, qos_profile
 from gearbox_monitor.recordings.write import BagWriter, WriteError
 from gearbox_monitor.ros.convert import import_message, key_values, message_definition
-from gearbox_monitor.ros.paced_node import declare, TableNode
 from gearbox_monitor.ros.runtime import (
-    advertise, drain, overridden, PolledCallbackGroup, RCLError, spin_node, steady_timer,
-    subscribe)
+    advertise, declare, drain, overridden, PolledCallbackGroup, RCLError, spin_node, steady_timer,
+    subscribe, TableNode)
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 DIAGNOSTICS = 'diagnostic_msgs/msg/DiagnosticArray'

@@ -37,9 +37,9 @@ from gearbox_monitor.recordings.topics import (
     DIAGNOSTICS, FINDINGS, JOINT_STATES, PAYLOAD, PAYLOAD_STD, ROBOT_DESCRIPTION)
 from gearbox_monitor.ros.convert import LEVELS, stamp_of, to_diagnostics, to_time
 from gearbox_monitor.ros.middleware import child_environment
-from gearbox_monitor.ros.paced_node import declare, TableNode
 from gearbox_monitor.ros.runtime import (
-    advertise, best_effort, drain, latched, spin_node, steady_timer, subscribe, subscribe_polled)
+    advertise, best_effort, declare, drain, latched, spin_node, steady_timer, subscribe,
+    subscribe_polled, TableNode)
 from gearbox_monitor.ros.watch_child import DESCRIPTION, ROWS, SERVICES
 
 DEPTH = 5000    # messages that may wait

@@ -15,10 +15,9 @@ Public names, by module:
     mjcf_file: compiled_file, drive_of, MjcfDrive, model_of, read_file, read_mjcf, RobotFile,
         values_in
     mjcf_patch: patched
-    mujoco_run: rollouts
     randomisation: randomisation, WRITERS
     robot_model: ChainFile, MODEL_FILES, read_robot
-    robot_patch: closed_file, title_of
+    robot_patch: closed_file, rollouts, title_of
     urdf_patch: in_urdf, patched_urdf
     user_simulator: confirmation, joint_readings, JointReading, NONE, SERVO, SPEED, TORQUE,
         user_simulator, UserSimulator

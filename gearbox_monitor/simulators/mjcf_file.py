@@ -19,14 +19,13 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.errors import InputError, unknown
+from gearbox_monitor.errors import InputError, refusal, unknown
 from gearbox_monitor.files.opening import read_bytes
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.transmission import FrictionLaw
 from gearbox_monitor.presentation import NO_LIMIT
-from gearbox_monitor.removed import refusal
 from gearbox_monitor.robot.compiled_model import (
     actuator_law, actuator_losses, ActuatorLaw, actuators_on, at_rest, disabled, DRAG, enabled,
     is_off, kind_of, mujoco_module, name_of, open_loop, Refusal, scalar_joints, undecided, Unread)

@@ -18,8 +18,7 @@ from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.health.wear_outcome import outcomes, sentence
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.write import BagWriter
-from gearbox_monitor.report.live_history import GearboxHistory
-from gearbox_monitor.report.live_page import live_summary
+from gearbox_monitor.report.live_page import GearboxHistory, live_summary
 from gearbox_monitor.ros.diagnostic_keys import published
 
 MODEL = DriveModel()

@@ -13,8 +13,8 @@ from pages import OVERFLOW, overflowing, requests
 import pytest
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.report.live_history import GearboxHistory, StatusAlert
-from gearbox_monitor.report.live_page import live_frame, live_summary, LivePage
+from gearbox_monitor.report.live_page import (
+    GearboxHistory, live_frame, live_summary, LivePage, StatusAlert)
 from gearbox_monitor.report.timeline import State
 from gearbox_monitor.ros import live_node
 from gearbox_monitor.ros.live_node import EventServer

@@ -9,7 +9,7 @@ import pytest
 
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.files.opening import config_path
-from gearbox_monitor.simulators import mujoco_run
+from gearbox_monitor.simulators import robot_patch
 from gearbox_monitor.simulators.robot_model import read_robot
 from gearbox_monitor.simulators.robot_patch import closed_file
 
@@ -48,7 +48,7 @@ def test_a_veto_is_of_a_finding_and_not_of_its_name(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     simulated(tmp_path, 10, ['payload', 'motor_coulomb'], {'link2': 'j1'})
     runs = iter((np.ones(3), np.array([9.0, 0.5, 1.0]), np.full(3, 0.5)))  # the last: as written
-    monkeypatch.setattr(mujoco_run, '_runs', lambda model, verdict, added: next(runs))
+    monkeypatch.setattr(robot_patch, '_runs', lambda model, verdict, added: next(runs))
     assert main(['diagnose', 'log.csv', '--model', 'robot.xml', '--out', 'gap']) == 1
     data = json.loads((tmp_path / 'gap/verdict.json').read_text())
     assert {f['effect']: f['confirmed'] for f in data['findings']} == {

@@ -13,9 +13,8 @@ from gearbox_monitor.diagnosis.robot.robot_log import (
 from gearbox_monitor.diagnosis.robot.rows import RobotModel
 from gearbox_monitor.diagnosis.robot.verdict import diagnose
 from gearbox_monitor.robot.compiled_model import mujoco_module
-from gearbox_monitor.simulators.mujoco_run import rollouts
 from gearbox_monitor.simulators.robot_model import read_robot
-from gearbox_monitor.simulators.robot_patch import closed_file
+from gearbox_monitor.simulators.robot_patch import closed_file, rollouts
 
 pytest.importorskip('mujoco')
 

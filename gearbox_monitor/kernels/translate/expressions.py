@@ -16,8 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.kernels.translate.arrays import Arrays
-from gearbox_monitor.kernels.translate.frame import plain
+from gearbox_monitor.kernels.translate.frame import Arrays, plain
 from gearbox_monitor.kernels.translate.values import (
     alike, BOOL, constant, definition, FLOAT, INT, join, Known, NATURAL, Number, Object, OPEN,
     Record, Refused, Scalar, stored, Tuple, type_of, Value, View, words)
