@@ -35,7 +35,7 @@ PARTS = ('gearbox_monitor', 'benchmarks', 'test', 'config', 'docs', 'setup.cfg',
          'package.xml', 'README.md', 'CONTRIBUTING.md', 'ruff.toml')
 KILLED = 0.9   # share that the tests should notice
 TIMEOUT = 900  # s: a mutant that never ends is noticed
-# Room -> {module: its tests}.
+# Room -> {module: its tests, files or folders}.
 ROOMS = MappingProxyType({
     'filters': {
         'estimation/process_model.py': ('test_traces.py', 'test_laws.py',
@@ -72,7 +72,14 @@ ROOMS = MappingProxyType({
         'health/backlash/wear.py': ('health/test_wear.py',
                                     'health/test_change.py',
                                     'health/test_drift.py'),
-        'health/backlash/change_tests.py': ('health/test_change.py', 'health/test_drift.py')}})
+        'health/backlash/change_tests.py': ('health/test_change.py', 'health/test_drift.py')},
+    'signals': {
+        'signals/checks.py': ('signals',),
+        'signals/stamps.py': ('signals',),
+        'signals/uniform.py': ('signals',),
+        'signals/wiring.py': ('signals',),
+        'signals/torque.py': ('signals',),
+        'signals/jumps.py': ('signals/test_jumps.py', 'signals')}})
 # Of two numbers that are hardly ever equal, < and <= are one.
 PAIRS = ((ast.Lt, ast.GtE), (ast.Gt, ast.LtE), (ast.Eq, ast.NotEq), (ast.Is, ast.IsNot),
          (ast.Add, ast.Sub), (ast.Mult, ast.Div), (ast.And, ast.Or))
