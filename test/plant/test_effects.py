@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Every effect: the same equation in two plants, in pieces, switched on in a node, plugged in."""
+from contextlib import contextmanager
 from dataclasses import replace
 import math
 from pathlib import Path
@@ -298,14 +299,20 @@ def blocks(language):
     return re.findall(rf'```{language}\n(.*?)```', text.split('\n## ')[0], re.DOTALL)
 
 
-@pytest.fixture
-def plugin_folder(tmp_path, monkeypatch):
-    monkeypatch.syspath_prepend(tmp_path)
+@contextmanager
+def own_plugin(monkeypatch, folder):
+    monkeypatch.syspath_prepend(folder)
     monkeypatch.delitem(sys.modules, 'my_effects', raising=False)
     effects.plugins.cache_clear()
-    yield tmp_path
+    yield folder
     effects.plugins.cache_clear()
     sys.modules.pop('my_effects', None)
+
+
+@pytest.fixture
+def plugin_folder(tmp_path, monkeypatch):
+    with own_plugin(monkeypatch, tmp_path) as folder:
+        yield folder
 
 
 @pytest.mark.system
@@ -364,7 +371,7 @@ def test_two_plugins_in_one_model(plugin_folder):
     assert np.abs(run.tau_arm - 0.3 * run.x[:, 1]).max() < 1e-12
 
 
-@pytest.mark.parametrize('old, new, words', [
+BAD_PLUGINS = [
     ("'arm_spring', 'arm_side'", "'gravity', 'arm_side'", ['gravity', 'taken']),
     ("'arm_side'", "'left'", ['location', 'left', 'arm_side']),
     ('ARM_SPRING = Effect', 'ARM_SPRING = str', ['TypeError']),
@@ -377,16 +384,20 @@ def test_two_plugins_in_one_model(plugin_folder):
     ('theta[0] * x2', 'open("file")', ['torques', 'FileNotFoundError']),
     ('return 0.0, theta[0] * x2, 0.0', 'return theta[0] * x2', ['returns', 'three']),
     ('return 0.0, theta[0] * x2, 0.0', 'return 0.0, theta[0] / (x2 - x2), 0.0', ['torques']),
-])
-def test_bad_plugin_is_named(plugin_folder, old, new, words):
+]
+
+
+def test_bad_plugin_is_named(new_folder, monkeypatch):
     [module] = blocks('python')
-    assert old in module
-    install(plugin_folder, module.replace(old, new), {'a': 'my_effects:ARM_SPRING'})
-    with pytest.raises(InputError) as error:
-        model_from_dict({'effects': [{'id': 'arm_spring', 'S': 0.4}]}, 'test')
-    for word in ['plug-in my_effects:ARM_SPRING', *words]:
-        assert word in str(error.value)
-    assert '\n' not in str(error.value)
+    for old, new, words in BAD_PLUGINS:
+        assert old in module
+        with monkeypatch.context() as patch, own_plugin(patch, new_folder()) as folder:
+            install(folder, module.replace(old, new), {'a': 'my_effects:ARM_SPRING'})
+            with pytest.raises(InputError) as error:
+                model_from_dict({'effects': [{'id': 'arm_spring', 'S': 0.4}]}, 'test')
+        for word in ['plug-in my_effects:ARM_SPRING', *words]:
+            assert word in str(error.value)
+        assert '\n' not in str(error.value)
 
 
 # ---------------------------------------------------------------------- in the node

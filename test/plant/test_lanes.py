@@ -85,26 +85,26 @@ def alone(simulator, windows, model, states, memory, extra):
     return y, np.array(ends)
 
 
-@pytest.mark.parametrize('case', CASES)
-def test_lanes_have_the_bits_of_single_runs(case):
-    model = model_from_dict(case, 'test')
-    u = Excitation().torque(DT * np.arange(5000))
-    run = Plant(model, Noise(measurement=(0.005, 0.005)), 3).run(u, DT)
-    recording = UniformRecording(run.t, u, run.y, DT)
-    simulator, windows = Simulator(recording, model), shooting_windows(recording, 0.5)
-    # Windows in any order, some several times; the first has no lead, others have.
-    windows = windows.take(np.array([3, 0, 3, *range(len(windows)), 1]))
-    random = np.random.default_rng(1)
-    states = run.x[windows.begin] + 1e-3 * random.standard_normal((len(windows), 4))
-    if model.transmission.kind == 'rigid':
-        states = states[:, [0, 0, 2, 2]]
-    states[2, 2] = 1e308  # diverges
-    memory = random.standard_normal((len(windows), N_MEMORY))
-    extra = 0.05 * random.standard_normal((len(u), 3))
-    single = alone(simulator, windows, model, states, memory, extra)
-    together = simulator.run(windows, model, states, memory, extra)
-    first = simulator.run(windows.take(np.array([0])), model, states[:1], memory[:1], extra)
-    for expected, found, one in zip(single, together, first):
-        np.testing.assert_array_equal(found, expected)
-        np.testing.assert_array_equal(one, expected[:1])
-    assert not np.isfinite(single[0][2]).all() and np.isfinite(single[0][3:]).all()
+def test_lanes_have_the_bits_of_single_runs():
+    for case in CASES:
+        model = model_from_dict(case, 'test')
+        u = Excitation().torque(DT * np.arange(5000))
+        run = Plant(model, Noise(measurement=(0.005, 0.005)), 3).run(u, DT)
+        recording = UniformRecording(run.t, u, run.y, DT)
+        simulator, windows = Simulator(recording, model), shooting_windows(recording, 0.5)
+        # Windows in any order, some several times; the first has no lead, others have.
+        windows = windows.take(np.array([3, 0, 3, *range(len(windows)), 1]))
+        random = np.random.default_rng(1)
+        states = run.x[windows.begin] + 1e-3 * random.standard_normal((len(windows), 4))
+        if model.transmission.kind == 'rigid':
+            states = states[:, [0, 0, 2, 2]]
+        states[2, 2] = 1e308  # diverges
+        memory = random.standard_normal((len(windows), N_MEMORY))
+        extra = 0.05 * random.standard_normal((len(u), 3))
+        single = alone(simulator, windows, model, states, memory, extra)
+        together = simulator.run(windows, model, states, memory, extra)
+        first = simulator.run(windows.take(np.array([0])), model, states[:1], memory[:1], extra)
+        for expected, found, one in zip(single, together, first):
+            np.testing.assert_array_equal(found, expected)
+            np.testing.assert_array_equal(one, expected[:1])
+        assert not np.isfinite(single[0][2]).all() and np.isfinite(single[0][3:]).all()

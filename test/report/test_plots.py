@@ -32,12 +32,12 @@ def example(n):
 
 
 @pytest.mark.filterwarnings('error')
-@pytest.mark.parametrize('rows', [example(20_000), example(2), example(0), []])
-def test_few_or_no_values_are_drawn(rows, tmp_path):
-    plots.figure(rows, 'Title').savefig(tmp_path / 'run.png', dpi=50)
-    assert (tmp_path / 'run.png').read_bytes()[:4] == b'\x89PNG'
-    for chart in (part for row in rows for part in row if isinstance(part, Chart)):
-        assert 'nan' not in str(svg.chart_view(chart)['panels'])
+def test_few_or_no_values_are_drawn(tmp_path):
+    for rows in (example(20_000), example(2), example(0), []):
+        plots.figure(rows, 'Title').savefig(tmp_path / 'run.png', dpi=50)
+        assert (tmp_path / 'run.png').read_bytes()[:4] == b'\x89PNG'
+        for chart in (part for row in rows for part in row if isinstance(part, Chart)):
+            assert 'nan' not in str(svg.chart_view(chart)['panels'])
 
 
 def test_page_and_picture_have_the_same_scales_and_colours():

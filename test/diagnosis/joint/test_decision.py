@@ -31,7 +31,7 @@ from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.signals.uniform import Doubt, UniformRecording
 
-DT, SIGMA = 0.001, np.array([0.002, 0.002])
+DT, SIGMA = 0.002, np.array([0.002, 0.002])
 CASES = {
     'stribeck': ({'Cs': 0.15, 'vs': 0.5}, 'motor_side'),
     'torque_gain': ({'g': 0.08}, 'motor_side'),  # where a torque acts that the command lacks
@@ -40,16 +40,16 @@ CASES = {
 }
 
 
-def record(effects, seconds=4, seed=1, std=SIGMA, u=None, model=None):
+def record(effects, seconds=4, seed=1, std=SIGMA, u=None, model=None, dt=DT):
     """Return a recording of the paper's drive with `effects` under a sum of sines."""
-    t = np.arange(round(seconds / DT)) * DT
+    t = np.arange(round(seconds / dt)) * dt
     if u is None:
         phase = np.random.default_rng(seed).uniform(0, 2 * np.pi, 3)
         u = sum(a * np.sin(2 * np.pi * f * t + p)
                 for a, f, p in zip((0.6, 0.4, 0.3), (0.45, 1.1, 2.3), phase))
     model = model_from_dict({**(model or {}), 'effects': effects}, 'test')
-    path = simulate(model, u, DT, Noise(measurement=tuple(std)), seed)
-    return UniformRecording(t, u, path.y, DT)
+    path = simulate(model, u, dt, Noise(measurement=tuple(std)), seed)
+    return UniformRecording(t, u, path.y, dt)
 
 
 def evidence_of(*recordings, ids=(), model=None):
@@ -120,7 +120,7 @@ def test_a_filter_that_lost_the_hidden_side_is_no_error_of_the_model(effects, al
 def test_one_encoder_does_not_tell_a_late_torque_from_a_late_reading(alone):
     """A drive at rest moves as late as its torque comes."""
     late = record([{'id': 'actuator_delay', 'T': 0.01}], std=(0.0, 0.0))
-    assert late.y[10:, 0] == pytest.approx(record([], std=(0.0, 0.0)).y[:-10, 0], abs=1e-6)
+    assert late.y[5:, 0] == pytest.approx(record([], std=(0.0, 0.0)).y[:-5, 0], abs=1e-6)
     evidence = evidence_of(replace(late, channels=(0,) if alone else (0, 1)),
                            ids=['actuator_delay', 'motor_encoder_delay'])
     for name, other in (evidence.ids, evidence.ids[::-1]):
@@ -195,7 +195,7 @@ def test_nothing_runs_from_one_recording_into_the_next():
 
 def test_evidence_of_one_encoder_begins_where_it_moves():
     """At rest, nothing tells where the other side is in the gap."""
-    u = np.concatenate([np.zeros(1500), record([], 3).u])
+    u = np.concatenate([np.zeros(round(1.5 / DT)), record([], 3).u])
     both = record([], 4.5, u=u)
     arm = replace(both, y=both.y[:, [1, 1]], channels=(1,))
     begin_both, begin_arm = (evidence_of(r).segments[0].span.start * DT for r in (both, arm))
@@ -230,7 +230,7 @@ def test_confusable_lists_what_little_evidence_leaves_open():
 def test_an_effect_is_confused_with_its_own_rivals_only():
     """A torque offset is asymmetric friction; the weight beside it is neither."""
     effects = [{'id': 'torque_offset', 'u0': 0.05}, {'id': 'gravity', 'G': 0.3}]
-    recording = record(effects, 2)
+    recording = record(effects, 2, dt=1e-3)
     verdict = diagnose.diagnose([recording], DriveModel(), only=[
         'torque_offset', 'coulomb_asymmetry', 'gravity'])
     rivals = {f.effect: f.confusable for f in verdict.findings}
@@ -277,7 +277,7 @@ def test_an_effect_without_a_scale_ends_in_a_verdict(ids):
 def test_a_frozen_encoder_ends_in_a_verdict():
     recording = record([])
     y = recording.y.copy()
-    y[2000:, 1] = y[2000, 1]
+    y[1000:, 1] = y[1000, 1]
     data = diagnose.diagnose([replace(recording, y=y)], DriveModel(),
                              only=['torque_gain', 'gravity']).data
     assert data['verdict'] in ('incomplete', 'unknown')
@@ -359,7 +359,7 @@ def test_noise_on_a_lattice_is_that_of_encoder_and_rounding():
 @pytest.mark.system
 def test_steps_above_the_noise_of_an_encoder_are_no_unknown_effect():
     """In slow motion their error lasts: it is not white, and no model explains it."""
-    t = np.arange(6000) * DT
+    t = np.arange(3000) * DT
     wave = np.sin(2 * np.pi * 0.3 * t)
     recording = record([], 6, std=(0.0045, 0.0045),
                        u=0.6 * np.sign(wave) * np.minimum(1.0, 4.0 * np.abs(wave)))
@@ -375,8 +375,8 @@ def test_steps_above_the_noise_of_an_encoder_are_no_unknown_effect():
 
 @pytest.mark.system
 def test_an_effect_that_shows_in_held_out_windows_alone_is_seen():
-    u = record([], 8).u * np.where(np.arange(8000) < 6000, 1.0, 2.0)
-    limit = 1.1 * np.abs(u[:6000]).max()
+    u = record([], 8).u * np.where(np.arange(4000) < 3000, 1.0, 2.0)
+    limit = 1.1 * np.abs(u[:3000]).max()
     assert limit < np.abs(u).max()
     data = diagnose.diagnose([record([{'id': 'saturation', 'umax': limit}], u=u, seconds=8)],
                              DriveModel(), only=['saturation', 'motor_viscous']).data
@@ -406,7 +406,7 @@ def test_the_order_of_a_small_periodic_effect_is_found():
 
 
 def test_a_wave_of_less_than_a_period_is_no_candidate():
-    t = np.arange(4000) * DT
+    t = np.arange(2000) * DT
     evidence = evidence_of(record([], 4, u=0.5 * np.sin(9.0 * t)), ids=['cogging'])
     travel = np.ptp(evidence.recordings[0].y[:, 0])
     assert min(evidence.starts.orders) * travel >= 2.0 * np.pi > (
@@ -450,7 +450,7 @@ def test_a_value_far_beyond_its_tolerance_is_an_effect(effects, expected):
 
 
 def test_what_follows_the_torque_is_at_the_actuator():
-    decision = decide(evidence_of(record([{'id': 'torque_gain', 'g': 0.2}], 3),
+    decision = decide(evidence_of(record([{'id': 'torque_gain', 'g': 0.2}], 3, dt=1e-3),
                                   ids=['arm_inertia']))
     assert decision.remains and decision.place == 'actuator'
 
@@ -465,11 +465,11 @@ def test_a_value_at_a_bound_of_physics_is_no_finding(gain, named):
 
 @pytest.mark.system
 def test_a_command_from_before_the_recording_is_no_evidence():
-    t = np.arange(9000) * DT
+    t = np.arange(4500) * DT
     sines = sum(a * np.sin(2 * np.pi * f * t)
                 for a, f in ((1.2, 0.5), (0.6, 1.3), (0.3, 3.2)))
     u = sines + np.where((1.3 * t) % 1.0 < 0.5, 2.0, -2.0)  # jumps
-    lag, late = 0.02, 1157                                  # samples: 3 ms after a jump
+    lag, late = 0.02, 579                                   # samples: 4 ms after a jump
     whole = record([{'id': 'actuator_lag', 'T': lag}], u=u, seconds=9, std=(2e-4, 2e-4))
     kept = UniformRecording(t[:-late], u[late:], whole.y[late:], DT)
     data = diagnose.diagnose([kept], DriveModel(), only=['actuator_lag', 'actuator_delay',
@@ -479,7 +479,7 @@ def test_a_command_from_before_the_recording_is_no_evidence():
 
 
 SETTLED = [
-    (4.0, 0.0, 4, 1000), (6.5, 0.1, 6, 1000), (4.95, 0.1, 4, 1000), (4.05, 0.1, 4, 987)]
+    (4.0, 0.0, 4, 500), (6.5, 0.1, 6, 500), (4.95, 0.1, 4, 500), (4.05, 0.1, 4, 493)]
 
 
 def test_windows_after_settling_are_as_many():
@@ -523,7 +523,7 @@ def test_an_effect_is_not_what_lasts_beside_the_model_without_it():
 
 def test_long_steps_show_in_the_held_out_part_alone():
     """A drive that is stiffer at large torque needs shorter steps only where that acts."""
-    u = record([], 8).u * np.where(np.arange(8000) < 6200, 1.0, 8.0)
+    u = record([], 8).u * np.where(np.arange(4000) < 3100, 1.0, 8.0)
     std = 0.01 * SIGMA
     hardening = {'id': 'hardening', 'K3': 1e3}
     evidence = replace(evidence_of(record([hardening], 8, std=std, u=u), ids=['hardening']),
@@ -539,7 +539,7 @@ def test_long_steps_show_in_the_held_out_part_alone():
 
 def test_an_effect_begins_with_what_imitated_it_taken_back():
     """All values of the model take up a torque scale, and give way to it in one step."""
-    evidence = evidence_of(record([{'id': 'torque_gain', 'g': -0.075}]),
+    evidence = evidence_of(record([{'id': 'torque_gain', 'g': -0.075}], dt=1e-3),
                            model=DriveModel().with_(tolerance=0.015), ids=['torque_gain'])
     none = fitted(evidence.coarse, unfitted(evidence.coarse, evidence.starts.none()))
     assert np.abs(none.z).max() > 0.07
