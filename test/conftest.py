@@ -120,7 +120,16 @@ def graph(tmp_path, monkeypatch):
 
 
 @pytest.fixture(scope='module')
-def browser(tmp_path_factory):
+def browser(chromium):
+    """Return the Chromium of the session with an empty page, without what others have logged."""
+    chromium.get('about:blank')
+    for log in ('browser', 'performance'):
+        chromium.get_log(log)
+    return chromium
+
+
+@pytest.fixture(scope='session')
+def chromium(tmp_path_factory):
     """Return a headless Chromium, which must not talk to anyone."""
     webdriver = pytest.importorskip('selenium.webdriver')
     service = pytest.importorskip('selenium.webdriver.chrome.service')

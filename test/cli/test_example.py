@@ -76,8 +76,10 @@ def test_the_torque_that_is_stated_is_the_one_that_acts():
 
 
 @pytest.mark.parametrize('words', [
-    [], ['--encoders', 'motor', '--process-noise', '0.4', '--motion', 'varied'],
-    ['--encoders', 'arm', '--rest', '2', '--motion', 'varied', '--seed', '4']], ids=' '.join)
+    ['--encoders', 'arm', '--rest', '2', '--motion', 'varied', '--seed', '4'],
+    *(pytest.param(words, marks=pytest.mark.system) for words in (
+        [], ['--encoders', 'motor', '--process-noise', '0.4', '--motion', 'varied']))],
+    ids=' '.join)
 def test_nothing_is_missing(words, tmp_path, capsys):
     *_, command = recorded(tmp_path, capsys, *SHORT, *words)
     code, data = verdict(command, capsys)

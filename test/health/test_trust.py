@@ -256,7 +256,7 @@ def test_thresholds_have_the_stated_odds():
     assert flagged <= 2
 
 
-def case_rows(case, fault, seconds=20.0):
+def case_rows(case, fault, seconds=12.0):
     """Return estimate rows of the fixed EKF with the true noise on a case of the paper."""
     model, noise, _ = paper.drive(case)
     u = Excitation().torque(1e-3 * np.arange(round(seconds * 1e3)))
@@ -289,7 +289,7 @@ def expect_share(case, fault, low, high):
 
 
 def test_share_of_windows_that_any_test_flags():
-    """37 windows of 0.5 s each; the bounds leave room for one or two by chance."""
+    """21 windows of 0.5 s each; the bounds leave room for one or two by chance."""
     for fault, low, high in NOISES:
         for case in ('A', 'B'):
             expect_share(case, fault, low, high)

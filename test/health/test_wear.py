@@ -187,7 +187,7 @@ def test_one_window_alone_is_chance_and_two_that_agree_are_none():
 def test_false_alarms_are_no_more_often_than_asked_for():
     """Windows of 7 features without a change: mean time to a false alarm against the one asked."""
     random, windows, times, alarms = np.random.default_rng(5), 100, 0, 0
-    for _ in range(15):
+    for _ in range(8):
         y = random.standard_normal((3 * windows, F))
         for n in range(1, len(y) + 1):
             odds = known_level(y[max(n - WEAR.horizon, 0):n])

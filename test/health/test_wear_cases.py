@@ -28,7 +28,7 @@ def healthy(windows, temperature):
     return gearbox
 
 
-def learnt(windows=90, temperature=None):
+def learnt(windows=60, temperature=None):
     return deepcopy(healthy(windows, temperature))
 
 
@@ -116,9 +116,9 @@ def test_friction_is_an_alarm_and_the_gap_beside_it_too():
 
 def test_slow_friction_keeps_up():
     gearbox = learnt()
-    for k in range(150):
-        gearbox.go(1, viscous=2.0 * k / 360 * FRICTION)
-    size(gearbox, 'friction', 2.0 * 149 / 360, GROSS)
+    for k in range(75):
+        gearbox.go(1, viscous=4.0 * k / 360 * FRICTION)
+    size(gearbox, 'friction', 4.0 * 74 / 360, GROSS)
     assert not [key for key in gearbox.health.alerts if key != 'friction']
 
 
@@ -244,7 +244,7 @@ def test_a_saved_baseline_is_zero_everywhere():
 
 def test_what_seems_to_come_with_a_change_is_saved_with_it():
     """A loop that appears makes the gap look 1 % smaller."""
-    gearbox = learnt()
+    gearbox = learnt(90)
     gearbox.go(4, -0.01, hysteresis=-0.13 * 3.6)
     assert list(gearbox.health.alerts) == ['hysteresis_down']
     gearbox.health, _ = accepted(gearbox.health)
@@ -255,10 +255,10 @@ def test_what_seems_to_come_with_a_change_is_saved_with_it():
 
 def test_points_without_end():
     gearbox = Gearbox(11, speed_bin=1.2)
-    for k in range(120):
-        gearbox.go(1, speed=20.0 * 1.25 ** (k % 40))
-    assert len(gearbox.health.data.points) == 40 and not gearbox.health.alerts
-    found = [gearbox.go(1, 0.2, speed=20.0 * 1.25 ** (k % 40))[0] for k in range(10)]
+    for k in range(60):
+        gearbox.go(1, speed=20.0 * 1.25 ** (k % 30))
+    assert len(gearbox.health.data.points) == 30 and not gearbox.health.alerts
+    found = [gearbox.go(1, 0.2, speed=20.0 * 1.25 ** (k % 30))[0] for k in range(10)]
     size(gearbox, 'gap', 0.2)
     assert found[-1]['backlash'].level == Level.WARN
 

@@ -30,8 +30,9 @@ def simulated(folder, seed, kinds, renamed=()):
 
 
 @pytest.mark.parametrize('seed, kinds', [
-    (10, ['motor_inertia']), (10, ['payload', 'motor_coulomb']), (12, ['base_tilt']),
-    (10, ['motor_viscous'])])
+    (10, ['payload', 'motor_coulomb']), (12, ['base_tilt']),
+    *(pytest.param(10, [kind], marks=pytest.mark.system)
+      for kind in ('motor_inertia', 'motor_viscous'))])
 def test_no_gap_remains_with_the_written_file(tmp_path, monkeypatch, seed, kinds):
     monkeypatch.chdir(tmp_path)
     simulated(tmp_path, seed, kinds)

@@ -20,8 +20,9 @@ pytest.importorskip('mujoco')
 
 
 @pytest.mark.parametrize('kind, effect, wrong', [
-    ('payload', 'payload', 4.0), ('motor_coulomb', 'motor_coulomb', -1.0),
-    ('end_spring', 'end_spring', -1.0), ('motor_inertia', 'motor_inertia', 4.0)])
+    ('payload', 'payload', 4.0), ('end_spring', 'end_spring', -1.0),
+    pytest.param('motor_coulomb', 'motor_coulomb', -1.0, marks=pytest.mark.system),
+    pytest.param('motor_inertia', 'motor_inertia', 4.0, marks=pytest.mark.system)])
 def test_right_findings_are_nearer_and_wrong_ones_vetoed(tmp_path, kind, effect, wrong):
     import random_robots
     case = random_robots.make(10, False, [kind], 100)
@@ -108,7 +109,8 @@ def sampled(xml, joints, sample, setpoints=False):
     return RobotLog('log', joints, SETPOINT if setpoints else TORQUE, (section,), 100.0)
 
 
-@pytest.mark.parametrize('sample, end', [(0, 'start'), (-1, 'end')])
+@pytest.mark.parametrize('sample, end', [
+    (-1, 'end'), pytest.param(0, 'start', marks=pytest.mark.system)])
 def test_torque_sampled_at_an_end_of_a_held_setpoint_is_no_friction(tmp_path, sample, end):
     """Position servos at 100 Hz gave false viscous findings of kp T / 2 at all joints."""
     (tmp_path / 'robot.xml').write_text(SERVOS)
@@ -148,7 +150,8 @@ def test_an_unchanged_arm_with_friction_has_no_findings(tmp_path):
         assert verdict.kind == 'none', (setpoints, verdict.findings, verdict.remainders)
 
 
-@pytest.mark.parametrize('sample, mass', [(0, 0.5), (-1, 1.5)])
+@pytest.mark.parametrize('sample, mass', [
+    (0, 0.5), pytest.param(-1, 1.5, marks=pytest.mark.system)])
 def test_setpoints_weigh_a_load_and_its_file_runs(tmp_path, sample, mass):
     """Gains made up for the load: 0.5 kg were 0.35, 1.5 kg 1.27 with a false friction of turn."""
     file, robot = rubbing_robot(tmp_path)

@@ -18,12 +18,12 @@ from gearbox_monitor.files.baselines import Damaged, load_baseline, load_state
 from gearbox_monitor.files.yaml_files import load_model, load_parameters, load_yaml
 from gearbox_monitor.parameters import ESTIMATOR
 
-NUMBERS = {'drive.yaml': 20, 'estimator.yaml': 20, 'data.csv': 60, 'data.bin': 40,
-           'joints.csv': 40,
-           'baseline.yaml': 12, 'state.json': 100, 'snapshot': 60, 'map.yaml': 10,
-           'rows.json': 10, 'bag, none': 20, 'bag, lz4': 20, 'bag, zstd': 20,
-           'bag, metadata.yaml': 15, 'bag, recover': 20, 'bag, file compression': 20,
-           'bag, SQLite': 20, 'recover, metadata.yaml': 20, 'data.csv.gz': 50, 'data.mat': 4}
+NUMBERS = {'drive.yaml': 10, 'estimator.yaml': 10, 'data.csv': 30, 'data.bin': 20,
+           'joints.csv': 20,
+           'baseline.yaml': 6, 'state.json': 50, 'snapshot': 30, 'map.yaml': 5,
+           'rows.json': 5, 'bag, none': 10, 'bag, lz4': 10, 'bag, zstd': 10,
+           'bag, metadata.yaml': 7, 'bag, recover': 10, 'bag, file compression': 10,
+           'bag, SQLite': 10, 'recover, metadata.yaml': 10, 'data.csv.gz': 25, 'data.mat': 4}
 # Mutated logs of every kind, 400 in all.
 LOGS = {'data.csv': 70, 'data.csv.gz': 30, 'data.bin': 30, 'joints.csv': 50, 'long.csv': 50,
         'old.bag': 30, 'echo.yaml': 20, 'data.mat': 25, 'data.npz': 25,

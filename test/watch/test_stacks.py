@@ -71,7 +71,8 @@ def all_together():
         stamp = (stamp - START) % (40 * SECOND)
         out.append((t, stamp, [names[i] for i in order], q[order], NONE, effort[order]))
     text = text.replace('</robot>', FINGER.replace('link3', 'left_link3').format(
-        'finger', '') + WHEEL.replace('"base"', '"left_base"') + '</robot>')
+        'finger', '') + FINGER.replace('link3', 'left_link3').format(
+        'other', '<mimic joint="finger"/>') + WHEEL.replace('"base"', '"left_base"') + '</robot>')
     return out, [(START + 5 * SECOND, text)]
 
 

@@ -55,7 +55,7 @@ def answers(tmp_path, capsys, path, *options):
 @pytest.mark.parametrize('changes, effect, value, size', [
     ({}, None, '', 0.0),
     ({'coulomb_friction': 0.2}, 'motor_coulomb', 'Cc_change', 0.08),
-    ({'gain': 0.85}, 'torque_gain', 'g', -0.15)])
+    pytest.param({'gain': 0.85}, 'torque_gain', 'g', -0.15, marks=pytest.mark.system)])
 def test_a_reference_gives_one_answer_at_both_doors(tmp_path, capsys, changes, effect, value,
                                                     size):
     reference, path = log(tmp_path / 'reference.csv', 1), log(tmp_path / 'log.csv', 2, **changes)
