@@ -5,7 +5,6 @@
 import math
 
 import numpy as np
-import pytest
 
 from gearbox_monitor.diagnosis.joint.shooting import N_MEMORY, shooting_windows, Simulator
 from gearbox_monitor.kernels.elementary import arctan, exponential, sine
