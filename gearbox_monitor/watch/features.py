@@ -199,7 +199,7 @@ def _weight_instead(evidence: RobotEvidence, prior: Prior, fit: RobotFit,
     bare = replace(rows, nuisance=tuple(
         c for c in rows.nuisance if not c.label.startswith('load ')))
     empty = RobotEvidence([bare], prior, evidence.variance)
-    unexplained = empty.fit((), fit.weights)
+    unexplained = empty.fit((), fit)
     gain = _deviations(empty, unexplained, weights)[1].max(initial=-np.inf)
     by_load = unexplained.deviance - fit.deviance - len(rows.nuisance) + len(bare.nuisance)
     return empty if gain - by_load > max(WATCH_SETTINGS.lead, rival) else None
@@ -220,7 +220,7 @@ def _deviations(evidence: RobotEvidence, fit: RobotFit, candidates: Sequence[Can
     gains = np.array([e.gain - c.size for e, c in zip(estimates, candidates)])
     for i in np.argsort(-gains, kind='stable')[:WATCH_SETTINGS.fitted].tolist():
         if gains[i] > WATCH_SETTINGS.likely * candidates[i].width:
-            own = evidence.fit([candidates[i]], fit.weights)
+            own = evidence.fit([candidates[i]], fit)
             deviations[i] = own.values, own.covariance[k:, k:] / np.outer(own.scale, own.scale)
             gains[i] = fit.deviance - own.deviance - candidates[i].size
     return [d if c.acting.any() else None for c, d in zip(candidates, deviations)], gains

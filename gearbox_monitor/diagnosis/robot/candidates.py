@@ -41,7 +41,7 @@ class Candidate:
     from the coefficients b, None if it is searched. span: of a setting that is a position, how far
     the joint moves (standard deviation); 0 for one that is refined in ratios. hidden: share of the
     joint's motion in which any input has the same effect. deviation [k]: of the coefficients by
-    their prior, about 0; None: anything goes.
+    their prior, about 0; None: anything goes. of_input: it acts on a setpoint, and is no torque.
     """
 
     effect: str
@@ -62,6 +62,7 @@ class Candidate:
     span: float = 0.0
     hidden: float = 0.0
     deviation: Array | None = None
+    of_input: bool = False
 
     @property
     def width(self) -> int:
@@ -162,7 +163,7 @@ def _of_joint(name: tuple[str, str, str], column: BalanceColumn, recordings: Seq
             weights=np.concatenate([rows.tests.mask[:, joint] ** 2 + 1e-9
                                     for rows in recordings])))
         return Candidate(
-            name[0], _stacked(parts), joint=name[1], hidden=hidden,
+            name[0], _stacked(parts), joint=name[1], hidden=hidden, of_input=column.of_input,
             setting=setting if column.setting else None,
             at_setting=made if column.setting and not column.whole else None,
             low=low, high=min(column.high(m) for m in motions),

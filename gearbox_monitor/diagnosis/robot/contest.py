@@ -135,9 +135,9 @@ class RobotContest:
         recordings = self.evidence.recordings
         tolerance, loads = recordings[0].robot.torque_tolerance, np.zeros(self.evidence.joints)
         for i, c in enumerate(fit.chosen if tolerance else ()):
-            for j, x in c.columns.items() if c.link else ():
+            for j, x in fit.torque(i).items() if c.link else ():
                 whole = sum(float(np.sum(rows.model[j] ** 2)) for rows in recordings)
-                loads[j] += float(np.sum((x @ fit.values[fit.of(i)]) ** 2)) / max(whole, 1e-30)
+                loads[j] += float(np.sum(x ** 2)) / max(whole, 1e-30)
         return replace(self, loads=tolerance * np.sqrt(loads))
 
     def cost(self, candidate: Candidate) -> float:
@@ -173,7 +173,7 @@ class RobotContest:
         """
         fits = []
         for c in self._promising(current, candidates, finalists):
-            fit = self.evidence.fit((*current.chosen, c), current.weights, 4)
+            fit = self.evidence.fit((*current.chosen, c), current, 4)
             if c.at_setting is not None and current.deviance - fit.deviance > self.cost(c):
                 fit = _refined(self.evidence, fit)
             if _allowed(self.evidence, fit):
@@ -230,12 +230,12 @@ class RobotContest:
             worth = []
             for i in range(len(fit.chosen)):
                 ordered = (*fit.chosen[:i], *fit.chosen[i + 1:], fit.chosen[i])
-                less = self.evidence.fit(ordered[:-1], fit.weights, 4)
-                worth.append(self.worth(less, self.evidence.fit(ordered, fit.weights, 2)))
+                less = self.evidence.fit(ordered[:-1], fit, 4)
+                worth.append(self.worth(less, self.evidence.fit(ordered, fit, 2)))
             i = int(np.argmin(worth))
             if worth[i] >= CONTEST.margin:
                 break
-            fit = self.evidence.fit((*fit.chosen[:i], *fit.chosen[i + 1:]), fit.weights, 4)
+            fit = self.evidence.fit((*fit.chosen[:i], *fit.chosen[i + 1:]), fit, 4)
             del numbers[i]
         return fit, numbers
 
@@ -301,7 +301,7 @@ def _allowed(evidence: RobotEvidence, fit: RobotFit) -> bool:
     deviations = np.sqrt(np.diag(fit.covariance)[-len(fit.scale):]) / fit.scale
     for i, c in enumerate(fit.chosen):
         b = fit.values[fit.of(i)]
-        torque = sum(float(np.sum((x @ b) ** 2)) for x in c.columns.values())
+        torque = sum(float(np.sum(x ** 2)) for x in fit.torque(i).values())
         most = sum((math.sqrt(np.sum((rows.target[j] + rows.model[j]) ** 2))
                     + math.sqrt(np.sum(rows.model[j] ** 2))) ** 2
                    for rows in evidence.recordings for j in c.columns)
@@ -321,7 +321,7 @@ def _refined(evidence: RobotEvidence, fit: RobotFit) -> RobotFit:
     if c.next_setting is not None:
         for step in range(MOST_STEPS):
             c, before = remade(c.next_setting(fit.values[fit.of(len(base))])), fit.deviance
-            fit = evidence.fit((*base, c), fit.weights, 3)
+            fit = evidence.fit((*base, c), fit, 3)
             if step > 1 and abs(before - fit.deviance) < LEAST_GAIN:
                 break
         return fit
@@ -341,7 +341,7 @@ def _refined(evidence: RobotEvidence, fit: RobotFit) -> RobotFit:
                 if not in_range:
                     break
                 candidate = remade(setting)
-                trial = evidence.fit((*base, candidate), fit.weights, 3)
+                trial = evidence.fit((*base, candidate), fit, 3)
                 if trial.deviance > fit.deviance - LEAST_GAIN:
                     break
                 c, fit = candidate, trial

@@ -10,9 +10,17 @@ Evidence: the likelihood of a mixed model of all joints, by Gram matrices per jo
 
 A nuisance column acts on few joints only, and may be that of one recording, as of a load: each
 Gram matrix holds the columns of its joint in its recording.
+
+Of a servo the setpoint is known and the gain is a nuisance. Its balance is divided by the gain, so
+that gains that are free do not allow the solution 0 = 0: with s, the gain of the model over the
+true one,
+
+    setpoint's effort - model = (s - 1) model + inputs + s (X beta + Z u) + e,
+
+which each round of a fit makes linear about the solution of the last one (Gauss and Newton).
 """
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 from typing import NamedTuple
 
@@ -23,12 +31,15 @@ from gearbox_monitor.diagnosis.robot.candidates import Candidate
 from gearbox_monitor.diagnosis.robot.motion import highest_kept
 from gearbox_monitor.diagnosis.robot.rows import NuisanceColumn, Rows
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
-from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.kernels.types import Array, Flags, Integers
+from gearbox_monitor.plant.effects.controller import SERVO_GAIN
 
 WEAK = 1e-7      # prior precision of a candidate's coefficient, in units of its column
 SINGULAR = 1e-13  # of a candidate's own Schur complement, relative
 ROUNDED = 1.0 + 1e-11  # of a diagonal: columns that nearly agree leave it not below zero
 CANCELLED = 1e-4  # below it the difference of two sums is not accurate
+STEPS, STEADY = 12, 1e-12  # of Gauss and Newton beyond the rounds; 2 log likelihood of the last
+LEAST_SCALE = 0.1  # gain of the model over that of a servo: it may be 10 times as large
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,17 +52,60 @@ class Prior:
 
 
 class Grams(NamedTuple):
-    """Of the `cells` [C] of a recording with its nuisance `columns` [n]: gram [C, n+1, n+1]."""
+    """
+    Of the `cells` [C] of a recording with its nuisance `columns` [n]: gram [C, n+1, n+1].
+
+    turn [n+1, n+1]: what makes of columns and target those about a solution, None for nothing.
+    """
 
     cells: slice
     columns: Integers
     gram: Array
+    turn: Array | None = None
 
     def left(self, solution: Array) -> Array:
         """Return the sum of squares [C] that the coefficients `solution` of all columns leave."""
         c = np.append(-solution[self.columns], 1.0)
+        c = c if self.turn is None else self.turn @ c
         result: Array = (self.gram @ c) @ c
         return result
+
+
+class Servos(NamedTuple):
+    """
+    What a gain scales, of the nuisance and the columns of candidates [K+E].
+
+    inputs: which columns are of the setpoint, no torques; gains [J, K+E]: change of a joint's gain
+    of the model over its servo's with each coefficient; mean: of their prior.
+    """
+
+    inputs: Flags
+    gains: Array
+    mean: Array
+
+    def scale(self, solution: Array) -> Array:
+        """Return the gain of the model over that of each servo [J] at a solution [K+E]."""
+        return np.maximum(1.0 + self.gains @ (self.mean + solution), LEAST_SCALE)
+
+    def about(self, solution: Array, joint: int, index: Integers) -> Array:
+        """
+        Return what makes those about a solution of columns of a joint and its target.
+
+        Args:
+            solution: [K+E].
+            joint: the joint.
+            index: of its columns [n].
+
+        Returns:
+            [n+1, n+1], by which the rows of columns and target are multiplied.
+        """
+        scale, known = self.scale(solution)[joint], self.gains[joint]
+        torque = ~self.inputs[index]
+        own = np.where(torque, (self.mean + solution)[index], 0.0)
+        out = np.eye(len(index) + 1)
+        out[:-1, :-1] = np.diag(np.where(torque, scale, 1.0)) + np.outer(own, known[index])
+        out[:-1, -1] = torque * (scale - 1.0) * solution[index] - (known @ self.mean) * own
+        return out
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +143,7 @@ class RobotFit:
 
     values: coefficients of the chosen; nuisance [K]: in units of deviations, from the mean;
     covariance [K+E, K+E], scale [E]: of the columns; weights: 1 / variance per joint [C];
-    residual: per joint [R].
+    residual: per joint [R]; gain [J]: of the model over that of the servo, else 1.
     """
 
     chosen: tuple[Candidate, ...]
@@ -100,11 +154,27 @@ class RobotFit:
     scale: Array
     weights: tuple[Array, ...]
     residual: tuple[Array, ...]
+    gain: Array
+
+    @property
+    def solution(self) -> Array:
+        """Coefficients [K+E] in the units of the fit."""
+        return np.append(self.nuisance, self.values * self.scale)
+
+    def torque(self, number: int) -> dict[int, Array]:
+        """Return the rows {joint: [R]} of candidate `number`, in the scale of the balance."""
+        c, values = self.chosen[number], self.values[self.of(number)]
+        return {j: x @ values * (1.0 if c.of_input else self.gain[j])
+                for j, x in c.columns.items()}
 
     def of(self, number: int) -> slice:
         """Return where the coefficients of candidate `number` stand in `values`."""
         begin = sum(c.width for c in self.chosen[:number])
         return slice(begin, begin + self.chosen[number].width)
+
+    def dispersed(self, dispersion: Array) -> 'RobotFit':
+        """Return the fit with the information of each joint over its `dispersion` [J]."""
+        return replace(self, weights=tuple(w / phi for w, phi in zip(self.weights, dispersion)))
 
 
 class AddedEstimate(NamedTuple):
@@ -231,52 +301,101 @@ class RobotEvidence:
             where.append(place)
         return out, where, scale
 
-    def fit(self, chosen: Sequence[Candidate] = (), weights: Sequence[Array] | None = None,
+    def _servos(self, chosen: Sequence[Candidate], scale: Array) -> Servos | None:
+        """Return what gains of servos scale beside `chosen` in columns of a `scale` [E]."""
+        if not self.recordings[0].setpoint:
+            return None
+        k = len(self.labels)
+        gains = np.zeros((self.joints, k + len(scale)))
+        inputs = [column.of_input for column in self.nuisance.values()]
+        for j, name in enumerate(self.recordings[0].robot.chain.joints):
+            own = self.labels.index(f'kp {name}')
+            gains[j, own] = self.deviation[own]
+        for c in chosen:
+            if c.effect == SERVO_GAIN.id:
+                gains[list(c.columns), len(inputs)] = 1.0 / scale[len(inputs) - k]
+            inputs += [c.of_input] * c.width
+        return Servos(np.array(inputs), gains, np.append(self.mean, np.zeros(len(scale))))
+
+    def fit(self, chosen: Sequence[Candidate] = (), begin: RobotFit | None = None,
             rounds: int = 6) -> RobotFit:
         """
         Return the profiled fit of a set of candidates.
 
         Args:
             chosen: candidates.
-            weights: per joint, to begin with.
+            begin: fit whose variances and coefficients it begins with.
             rounds: of reweighting, at most.
         """
         k = len(self.labels)
         extra, places, scale = self._columns(chosen)
         grams = [[_extended(part, a, x, k + place) for part in a.grams]
                  for a, x, place in zip(self.at, extra, places)]
-        if weights is None:
-            weights = [a.count / np.maximum(np.concatenate(
-                [part.gram[:, -1, -1] for part in a.grams]), 1e-30) for a in self.at]
-        size = k + len(scale)
+        weights: Sequence[Array] = [a.count / np.maximum(np.concatenate(
+            [part.gram[:, -1, -1] for part in a.grams]), 1e-30) for a in self.at]
+        size, servos = k + len(scale), self._servos(chosen, scale)
+        solution = np.zeros(size)
+        if begin is not None:
+            weights = begin.weights
+        if begin is not None and servos is not None:
+            old = {id(c): begin.values[begin.of(i)] for i, c in enumerate(begin.chosen)}
+            solution = np.concatenate([begin.nuisance, *(
+                old.get(id(c), np.zeros(c.width)) for c in chosen)]) * np.append(np.ones(k), scale)
         prior = np.zeros((size, size))
         prior[:k, :k] = self.precision
         prior[np.arange(k, size), np.arange(k, size)] = _precision(chosen, scale)
-        for _ in range(rounds):
+        held = False
+        for step in range(rounds + STEPS):
             matrix, right = prior.copy(), np.zeros(size)
-            for parts, w in zip(grams, weights):
+            seen = grams if servos is None else [[
+                part._replace(turn=servos.about(solution, j, part.columns)) for part in parts]
+                for j, parts in enumerate(grams)]
+            for parts, w in zip(seen, weights):
                 _add(matrix, right, parts, w)
             matrix[np.arange(size), np.arange(size)] *= ROUNDED
             factor = scipy.linalg.cho_factor(matrix, lower=True, check_finite=False)
-            solution = scipy.linalg.cho_solve(factor, right, check_finite=False)
+            last, solution = solution, scipy.linalg.cho_solve(factor, right, check_finite=False)
             squares = []
-            for parts, a in zip(grams, self.at):
+            for parts, a in zip(seen, self.at):
                 left = np.concatenate([part.left(solution) for part in parts])
                 squares.append(self._shrunk(np.maximum(left, a.floor), a))
+            new = [a.count / s for a, s in zip(self.at, squares)]
+            held = held or step + 1 >= rounds or max(
+                np.abs(np.log(w / b)).max() for w, b in zip(new, weights)) < 0.01
             # Weights, solution and covariance that are returned belong together: where a candidate
             # has the column of a nuisance, their difference is all of its information.
-            used, weights = weights, [a.count / s for a, s in zip(self.at, squares)]
-            if max(np.abs(np.log(w / b)).max() for w, b in zip(weights, used)) < 0.01:
+            if held and (servos is None or (solution - last) @ matrix @ (
+                    solution - last) < STEADY):
                 break
+            weights = weights if held else new
         offset = solution[:k]
         deviance = sum(float((a.count * np.log(s / a.count)).sum())
                        for a, s in zip(self.at, squares)) + float(
                            offset @ self.precision @ offset)
-        residual = [a.y - a.z @ solution[a.index] - x @ solution[k + place]
-                    for a, x, place in zip(self.at, extra, places)]
+        residual = [full @ np.append(-solution[index], 1.0) for full, index in (
+            self._seen(j, x, k + place, servos, solution)
+            for j, (x, place) in enumerate(zip(extra, places)))]
         inverse = scipy.linalg.cho_solve(factor, np.eye(size), check_finite=False)
         return RobotFit(tuple(chosen), deviance, solution[k:] / scale, offset, inverse, scale,
-                        tuple(used), tuple(residual))
+                        tuple(weights), tuple(residual), np.ones(self.joints)
+                        if servos is None else servos.scale(solution))
+
+    def _seen(self, j: int, extra: Array, places: Integers, servos: Servos | None,
+              solution: Array) -> tuple[Array, Integers]:
+        """
+        Return the columns of a joint and its target [R, n+1] about a solution, and which they are.
+
+        Args:
+            j: the joint.
+            extra: columns [R, e] of candidates.
+            places: of these [e], among all.
+            servos: what gains scale.
+            solution: [K+E].
+        """
+        a = self.at[j]
+        index = np.append(a.index, places)
+        full = np.column_stack([a.z, extra, a.y])
+        return full if servos is None else full @ servos.about(solution, j, index), index
 
     def hidden(self, fit: RobotFit) -> float:
         """
@@ -331,29 +450,23 @@ class RobotEvidence:
             part: of each joint which rows [R] an effect may act on, None for all. An effect in a
                 part of the rows is what differs between this part and the others.
         """
-        extra, places, _ = self._columns(fit.chosen)
-        k = len(self.labels)
         weight = [a.spread(w) for a, w in zip(self.at, fit.weights)]
-        full = [np.column_stack([a.z, x]) if x.shape[1] else a.z for a, x in zip(self.at, extra)]
-        index = [np.r_[a.index, k + place] for a, place in zip(self.at, places)]
-        grams = [np.zeros_like(fit.covariance) for _ in self.at]
-        for gram, a, x, place, w in zip(grams, self.at, extra, places, fit.weights):
-            _add(gram, np.zeros(len(gram)), [_extended(g, a, x, k + place) for g in a.grams], w)
-        shared = full, index, weight, grams
+        full, index, grams = self._about(fit)
         out: list[AddedEstimate | None] = [None] * len(candidates)
         single: dict[int, list[int]] = {}
         for i, c in enumerate(candidates):
             if len(c.columns) == 1:
                 single.setdefault(next(iter(c.columns)), []).append(i)
             else:
-                columns = {j: self._in_part(x, j, part) for j, x in c.columns.items()}
+                columns = {j: self._in_part(c, j, fit, part) for j in c.columns}
                 score = np.zeros(c.width)
                 for j, x in columns.items():
                     score += x.T @ (weight[j] * fit.residual[j])
-                out[i] = _estimate(c, score, *self._schur(fit, columns, *shared))
+                out[i] = _estimate(c, score, *self._schur(
+                    fit, columns, full, index, weight, grams))
         for j, numbers in single.items():
-            x = np.concatenate([candidates[i].columns[j] for i in numbers], axis=1)
-            x = self._in_part(x, j, part)
+            x: Array = np.concatenate(
+                [self._in_part(candidates[i], j, fit, part) for i in numbers], axis=1)
             xw = x * weight[j][:, None]
             score, xz = xw.T @ fit.residual[j], xw.T @ full[j]
             inner = xz @ fit.covariance[index[j][:, None], index[j]]
@@ -365,14 +478,36 @@ class RobotEvidence:
                 schur = xx - inner[own] @ xz[own].T
                 size = np.sqrt(np.diag(xx)) + 1e-30
                 if np.linalg.eigvalsh(schur / np.outer(size, size))[0] < CANCELLED:
-                    schur, _ = self._schur(fit, {j: x[:, own]}, *shared)
+                    schur, _ = self._schur(fit, {j: x[:, own]}, full, index, weight, grams)
                 out[i] = _estimate(candidates[i], score[own], schur, np.diag(xx))
         return [e for e in out if e is not None]
 
-    def _in_part(self, x: Array, joint: int, part: Sequence[Array] | None) -> Array:
-        """Return columns [R, k] of a candidate in the order of its joint, in a part."""
-        x = x[self.at[joint].order]
+    def _in_part(self, c: Candidate, joint: int, fit: RobotFit, part: Sequence[Array] | None
+                 ) -> Array:
+        """Return columns [R, k] of `c` about a fit, in the order of a joint, in a part."""
+        x = c.columns[joint][self.at[joint].order] * (1.0 if c.of_input else fit.gain[joint])
         return x if part is None else x * part[joint][:, None]
+
+    def _about(self, fit: RobotFit) -> tuple[list[Array], list[Integers], list[Array]]:
+        """
+        Return the columns of a fit about its solution.
+
+        Returns:
+            Per joint: columns [R, n]; which ones of all [n]; their sums of squares [K+E, K+E].
+        """
+        extra, places, scale = self._columns(fit.chosen)
+        k, servos = len(self.labels), self._servos(fit.chosen, scale)
+        full, indices, grams = [], [], []
+        for j, (x, place, w) in enumerate(zip(extra, places, fit.weights)):
+            columns, index = self._seen(j, x, k + place, servos, fit.solution)
+            gram = np.zeros_like(fit.covariance)
+            parts = [_extended(g, self.at[j], x, k + place) for g in self.at[j].grams]
+            _add(gram, np.zeros(len(gram)), parts if servos is None else [
+                g._replace(turn=servos.about(fit.solution, j, g.columns)) for g in parts], w)
+            full.append(columns[:, :-1])
+            indices.append(index)
+            grams.append(gram)
+        return full, indices, grams
 
     def _schur(self, fit: RobotFit, columns: Mapping[int, Array], full: Sequence[Array],
                index: Sequence[Array], weight: Sequence[Array], grams: Sequence[Array]
@@ -409,14 +544,12 @@ class RobotEvidence:
         It holds where the residual is no white noise (White, 1980; segments as clusters), and is
         not below that of the likelihood.
         """
-        k = len(self.labels)
-        extra, places, _ = self._columns(fit.chosen)
+        k, (full, indices, _) = len(self.labels), self._about(fit)
         scores = np.zeros((self.segments, len(fit.covariance)))
-        for a, x, place, w, r in zip(self.at, extra, places, fit.weights, fit.residual):
-            rows = np.column_stack([a.z, x]) * (a.spread(w) * r)[:, None]
-            total = np.zeros((self.segments, rows.shape[1]))
-            np.add.at(total, a.segment, rows)
-            scores[:, np.r_[a.index, k + place]] += total
+        for a, x, index, w, r in zip(self.at, full, indices, fit.weights, fit.residual):
+            total = np.zeros((self.segments, x.shape[1]))
+            np.add.at(total, a.segment, x * (a.spread(w) * r)[:, None])
+            scores[:, index] += total
         own = fit.covariance[k:]
         middle = scores @ own.T
         prior = own[:, :k] @ self.precision @ own[:, :k].T
@@ -435,7 +568,7 @@ class RobotEvidence:
                 candidates; None for 1.
         """
         if dispersion is not None:
-            fit = self.fit((), [w / phi for w, phi in zip(fit.weights, dispersion)], 1)
+            fit = self.fit((), fit.dispersed(dispersion), 1)
         d = self.deviation
         return Prior(self.labels, (self.mean + fit.nuisance) * d,
                      fit.covariance[:len(d), :len(d)] * np.outer(d, d))
@@ -459,8 +592,9 @@ def _extended(part: Grams, a: JointRows, x: Array, index: Integers) -> Grams:
 
 def _add(matrix: Array, right: Array, parts: Sequence[Grams], weights: Array) -> None:
     """Add `parts` of a joint with its `weights` [C] to the normal equations."""
-    for cells, own, gram in parts:
-        total = np.tensordot(weights[cells], gram, 1)
+    for cells, own, gram, turn in parts:
+        total: Array = np.tensordot(weights[cells], gram, 1)
+        total = total if turn is None else turn.T @ total @ turn
         matrix[own[:, None], own] += total[:-1, :-1]
         right[own] += total[:-1, -1]
 

@@ -555,7 +555,7 @@ def friction_drifts(evidence: RobotEvidence, fit: RobotFit, prior: Prior, disper
         prior: that the references taught.
         dispersion: [J], by which the information of each joint is divided.
     """
-    fit = evidence.fit(fit.chosen, [w / phi for w, phi in zip(fit.weights, dispersion)], 1)
+    fit = evidence.fit(fit.chosen, fit.dispersed(dispersion), 1)
     after, taught = evidence.posterior(fit), {label: i for i, label in enumerate(prior.labels)}
     drifts = []
     for j, name in enumerate(evidence.recordings[0].robot.chain.joints):

@@ -131,7 +131,8 @@ class NuisanceColumn:
     A column that is no finding: rows {joint: [R]}, `deviation` of its coefficient.
 
     group: (joint, DRY or VISCOUS) of friction that scales as a whole with the day, None for
-    others. own: each recording has a coefficient of its own.
+    others. own: each recording has a coefficient of its own. of_input: it acts on a setpoint, and
+    is no torque.
     """
 
     label: str
@@ -139,6 +140,7 @@ class NuisanceColumn:
     deviation: float
     group: tuple[int, str] | None = None
     own: bool = False
+    of_input: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,8 +150,7 @@ class Rows:
 
     target [J, R]: effort less model. inertial {(link, joint): [R, 10]}. model [J, R]: of the file.
     joints: JointMotion of each joint. nuisance: columns. strange [S, J]: share of each segment in
-    which no reference was. scale [J]: gain of the model over that of the servo, None for 1: the
-    balance of setpoints is divided by the gain, and so is a torque that several joints share.
+    which no reference was.
     """
 
     name: str
@@ -166,11 +167,6 @@ class Rows:
     setpoint: bool = False
     rate: float = 100.0
     strange: Array | None = None
-    scale: Array | None = None
-
-    def scaled(self, joint: int, rows: Array) -> Array:
-        """Return `rows` of a torque of the bodies at `joint` in the scale of its servo."""
-        return rows if self.scale is None else rows * self.scale[joint]
 
     def tested(self, joint: int, series: Array, momentum: bool = False) -> Array:
         """Return the rows [R, k] of `series` [N, k] at `joint`, with `momentum` of its rate."""
@@ -181,7 +177,7 @@ class Rows:
         """Rows {joint: [R, 3]} of a gravity of 1 m/s^2 along the axes of level_frame."""
         chain = self.robot.chain
         series = chain.weights(self.motion.q) @ level_frame(chain.gravity).T
-        return {j: self.scaled(j, self.tested(j, series[:, j])) for j in range(len(self.joints))}
+        return {j: self.tested(j, series[:, j]) for j in range(len(self.joints))}
 
     @cached_property
     def inertia(self) -> Array:
@@ -194,8 +190,8 @@ class Rows:
         """Of each joint the rows {joint: [R, 1]} of a reading that is 1 rad (1 m) too large."""
         slopes = -self.robot.chain.weight_slopes(self.motion.q)
         size = np.abs(slopes).max(axis=0)
-        return tuple({k: self.scaled(k, self.tested(k, slopes[:, k, j, None]))
-                      for k in range(len(size)) if size[k, j] > 1e-9} for j in range(len(size)))
+        return tuple({k: self.tested(k, slopes[:, k, j, None]) for k in range(len(size))
+                      if size[k, j] > 1e-9} for j in range(len(size)))
 
 
 def rows_of(log: RobotLog, robot: RobotModel, shapes: Sequence[tuple[int, str]] = (),
@@ -284,20 +280,6 @@ def tested(motion: RobotMotion, tests: TestFunctions, robot: RobotModel,
     return replace(rows, nuisance=tuple(nuisance_of(rows, shapes)))
 
 
-def in_scale(rows: Rows, scale: Array, shapes: Sequence[tuple[int, str]] = ()) -> Rows:
-    """
-    Return `rows` with the bodies' torques in the scale of each joint's servo.
-
-    Args:
-        rows: of setpoints, in the scale of the model.
-        scale: gain of the model over that of the servo [J].
-        shapes: (joint, name) of shapes that a reference needed.
-    """
-    rows = replace(rows, scale=scale, inertial={(link, j): x * scale[j]
-                                                for (link, j), x in rows.inertial.items()})
-    return replace(rows, nuisance=tuple(nuisance_of(rows, shapes)))
-
-
 def _rate(motion: RobotMotion, x: Array) -> Array:
     """Return dx/dt of `x` [N, K], section by section."""
     out = np.empty_like(x)
@@ -360,9 +342,10 @@ def nuisance_of(rows: Rows, shapes: Sequence[tuple[int, str]]) -> list[NuisanceC
         m, torque = rows.joints[j], float(np.std(rows.joints[j].effort)) + 1e-9
 
         def add(label: str, x: Array, deviation: float, group: str = '', rate: bool = False,
-                j: int = j) -> None:
+                j: int = j, of_input: bool = False) -> None:
             columns.append(NuisanceColumn(label, {j: rows.tested(j, x[:, None], rate)[:, 0]},
-                                          deviation, (j, group) if group else None))
+                                          deviation, (j, group) if group else None,
+                                          of_input=of_input))
         spread = s.armature_learnt * torque / 20.0 if robot.learnt else 0.0
         add(f'armature {name}', m.v, robot.friction_tolerance * m.armature + spread + 1e-9,
             rate=True)
@@ -384,10 +367,10 @@ def nuisance_of(rows: Rows, shapes: Sequence[tuple[int, str]]) -> list[NuisanceC
             gain = robot.gain_tolerance
             # The column of the effect itself: two that differ by rounding would explain noise.
             assert SERVO_GAIN.column is not None
-            add(f'kp {name}', SERVO_GAIN.column.series(m, 0.0)[:, 0], gain)
-            add(f'kd {name}', m.kd * m.v, gain)
-            add(f'setpoint lag {name}', m.kp * m.setpoint_speed, max(0.25 * rows.motion.step,
-                                                                     0.003))
+            add(f'kp {name}', SERVO_GAIN.column.series(m, 0.0)[:, 0], gain, of_input=True)
+            add(f'kd {name}', m.kd * m.v, gain, of_input=True)
+            add(f'setpoint lag {name}', m.kp * m.setpoint_speed,
+                max(0.25 * rows.motion.step, 0.003), of_input=True)
     if robot.kp is not None:
         columns += _held(rows, robot.kp, np.zeros(len(robot.kp)) if robot.kd is None else robot.kd)
     columns.append(NuisanceColumn('lag', delays, max(s.lag, 0.25 * rows.motion.step), own=True))
@@ -422,6 +405,6 @@ def _held(rows: Rows, kp: Array, kd: Array) -> list[NuisanceColumn]:
         speed[j], position[j] = kd[j] * swung, kp[j] * swung
     sizes = {': lag' if rows.setpoint else '': period, ': rate': 0.5 * period ** 2,
              ': speed': period ** 2 / 12.0, ': position': period ** 3 / 24.0}
-    return [NuisanceColumn(HELD + name, column, size, own=True)
+    return [NuisanceColumn(HELD + name, column, size, own=True, of_input=True)
             for (name, size), column in zip(sizes.items(), columns)
             if not (rows.setpoint and name == ': speed')]

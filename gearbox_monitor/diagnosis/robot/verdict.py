@@ -20,16 +20,15 @@ from gearbox_monitor.diagnosis.robot.knowledge import (
     burstiness, energy_over, farther, friction_drifts, FrictionDrift, Knowledge, scattered,
     unvisited_shares, with_unvisited, worst_segments)
 from gearbox_monitor.diagnosis.robot.robot_effects import (
-    BASE, BASE_TILT, JOINT_ZERO, LINK_INERTIA, PAYLOAD, QUADRATIC, ROBOT_EFFECTS)
+    BASE, BASE_TILT, JOINT_ZERO, PAYLOAD, QUADRATIC, ROBOT_EFFECTS)
 from gearbox_monitor.diagnosis.robot.robot_log import RobotLog, SETPOINT
-from gearbox_monitor.diagnosis.robot.rows import HELD, in_scale, RobotModel, Rows, rows_of
+from gearbox_monitor.diagnosis.robot.rows import HELD, RobotModel, Rows, rows_of
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN, TORQUE_OFFSET
 from gearbox_monitor.plant.effects.balance_column import COMMAND
-from gearbox_monitor.plant.effects.controller import (
-    SERVO_DEADBAND, SERVO_GAIN, SERVO_LIMIT, SETPOINT_DELAY)
+from gearbox_monitor.plant.effects.controller import SERVO_LIMIT
 from gearbox_monitor.plant.effects.motor_side import COULOMB_ASYMMETRY, MOTOR_COULOMB
 from gearbox_monitor.presentation import Quantity, Said, said
 
@@ -40,10 +39,6 @@ WIDE_PLACE = 1.0   # m: a centre of mass that is not known within this is not de
 AHEAD = 4          # laws of a joint that are tried with a second one
 KNOWN_MASS = 0.25  # of a link's: a load that is known so well did not change
 LARGER = 1.5       # bursts of healthy references that were as large are none
-OF_SETPOINT = (SERVO_GAIN.id, SETPOINT_DELAY.id, SERVO_DEADBAND.id)  # before the gain
-OF_BODIES = (PAYLOAD.id, LINK_INERTIA.id, BASE_TILT.id, JOINT_ZERO.id)  # in the true scale
-MOST_SCALES = 4    # verdicts, each with the gains that the last one found: gains scale loads
-LEAST_SCALE = 0.1  # gain of the model over that of the servo: it may be 10 times as large
 LEAST_SEEN = 0.05  # of a motion: what is new all over is no evidence, but a limit has to be
 BURSTS = 'bursts'  # of a remainder, in place of a variable
 HELD_SHARE = 0.25   # of the period, which shifts a sampled torque by half of it
@@ -113,25 +108,7 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
     """
     shapes = knowledge.shapes if knowledge else ()
     mean = knowledge.mean if knowledge else None
-    recordings = [rows_of(log, robot, shapes, mean) for log in logs]
-    if not recordings[0].setpoint:
-        return _verdict_on(recordings, knowledge, effects)
-    # Of the model, not of a fit without findings, whose gains make up for a load.
-    scale = np.ones(len(robot.chain.joints))
-    for k in range(MOST_SCALES):
-        verdict = _verdict_on([in_scale(rows, scale, shapes) for rows in recordings], knowledge,
-                              effects)
-        found, unsure = _servo_scales(verdict.evidence, verdict.fit)
-        if np.all(np.abs(found - scale) < np.sqrt(np.diag(unsure))):
-            break
-        scale = np.maximum(0.5 * (scale + found) if k else found, LEAST_SCALE)
-    return verdict
-
-
-def _verdict_on(recordings: Sequence[Rows], knowledge: Knowledge | None,
-                effects: Sequence[str] | None) -> RobotVerdict:
-    """Return the verdict on `recordings`, see diagnose."""
-    away = 1.0
+    recordings, away = [rows_of(log, robot, shapes, mean) for log in logs], 1.0
     if knowledge is None:
         evidence = RobotEvidence(recordings)
     else:
@@ -304,8 +281,7 @@ def _search(contest: RobotContest, blank: RobotFit, laws: Sequence[Candidate],
 def _weighs(fit: RobotFit) -> bool:
     """Return whether the function at the end of a fit weighs against the laws at its joint."""
     j, = fit.chosen[-1].columns
-    torques = [c.columns[j] @ fit.values[fit.of(i)] for i, c in enumerate(fit.chosen)
-               if j in c.columns]
+    torques = [fit.torque(i)[j] for i, c in enumerate(fit.chosen) if j in c.columns]
     laws = np.sum(torques[:-1], axis=0)
     return bool(np.sum(torques[-1] ** 2) > SETTINGS.idle * np.sum(laws ** 2))
 
@@ -400,7 +376,7 @@ def _shares(evidence: RobotEvidence, fit: RobotFit) -> list[float]:
             torque = np.zeros_like(residual)
             for i in numbers:
                 if j in fit.chosen[i].columns:
-                    torque += fit.chosen[i].columns[j][a.order] @ fit.values[fit.of(i)]
+                    torque += fit.torque(i)[j][a.order]
             out += float(a.spread(w) @ (2.0 * residual * torque + torque ** 2))
         return out
     whole = max(returns(range(len(fit.chosen))), 1e-9)
@@ -426,7 +402,10 @@ def _findings(search: RobotSearch) -> tuple[Finding, ...]:
         determined = _determined(evidence, c, spread)
         if c.searched:
             b = np.append(b, c.setting)
-        b, spread = _of_servo(evidence, fit, c, b, spread)
+        if c.effect == SERVO_LIMIT.id:
+            # A limit is a torque, in the scale of the model's gain.
+            gain = float(fit.gain[list(c.columns)][0])
+            b, spread = b / [1.0, gain], spread / np.outer([1.0, gain], [1.0, gain])
         values = _values(c, b)
         deviations = _deviations(c, b, spread, determined)
         values, deviations = _with_totals(evidence, c, values, deviations)
@@ -452,7 +431,7 @@ def _spreads(evidence: RobotEvidence, fit: RobotFit) -> list[Array]:
         if c.searched and not c.free:
             places[i] = len(fit.values) + len(slopes)
             slopes.append(_slope(c, fit.values[fit.of(i)]))
-    whole = evidence.fit((*fit.chosen, *slopes), fit.weights, 2) if slopes else fit
+    whole = evidence.fit((*fit.chosen, *slopes), fit, 2) if slopes else fit
     covariance = evidence.sandwich(whole)
     own = [np.r_[fit.of(i), [places[i]] if i in places else []].astype(int)
            for i in range(len(fit.chosen))]
@@ -465,7 +444,7 @@ def _slope(c: Candidate, b: Array) -> Candidate:
     step = SETTING_STEP * (c.span or abs(c.setting))
     lower, upper = c.at_setting(c.setting - step), c.at_setting(c.setting + step)
     return Candidate('slope', {j: (upper.columns[j] - x) @ b[:, None] / (2.0 * step)
-                               for j, x in lower.columns.items()})
+                               for j, x in lower.columns.items()}, of_input=c.of_input)
 
 
 def _values(c: Candidate, b: Array) -> dict[str, float]:
@@ -475,44 +454,6 @@ def _values(c: Candidate, b: Array) -> dict[str, float]:
         c, b = c.at_setting(float(b[-1])), b[:-1]
     assert c.values is not None
     return dict(c.values(b))
-
-
-def _of_servo(evidence: RobotEvidence, fit: RobotFit, c: Candidate, b: Array, spread: Array
-              ) -> tuple[Array, Array]:
-    """
-    Return coefficients and covariance in the scale of the servo's true gain, where it has one.
-
-    The balance of setpoints is divided by the gain, so that gains that are free do not allow the
-    solution 0 = 0: torques of one joint come out in the scale of the model's gain, the true one is
-    a nuisance. Those of bodies, which several joints share, have columns in the servo's scale.
-    """
-    if not evidence.recordings[0].setpoint or c.effect in OF_SETPOINT:
-        return b, spread
-    scale, covariance = _servo_scales(evidence, fit)
-    own, shares = list(c.columns), np.array(list(informed(evidence, c, fit).values()))
-    gain = max(float(shares @ scale[own]), LEAST_SCALE)
-    unsure = float(shares @ covariance[np.ix_(own, own)] @ shares)
-    # A limit is a torque, its coefficient a number; other settings are speeds, angles, times.
-    torque = np.ones(len(b), bool)
-    if c.searched:
-        torque[:] = c.effect != SERVO_LIMIT.id
-        torque[-1] = not torque[-1]
-    by = np.where(torque & (c.effect not in OF_BODIES), gain, 1.0)
-    b = b / by
-    change = np.where(torque, b / gain, 0.0)
-    return b, spread / np.outer(by, by) + unsure * np.outer(change, change)
-
-
-def _servo_scales(evidence: RobotEvidence, fit: RobotFit) -> tuple[Array, Array]:
-    """Return the gain of the model over that of each joint's servo [J], and its covariance."""
-    posterior = evidence.posterior(fit)
-    own = [posterior.labels.index(f'kp {name}')
-           for name in evidence.recordings[0].robot.chain.joints]
-    found = np.zeros(len(own))
-    for i, c in enumerate(fit.chosen):
-        if c.effect == SERVO_GAIN.id:
-            found[list(c.columns)] += fit.values[fit.of(i)]
-    return 1.0 + posterior.mean[own] + found, posterior.covariance[np.ix_(own, own)]
 
 
 def _determined(evidence: RobotEvidence, c: Candidate, covariance: Array) -> bool:
@@ -637,7 +578,7 @@ def _remainders(evidence: RobotEvidence, search: RobotSearch, knowledge: Knowled
     for i, (c, step) in enumerate(zip(fit.chosen, search.steps)):
         if c.free and c.joint is not None:
             j = chain.joints.index(c.joint)
-            x = c.columns[j] @ fit.values[fit.of(i)]
+            x = fit.torque(i)[j]
             out.append(Remainder('motor_side' if 'friction' in c.over else 'arm_side', 'effort',
                                  rms_in_motion(evidence, j, x), c.over, c.joint,
                                  figures={'evidence': round(step.worth, 3)}))
@@ -697,8 +638,7 @@ def _ranked(evidence: RobotEvidence, blank: RobotFit, fit: RobotFit) -> tuple[Jo
 def _closed(evidence: RobotEvidence, fit: RobotFit, joint: int) -> Array:
     """Return the rows [R] at `joint` less those of the findings of `fit` alone."""
     a = evidence.at[joint]
-    return np.asarray(a.y - sum((c.columns[joint][a.order] @ fit.values[fit.of(i)]
-                                 for i, c in enumerate(fit.chosen)
+    return np.asarray(a.y - sum((fit.torque(i)[joint][a.order] for i, c in enumerate(fit.chosen)
                                  if not c.free and joint in c.columns), np.zeros_like(a.y)))
 
 
@@ -767,8 +707,8 @@ def _of_gains(evidence: RobotEvidence, fit: RobotFit) -> tuple[Said, ...]:
     rows = evidence.recordings[0]
     if not rows.setpoint:
         return ()
-    return tuple(said('other_gain', place=name, factor=1.0 / max(x, LEAST_SCALE))
-                 for name, x in zip(rows.robot.chain.joints, _servo_scales(evidence, fit)[0])
+    return tuple(said('other_gain', place=name, factor=1.0 / x)
+                 for name, x in zip(rows.robot.chain.joints, fit.gain)
                  if abs(x - 1.0) > 2.0 * rows.robot.gain_tolerance)
 
 
@@ -805,8 +745,8 @@ def _of_small(evidence: RobotEvidence, search: RobotSearch) -> tuple[Said, ...]:
     if search.small is None:
         return ()
     fit, c = search.small.fit, search.small.candidate
-    (j, x), = c.columns.items()
-    size = rms_in_motion(evidence, j, x @ fit.values[fit.of(len(fit.chosen) - 1)])
+    (j, x), = fit.torque(len(fit.chosen) - 1).items()
+    size = rms_in_motion(evidence, j, x)
     unit = 'N' if evidence.recordings[0].robot.chain.links[j].slides else 'N m'
     return (said('little_remains', place=c.joint, size=Quantity(size, None, unit), over=c.over),)
 

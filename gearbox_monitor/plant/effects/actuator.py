@@ -133,7 +133,8 @@ def limit_column(needs: str, twins: tuple[str, ...] = ()) -> BalanceColumn:
     return BalanceColumn(
         lambda m, u: (m.effort - np.clip(m.effort, -u, u))[:, None],
         lambda b, u: {'umax': u}, setting='umax', grid=limits_reached, low=lambda m: 0.85,
-        high=lambda m: 1.15, needs=needs, twins=twins, hides=lambda m, u: np.abs(m.effort) > u)
+        high=lambda m: 1.15, needs=needs, twins=twins, hides=lambda m, u: np.abs(m.effort) > u,
+        of_input=True)
 
 
 SATURATION = Effect(

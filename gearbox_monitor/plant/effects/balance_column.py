@@ -145,6 +145,7 @@ class BalanceColumn:
     states: the value by which a report states it, '' for the effect's first parameter: a name in
     _change is a difference to the model, one in _factor a ratio.
     hides(m, setting): flags [N] of samples at which any input has the same effect, None for none.
+    of_input: it acts on the setpoint of a servo, and is no torque.
     """
 
     series: Callable[[JointMotion, float], Array]
@@ -162,3 +163,4 @@ class BalanceColumn:
     twins: tuple[str, ...] = ()
     states: str = ''
     hides: Callable[[JointMotion, float], Flags] | None = None
+    of_input: bool = False

@@ -33,7 +33,7 @@ SERVO_GAIN = Effect(
         lambda m, _: (m.model + m.kd * m.v - m.compensation)[:, None],
         lambda b, _: {'kp_factor': float(1.0 / (1.0 + b[0]))}, low=lambda m: -0.75,
         high=lambda m: 99.0,  # files of hobby arms state 60 times the gain
-        needs=OF_SETPOINT, states='kp_factor', twins=('torque_gain',)))
+        needs=OF_SETPOINT, of_input=True, states='kp_factor', twins=('torque_gain',)))
 
 SERVO_LIMIT = Effect(
     'servo_limit', 'controller', 'u clipped at +-umax',
@@ -70,7 +70,7 @@ SERVO_DEADBAND = Effect(
     column=BalanceColumn(
         lambda m, d: (m.kp * np.clip(m.error, -d, d))[:, None], lambda b, d: {'d': d},
         setting='d', grid=errors_reached, low=lambda m: 0.6,
-        high=lambda m: 1.5, needs=OF_SETPOINT,
+        high=lambda m: 1.5, needs=OF_SETPOINT, of_input=True,
         hides=lambda m, d: np.abs(m.error) < d))
 
 _KI, _LATE = positive('ki', 'N m/(rad s)'), Parameter('T', 's', 0.0, MAX_SERVO_DELAY)
@@ -124,7 +124,8 @@ SETPOINT_DELAY = Effect(
                       [FreeParameter('T', 0.02, 0.01, 0.0, MAX_SETPOINT_DELAY)]],
     column=BalanceColumn(
         lambda m, _: (m.kp * m.setpoint_speed)[:, None], one('T'), low=not_negative,
-        high=lambda m: MAX_SETPOINT_DELAY, needs=OF_SETPOINT, twins=('setpoint_lag',)))
+        high=lambda m: MAX_SETPOINT_DELAY, needs=OF_SETPOINT, of_input=True,
+        twins=('setpoint_lag',)))
 
 SETPOINT_LAG = Effect(
     'setpoint_lag', 'controller', "T r_f' = r - r_f, r_f in place of r",

@@ -19,7 +19,7 @@ from gearbox_monitor.diagnosis.hypothesis import Finding
 from gearbox_monitor.diagnosis.robot.candidates import (
     Candidate, free_functions, library, stops, swing)
 from gearbox_monitor.diagnosis.robot.contest import _allowed, RobotContest, visible_size
-from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence
+from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence, RobotFit
 from gearbox_monitor.diagnosis.robot.knowledge import (
     _noisy, burstiness, farther, learn, states_of, unvisited, visits_of, with_unvisited)
 from gearbox_monitor.diagnosis.robot.motion import highest_kept, local_cosines, RobotMotion
@@ -51,6 +51,12 @@ def model_of(case):
     chain = chain_of_compiled(random_robots.mujoco.MjModel.from_xml_string(case.xml),
                               Path('robot.xml'))
     return RobotModel(chain, np.full(len(case.joints), 0.4), 0.0, learnt=True)
+
+
+def fit_of(chosen, values):
+    """Return the RobotFit of candidates of one coefficient each."""
+    return RobotFit(chosen, 0.0, np.array(values), np.zeros(0), np.eye(2), np.ones(2), (), (),
+                    np.ones(1))
 
 
 @cache
@@ -195,20 +201,17 @@ def test_two_effects_that_cancel_each_other_are_no_finding():
     evidence = SimpleNamespace(recordings=[rows])
     for size, allowed in ((8.0, True), (12.0, False)):
         chosen = Candidate('offset', {0: x}), Candidate('weight', {0: -x})
-        fit = SimpleNamespace(chosen=chosen, values=np.array([size, size - 3.0]), scale=np.ones(2),
-                              covariance=np.eye(2), of=lambda i: slice(i, i + 1))
-        assert _allowed(evidence, fit) == allowed
+        assert _allowed(evidence, fit_of(chosen, [size, size - 3.0])) == allowed
 
 
 def test_bounds_hold_for_all_candidates_of_a_fit():
     """A gain left its bounds beside a newer effect: 7 times the torque, and what it left."""
-    wide, narrow = Candidate('a', {}), Candidate('b', {}, low=-0.6, high=3.0)
+    nothing = {0: np.zeros((1, 1))}
+    wide, narrow = Candidate('a', nothing), Candidate('b', nothing, low=-0.6, high=3.0)
     for values, allowed in (([5.0, 0.1], True), ([5.0, -0.9], False)):
         for chosen in ((wide, narrow), (narrow, wide)):
             ordered = values if chosen[0] is wide else values[::-1]
-            fit = SimpleNamespace(chosen=chosen, values=np.array(ordered), covariance=np.eye(2),
-                                  scale=np.ones(2), of=lambda i: slice(i, i + 1))
-            assert _allowed(SimpleNamespace(recordings=()), fit) == allowed
+            assert _allowed(SimpleNamespace(recordings=()), fit_of(chosen, ordered)) == allowed
 
 
 def test_a_base_that_is_mounted_otherwise_has_its_angle():
@@ -423,7 +426,7 @@ def test_gains_of_a_servo_may_be_wrong(servo_offset):
 @pytest.mark.system
 @pytest.mark.parametrize('seed, first', [
     (77013, []), (129901, ['servo_limit']), (129921, ['torque_gain']),
-    (130101, ['gravity', 'servo_limit'])])
+    (130101, ['servo_limit', 'gravity'])])
 def test_robots_whose_setpoints_are_logged(seed, first):
     """
     Torques that joints share stood in the scale of the model: `unknown`.
@@ -457,7 +460,7 @@ def test_a_setting_that_is_searched_has_the_deviation_of_its_likelihood():
     fit = evidence.fit((law,))
     covariance = _spreads(evidence, fit)[0]
     std = np.sqrt(covariance[1, 1])
-    lower, middle, upper = (evidence.fit((law.at_setting(0.2 + k * std),), fit.weights, 4).deviance
+    lower, middle, upper = (evidence.fit((law.at_setting(0.2 + k * std),), fit, 4).deviance
                             for k in (-1.0, 0.0, 1.0))
     # That of segments is not below that of the likelihood, by its curvature and minimum.
     curvature = lower - 2.0 * middle + upper
