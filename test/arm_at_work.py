@@ -5,7 +5,7 @@
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from gearbox_monitor.robot.chain import chain_of, inertial, joint_losses
+from gearbox_monitor.robot.chain import chain_of, inertial
 from gearbox_monitor.robot.description import parse
 from gearbox_monitor.watch.fold import step
 from gearbox_monitor.watch.record import Cutter
@@ -41,7 +41,7 @@ class Arm:
 
     def __init__(self, seed=3):
         text = urdf([m * x for m, x in zip(MASS, (1.05, 0.96, 1.03))])
-        self.chain = chain_of(parse(text, 'arm', {}), joint_losses(text, 'arm'))
+        self.chain = chain_of(parse(text, 'arm', {}))
         self.rng = np.random.default_rng(seed)
         self.load, self.friction, self.gain, self.still = 0.0, np.ones(3), np.ones(3), ()
         self.added, self.rotor = 0.0, np.zeros(3)

@@ -22,7 +22,7 @@ from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.topics import ARM, MOTOR, PLANT_TRANSMISSION_STATE, TRANSMISSION
 from gearbox_monitor.recordings.write import BagWriter
 from gearbox_monitor.robot.arm_plant import DRIVES, HIGH, LOW
-from gearbox_monitor.robot.chain import Chain, chain_of, inertial, joint_losses
+from gearbox_monitor.robot.chain import Chain, chain_of, inertial
 from gearbox_monitor.robot.description import parse
 
 NOISE = Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3))
@@ -148,7 +148,7 @@ def write_robot_pair(folder: Path, seconds: float, seed: int) -> list[str]:
         InputError: they cannot be written.
     """
     text = config_path('arm6.urdf').read_text(encoding='utf-8')
-    chain = chain_of(parse(text, 'arm6.urdf'), joint_losses(text))
+    chain = chain_of(parse(text, 'arm6.urdf'))
     rng = np.random.default_rng(seed)
     try:
         folder.mkdir()

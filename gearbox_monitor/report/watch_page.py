@@ -80,7 +80,7 @@ def _whole(data: WatchData, description: str, node: str, problem: str) -> Sectio
 def _sketch(data: WatchData, description: str) -> View | None:
     """Return the robot with what was found at its joints; None: there is no description."""
     try:
-        chain = chain_of(parse(description, SOURCE), {})
+        chain = chain_of(parse(description, SOURCE))
     except InputError:
         return None
     posture = np.array([(data['joints'].get(link.joint) or {}).get('position') or 0.0

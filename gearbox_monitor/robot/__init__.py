@@ -11,8 +11,7 @@ Public names, by module:
 
     .: arm_plant
     arm_plant: DRIVES, GapGrowth, HIGH, LOW, program, WorkingArm
-    chain: body_of, Chain, chain_of, inertial, joint_losses, level_frame, Link, PER_LINK,
-        pseudo_inertia, ranges_in
+    chain: body_of, Chain, chain_of, inertial, level_frame, Link, PER_LINK, pseudo_inertia
     compiled_model: actuator_law, actuator_losses, ActuatorLaw, actuators_on, at_rest,
         disabled, DRAG, enabled, ends_of, is_off, kind_of, moved_by, mujoco_module, name_of,
         open_loop, Refusal, runge_kutta, scalar_joints, tendon_forces, undecided,

@@ -12,18 +12,16 @@ Kinetic energy T and potential energy U are linear in ten numbers of each link, 
 Ixx, Iyy, Izz, Ixy, Ixz, Iyz) at the origin of its frame. So p, k and g are regressors times theta
 (Gautier and Khalil, 1988). All samples of a recording are computed at once.
 """
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-import math
 from typing import NamedTuple
-from xml.etree import ElementTree
 
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.robot.description import (
-    finite_number, RobotDescription, rotations)
+    RobotDescription, rotations)
 from gearbox_monitor.robot.dynamics import GRAVITY
 
 PER_LINK = 10
@@ -313,14 +311,8 @@ def body_of(theta: Array) -> tuple[float, Array, Array]:
     return mass, com, at - mass * (com @ com * np.eye(3) - np.outer(com, com))
 
 
-def chain_of(description: RobotDescription, losses: Mapping[str, tuple[float, float]]) -> Chain:
-    """
-    Return the Chain of a URDF.
-
-    Args:
-        description: of a robot whose joints all move by themselves, parsed as a whole.
-        losses: {joint: (damping, friction)} as joint_losses reads them.
-    """
+def chain_of(description: RobotDescription) -> Chain:
+    """Return the Chain of a `description` that is parsed as a whole."""
     order = [int(i) for i in description.source]     # row of the tree -> joint
     names: dict[int, str] = {}
     for name, (row, _, _) in description.links.items():
@@ -333,59 +325,4 @@ def chain_of(description: RobotDescription, losses: Mapping[str, tuple[float, fl
         links.append(Link(names[row], description.joints[joint], int(description.parent[row]),
                           description.rotation[row], description.origin[row],
                           description.axis[row], bool(description.prismatic[row]), theta))
-    loss = np.array([losses.get(link.joint, (0.0, 0.0)) for link in links])
-    return Chain(tuple(links), np.zeros(len(links)), loss[:, 0], loss[:, 1], np.array(GRAVITY))
-
-
-def joint_losses(text: str, source: str = 'URDF') -> dict[str, tuple[float, float]]:
-    """
-    Return the losses of joints in a URDF.
-
-    Args:
-        text: of a file that parses.
-        source: its name, for messages.
-
-    Returns:
-        {joint: (damping N m s/rad, friction N m)}, 0 without an element <dynamics>.
-
-    Raises:
-        InputError: an attribute is not a number.
-    """
-    def value(joint: ElementTree.Element, key: str) -> float:
-        element, name = joint.find('dynamics'), joint.get('name', '')
-        return finite_number('0' if element is None else element.get(key, '0'),
-                             f'{source}: joint {name}: dynamics: {key}')
-    return {joint.get('name', ''): (value(joint, 'damping'), value(joint, 'friction'))
-            for joint in ElementTree.fromstring(text).findall('joint')}
-
-
-def ranges_in(text: str, joints: Sequence[str], source: str = 'URDF') -> tuple[Array, Array]:
-    """
-    Return the ends of the ranges of joints in a URDF.
-
-    Args:
-        text: of a file that parses.
-        joints: names of joints.
-        source: name of the file, for messages.
-
-    Returns:
-        Lowest and highest position [J], rad or m; infinite without an element <limit> with both.
-
-    Raises:
-        InputError: an attribute is not a number.
-    """
-    elements = {joint.get('name', ''): joint
-                for joint in ElementTree.fromstring(text).findall('joint')}
-    rows = []
-    for name in joints:
-        limit = elements[name].find('limit')
-        row = (-math.inf, math.inf)
-        if limit is not None and elements[name].get('type') != 'continuous' and (
-                'lower' in limit.attrib and 'upper' in limit.attrib):
-            low, high = (finite_number(
-                limit.attrib[key], f'{source}: joint {name}: limit: {key}', math.inf)
-                         for key in ('lower', 'upper'))
-            row = (low, high) if low < high else row
-        rows.append(row)
-    low_high = np.array(rows).reshape(-1, 2)
-    return low_high[:, 0], low_high[:, 1]
+    return Chain(tuple(links), np.zeros(len(links)), *description.losses.T, np.array(GRAVITY))

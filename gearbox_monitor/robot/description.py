@@ -33,7 +33,8 @@ class RobotDescription:
     joints: names of the n joints that move by themselves, as in joint_states. Of each of the N:
     parent int64 [N], -1 = base; source int64 [N], the one of `joints` that moves it, by `ratio`
     times its position plus `offset` [N]; prismatic [N]; rotation [N, 3, 3], origin [N, 3] m and
-    unit axis [N, 3], in the frame of its parent.
+    unit axis [N, 3], in the frame of its parent; losses [N, 2]: damping N m s/rad, friction N m;
+    ranges [N, 2]: lowest and highest position, rad or m, infinite where the file has not both.
     Of each body, in the frame of its joint: joint int64 [B], mass [B] kg, com [B, 3] m and
     inertia [B, 3, 3] kg m^2 about it. links: {name: (joint, rotation [3, 3], origin [3])}.
     """
@@ -47,6 +48,8 @@ class RobotDescription:
     rotation: Array
     origin: Array
     axis: Array
+    losses: Array
+    ranges: Array
     body_joint: Any
     mass: Array
     com: Array
@@ -201,7 +204,8 @@ class _Parser:
             tuple(free), np.array([row['parent'] for row in rows]), np.array(source),
             np.array(ratio), np.array(offset), np.array([row['prismatic'] for row in rows]),
             np.array([row['rotation'] for row in rows]), np.array([row['origin'] for row in rows]),
-            np.array([row['axis'] for row in rows]), np.array(joints), np.array(masses),
+            np.array([row['axis'] for row in rows]), np.array([row['losses'] for row in rows]),
+            np.array([row['range'] for row in rows]), np.array(joints), np.array(masses),
             np.array(coms), np.array(inertias), self._places)
 
     def _hangs_on(self, joint: int, other: int) -> bool:
@@ -261,8 +265,20 @@ class _Parser:
             return joint, frame @ rotations(axis / length, np.array([position]))[0], at
         self._rows.append({
             'name': name, 'parent': joint, 'mimics': mimics, 'prismatic': kind == 'prismatic',
-            'rotation': frame, 'origin': at, 'axis': axis / length})
+            'rotation': frame, 'origin': at, 'axis': axis / length,
+            'losses': [self._number(element.find('dynamics'), key, f'{where}: dynamics', 0.0)
+                       for key in ('damping', 'friction')],
+            'range': self._range(element, f'{where}: limit')})
         return len(self._rows) - 1, np.eye(3), np.zeros(3)
+
+    def _range(self, joint: ElementTree.Element, where: str) -> tuple[float, float]:
+        limit = joint.find('limit')
+        if limit is None or joint.get('type') == 'continuous' or not {
+                'lower', 'upper'} <= limit.attrib.keys():
+            return -math.inf, math.inf
+        low, high = (finite_number(limit.attrib[key], f'{self._source}: {where}: {key}', math.inf)
+                     for key in ('lower', 'upper'))
+        return (low, high) if low < high else (-math.inf, math.inf)
 
     def _named(self, root: ElementTree.Element, tag: str) -> dict[str, ElementTree.Element]:
         result: dict[str, ElementTree.Element] = {}

@@ -22,7 +22,7 @@ from gearbox_monitor.files.yaml_files import load_model
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel, weight_of
 from gearbox_monitor.robot.chain import (
-    Chain, chain_of, inertial, joint_losses, Link, PER_LINK, ranges_in)
+    Chain, chain_of, inertial, Link, PER_LINK)
 from gearbox_monitor.robot.compiled_model import (
     actuator_law, actuator_losses, actuators_on, disabled, ends_of, mujoco_module, name_of,
     scalar_joints, tendon_forces, undecided_of_robot, Unread)
@@ -95,9 +95,8 @@ def read_robot(path: str | Path, root: str | Path | None = None,
             raise InputError(f'--root: {root}: of a URDF no other file is read, expected it with '
                              'an MJCF')
         text = data.decode('utf-8', 'replace')
-        losses = joint_losses(text, str(path))
-        chain = chain_of(parse(text, str(path), locked, whole=True), losses)
-        low, high = ranges_in(text, chain.joints, str(path))
+        description = parse(text, str(path), locked, whole=True)
+        chain, (low, high) = chain_of(description), description.ranges.T
         unread = tuple(joint.attributes.get('name', '') for joint in element.all('joint')
                        if joint.attributes.get('type') != 'fixed' and not joint.all('mimic'))
         return ChainFile(path, chain, None, None, digest, no_servo='a URDF has no actuators',

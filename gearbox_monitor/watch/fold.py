@@ -25,7 +25,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.presentation import percent, Quantity
-from gearbox_monitor.robot.chain import chain_of, joint_losses, ranges_in
+from gearbox_monitor.robot.chain import chain_of
 from gearbox_monitor.robot.description import own_joints, parse
 from gearbox_monitor.robot.plausibility import implausible_limits, implausible_links
 from gearbox_monitor.watch.features import (
@@ -45,10 +45,10 @@ NOUNS = {FRICTION: 'friction', SCALE: 'torque scale'}    # of what must be known
 def robot_of(description: str, locked: tuple[tuple[str, float], ...]
              ) -> tuple[RobotModel, tuple[Array, Array]]:
     """Return the model in a URDF `description` with `locked` joints, and their ranges."""
-    chain = chain_of(parse(description, SOURCE, dict(locked), whole=True),
-                     joint_losses(description, SOURCE))
+    parsed = parse(description, SOURCE, dict(locked), whole=True)
+    chain, (low, high) = chain_of(parsed), parsed.ranges.T
     robot = RobotModel(chain, np.full(len(chain.links), SETTINGS.tolerance_learnt), 0.0, True)
-    return robot, ranges_in(description, chain.joints, SOURCE)
+    return robot, (low, high)
 
 
 def begin(description: str) -> Watch:

@@ -80,7 +80,7 @@ def test_each_finding_is_at_its_joint_and_the_answer_comes_first():
 
 
 def test_words_in_the_sketch_neither_cover_each_other_nor_leave_it():
-    chain, rng = chain_of(parse(ARM, 'arm'), {}), np.random.default_rng(4)
+    chain, rng = chain_of(parse(ARM, 'arm')), np.random.default_rng(4)
     for _ in range(60):
         dots = {link.joint: Dot(link.joint * int(rng.integers(1, 3)), ['friction +34 ± 5 %'] * int(
             rng.integers(0, 3)), needed=False) for link in chain.links}

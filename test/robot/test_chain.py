@@ -10,7 +10,7 @@ from random_robots import make
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import config_path
-from gearbox_monitor.robot.chain import body_of, chain_of, inertial, joint_losses
+from gearbox_monitor.robot.chain import body_of, chain_of, inertial
 from gearbox_monitor.robot.description import parse
 from gearbox_monitor.robot.dynamics import arrays_of, move, torque_on
 from gearbox_monitor.simulators.mjcf_file import read_mjcf
@@ -60,7 +60,7 @@ def test_slopes_of_weights_are_those_of_a_difference():
 def test_urdf_balance_is_that_of_the_newton_euler_kernels():
     text = config_path('arm6.urdf').read_text(encoding='utf-8')
     description = parse(text, 'arm6.urdf')
-    chain = chain_of(description, joint_losses(text))
+    chain = chain_of(description)
     motion = np.random.default_rng(1).normal(size=(3, len(chain.links)))
     arrays = arrays_of(description)
     move(arrays, motion)
@@ -227,11 +227,11 @@ def test_locked_joints_in_a_urdf_weigh_as_before_and_move_no_more():
         'link="{2}"/><child link="{0}"/><axis xyz="1 1 0"/>{3}</joint>').format(
             'thumb', 'follows', 'flange', '{}') + '</robot>')
     both = text.format('')
-    whole = chain_of(parse(both, 'arm'), {})
+    whole = chain_of(parse(both, 'arm'))
     names = whole.joints
     locked = {names[2]: 0.7, 'grip': 0.03}
     fewer = chain_of(parse(text.format(
-        '<mimic joint="grip" multiplier="-2" offset="0.1"/>'), 'arm', locked), {})
+        '<mimic joint="grip" multiplier="-2" offset="0.1"/>'), 'arm', locked))
     moving = [i for i, name in enumerate(names) if name in fewer.joints]
     assert len(moving) == len(names) - 3
     motion = np.zeros((3, len(names)))

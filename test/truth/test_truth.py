@@ -20,7 +20,7 @@ from gearbox_monitor.files.opening import config_path
 from gearbox_monitor.kernels.kernel import Entry
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel, substeps
-from gearbox_monitor.robot.chain import chain_of, joint_losses
+from gearbox_monitor.robot.chain import chain_of
 from gearbox_monitor.robot.description import parse
 from gearbox_monitor.robot.dynamics import arrays_of, coupled_inertia, move, torque_on
 
@@ -62,7 +62,7 @@ def test_torques_of_an_arm_are_those_of_pinocchio(name):
     if name == 'slide':
         text = text.replace('name="joint3" type="revolute"', 'name="joint3" type="prismatic"')
     robot = parse(text, 'arm')
-    arrays, chain = arrays_of(robot), chain_of(robot, joint_losses(text))
+    arrays, chain = arrays_of(robot), chain_of(robot)
     truth = json.loads((HERE / 'dynamics.json').read_text())[name]
     for q, v, a, torque, gravity, inertia in zip(*(map(np.array, truth[k]) for k in (
             'q', 'v', 'a', 'torque', 'gravity', 'inertia'))):

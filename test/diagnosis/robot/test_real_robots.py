@@ -12,7 +12,7 @@ from gearbox_monitor.diagnosis.robot.knowledge import learn
 from gearbox_monitor.diagnosis.robot.robot_log import checked_log, RawLog
 from gearbox_monitor.diagnosis.robot.rows import RobotModel, rows_of
 from gearbox_monitor.diagnosis.robot.verdict import diagnose
-from gearbox_monitor.robot.chain import chain_of, inertial, joint_losses
+from gearbox_monitor.robot.chain import chain_of, inertial
 from gearbox_monitor.robot.description import parse
 from gearbox_monitor.watch import fold
 from gearbox_monitor.watch.record import Cutter
@@ -24,7 +24,7 @@ def robot(name):
     """Return the RobotModel of a URDF whose friction is learnt."""
     path = DATA / name
     text = path.read_text()
-    chain = chain_of(parse(text, path.name), joint_losses(text))
+    chain = chain_of(parse(text, path.name))
     return RobotModel(chain, np.full(len(chain.links), 0.4), 0.0, learnt=True)
 
 
