@@ -325,4 +325,5 @@ def chain_of(description: RobotDescription) -> Chain:
         links.append(Link(names[row], description.joints[joint], int(description.parent[row]),
                           description.rotation[row], description.origin[row],
                           description.axis[row], bool(description.prismatic[row]), theta))
-    return Chain(tuple(links), np.zeros(len(links)), *description.losses.T, np.array(GRAVITY))
+    viscous, coulomb = description.losses.T
+    return Chain(tuple(links), np.zeros(len(links)), viscous, coulomb, np.array(GRAVITY))

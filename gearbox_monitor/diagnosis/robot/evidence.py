@@ -460,8 +460,8 @@ class RobotEvidence:
             else:
                 columns = {j: self._in_part(c, j, fit, part) for j in c.columns}
                 score = np.zeros(c.width)
-                for j, x in columns.items():
-                    score += x.T @ (weight[j] * fit.residual[j])
+                for j, own_rows in columns.items():
+                    score += own_rows.T @ (weight[j] * fit.residual[j])
                 out[i] = _estimate(c, score, *self._schur(
                     fit, columns, full, index, weight, grams))
         for j, numbers in single.items():
@@ -475,7 +475,7 @@ class RobotEvidence:
                 own = slice(begin, begin + candidates[i].width)
                 begin = own.stop
                 xx = xw[:, own].T @ x[:, own]
-                schur = xx - inner[own] @ xz[own].T
+                schur: Array = xx - inner[own] @ xz[own].T
                 size = np.sqrt(np.diag(xx)) + 1e-30
                 if np.linalg.eigvalsh(schur / np.outer(size, size))[0] < CANCELLED:
                     schur, _ = self._schur(fit, {j: x[:, own]}, full, index, weight, grams)
@@ -510,7 +510,7 @@ class RobotEvidence:
         return full, indices, grams
 
     def _schur(self, fit: RobotFit, columns: Mapping[int, Array], full: Sequence[Array],
-               index: Sequence[Array], weight: Sequence[Array], grams: Sequence[Array]
+               index: Sequence[Integers], weight: Sequence[Array], grams: Sequence[Array]
                ) -> tuple[Array, Array]:
         """
         Return the Schur complement of columns {joint: [R, k]}, and their squares [k].

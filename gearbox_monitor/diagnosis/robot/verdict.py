@@ -404,8 +404,8 @@ def _findings(search: RobotSearch) -> tuple[Finding, ...]:
             b = np.append(b, c.setting)
         if c.effect == SERVO_LIMIT.id:
             # A limit is a torque, in the scale of the model's gain.
-            gain = float(fit.gain[list(c.columns)][0])
-            b, spread = b / [1.0, gain], spread / np.outer([1.0, gain], [1.0, gain])
+            by = np.append(1.0, fit.gain[list(c.columns)])
+            b, spread = b / by, spread / np.outer(by, by)
         values = _values(c, b)
         deviations = _deviations(c, b, spread, determined)
         values, deviations = _with_totals(evidence, c, values, deviations)
