@@ -80,9 +80,15 @@ class Candidate:
         return np.any([np.abs(x).max(axis=0) > LEAST for x in self.columns.values()], axis=0)
 
     def allows(self, b: Array, deviations: Array) -> bool:
-        """Return whether physics allows coefficients `b` [k] with their `deviations` [k]."""
+        """
+        Return whether physics allows coefficients, unsure only where they have a torque.
+
+        Args:
+            b: [k].
+            deviations: [k].
+        """
         return bool(self.low < b[0] and np.linalg.norm(b) < self.high) and (
-            self.possible is None or self.possible(b, deviations))
+            self.possible is None or self.possible(b, np.where(self.acting, deviations, 0.0)))
 
     @property
     def searched(self) -> bool:

@@ -268,7 +268,12 @@ def test_what_physics_forbids_is_no_finding():
     inertia, size = offers['link_inertia', link, ''], mass * rows.robot.chain.extent(
         len(rows.joints) - 1) ** 2
     ball = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+    sure = np.full(6, 1e-6)
     assert inertia.allows(3.0 * size * ball, sure) and not inertia.allows(-3.0 * size * ball, sure)
+    # What a motion does not show is unsure, and was a licence: a link lost 30 times its inertia.
+    shown = np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+    one = replace(inertia, columns={j: x * shown for j, x in inertia.columns.items()})
+    assert not one.allows(-3.0 * size * shown, np.where(shown, 0.1 * size, 1e6))
 
 
 def test_a_limit_is_not_below_the_torque_that_acted():
