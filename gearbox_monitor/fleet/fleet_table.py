@@ -21,8 +21,8 @@ import pyarrow as pa
 from pyarrow import dataset, parquet
 
 from gearbox_monitor.errors import InputError, refusal
-from gearbox_monitor.fleet.job import COMBINED, FleetBag, RobotBag, Row
-from gearbox_monitor.health.backlash.change_tests import FEATURES
+from gearbox_monitor.fleet.job import FleetBag, RobotBag, Row
+from gearbox_monitor.health.backlash.change_tests import FEATURES, MEASURED
 from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.health.health_record import HealthSettings
 from gearbox_monitor.health.judgement import CLASSES, folded, Health, serviced
@@ -121,7 +121,7 @@ def _history(name: str, rows: Sequence[Row], services: list[tuple[int, str]]) ->
         known = health.baseline_ns
         health = folded(replace(health, settings=settings), windows, row['path'])
         compared = compared or bool(known and health.compared)
-        means = {feature: (row[feature], row[f'{feature}_std']) for feature in COMBINED
+        means = {feature: (row[feature], row[f'{feature}_std']) for feature in MEASURED
                  if row.get(feature) is not None and math.isfinite(row[f'{feature}_std'])}
         if means:
             points.append({'start': row['start'], 'means': means, 'changes': {
@@ -146,13 +146,11 @@ SCHEMA = pa.schema({
     'gearbox': TEXT, 'named': FLAG, 'date': TEXT,
     'start': pa.timestamp('us', 'UTC'), 'duration_s': NUMBER, 'samples': COUNT,
     'filter': TEXT, 'unit': TEXT, 'windows': COUNT, 'windows_used': COUNT, 'not_excited': TEXT,
-    'separable': FLAG, 'gap': NUMBER, 'gap_std': NUMBER, 'lost_motion': NUMBER,
-    'lost_motion_std': NUMBER, 'stiffness': NUMBER, 'stiffness_std': NUMBER,
-    'hysteresis': NUMBER, 'hysteresis_std': NUMBER, 'trust': TEXT,
-    'model_level': TEXT, 'diagnosis': TEXT, 'diagnosis_effect': TEXT, 'diagnosis_place': TEXT,
-    'diagnosis_confusable': TEXT, 'diagnosis_gap': NUMBER, 'diagnosis_closed': NUMBER,
-    'diagnosis_reason': TEXT, 'notes': TEXT, 'content': TEXT, 'bytes': COUNT, 'settings': TEXT,
-    'version': TEXT, 'kernels': TEXT, 'judged': TEXT,
+    'separable': FLAG, **{name + std: NUMBER for name in MEASURED for std in ('', '_std')},
+    'trust': TEXT, 'model_level': TEXT, 'diagnosis': TEXT, 'diagnosis_effect': TEXT,
+    'diagnosis_place': TEXT, 'diagnosis_confusable': TEXT, 'diagnosis_gap': NUMBER,
+    'diagnosis_closed': NUMBER, 'diagnosis_reason': TEXT, 'notes': TEXT, 'content': TEXT,
+    'bytes': COUNT, 'settings': TEXT, 'version': TEXT, 'kernels': TEXT, 'judged': TEXT,
 })
 # Of a Row, and between the two: of ns, Python makes dates with pandas only.
 IN_NS, DATED = (SCHEMA.set(SCHEMA.get_field_index('start'), pa.field('start', kind))

@@ -26,6 +26,7 @@ from gearbox_monitor.errors import InputError, refusal
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.files.knowledge_file import watch_bytes, watch_from
 from gearbox_monitor.files.opening import plain
+from gearbox_monitor.health.backlash.change_tests import MEASURED
 from gearbox_monitor.health.backlash.features import (
     Backlash, combine, NotExcited, reason_of, separable_of)
 from gearbox_monitor.health.health_record import Window
@@ -168,7 +169,6 @@ def content_hash(path: Path) -> str:
 
 FORMAT = 7  # of the rows and of the states of a watch in them
 DIAGNOSED = 14_000_000_000  # ns of a bag that are diagnosed
-COMBINED = ('gap', 'lost_motion', 'stiffness', 'hysteresis')
 TRUST = ('observability', 'prediction error', 'covariance', 'input')
 Row: TypeAlias = dict[str, Any]  # plain data, some of fleet_table.SCHEMA
 
@@ -346,7 +346,7 @@ def _features(windows: Sequence[Any]) -> Row:
         row['separable'] = separable
     else:
         row['not_excited'] = str(reason_of(windows))
-    for name in COMBINED:
+    for name in MEASURED:
         # Lost motion needs no torque: every window counts that shows it.
         combined = combine(windows if name == 'lost_motion' else used, name)
         if combined:

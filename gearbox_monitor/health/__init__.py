@@ -12,8 +12,8 @@ Public names, by module:
     .: wear_outcome
     alert_limits: LIMITS
     backlash: change_tests
-    backlash.change_tests: ChangeTest, COMPONENTS, FEATURES, FRICTION, size_name, TESTS, WEAR,
-        WEAR_FEATURES
+    backlash.change_tests: ChangeTest, COMPONENTS, FEATURES, FRICTION, MEASURED, size_name,
+        TESTS, WEAR, WEAR_FEATURES
     backlash.features: Backlash, combine, Combined, NotExcited, reason_of, separable_of,
         width_of
     backlash.locked_input: is_locked, locked_windows

@@ -12,11 +12,13 @@ Where a clutch, hub or coupling slips, both flanks move by the same angle, and w
 of the twist; a wider gap, on one flank alone, moves the zero by half of what it grows. Encoders
 that restart begin another comparison, and a whole turn of one is no slip.
 """
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial, reduce
 import math
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from gearbox_monitor import plain_data
 from gearbox_monitor.health.alert_limits import LIMITS
@@ -28,7 +30,7 @@ from gearbox_monitor.health.backlash.operating_point import Bins, OperatingPoint
 from gearbox_monitor.health.backlash.wear_data import History
 from gearbox_monitor.health.health_record import (
     Alert, FeatureHealth, GROSS, HealthSettings, WARNED, Window)
-from gearbox_monitor.kernels.types import Values
+from gearbox_monitor.kernels.types import Array, Values
 
 
 class Slip(NamedTuple):
@@ -227,7 +229,7 @@ CLASSES = plain_data.classes_of(
 
 def to_data(health: Health) -> Any:
     """Return all of `health` that no settings give, as plain data; floats read back exactly."""
-    return plain_data.to_data(health, leave=('settings',))
+    return {**plain_data.to_data(health, leave=('settings',)), 'features': list(FEATURES)}
 
 
 def from_data(settings: HealthSettings, data: Values | None) -> Health:
@@ -243,8 +245,37 @@ def from_data(settings: HealthSettings, data: Values | None) -> Health:
     """
     if data is None:
         return Health(settings)
-    health = plain_data.from_data(data, {**CLASSES, 'Health': partial(Health, settings)})
-    if not isinstance(health, Health) or len(health.wear) != len(FEATURES) or (
+    names = data.get('features', FEATURES)
+    health = plain_data.from_data({key: part for key, part in data.items() if key != 'features'},
+                                  {**CLASSES, 'Health': partial(Health, settings)})
+    if not isinstance(health, Health) or len(health.wear) != len(names) or (
             health.data.where.max(initial=-1) >= len(health.data.points)):
         raise ValueError('features or operating points of another version')
-    return health
+    return health if tuple(names) == FEATURES else _by_name(health, names)
+
+
+def _by_name(health: Health, names: Sequence[str]) -> Health:
+    """Return a `health` of the features `names` as one of FEATURES; of others nothing is known."""
+    column = [names.index(name) if name in names else -1 for name in FEATURES]  # -1: appended
+
+    def row(values: Any, unknown: float = 0.0) -> Array:
+        return np.append(values, unknown)[column]
+
+    def table(values: Array) -> Array:
+        return np.pad(values, ((0, 1), (0, 1)))[np.ix_(column, column)]
+
+    data, keys = health.data, {test.key for test in TESTS}
+    points = tuple(replace(
+        p, previous=row(p.previous, math.nan), stated=row(p.stated), freedom=row(p.freedom),
+        stated_count=row(p.stated_count), squares=row(p.squares)) for p in data.points)
+    return replace(
+        health, wear=tuple((*health.wear, FeatureWear())[k] for k in column),
+        levels=tuple(row(health.levels, math.nan).tolist()),
+        level_stds=tuple(row(health.level_stds, math.nan).tolist()),
+        scores={key: health.scores.get(key, 0.0) for key in keys},
+        alerts={key: alert for key, alert in health.alerts.items() if key in keys},
+        data=replace(
+            data, points=points, slopes=row(data.slopes), spread=row(data.spread, math.nan),
+            sums=np.pad(data.sums, ((0, 0), (0, 0), (0, 1)))[:, :, column],
+            reference=row(data.reference, math.nan), products=table(data.products),
+            differences=table(data.differences)))

@@ -9,8 +9,8 @@ from typing import Any
 
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.backlash.change_tests import (
-    ChangeTest, COMPONENTS, FEATURES, FRICTION, GAP, LOST_MOTION, size_name, STIFFNESS, TESTS,
-    tests_of, VISCOUS_SHARE, WEAR, WEAR_FEATURES)
+    ChangeTest, COMPONENTS, FEATURES, FRICTION, GAP, LOST_MOTION, MEASURED, size_name, STIFFNESS,
+    TESTS, tests_of, VISCOUS_SHARE, WEAR, WEAR_FEATURES)
 from gearbox_monitor.health.backlash.features import Backlash, width_of
 from gearbox_monitor.health.backlash.wear import span, when
 from gearbox_monitor.health.checks.outcome import Group, Level, Outcome
@@ -19,8 +19,8 @@ from gearbox_monitor.health.judgement import Health
 from gearbox_monitor.presentation import percent, Quantity, Said
 
 NOUNS = tuple(feature.noun for feature in WEAR_FEATURES)
-PUBLISHED = ('stiffness', 'stiffness_std', 'hysteresis', 'hysteresis_std', 'separable', 'flank',
-             'coverage')  # of a window, by their names
+PUBLISHED = (*(name + std for name, unit in MEASURED.items() if unit != 'rad'
+               for std in ('', '_std')), 'separable', 'flank', 'coverage')  # of a window, by name
 NEVER_NS = 2 ** 62  # as late as a stamp can be
 LEADING = (GAP, LOST_MOTION, FRICTION)  # the others of a component stand beside
 SHOWN = {component: tuple(

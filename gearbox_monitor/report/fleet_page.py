@@ -10,6 +10,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from gearbox_monitor.health.backlash.change_tests import MEASURED
 from gearbox_monitor.health.backlash.features import width_of
 from gearbox_monitor.health.backlash.wear import when
 from gearbox_monitor.presentation import on_axis, percent
@@ -26,8 +27,8 @@ DRAWN = 24    # with a chart
 LISTED = 500  # bags in the table of those that need a look
 DAY, YEAR = 86400e9, 365.25 * 86400.0
 # Features with a curve: noun, unit of a rotary axis.
-CURVES = {'gap': ('backlash', 'rad'), 'lost_motion': ('lost motion', 'rad'),
-          'stiffness': ('stiffness', 'N m/rad'), 'hysteresis': ('hysteresis', 'N m')}
+CURVES = {name: ('backlash' if name == 'gap' else name.replace('_', ' '), unit)
+          for name, unit in MEASURED.items()}
 # States of a robot's joint with a column and a curve.
 STATES = {'friction': 'friction', 'torque_scale': 'torque scale', 'weight': 'weight',
           'rotor': 'rotor'}

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from gearbox_monitor.estimation.consider import ERROR_NAMES
-from gearbox_monitor.health.backlash.change_tests import ChangeTest, size_name, TESTS
+from gearbox_monitor.health.backlash.change_tests import ChangeTest, MEASURED, size_name, TESTS
 from gearbox_monitor.health.monitor import ROW_CHECKS
 from gearbox_monitor.parameters import CURVES, ESTIMATOR, RANDOM_WALK
 from gearbox_monitor.report.sentences import CHANGES
@@ -159,9 +159,9 @@ DIAGNOSTIC_KEYS = (
          ('gap_rad', 'rad', 'backlash of the newest window'),
          ('gap_std_rad', 'rad', 'its deviation'),
          ('gap_arcmin', 'arcmin', 'the backlash in arcmin'),
-         ('stiffness', 'N m/rad', 'stiffness on the flanks'),
-         ('stiffness_std', 'N m/rad', 'its deviation'),
-         ('hysteresis', 'N m', 'height of the loop'), ('hysteresis_std', 'N m', 'its deviation'),
+         *(row for name, unit in MEASURED.items() if unit != 'rad' for row in (
+             (name, unit, f'{name} of the newest window'),
+             (f'{name}_std', unit, 'its deviation'))),
          ('lost_motion_rad', 'rad', 'twist moving up minus twist moving down'),
          ('separable', '0/1', 'whether backlash and compliance are distinguishable'),
          ('flank', '-', 'share of the samples on the less visited flank'),

@@ -15,7 +15,9 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, S_TWIST, S_X4
 from gearbox_monitor.files.baselines import (
     health_text, load_baseline, load_state, save_baseline, STATE, write_whole)
-from gearbox_monitor.health.backlash.change_tests import CONDITIONS, GAP, PRIORS, TESTS
+from gearbox_monitor.health import judgement
+from gearbox_monitor.health.backlash.change_tests import (
+    CONDITIONS, FEATURES, GAP, PRIORS, TESTS)
 from gearbox_monitor.health.backlash.features import Backlash, lost_motion_of, NotExcited
 from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.health.health_record import (
@@ -369,6 +371,24 @@ def test_a_stream_of_windows_has_one_answer_wherever_it_is_cut(tmp_path):
     assert told >= {('gap', FOUND), ('gap', WARNED)} and not gearbox.health.alerts
 
 
+def test_a_baseline_is_read_by_the_names_of_its_features(monkeypatch):
+    """One saved before torque gain was a feature, and in another order: the others go on."""
+    gearbox = Gearbox(11)
+    gearbox.go(60)
+    whole, kept = gearbox.health, [k for k, name in enumerate(FEATURES) if name != 'gain'][::-1]
+    names = [FEATURES[k] for k in kept]
+    monkeypatch.setattr(judgement, 'FEATURES', tuple(names))
+    saved = json.loads(to_text(judgement._by_name(whole, FEATURES)))
+    assert len(saved['wear']) == len(saved['features']) == len(names)
+    monkeypatch.undo()
+    gearbox.health = from_data(whole.settings, saved)
+    for name in names:
+        assert gearbox.health.feature(name) == whole.feature(name) or name == 'lost_motion'
+    assert math.isnan(gearbox.health.feature('gain').baseline)
+    found = gearbox.go(20, 0.05)[-1]['backlash']
+    assert found.level == Level.WARN and list(gearbox.health.alerts) == ['gap']
+
+
 def test_a_health_is_a_value():
     """What judges one leaves it as it was, however the two go on."""
     gearbox = Gearbox(11)
@@ -482,12 +502,6 @@ def test_real_recordings_do_not_drift_unless_widened():
     # At the end in a motion that was not driven before.
     change = gearbox.health.alerts['lost_motion']
     assert change.growth == pytest.approx(0.05, abs=change.std) and change.std < 0.04
-
-
-def test_each_direction_of_a_feature_has_one_test():
-    directions = {(test.column, test.sign) for test in TESTS}
-    assert len(directions) == len(TESTS)
-    assert directions == {(column, sign) for column in range(len(PRIORS)) for sign in (-1, 1)}
 
 
 def test_conditions_of_wear_name_the_figures_they_compare():

@@ -3,7 +3,7 @@
 
 """What of backlash and friction is watched for changes: each feature of wear is one object."""
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 from typing import NamedTuple, TypeAlias
 
@@ -98,9 +98,10 @@ class FeaturePrior:
     """
     What is expected of a feature: standard deviations, relative.
 
-    share: of the changes that are of this feature; up: of these, how many are upwards. offset:
-    between operating points, before some are known. distrust: of windows in which the filter is at
-    odds with the drive, all of them together. temperature: of the coefficient, per K; of friction,
+    share: of the changes that are of this feature, over those of others (in PRIORS all add up to
+    1); up: of these, how many are upwards. offset: between operating points, before some are
+    known. distrust: of windows in which the filter is at odds with the drive, all of them
+    together. temperature: of the coefficient, per K; of friction,
     that of the viscous part, coulomb: that of the other. scale, crosstalk: what the regression of
     a window misses of a change, over the change; what changes of other features seem to be one of
     this (test/system/wear.py measures both). logarithmic: whether the feature is positive, and its
@@ -129,7 +130,8 @@ class WearFeature:
 
     name; noun, in messages; component, of COMPONENTS. measure(window, friction of the model): its
     Value in a window. up, down: key of the test of a change to either side. limits: parameters,
-    from which on a change is reported, a warning, an error.
+    from which on a change is reported, a warning, an error. unit: of its value in a window, a
+    field of Backlash that is published, listed and drawn; '': none is.
     """
 
     name: str
@@ -140,6 +142,7 @@ class WearFeature:
     down: str
     limits: tuple[str, str, str]
     prior: FeaturePrior
+    unit: str = ''
 
 
 UNKNOWN: Value = math.nan, math.nan
@@ -180,16 +183,16 @@ def _viscous_share(window: Backlash, friction: ModelFriction) -> Value:
 
 WEAR_FEATURES = (
     WearFeature('gap', 'backlash', 'backlash', _in_windows('gap', True), 'gap', 'gap_loss',
-                _WIDTH, FeaturePrior(0.58, 0.9, 0.015, 0.015, 0.0005, 0.02, 0.03)),
+                _WIDTH, FeaturePrior(0.58, 0.9, 0.015, 0.015, 0.0005, 0.02, 0.03), 'rad'),
     WearFeature('lost_motion', 'lost motion', 'backlash', _in_windows('lost_motion', False),
                 'lost_motion', 'lost_motion_loss', _WIDTH,
-                FeaturePrior(0.11, 0.9, 0.015, 0.015, 0.0005, 0.02, 0.03)),
+                FeaturePrior(0.11, 0.9, 0.015, 0.015, 0.0005, 0.02, 0.03), 'rad'),
     WearFeature('stiffness', 'stiffness', 'backlash', _in_windows('stiffness'),
                 'stiffness_growth', 'stiffness_loss', _STIFFNESS,
-                FeaturePrior(0.08, 0.3, 0.02, 0.02, 0.0005, 0.06, 0.05)),
+                FeaturePrior(0.08, 0.3, 0.02, 0.02, 0.0005, 0.06, 0.05), 'N m/rad'),
     WearFeature('hysteresis', 'hysteresis over load', 'backlash', _in_windows('hysteresis'),
                 'hysteresis', 'hysteresis_down', _STIFFNESS,
-                FeaturePrior(0.05, 0.5, 0.02, 0.02, 0.0005, 0.06, 0.05, False)),
+                FeaturePrior(0.05, 0.5, 0.02, 0.02, 0.0005, 0.06, 0.05, False), 'N m'),
     WearFeature('friction', 'friction', 'friction', _friction, 'friction', 'friction_loss',
                 _FRICTION, FeaturePrior(0.07, 0.5, 0.05, 0.04, 0.02, 0.06, 0.05, coulomb=0.005)),
     WearFeature('gain', 'torque gain', 'friction',
@@ -203,7 +206,10 @@ WEAR_FEATURES = (
 FEATURES = tuple(feature.name for feature in WEAR_FEATURES)
 GAP, LOST_MOTION, STIFFNESS, HYSTERESIS, FRICTION, GAIN, VISCOUS_SHARE = map(FEATURES.index, (
     'gap', 'lost_motion', 'stiffness', 'hysteresis', 'friction', 'gain', 'viscous_share'))
-PRIORS = tuple(feature.prior for feature in WEAR_FEATURES)
+_SHARES = sum(feature.prior.share for feature in WEAR_FEATURES)
+PRIORS = tuple(replace(feature.prior, share=feature.prior.share / _SHARES)
+               for feature in WEAR_FEATURES)
+MEASURED = {feature.name: feature.unit for feature in WEAR_FEATURES if feature.unit}
 
 
 @dataclass(frozen=True)
