@@ -30,7 +30,6 @@ usage examples:
   gearbox_monitor fit model BAG BAG2 --model drive.yaml --free m1 Cv Cc u0 --validate BAG3
   gearbox_monitor fit model BAG --model drive.yaml --windows 20 --out drive.fitted.yaml
   gearbox_monitor fit noise BAG --model drive.yaml --params start.yaml --out params.yaml
-  gearbox_monitor fit noise BAG --reference /reference/transmission_state --out params.yaml
   gearbox_monitor fit unit BAG BAG2 --model drive.yaml --out unit7
 """
 from argparse import Namespace
@@ -39,7 +38,6 @@ import math
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 
 from gearbox_monitor.cli.options import (
     estimator_options, load_recordings, opened, refuse, settings_of, show, warn, wrapped)
@@ -50,14 +48,12 @@ from gearbox_monitor.files.opening import plain
 from gearbox_monitor.files.yaml_files import (
     error_words, expect_new_file, expect_outside_of_bag, load_parameters,
     save_model, write_parameters)
-from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.library.identify import adapt, fit, write_adapted
 from gearbox_monitor.library.progress import progress_bar
 from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, MIXED, MODEL as MODEL_VALUES
 from gearbox_monitor.presentation import (
     credible, number, on_axis, percent)
 from gearbox_monitor.recordings.joint_input import find_input
-from gearbox_monitor.recordings.read import BagReader, JOINT_STATE
 from gearbox_monitor.recordings.recorded_samples import NO_MODEL, samples_of
 from gearbox_monitor.report.sentences import say
 from gearbox_monitor.report.summary import of_fit, of_noise, of_unit, told, UNITS
@@ -66,7 +62,7 @@ from gearbox_monitor.signals.examine import measured_samples
 MODEL, NOISE, UNIT = WHAT = ('model', 'noise', 'unit')
 # Options that not all of them take, by those that do; fit noise reads joints by --params.
 OF = {(MODEL,): ('free', 'validate', 'windows'),
-      (NOISE,): ('filter', 'smoother', 'fix_speeds', 'reference'), (NOISE, UNIT): ('params',),
+      (NOISE,): ('filter', 'fix_speeds'), (NOISE, UNIT): ('params',),
       (MODEL, UNIT): ('joint', 'model_arm_joint', 'keyframe', 'actuator', 'root', 'values',
                       'motor_joint', 'arm_joint', 'setpoint_joint')}
 FIGURES = 'correlated', 'covariance', 'gap_before', 'gap_after', 'method', 'validation'
@@ -205,17 +201,15 @@ def _fit_noise(args: Namespace) -> int:
     with opened(args) as reader:
         source = find_input(reader, args.topic)
         model, parameters, is_known = settings_of(
-            args, reader, source, given, model_file,
-            {} if args.reference or args.smoother else {'tau_k_model': MIXED})
+            args, reader, source, given, model_file, {'tau_k_model': MIXED})
         samples, _ = samples_of(reader.joint_states(
             source.topic, (parameters.motor_joint, parameters.arm_joint)), model)
-        reference = _reference(reader, args.reference) if args.reference else None
     samples, notes = measured_samples(samples, args.bag)
     notes = [NO_MODEL] * (not is_known) + list(filter(None, [reader.notice])) + notes
     with progress_bar('fit') as progress:
         try:
-            data = tune(model, parameters, [samples], reference, not args.fix_speeds,
-                        args.smoother, lambda share: progress(share, 1))
+            data = tune(model, parameters, [samples], not args.fix_speeds,
+                        lambda share: progress(share, 1))
         except InputError as error:
             raise InputError(f'{args.bag}: {error}') from None
     data.update(bag=args.bag, out=args.out, notes=data['notes'] + notes)
@@ -228,18 +222,7 @@ def _fit_noise(args: Namespace) -> int:
         data, ('before', 'after', '±', 'unit'), _noise_rows(data, axis),
         say('starts_agree', share=percent(data['spread']), **data),
         f'open: {data["unidentifiable"]}', f'written: {args.out}'))
-    return int(data['kept_by'] > SAME or data['worse_than_static'])
-
-
-def _reference(reader: BagReader, topic: str) -> tuple[Integers, Array]:
-    """Return (stamps, torque) of the reference topic. Raises InputError."""
-    topic = topic if topic.startswith('/') else '/' + topic
-    reader.require(topic, JOINT_STATE)
-    names = reader.joint_names(topic)
-    states = reader.joint_states(topic, names[:1])
-    if not names or not np.isfinite(states.effort).any():
-        raise InputError(f'{reader.path}: topic {topic}: no effort, expected a measured torque')
-    return states.stamp_ns, states.effort[:, 0]
+    return int(data['kept_by'] > SAME)
 
 
 def _noise_rows(data: Mapping[str, Any], axis: str) -> list[tuple[str, ...]]:
@@ -253,12 +236,6 @@ def _noise_rows(data: Mapping[str, Any], axis: str) -> list[tuple[str, ...]]:
               f'white below {data["white_limit"]:.1f}; autocorrelation '
               f'{data["autocorrelation"][k]:.2g} per lag') for k, name in enumerate((
                   'motor', 'arm'))]
-    if 'reference_after' in data:
-        a, b, static = data['reference_before'], data['reference_after'], data.get('static_rmse')
-        rows += [(on_axis('tau_K error rms (N m)', axis), a['rmse'], b['rmse'], '',
-                  f'of {b["rms"]:.4g}' + (f'; {static:.4g} by the command less friction'
-                                          if static is not None else '')),
-                 ('within 1 sigma', a['coverage'], b['coverage'], '', '0.68 expected')]
     rows += [(name, data['before_parameters'][name], value,
               error_words(data['relative_error'].get(name)).lstrip(' ±,'),
               on_axis(UNITS[name], axis)) for name, value in data['parameters'].items()]

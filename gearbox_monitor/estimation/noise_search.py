@@ -263,7 +263,7 @@ def first_guess(motion: EncoderMotion, free: Sequence[str]) -> dict[str, float]:
 
 
 def search(evaluate: Evaluate, guess: dict[str, float],
-           progress: Callable[[float], object] = bool, likelihood: bool = True) -> Tuned:
+           progress: Callable[[float], object] = bool) -> Tuned:
     """
     Maximise a criterion over the logarithms of parameters, by Fisher scoring from three starts.
 
@@ -273,7 +273,6 @@ def search(evaluate: Evaluate, guess: dict[str, float],
             recording will do.
         guess: {name: value > 0}, the centre of the search.
         progress: called with the share done, 0..1.
-        likelihood: the information gives standard errors.
 
     Returns:
         The Tuned parameters.
@@ -335,8 +334,7 @@ def search(evaluate: Evaluate, guess: dict[str, float],
         distances = np.abs(np.array(agreeing) - top)[:, sharp]
         result.spread = float(np.expm1(distances.max()))
     result.parameters, result.value = values(x), here.criterion
-    if likelihood:
-        result.error = dict(zip(names, deviations.tolist()))
+    result.error = dict(zip(names, deviations.tolist()))
     progress(1.0)
     return result
 

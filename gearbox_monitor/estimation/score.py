@@ -25,9 +25,9 @@ from gearbox_monitor.estimation.filter_setup import drive_of, loop_arrays, setti
 from gearbox_monitor.estimation.filters import aekf
 from gearbox_monitor.estimation.noise_search import BURN_IN, DIVERGED, Slopes
 from gearbox_monitor.estimation.process_model import (
-    ADAPT_AT, ADAPT_COUNT, CURVE_COUNT, layout_of, NUMERIC, P0, pack, R1, R2, SLOTS, state_names,
+    ADAPT_AT, ADAPT_COUNT, CURVE_COUNT, layout_of, P0, pack, R1, R2, SLOTS, state_names,
     X1, X2)
-from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, S_TAU_K, S_TAU_K_STD
+from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED
 from gearbox_monitor.estimation.sample_loop import (
     E_INNOVATION_COVARIANCE, E_INNOVATION_STD_ARM, E_INNOVATION_STD_MOTOR, E_LOGLIK, E_WHITE_1,
     E_WHITE_2, ESTIMATE, N_ESTIMATE, Output, part_of, run, SECOND, Stream)
@@ -193,69 +193,6 @@ def run_score(model: DriveModel, parameters: EstimatorParameters | Values,
     return score(estimates, EstimatorParameters.of(parameters).filter, diverged)
 
 
-def torque_errors(estimates: Estimates, stamps: Integers, tau_k: Array,
-                  burn_in: float = BURN_IN) -> dict[str, float | None]:
-    """
-    Compare the estimated tau_K with a true or measured one.
-
-    Args:
-        estimates: of the filter.
-        stamps: of the reference int64 [T], ns.
-        tau_k: the reference [T], N m; interpolated between its stamps, see reference_at.
-        burn_in: time at the start that does not count, s.
-
-    Returns:
-        {name: value}: rms of the reference (N m); rmse (N m) and coverage (share within the
-        stated deviation) of the filtered torque; rmse_smoothed and coverage_smoothed of the
-        smoothed one. None where no estimate has a reference.
-
-    """
-    result = {}
-    begin = estimates.stamp_ns[0] + round(burn_in * SECOND) if len(estimates.stamp_ns) else 0
-    for suffix, at, value, std in (
-            ('', estimates.stamp_ns, estimates.tau_k, estimates.tau_k_std),
-            ('_smoothed', estimates.smoothed_stamp_ns, estimates.smoothed[:, S_TAU_K],
-             estimates.smoothed[:, S_TAU_K_STD])):
-        reference, valid = reference_at(at, stamps, tau_k)
-        keep = valid & (at >= begin)
-        error = value[keep] - reference[keep]
-        if not suffix:
-            result['rms'] = _rms(reference[keep])
-        result['rmse' + suffix] = _rms(error)
-        result['coverage' + suffix] = (
-            float((np.abs(error) <= std[keep]).mean()) if len(error) else None)
-    return result
-
-
-def reference_at(at: Integers, stamps: Integers, tau_k: Array) -> tuple[Array, Flags]:
-    """
-    Interpolate a reference torque linearly, but not across dropouts of 0.1 s or more.
-
-    Args:
-        at: stamps int64 [M] at which the torque is asked for, ns.
-        stamps: of the reference int64 [T], ns, in any order.
-        tau_k: the reference [T], N m; NaN = not measured.
-
-    Returns:
-        The torque [M], N m, and a mask [M] of where it is valid.
-
-    """
-    finite = np.isfinite(tau_k)
-    stamps, index = np.unique(stamps[finite], return_index=True)
-    tau_k = tau_k[finite][index]
-    if not len(stamps):
-        return np.full(len(at), np.nan), np.zeros(len(at), bool)
-    upper = np.clip(np.searchsorted(stamps, at), 0, len(stamps) - 1)
-    lower = np.clip(upper - 1, 0, None)
-    exact = stamps[upper] == at
-    between = ((at >= stamps[0]) & (at <= stamps[-1])
-               & (stamps[upper] - stamps[lower] < SECOND // 10))
-    origin = stamps[0]
-    values = np.interp((at - origin) * 1e-9, (stamps - origin) * 1e-9, tau_k)
-    values[exact] = tau_k[upper[exact]]
-    return values, exact | between
-
-
 def _finite(values: Array) -> Array:
     return values[np.isfinite(values)]
 
@@ -327,8 +264,7 @@ class LikelihoodSlopes:
 def suited(model: DriveModel, parameters: EstimatorParameters) -> bool:
     """Return whether LikelihoodSlopes know the filter with `parameters` for the drive `model`."""
     p = pack(drive_of(model, parameters), parameters)
-    return bool(parameters.filter in ('ekf', 'aekf') and p[CURVE_COUNT] < 0.0
-                and p[NUMERIC] == 0.0 and p[LAW] == ATAN)
+    return bool(parameters.filter in ('ekf', 'aekf') and p[CURVE_COUNT] < 0.0 and p[LAW] == ATAN)
 
 
 def _sums(memory: Array, count: int) -> tuple[Array, Array]:

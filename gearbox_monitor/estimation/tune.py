@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Tune a filter on recordings: R from standstill, the rest by likelihood or on a reference torque.
+Tune a filter on recordings: R from standstill, the rest by likelihood.
 
 The search itself is noise_search; here it runs the Estimator. It needs no truth.
 """
@@ -10,54 +10,43 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
 import math
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 import scipy
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.estimation import noise_search, sample_loop
-from gearbox_monitor.estimation.estimates import Estimates, Samples
+from gearbox_monitor.estimation import noise_search
+from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.model_bank import member_parameters
 from gearbox_monitor.estimation.noise_search import EncoderMotion, Slopes, Tuned
 from gearbox_monitor.estimation.score import (
-    by_sample, differenced, DIVERGENCE_COST, LAGS, likelihood, LikelihoodSlopes, reference_at,
-    run_score, run_unsmoothed, Score, settled, suited, torque_errors, Trial, WHITE_LIMIT)
-from gearbox_monitor.kernels.types import Array, Flags, Integers
+    differenced, LAGS, likelihood, LikelihoodSlopes, run_score, Score, suited, WHITE_LIMIT)
+from gearbox_monitor.kernels.types import Flags
 from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, RANDOM_WALK
 from gearbox_monitor.plant.drive import DriveModel
-
-ReferenceTorque: TypeAlias = tuple[Integers, Array]  # stamps [T] ns, torque [T] N m
 
 # The likelihood of the tangent at standstill is too rough to search on; averaging the friction
 # over the speed's spread smooths it and has its optimum at the same place. An adaptive filter is
 # tuned with its adaptation off: these are the values it starts from.
 SEARCH: dict[str, Any] = {'friction_linearisation': 'statistical', 'adapt': ['']}
-SMOOTHER_FACTOR = math.sqrt(5.0)
 FIRST = 0.7  # share of the time until the random walk of a mixture is tuned
-REFERENCE_WEIGHT = 1e3  # makes 0.1 % of error one unit of the criterion
-OPEN_WITHOUT_REFERENCE = (
+OPEN = (
     'a wrong torque constant scales tau_K, and an offset of the torque shifts it: no likelihood '
-    'shows that; compare with a measured torque (--reference)')
-OPEN_WITH_REFERENCE = (
-    'gain and offset of the reference over the estimate: {gain:.3f}, {offset:+.4g} N m (1 and 0 '
-    'when torque constant and offset are right; not written)')
+    'shows that; replay states the error of tau_K where a bag holds a measured torque')
 
 
 def tune(model: DriveModel, parameters: EstimatorParameters, recordings: Sequence[Samples],
-         reference: ReferenceTorque | None = None, speeds: bool = True, smoother: bool = False,
-         progress: Callable[[float], object] = bool) -> dict[str, Any]:
+         speeds: bool = True, progress: Callable[[float], object] = bool) -> dict[str, Any]:
     """
-    Tune Q and R by maximum likelihood of the innovations, or Q on a measured torque.
+    Tune Q and R by maximum likelihood of the innovations.
 
     Args:
         model: of the drive.
         parameters: in force; the result depends only on those that are not tuned.
         recordings: of one drive; the first gives R at standstill and the scores.
-        reference: measured torque of the first recording, or None.
         speeds: tune the process noise of the speeds, too.
-        smoother: tune for the smoothed torque.
         progress: called with the share done, 0..1.
 
     Returns:
@@ -71,8 +60,6 @@ def tune(model: DriveModel, parameters: EstimatorParameters, recordings: Sequenc
     samples = recordings[0]
     motion = noise_search.describe(samples.stamp_ns, samples.u[:, 0], samples.y)
     noise = motion.standstill_noise
-    if noise is None and reference is not None:
-        noise = motion.noise  # the error of tau_K depends on Q / R only: one must be fixed
     first = _scores(model, parameters, recordings)
     start = _criterion(first)
 
@@ -82,27 +69,21 @@ def tune(model: DriveModel, parameters: EstimatorParameters, recordings: Sequenc
         guess = noise_search.first_guess(
             motion, _free_names(model, parameters, speeds, noise is None))
         base = parameters.replace(**fixed)
-        result = _searched(model, base, recordings, reference, guess, smoother, progress)
+        result = _searched(model, base, recordings, guess, progress)
         values = _rounded({**fixed, **result.parameters})
         return result, values, _scores(model, parameters.replace(**values), recordings)
 
     result, values, last = searched()
-    if reference is None and noise is not None and _criterion(last) < start:
+    if noise is not None and _criterion(last) < start:
         # Noise at rest is not that in motion, as of an encoder without noise on its lattice.
         noise = None
         result, values, last = searched()
     progress(1.0)
     most_likely = _criterion(last)
-    unchanged = reference is None and most_likely < start
+    unchanged = most_likely < start
     tuned_values: dict[str, Any] = values
     if unchanged:
         tuned_values, last = {name: getattr(parameters, name) for name in values}, first
-    elif smoother:
-        if 'q_std_tau_k' in values:
-            tuned_values['q_std_tau_k'] = float(f'{values["q_std_tau_k"] / SMOOTHER_FACTOR:.6g}')
-        if parameters.filter == 'ekf':
-            tuned_values['friction_linearisation'] = SEARCH['friction_linearisation']
-        last = _scores(model, parameters.replace(**tuned_values), recordings)
     undetermined = [] if unchanged else [name for name, error in result.error.items()
                                          if error >= 1.0 and name in tuned_values]
     if undetermined:  # what the recording does not tell stays as it was
@@ -114,12 +95,9 @@ def tune(model: DriveModel, parameters: EstimatorParameters, recordings: Sequenc
         'undetermined': undetermined,
         'noise_from': _noise_source(motion, noise), 'rest_seconds': motion.standstill_seconds,
         'seconds': motion.seconds, 'evaluations': result.evaluations,
-        'diverged_evaluations': result.failed, 'smoother': smoother, 'starts': result.starts,
+        'diverged_evaluations': result.failed, 'starts': result.starts,
         'starts_met': result.agreeing_starts, 'spread': result.spread, 'notes': _notes(result)}
-    if reference is not None:
-        data.update(_fit_reference(model, parameters, tuned_values, samples, reference))
-    else:
-        data['unidentifiable'] = OPEN_WITHOUT_REFERENCE
+    data['unidentifiable'] = OPEN
     data['white_limit'] = WHITE_LIMIT
     data['before_parameters'] = {name: getattr(parameters, name) for name in tuned_values}
     data['before'], data['after'] = asdict(first[0]), asdict(last[0])
@@ -138,15 +116,11 @@ def tune(model: DriveModel, parameters: EstimatorParameters, recordings: Sequenc
         data['notes'].insert(0, f'nothing found is more likely than the parameters before '
                              f'(log-likelihood {most_likely:.1f}, {start:.1f} before): they are '
                              'kept')
-    inferior = _worse_than_static(data)
-    data['worse_than_static'] = bool(inferior)
-    data['notes'] = [*inferior, *data['notes']]
     return data
 
 
 def _searched(model: DriveModel, parameters: EstimatorParameters, recordings: Sequence[Samples],
-              reference: ReferenceTorque | None, guess: dict[str, float], smoother: bool,
-              progress: Callable[[float], object]) -> Tuned:
+              guess: dict[str, float], progress: Callable[[float], object]) -> Tuned:
     """
     Return the result of a search from a `guess`; the other arguments are as of tune.
 
@@ -155,9 +129,6 @@ def _searched(model: DriveModel, parameters: EstimatorParameters, recordings: Se
     from the curve.
     """
     base = parameters.replace(**SEARCH)
-    if reference is not None:
-        return noise_search.search(_reference_fit(model, base, recordings[0], reference), guess,
-                                   progress, likelihood=False)
 
     def as_it_is(values: Mapping[str, float]) -> tuple[float, bool]:
         """Return the criterion that tune reports of `values`, and whether a filter diverged."""
@@ -173,7 +144,7 @@ def _searched(model: DriveModel, parameters: EstimatorParameters, recordings: Se
         lambda share: progress(FIRST * share))
     if len(others) < len(guess):
         return noise_search.with_another(result, as_it_is, name, guess[name])
-    return result if smoother else noise_search.polished(result, as_it_is)
+    return noise_search.polished(result, as_it_is)
 
 
 def _scores(model: DriveModel, parameters: EstimatorParameters,
@@ -184,36 +155,6 @@ def _scores(model: DriveModel, parameters: EstimatorParameters,
 def _criterion(scores: Sequence[Score]) -> float:
     """Return the log-likelihood of all recordings with what divergences cost."""
     return sum(score.criterion for score in scores)
-
-
-def _worse_than_static(data: Mapping[str, Any]) -> list[str]:
-    """Return a sentence where static compensation is nearer to the reference than tau_K."""
-    if data.get('static_rmse') is None or data['reference_after']['rmse'] is None:
-        return []
-    error, static = data['reference_after']['rmse'], data['static_rmse']
-    if error <= static:
-        return []
-    return [f'the torque errs by {error:.4g} N m rms, static compensation of the command by '
-            f'{static:.4g} N m: check the model file and the times of the effort before use']
-
-
-def static_torque(model: DriveModel, estimates: Estimates) -> Array:
-    """
-    Return the torque [M] that static compensation of the command gives, N m.
-
-    The command less the friction at the estimated speed, without any dynamics: what is there
-    without a filter.
-
-    Args:
-        model: of the drive.
-        estimates: of the filter [M].
-    """
-    rows = estimates.rows
-    speed = rows[:, sample_loop.E_X3]
-    torque: Array = (
-        rows[:, sample_loop.E_U] - model.position_gain * rows[:, sample_loop.E_X1]
-        - model.viscous_friction * speed - model.coulomb_friction * model.friction_side(speed))
-    return torque
 
 
 def tuned(model: DriveModel, parameters: Mapping[str, object],
@@ -280,26 +221,6 @@ def _slopes(model: DriveModel, base: EstimatorParameters, names: Iterable[str],
         model, base.replace(**_clipped(values)), samples))
 
 
-def _reference_fit(model: DriveModel, base: EstimatorParameters, samples: Samples,
-                   reference: ReferenceTorque) -> noise_search.Evaluate:
-    """Return the criterion of noise_search.search: how near tau_K is to the `reference`."""
-    _, valid = reference_at(samples.stamp_ns, *reference)
-    if valid.sum() < noise_search.MIN_SAMPLES:
-        raise InputError(f'reference: {valid.sum()} samples have a reference torque, expected '
-                         f'at least {noise_search.MIN_SAMPLES}')
-    covered = _part(samples, valid)
-    coarse_part = _liveliest(covered, noise_search.COARSE_SECONDS)
-    fine_part = _liveliest(covered, noise_search.FINE_SECONDS)
-
-    def evaluate(trial: Mapping[str, float], coarse: bool) -> Slopes:
-        """Return the slopes at the `trial`; `coarse`: on one short part."""
-        return differenced(lambda values: _reference_trial(
-            model, base.replace(**_clipped(values)), coarse_part if coarse else fine_part,
-            reference), trial)
-
-    return evaluate
-
-
 def _nis_band(score: Score, motion: EncoderMotion) -> tuple[float, float]:
     """
     Return the 95 % band of the mean NIS, with the uncertainty of R from the standstill.
@@ -355,45 +276,3 @@ def _clipped(values: Mapping[str, float]) -> dict[str, Any]:
 def _rounded(values: Mapping[str, float]) -> dict[str, Any]:
     """Return `values` as they are written."""
     return {name: float(f'{value:.6g}') for name, value in _clipped(values).items()}
-
-
-def _reference_of(estimates: Estimates, reference: ReferenceTorque) -> tuple[Array, Flags]:
-    """Return the torque [M] of the reference, and where [M] it is known after the burn-in."""
-    torque, valid = reference_at(estimates.stamp_ns, *reference)
-    return torque, valid & settled(estimates.stamp_ns)
-
-
-def _reference_trial(model: DriveModel, parameters: EstimatorParameters, samples: Samples,
-                     reference: ReferenceTorque) -> Trial:
-    """Return the criterion; its features are estimates of tau_K where the reference is known."""
-    estimates, diverged = run_unsmoothed(model.exact(), parameters, samples)
-    torque, keep = _reference_of(estimates, reference)
-    error = np.where(keep, estimates.tau_k - torque, np.nan)
-    square = float(np.nanmean(error ** 2)) if keep.any() else math.nan
-    criterion = noise_search.DIVERGED if not keep.any() else (
-        -0.5 * REFERENCE_WEIGHT * math.log(max(square, 1e-24)) - DIVERGENCE_COST * diverged)
-    weight = math.sqrt(REFERENCE_WEIGHT / max(keep.sum() * square, 1e-24))
-    features, = by_sample(estimates, error[:, None])
-    return Trial(criterion, bool(diverged), features, np.full((1, 1), weight))
-
-
-def _fit_reference(model: DriveModel, parameters: EstimatorParameters,
-                   tuned_values: dict[str, Any], samples: Samples,
-                   reference: ReferenceTorque) -> dict[str, Any]:
-    """Add tau_k_model_std to `tuned_values`; return the comparison with the reference."""
-    tuned_values['tau_k_model_std'] = 0.0
-    errors_at_start = torque_errors(run_unsmoothed(model, parameters, samples)[0], *reference)
-    estimates, _ = run_unsmoothed(model, parameters.replace(**tuned_values), samples)
-    torque, keep = _reference_of(estimates, reference)
-    tau_k, variance = estimates.tau_k[keep], estimates.tau_k_std[keep] ** 2
-    tuned_values['tau_k_model_std'] = float(
-        f'{noise_search.widened(tau_k - torque[keep], variance):.6g}')
-    gain, offset = (np.polyfit(tau_k, torque[keep], 1) if np.ptp(tau_k) > 0.0
-                    else (np.nan, np.nan))
-    tuned_run, _ = run_unsmoothed(model, parameters.replace(**tuned_values), samples)
-    errors = torque_errors(tuned_run, *reference)
-    off = (static_torque(model, estimates) - torque)[keep]
-    off = off[np.isfinite(off)]
-    return {'static_rmse': float(np.sqrt(np.mean(off ** 2))) if len(off) else None,
-            'reference_before': errors_at_start, 'reference_after': errors,
-            'unidentifiable': OPEN_WITH_REFERENCE.format(gain=gain, offset=offset)}

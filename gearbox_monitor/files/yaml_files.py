@@ -441,8 +441,6 @@ def write_parameters(path: str | Path, parameters: EstimatorParameters,
     if data['after']:
         lines.append(f'# Mean NIS {data["after"]["nis"]:.3f}, '
                      f'log-likelihood {data["after"]["loglik"]:.1f}.')
-    if data['smoother']:
-        lines.append('# For the smoothed torque: q_std_tau_k is that of the filter / sqrt(5).')
     lines += ['estimator:', '  ros__parameters:']
     for name in rows:
         if name in values:

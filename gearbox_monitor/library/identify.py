@@ -15,7 +15,6 @@ from gearbox_monitor.errors import expect_whole, InputError, unknown
 from gearbox_monitor.estimation.score import run_score
 from gearbox_monitor.estimation.tune import tune as tuned
 from gearbox_monitor.files.yaml_files import save_model, write_parameters
-from gearbox_monitor.kernels.types import Array, column
 from gearbox_monitor.library.estimation import estimator_values, expect_recording, Parameters
 from gearbox_monitor.library.progress import Progress, reported
 from gearbox_monitor.library.recording import all_of, DriveRecording
@@ -188,9 +187,8 @@ class TunedParameters(Shown, Saved):
 
 
 def tune(recording: DriveRecording, model: DriveModel | None = None, *,
-         parameters: Parameters = None, reference: Array | None = None, smoother: bool = False,
-         speeds: bool = True, progress: Progress | None = None, **changes: object
-         ) -> TunedParameters:
+         parameters: Parameters = None, speeds: bool = True,
+         progress: Progress | None = None, **changes: object) -> TunedParameters:
     """
     Return R and Q of a filter for a recording, by maximum likelihood of the innovations.
 
@@ -198,12 +196,10 @@ def tune(recording: DriveRecording, model: DriveModel | None = None, *,
         recording: of `load_recording`; with half a second of standstill R comes from there.
         model: of the drive, None for the one of the recording.
         parameters: before, as `estimate` takes them; the result depends on those that it keeps.
-        reference: measured torque of the transmission [N], N m: then its error counts instead.
-        smoother: tune for the smoothed torque.
         speeds: tune the process noise of the speeds, too.
         progress: called with (done, total); None shows a bar or, in a pipe, lines.
         changes: single parameters by name, such as filter='ukf'. tau_k_model is mixed unless one
-            is named, or a reference given.
+            is named.
 
     Returns:
         The parameters, for `estimate(..., parameters=tuned.parameters)`; `save` writes the file.
@@ -213,16 +209,13 @@ def tune(recording: DriveRecording, model: DriveModel | None = None, *,
     """
     recording = expect_recording(recording)
     drive = recording.model if model is None else expect_model(model)
-    usual = {} if smoother or reference is not None else {'tau_k_model': MIXED}
-    drive, base = resolve(drive, {**usual, **estimator_values(parameters, changes)})
+    drive, base = resolve(drive, {
+        'tau_k_model': MIXED, **estimator_values(parameters, changes)})
     recording = recording.with_model(drive)
     samples, notes = measured_samples(recording.samples(), recording.name)
-    measured = None if reference is None else (samples.stamp_ns, column(
-        reference, 'reference', 'torque of the transmission in N m', len(recording)))
     try:
         with reported('tune', progress) as report:
-            figures = tuned(drive, base, [samples], measured, speeds, smoother,
-                            lambda share: report(share, 1.0))
+            figures = tuned(drive, base, [samples], speeds, lambda share: report(share, 1.0))
     except InputError as error:
         raise InputError(f'{recording.name}: {error}') from None
     figures.update(bag=recording.name, notes=[*figures['notes'], *recording.notes, *notes])
@@ -291,9 +284,9 @@ def write_adapted(folder: str | Path, result: Adapted, names: str) -> Path:
     folder.mkdir()
     save_model(folder / 'drive.yaml', result.model,
                [f'Adapted with gearbox_monitor fit unit to {names}', *result.open])
-    figures = {'smoother': False, 'after': None, 'relative_error': {},
-               'filter': result.estimator.filter, **result.tuning,
-               'parameters': result.parameters, 'bag': names, 'command': 'fit unit'}
+    figures = {'after': None, 'relative_error': {}, 'filter': result.estimator.filter,
+               **result.tuning, 'parameters': result.parameters, 'bag': names,
+               'command': 'fit unit'}
     write_parameters(folder / 'params.yaml', result.estimator, (str(folder / 'drive.yaml'), {}),
                      figures)
     return folder

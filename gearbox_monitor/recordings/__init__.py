@@ -19,7 +19,7 @@ Public names, by module:
         JointInput, match_stamps, PAYLOAD_CHANGE, recorded_inputs, topics_called
     messages: converted_bag, paired_bag
     player: Player
-    read: BagReader, JOINT_STATE, natural, open_bag
+    read: BagReader, natural, open_bag
     reading: BY_NAMES, is_bag, open_recording, read_mapping, ReadOptions
     recorded_samples: innovation_topics, joined_samples, nis_of, NO_MODEL, NO_SERIAL,
         read_snapshots, sample_parts, samples_of
