@@ -70,10 +70,9 @@ bag [ready to diagnose](recorder.md#keep-the-recording); answers with folder and
 ## Plant
 
 Publishes `joint_states` and, for scoring, the truth `plant/transmission_state`
-(sensor_msgs/JointState, joint `transmission`). With `torque_source: topic` it takes
-`effort_command` (std_msgs/Float64MultiArray, one value, N m on the motor side). It publishes
-`/clock` if it does not run in real time. Backlash, friction, loads, noise and excitation can
-change [at run time](parameters.md#plant).
+(sensor_msgs/JointState, joint `transmission`). It publishes `/clock` if it does not run in real
+time. Backlash, friction, loads, noise and excitation can change
+[at run time](parameters.md#plant).
 
 `arm_plant` publishes the same topics with all motors (`motor1` ... `motor6`) and joints (`joint1`
 ... `joint6`) of an arm. The [recorder](recorder.md) records all of the above by default, but for

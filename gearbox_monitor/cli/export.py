@@ -26,15 +26,12 @@ drive with their correlation, as YAML, or as event terms of Isaac Lab or mjlab (
 The estimates are JSON files of fit or diagnose, one of each drive or recording. MODEL may
 also be the name of an actuator of the catalogue (docs/actuators.md); a file of that name wins.
 
---check BAG runs the drives in the file and in the patched file on a recording and prints the
-misfit of both and of the model, in standard deviations of the encoder noise: 1 is the
-floor. Use a recording that did not serve to find the model.
+How far the patched file is off, on another recording, diagnose --validate states.
 
 usage examples:
   gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint elbow
   gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint elbow --out fits.xml
   gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint m --model-arm-joint e
-  gearbox_monitor export drive.closed.yaml --to mjcf --into robot.xml --joint elbow --check BAG2
   gearbox_monitor export --backlash 0.012 --to mjcf --into robot.xml --joint elbow --out play.xml
   gearbox_monitor export drive.closed.yaml --to urdf --into robot.urdf --joint elbow --out new.urdf
   gearbox_monitor export drive.yaml --params estimator.yaml --to c --out elbow.c --prefix elbow
@@ -45,26 +42,22 @@ from pathlib import Path
 import sys
 
 from gearbox_monitor.cli.options import (
-    estimator_options, joint_of, recording_of, refuse, wrapped, write_or_print)
-from gearbox_monitor.diagnosis.joint.closed_model import overlay
+    estimator_options, joint_of, refuse, wrapped, write_or_print)
 from gearbox_monitor.errors import InputError, refusal
 from gearbox_monitor.files.opening import write_new
 from gearbox_monitor.files.yaml_files import expect_new, expect_new_file
-from gearbox_monitor.library.identify import uniform
 from gearbox_monitor.library.ranges import ranges
 from gearbox_monitor.library.simulator_file import (
-    CatalogueActuator, export_model, in_units, is_actuator, load_actuator, load_model, NAMES,
-    SimulatorFile, SIMULATORS, TARGETS, with_backlash, written_model)
+    CatalogueActuator, export_model, is_actuator, load_actuator, load_model, NAMES,
+    SimulatorFile, SIMULATORS, TARGETS, with_backlash)
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.presentation import number
 from gearbox_monitor.simulators.c99 import firmware
 from gearbox_monitor.simulators.file_edits import Patch
-from gearbox_monitor.simulators.mjcf_file import MjcfDrive
 from gearbox_monitor.simulators.randomisation import randomisation, WRITERS
 from gearbox_monitor.simulators.xml_edit import difference
 
 CHOICES = (*TARGETS, 'c', *WRITERS)
-OF_FILES = ('into', 'joint', 'model_arm_joint', 'keyframe', 'actuator', 'root', 'check')
+OF_FILES = ('into', 'joint', 'model_arm_joint', 'keyframe', 'actuator', 'root')
 
 
 def run(args: Namespace) -> int:
@@ -87,19 +80,17 @@ def run(args: Namespace) -> int:
     if args.to == 'c':
         return _write_c(args)
     model = _model(args.model)
-    if args.to == 'urdf':
-        refuse(args, ('check',), 'with --to urdf, expected it with --to mjcf')
     for option in ('into', 'joint'):
         if getattr(args, option) is None:
             raise InputError(f'--{option}: missing, --to {args.to} needs it')
     file = export_model(model, args.to, args.into, **joint_of(args))
-    print('\n'.join(_patched(args, file, model)))
+    print('\n'.join(_patched(args, file)))
     return 1 if file.lacking else 0
 
 
 def _with_backlash(args: Namespace) -> int:
     """Write the file of a simulator with backlash at a joint; return the exit code."""
-    refuse(args, ('ranges', 'check', 'params', 'prefix'), 'with --backlash, expected one of both')
+    refuse(args, ('ranges', 'params', 'prefix'), 'with --backlash, expected one of both')
     if args.models or args.to != 'mjcf' or args.into is None or args.joint is None:
         raise InputError('--backlash: expected --to mjcf, --into FILE, --joint NAME and no MODEL')
     file = with_backlash(args.into, args.backlash, stiffness=args.stiffness, **joint_of(args))
@@ -154,7 +145,7 @@ def _export_ranges(args: Namespace) -> int:
     return 0
 
 
-def _patched(args: Namespace, file: SimulatorFile, model: DriveModel | None = None) -> list[str]:
+def _patched(args: Namespace, file: SimulatorFile) -> list[str]:
     """Write or show a patched file; return the lines of output."""
     patch, notes = file.patch, [line for note in file.notes for line in wrapped(note, '', '  ')]
     if args.out:
@@ -162,8 +153,6 @@ def _patched(args: Namespace, file: SimulatorFile, model: DriveModel | None = No
         ending = [f'written {args.out}']
     else:
         ending = ['', *difference(args.into, file.before, patch.data)]
-    if args.check and file.drive is not None and model is not None:
-        ending += ['', *checked(file.drive, file, model, args)]
     return [*described(patch, args.into), *notes, *ending]
 
 
@@ -174,26 +163,3 @@ def described(patch: Patch, path: str) -> list[str]:
     for row in patch.exported:
         lines += wrapped(f'{row.id}: {row.kind}: {row.words}', '', '  ')
     return lines
-
-
-def checked(drive: MjcfDrive, file: SimulatorFile, model: DriveModel, args: Namespace
-            ) -> list[str]:
-    """
-    Return lines about the misfit of the drive in the file before and after, and of the model.
-
-    Args:
-        drive: in the file before.
-        file: that was patched.
-        model: that was exported.
-        args: options of the command.
-
-    """
-    (recording,), _, notes = uniform(recording_of(args.check, model, args), model)
-    models = {drive.path.name: in_units(drive, model),
-              'patched': written_model(file, model, **joint_of(args)),
-              Path(args.model).name: model}
-    laid = overlay(recording, models)
-    lines = [f'misfit on {args.check}, {len(laid.windows)} windows of 1 s, in standard deviations '
-             'of the noise']
-    lines += [f'  {name:<40s}{number(run.gap):>10s}' for name, run in zip(models, laid.runs)]
-    return [*lines, *(f'note: {note}' for note in notes)]

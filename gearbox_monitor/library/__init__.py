@@ -16,7 +16,7 @@ Public names, by module:
     recording_report: write_report
     robot: check_robot, diagnose_robot, learn_robot, load_robot, recorded_names, Robot,
         robot_effects, RobotDiagnosis
-    simulator_file: CatalogueActuator, export_model, in_units, is_actuator, load_actuator,
-        load_model, NAMES, SimulatorFile, SIMULATORS, TARGETS, with_backlash, written_model
+    simulator_file: CatalogueActuator, export_model, is_actuator, load_actuator, load_model,
+        NAMES, SimulatorFile, SIMULATORS, TARGETS, with_backlash, written_model
     watch: description_in, urdf_in, watch_robot
 """

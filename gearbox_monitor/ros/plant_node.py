@@ -22,7 +22,6 @@ from rclpy.duration import Duration
 from rclpy.logging import get_logger
 from rosgraph_msgs.msg import Clock as ClockMessage
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64MultiArray
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import config_path
@@ -35,8 +34,7 @@ from gearbox_monitor.plant.simulate import Noise, Plant
 from gearbox_monitor.recordings.topics import (
     JOINT_STATES, PLANT_TRANSMISSION_STATE, TRANSMISSION)
 from gearbox_monitor.ros.runtime import (
-    advertise, declare, drain, finish, on_change, spin_node, steady_timer, subscribe_polled,
-    TableNode)
+    advertise, declare, finish, on_change, spin_node, steady_timer, TableNode)
 
 SECOND = 1_000_000_000
 BLOCK_TIME = 0.01     # s between two checks for services: the wait for a changed parameter
@@ -107,10 +105,6 @@ class PacedNode(TableNode):
     def begin_block(self) -> None:
         """Do what comes before a block of samples."""
 
-    def most_at_once(self, n: int) -> int:
-        """Return how many of `n` samples may be simulated ahead of their time."""
-        return n
-
     @property
     def stamp_ns(self) -> int:
         """Stamp of the next sample."""
@@ -124,18 +118,13 @@ class PacedNode(TableNode):
             self._start = time.monotonic_ns()
             self.t0_ns = time.time_ns()
         self.begin_block()
-        remaining, end = self.block, self._expected
-        if end > 0:
-            remaining = min(remaining, end - self.count)
-        while remaining > 0:
-            n = self.most_at_once(remaining)
-            for row in self.simulate(n):
-                self.wait()
-                self.send(row)
-                if self.count == 0 and self._awaited:
-                    self._await_first()
-                self.count += 1
-            remaining -= n
+        end = self._expected
+        for row in self.simulate(min(self.block, end - self.count) if end > 0 else self.block):
+            self.wait()
+            self.send(row)
+            if self.count == 0 and self._awaited:
+                self._await_first()
+            self.count += 1
         self._report()
         if 0 < end <= self.count:
             finish(self._timer, self._outputs)
@@ -181,7 +170,6 @@ def stamp(time_message: Time, ns: int) -> None:
     time_message.sec, time_message.nanosec = divmod(ns, SECOND)
 
 
-EFFORT_COMMAND = 'effort_command'
 DISCOVERY_TIME = 3.5  # s; a participant announces itself every 3 s
 MAX_SUBSTEPS = 500    # integration steps per sample: 0.2 ms of computing time
 LONGEST = 1e7         # s: a plant runs no longer
@@ -209,8 +197,6 @@ class PlantNode(PacedNode):
         self.values = PlantParameters.from_mapping(values)
         v = self.values
         self.set_pace(v.rate, v.duration, v.wait_for_subscribers, v.speed)
-        self._command, self._refused = 0.0, 0
-        self._command_at: int | None = None
         self._use(v)
         self.plant = FaultyPlant(self._model, self._noise, v.seed, self._faults)
         Plant(self._model, Noise(process=(1.0,) * 4)).run(np.zeros(2), self.dt)  # loads kernels
@@ -219,9 +205,7 @@ class PlantNode(PacedNode):
         self.begin([v.motor_joint, v.arm_joint], [TRANSMISSION])
         self.warn_of_unknown()
         self.get_logger().info(
-            f'{path}: {v.rate:g} Hz, torque from '
-            f'{v.excitation if v.torque_source == "excitation" else EFFORT_COMMAND}, '
-            f'speed {v.speed:g}, seed {v.seed}')
+            f'{path}: {v.rate:g} Hz, {v.excitation}, speed {v.speed:g}, seed {v.seed}')
 
     # ------------------------------------------------------------------ parameters
 
@@ -270,9 +254,6 @@ class PlantNode(PacedNode):
         if v.publish_clock or v.speed != 1.0:
             self._refuse_second_clock()
             self._clock_out = advertise(self, ClockMessage, '/clock', 10)
-        self._commands = None
-        if v.torque_source == 'topic':
-            self._commands = subscribe_polled(self, Float64MultiArray, EFFORT_COMMAND, 10)
         self._clock_message = ClockMessage()
 
     def _refuse_second_clock(self) -> None:
@@ -299,39 +280,14 @@ class PlantNode(PacedNode):
             stamp(self._clock_message.clock, self.stamp_ns)
             self._clock_out.publish(self._clock_message)
 
-    def most_at_once(self, n: int) -> int:
-        """Return how many of `n` samples to simulate: with a torque from outside, one by one."""
-        if self._commands:
-            self.wait()  # it is taken at the sample's time
-        return n if self._commands is None else 1
-
     def simulate(self, n: int) -> Iterator[tuple[float, ...]]:
         """Return n rows (u, y1, y2, twist, twist rate, tau_k, tau_arm) in arm-side values."""
         t = (self.count + np.arange(n)) * self.dt
-        u = self._excitation.torque(t) if self._commands is None else np.array(self._commanded())
-        run = self.plant.run(u, self.dt, t[0])
+        run = self.plant.run(self._excitation.torque(t), self.dt, t[0])
         x = run.x
         return zip(run.u.tolist(), run.y[:, 0].tolist(), run.y[:, 1].tolist(),
                    (x[:, 0] - x[:, 1]).tolist(), (x[:, 2] - x[:, 3]).tolist(),
                    run.tau_k.tolist(), run.tau_arm.tolist())
-
-    def _commanded(self) -> list[float]:
-        """Return [1] the torque (N m, arm side) that the last command demands."""
-        for message, _ in drain(self._commands):
-            if len(message.data) and math.isfinite(message.data[0]):
-                self._command = message.data[0] * self.drive.effort_scale
-                self._command_at = self.count
-                continue
-            self._refused += 1
-            self.get_logger().warning(
-                f'{EFFORT_COMMAND}: {self._refused} messages without a finite number ignored',
-                throttle_duration_sec=5.0)
-        timeout = self.values.command_timeout
-        if self._command_at is not None and timeout > 0 and (
-                (self.count - self._command_at) * self.dt > timeout):
-            self._command, self._command_at = 0.0, None
-            self.get_logger().warning(f'{EFFORT_COMMAND}: none for {timeout:g} s, torque is 0')
-        return [self._command]
 
     def send(self, row: tuple[float, ...]) -> None:
         """Publish a `row` of `simulate`."""

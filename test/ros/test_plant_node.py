@@ -21,7 +21,6 @@ from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.qos import QoSProfile  # noqa: E402
 from rosgraph_msgs.msg import Clock  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
-from std_msgs.msg import Float64MultiArray  # noqa: E402
 
 from gearbox_monitor.files.opening import config_path  # noqa: E402
 from gearbox_monitor.files.yaml_files import load_model  # noqa: E402
@@ -231,37 +230,23 @@ def test_growing_gap_faster_than_time(plants):
     assert abs(clock[-1] - stamp[-1]) < 10**9
 
 
-def test_torque_from_a_topic_through_the_gear(plants, tmp_path):
+def test_motor_turns_as_many_times_as_the_gear_says(plants, tmp_path):
     model = tmp_path / 'geared.yaml'
     model.write_text('gear_ratio: 50.0\ntorque_constant: 0.5\n')
-    out = plants.node.create_publisher(Float64MultiArray, 'effort_command', 10)
-    process = plants.start(torque_source='topic', model=model, command_timeout=0.2,
-                           measurement_noise='[0.0, 0.0]', process_noise='[0.0, 0.0, 0.0, 0.0]')
-    plants.until(lambda: plants.states and plants.truth and out.get_subscription_count())
-    assert plants.states[-1].effort[0] == 0.0
-
-    def commanded():
-        out.publish(Float64MultiArray(data=[0.08]))  # A: 2 N m on the arm side
-        return plants.states[-1].effort[0] == 0.08
-
-    plants.until(commanded)
-    plants.until(lambda: plants.truth[-1].effort[0] > 0.5)  # it moves
-    # No command any more: the torque ends after 0.2 s.
-    plants.until(lambda: plants.states[-1].effort[0] == 0.0)
-    held = np.flatnonzero(columns(plants.states, 'effort')[:, 0] == 0.08)
-    assert len(held) >= 200
-    # On the wire the motor turns 50 times as far.
+    process = plants.start(model=model, measurement_noise='[0.0, 0.0]', amplitudes='[2.0]',
+                           frequencies='[0.5]', process_noise='[0.0, 0.0, 0.0, 0.0]')
+    amps = -2.0 / (50.0 * 0.5)  # at the end of half a period
+    plants.until(lambda: plants.truth and plants.states
+                 and plants.states[-1].effort[0] < 0.99 * amps)
+    assert end(process, signal.SIGTERM)[0] == 0
+    plants.rest()
     truth = {t: m for t, m in zip(stamps(plants.truth), plants.truth)}
     matched = [(m, truth[t]) for t, m in zip(stamps(plants.states), plants.states) if t in truth]
     y = columns([m for m, _ in matched], 'position')
     twist = columns([t for _, t in matched], 'position')[:, 0]
     np.testing.assert_allclose(y[:, 0] / 50 - y[:, 1], twist, atol=1e-12)
-    out.publish(Float64MultiArray(data=[float('nan')]))
-    out.publish(Float64MultiArray())
-    count = len(plants.states)
-    plants.until(lambda: len(plants.states) > count + 100)
-    assert np.isfinite(columns(plants.states, 'effort')[:, 0]).all()
-    assert end(process, signal.SIGTERM)[0] == 0
+    assert columns(plants.states, 'effort')[:, 0].min() == pytest.approx(amps, rel=0.01)
+    assert np.ptp(twist) > 0.1  # it has moved
 
 
 def test_bad_input_is_one_line(tmp_path):

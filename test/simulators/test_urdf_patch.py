@@ -177,8 +177,6 @@ def test_the_command(tmp_path, capsys, monkeypatch):
     assert '+++ b/robot.urdf' in capsys.readouterr().out
     assert main(words) == 2
     assert '--joint: missing, --to urdf needs it' in capsys.readouterr().err
-    assert main([*words, '--joint', 'elbow', '--check', 'bag']) == 2
-    assert '--check: with --to urdf, expected it with --to mjcf' in capsys.readouterr().err
 
 
 def test_a_flat_link_turned_any_way_is_a_body():
