@@ -2,9 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Child processes that name what changed: one at a time, with limits, none that outlives its node.
+Name what changed in a gearbox: when, against which baseline, and by a child process with limits.
 
-No ROS here. A thread waits for the child.
+No ROS here. One child at a time is started, a thread waits for it, and none outlives its node. As
+a program, this module is the child: it reads an Order, pickled, from the standard input and writes
+the verdict as JSON. An error is one line on the standard error, with exit code 3.
 """
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -13,6 +15,8 @@ import json
 import math
 import os
 from pathlib import Path
+import pickle
+import resource
 import signal
 import subprocess
 import sys
@@ -28,13 +32,14 @@ from gearbox_monitor.health.backlash.wear import when
 from gearbox_monitor.health.checks.outcome import Level, Outcome
 from gearbox_monitor.health.judgement import SLIP
 from gearbox_monitor.health.monitor import Monitor
+from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_VISCOUS
 from gearbox_monitor.report.sentences import CHANGES
-from gearbox_monitor.ros.middleware import child_environment
-from gearbox_monitor.ros.naming_child import FAILED, SHORT_OF_MEMORY
-from gearbox_monitor.ros.recording_export import RecordingBuffer
+from gearbox_monitor.ros.middleware import child_environment, end_with
+from gearbox_monitor.ros.recording_export import (
+    load_of, MIN_STRETCH, recording_of, RecordingBuffer, stretch, unpacked_rows)
 
-MB = 1 << 20
+FAILED, NICE = 3, 19     # exit code of a child, and how it gives way to all others
 PATIENCE, SLOWEST = 60.0, 20.0  # s, and times the CPU limit, that a child may take in all
 # What allocators and loaders say where memory is short.
 SHORT_WORDS = ('memory', 'allocate', 'failed to map', "can't start new thread")
@@ -60,13 +65,8 @@ class Order:
 
     def to_bytes(self) -> bytes:
         """Return what the child reads."""
-        later = self.later()
-        data = {name: getattr(self, name) for name in (
-            'arm_load', 'effort_delay', 'since_ns', 'seconds', 'cpu_seconds')}
-        data |= {'model': self.reference.model, 'memory': self.memory * MB,
-                 'parent': os.getpid(), 'reference': list(map(len, self.reference.blocks)),
-                 'later': list(map(len, later))}
-        return json.dumps(data).encode() + b'\n' + b''.join((*self.reference.blocks, *later))
+        return pickle.dumps({**vars(self), 'reference': self.reference.blocks, 'later':
+                             self.later(), 'model': self.reference.model, 'parent': os.getpid()})
 
 
 class ChangeNamer:
@@ -89,7 +89,7 @@ class ChangeNamer:
             if self._ends:
                 raise RuntimeError('the node ends')
             child = self._child = subprocess.Popen(
-                [sys.executable, '-m', 'gearbox_monitor.ros.naming_child'],
+                [sys.executable, '-m', 'gearbox_monitor.ros.change_watch'],
                 stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                 env=child_environment(), start_new_session=True)
         seconds = PATIENCE + SLOWEST * order.cpu_seconds
@@ -117,8 +117,7 @@ class ChangeNamer:
         last = lines[-1] if lines else ''
         if code == FAILED and last:
             return last
-        if code == SHORT_OF_MEMORY or any(
-                word in line.lower() for word in SHORT_WORDS for line in lines):
+        if any(word in line.lower() for word in SHORT_WORDS for line in lines):
             return f'the diagnosis took more than {order.memory} MB (name_changes_memory)'
         ended = f'signal {-code}' if code < 0 else f'exit code {code}'
         return f'the diagnosis ended with {ended}: {last}'.rstrip(': ')
@@ -393,3 +392,64 @@ def _aside(path: Path) -> str:
         return set_aside(path, 'refused')
     except InputError as error:
         return str(error)
+
+
+# ---------------------------------------------------------------------- the child
+
+
+def limit(order: Mapping[str, Any]) -> None:
+    """Give way to all others, within the limits of an `order`, and end with its parent."""
+    if not end_with(order['parent'], signal.SIGKILL):
+        sys.exit(FAILED)
+    os.nice(NICE)
+    cpu, memory = order['cpu_seconds'], order['memory'] << 20
+    for kind, soft, hard in ((resource.RLIMIT_CORE, 0, 0), (resource.RLIMIT_CPU, cpu, cpu + 5),
+                             (resource.RLIMIT_AS, memory, memory)):
+        _, ceiling = resource.getrlimit(kind)
+        if ceiling != resource.RLIM_INFINITY:
+            soft, hard = min(soft, ceiling), min(hard, ceiling)
+        resource.setrlimit(kind, (soft, hard))
+
+
+def verdict_of(order: Mapping[str, Any]) -> dict[str, Any]:
+    """
+    Return the verdict on the recordings of an `order`, as plain data.
+
+    Raises:
+        InputError: a recording allows no statement; Undecided: none is possible.
+    """
+    from gearbox_monitor.diagnosis.joint.diagnose import diagnose_change
+    from gearbox_monitor.report.words import change_sentence
+    parts = []
+    for name, blocks, since_ns in (('baseline recording', order['reference'], 0),
+                                   ('recording', order['later'], order['since_ns'])):
+        rows = stretch(unpacked_rows(blocks, since_ns), order['effort_delay'], order['seconds'])
+        if not len(rows):
+            raise InputError(f'{name}: no {MIN_STRETCH:g} s without a dropout, with torque and '
+                             'positions, expected them: nothing is named')
+        parts.append((name, rows))
+    model = model_from_dict(order['model'], 'model')
+    loads = {load_of(rows, model, order['arm_load']) for _, rows in parts}
+    model = model.with_(arm_load=loads.pop() if len(loads) == 1 else 'unknown')
+    baseline, later = (recording_of(rows, model, name) for name, rows in parts)
+    verdict = diagnose_change(baseline, later, model).to_dict()
+    usage, span = resource.getrusage(resource.RUSAGE_SELF), parts[1][1]['stamp_ns'][[0, -1]]
+    return {**verdict, 'text': change_sentence(verdict), 'cpu_s': usage.ru_utime + usage.ru_stime,
+            'recording': [stamp_ns / SECOND for stamp_ns in span.tolist()]}
+
+
+def main() -> int:
+    """Name what the standard input asks for."""
+    order = pickle.load(sys.stdin.buffer)  # noqa: S301 - of the node, whose child this is
+    limit(order)
+    try:
+        verdict = verdict_of(order)
+    except InputError as error:
+        print(' '.join(str(error).split()), file=sys.stderr)
+        return FAILED
+    json.dump(verdict, sys.stdout)
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

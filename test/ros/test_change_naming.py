@@ -66,7 +66,7 @@ def child_of(parent):
                 numbers += children.read().split()
         for number in numbers:
             with open(f'/proc/{number}/cmdline', encoding='utf-8') as words:
-                if 'naming_child' in words.read():
+                if 'ros.change_watch' in words.read():
                     return int(number)
         time.sleep(0.01)
 
