@@ -40,7 +40,7 @@ from gearbox_monitor.health.backlash.locked_input import is_locked, locked_windo
 from gearbox_monitor.health.wear_outcome import said_of_slips
 from gearbox_monitor.presentation import number, on_axis, Quantity, Said, said
 from gearbox_monitor.recordings.replay import Replay, replay
-from gearbox_monitor.report.summary import told
+from gearbox_monitor.report.sentences import told
 
 UNITS = {'rotary': {'rad': 1.0, 'mrad': 1e-3, 'deg': math.radians(1.0),
                     'arcmin': math.radians(1.0) / 60.0},

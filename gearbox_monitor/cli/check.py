@@ -47,7 +47,7 @@ from gearbox_monitor.recordings.joint_input import bag_arguments, find_input
 from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.recorded_samples import innovation_topics, nis_of, sample_parts
 from gearbox_monitor.recordings.table import is_log_of_xml
-from gearbox_monitor.report.summary import told
+from gearbox_monitor.report.sentences import told
 from gearbox_monitor.robot.description import SUFFIXES
 from gearbox_monitor.robot.plausibility import implausible, implausible_limits
 from gearbox_monitor.signals.examine import (

@@ -56,7 +56,7 @@ from gearbox_monitor.presentation import number, on_axis, percent, Quantity, Sai
 from gearbox_monitor.report.diagnosis_page import diagnosis_page, gather, shows_place
 from gearbox_monitor.report.robot_gap_page import robot_gap_page
 from gearbox_monitor.report.robot_words import robot_text
-from gearbox_monitor.report.summary import summary
+from gearbox_monitor.report.sentences import summary
 from gearbox_monitor.report.words import (
     counted, NAMING, next_steps, NO_FILES, NOTHING, place_text, torque_map_of, undefined, unit_of,
     UserFiles, value_rows)

@@ -55,8 +55,7 @@ from gearbox_monitor.presentation import (
     credible, number, on_axis, percent)
 from gearbox_monitor.recordings.joint_input import find_input
 from gearbox_monitor.recordings.recorded_samples import NO_MODEL, samples_of
-from gearbox_monitor.report.sentences import say
-from gearbox_monitor.report.summary import of_fit, of_noise, of_unit, told, UNITS
+from gearbox_monitor.report.sentences import of_fit, of_noise, of_unit, say, told, UNITS
 from gearbox_monitor.signals.examine import measured_samples
 
 MODEL, NOISE, UNIT = WHAT = ('model', 'noise', 'unit')

@@ -36,7 +36,7 @@ from gearbox_monitor.recordings.replay import (
     Comparer, Comparison, interval_error, ReplayCollector, ReplaySummary, smoothed)
 from gearbox_monitor.recordings.replay_output import BagOutput, CsvTable, ParquetTable
 from gearbox_monitor.report import words
-from gearbox_monitor.report.summary import told
+from gearbox_monitor.report.sentences import told
 from gearbox_monitor.robot.description import SUFFIXES
 
 TABLES = {'.csv': CsvTable, '.parquet': ParquetTable}

@@ -11,7 +11,7 @@ Public names, by module:
 
     .: yaml_files
     baselines: AGAIN, BaselineRecording, check_belongs, Damaged, earlier, health_text,
-        load_recording, load_state, save_baseline, set_aside, split, STATE, StateFile
+        load_recording, load_state, save_baseline, set_aside, STATE, StateFile
     knowledge_file: load_knowledge, load_watch, save_knowledge, save_watch, SUFFIX,
         watch_bytes, watch_from
     opening: BoundedGzip, config_path, dump, load_robot, LONGEST_LINE, open_file,

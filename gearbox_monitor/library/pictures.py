@@ -18,7 +18,7 @@ from gearbox_monitor.report.chart import Chart, Panel, Trace
 from gearbox_monitor.report.diagnosis_page import gather, window_chart
 from gearbox_monitor.report.plots import figure
 from gearbox_monitor.report.recording_page import backlash_chart, overview
-from gearbox_monitor.report.summary import summary
+from gearbox_monitor.report.sentences import summary
 from gearbox_monitor.report.timeline import measured, Timeline, timeline_of
 
 

@@ -32,7 +32,7 @@ from gearbox_monitor.recordings.joint_input import match_stamps
 from gearbox_monitor.report.diagnosis_page import diagnosis_page, gather
 from gearbox_monitor.report.robot_gap_page import robot_gap_page
 from gearbox_monitor.report.robot_words import robot_text, watch_headline, watch_text
-from gearbox_monitor.report.summary import of_fit, of_noise, of_unit, summary, told
+from gearbox_monitor.report.sentences import of_fit, of_noise, of_unit, summary, told
 from gearbox_monitor.report.words import value_rows
 from gearbox_monitor.simulators.randomisation import randomisation
 from gearbox_monitor.watch.record import Watch

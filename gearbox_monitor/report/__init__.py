@@ -22,8 +22,7 @@ Public names, by module:
     robot_gap_page: by_effect, robot_gap_page, RobotContext
     robot_words: finding_words, reading_words, robot_headline, robot_text, watch_data,
         watch_headline, watch_text
-    sentences: CHANGES, say, title
-    summary: of_fit, of_noise, of_unit, summary, told, UNITS
+    sentences: CHANGES, of_fit, of_noise, of_unit, say, summary, title, told, UNITS
     timeline: measured, recorded_timeline, RecordingFacts, state_of, Timeline, timeline_of
     watch_page: watch_page
     words: change_sentence, counted, NAMING, next_steps, NO_FILES, NOTHING, place_text,

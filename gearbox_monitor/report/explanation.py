@@ -15,8 +15,7 @@ from gearbox_monitor.health.backlash import change_tests
 from gearbox_monitor.health.checks.outcome import Condition, Level
 from gearbox_monitor.health.monitor import CONDITIONS
 from gearbox_monitor.plant.effects import Effect, EFFECTS, library, Parameter
-from gearbox_monitor.report.sentences import TABLE, title
-from gearbox_monitor.report.summary import PLACES
+from gearbox_monitor.report.sentences import PLACES, TABLE, title
 from gearbox_monitor.report.words import sentence, SEPARATES
 from gearbox_monitor.simulators.mjcf import CONSTRUCT, expression_of, NATIVE, REFUSED
 from gearbox_monitor.simulators.urdf_patch import in_urdf

@@ -17,8 +17,7 @@ from gearbox_monitor.plant.effects.gearbox import SLIP
 from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_INERTIA
 from gearbox_monitor.presentation import (
     change, credible, EXACT, number, on_axis, percent, Quantity, said)
-from gearbox_monitor.report.sentences import say
-from gearbox_monitor.report.summary import NEAR_FLOOR, PLACES
+from gearbox_monitor.report.sentences import NEAR_FLOOR, PLACES, say
 
 NOTHING = ('none', 'undecided')  # verdicts without a gap
 LACKING = ('incomplete', 'unknown')  # verdicts with a remainder

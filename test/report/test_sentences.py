@@ -22,8 +22,7 @@ from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.presentation import Quantity, Said
 from gearbox_monitor.report.robot_words import change_words, finding_words, payload_words
-from gearbox_monitor.report.sentences import message, PARTS, phrase, TABLE, title
-from gearbox_monitor.report.summary import summary
+from gearbox_monitor.report.sentences import message, PARTS, phrase, summary, TABLE, title
 from gearbox_monitor.watch.record import Change, HeldLoad
 from gearbox_monitor.watch.settings import KINDS
 

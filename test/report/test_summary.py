@@ -11,7 +11,7 @@ from gearbox_monitor.health.backlash.features import width_of
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.presentation import Quantity
 from gearbox_monitor.report.robot_words import finding_words, robot_headline
-from gearbox_monitor.report.summary import largest_change, of_noise, summary, told
+from gearbox_monitor.report.sentences import largest_change, of_noise, summary, told
 from gearbox_monitor.report.words import (
     next_steps, sentence, UserFiles, value_rows)
 
