@@ -24,8 +24,9 @@ import numpy as np
 from gearbox_monitor.estimation.rts_smoother import (
     S_MOTOR_SIDE, S_TWIST, S_TWIST_RATE, S_U, S_X2, S_X3, S_X4)
 from gearbox_monitor.kernels.kernel import entry, inline, kernel
-from gearbox_monitor.kernels.linear_least_squares import covariance as covariance_of, Damping
-from gearbox_monitor.kernels.types import Array, Cube, Flags, Matrix, Vector
+from gearbox_monitor.kernels.linear_least_squares import (
+    covariance as covariance_of, Damping, minimise)
+from gearbox_monitor.kernels.types import Array, Cube, Flags, Integers, Matrix, Vector
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.transmission import dead_zone
 
@@ -404,7 +405,9 @@ class Regression(NamedTuple):
 
     def evaluate(self, theta: Array, free: Flags) -> tuple[float, Optimum]:
         """Return the cost and the linear problem at `theta` [N_SHAPE]; free: see Optimum."""
-        blocks = normals, rights, _ = self._blocks()
+        count = len(self.weights) // self.law.block + 1
+        blocks = normals, rights, _ = (np.zeros((count, N_SHAPE, N_SHAPE)),
+                                       np.zeros((count, N_SHAPE)), np.zeros((3, N_SHAPE)))
         cost, contact = normal_equations(self.base + theta, free, self.law, self.data,
                                          self.weights, self.units, blocks, self.residuals)
         prior = np.where(free, self.prior, 0.0)
@@ -427,115 +430,26 @@ class Regression(NamedTuple):
             The cost at the minimum, and the linear problem there.
 
         """
-        theta = theta.copy()
-        _minimise(theta, free, self, rule, tolerance, iterations, _Room(
-            self._blocks(), np.empty((3, N_SHAPE, N_SHAPE)), np.empty((4, N_SHAPE))))
+        found, _, _ = minimise(_Problem(self, free), theta[None], rule, tolerance, iterations)
         # The residuals at hand may be those of a step that was not taken.
-        return self.evaluate(theta, free)
-
-    def _blocks(self) -> tuple[Array, Array, Array]:
-        """Return zeros for normal_equations."""
-        count = len(self.weights) // self.law.block + 1
-        return (np.zeros((count, N_SHAPE, N_SHAPE)), np.zeros((count, N_SHAPE)),
-                np.zeros((3, N_SHAPE)))
+        return self.evaluate(found[0], free)
 
 
-class _Room(NamedTuple):
-    """What `_evaluated` and `_minimise` write."""
+class _Problem(NamedTuple):
+    """A `regression` of what is `free`, as `minimise` takes it."""
 
-    blocks: tuple[Cube, Matrix, Matrix]  # as of normal_equations
-    normals: Cube    # [3, N_SHAPE, N_SHAPE]
-    vectors: Matrix  # [4, N_SHAPE]
+    regression: Regression
+    free: Flags
 
+    def evaluated(self, theta: Array, index: Integers) -> tuple[Array, Array]:
+        """Move `theta` [1, N_SHAPE] into bounds; return normal matrix with right side, cost."""
+        regression, x = self.regression, np.clip(theta[0], *self.regression[6:8])
+        beyond = regression.strict and bool((x != theta[0])[self.free].any())
+        theta[0] = x
+        cost, optimum = regression.evaluate(x, self.free)
+        right = optimum.rights.sum(axis=0) - optimum.prior * x
+        return np.vstack([optimum.normal(), right])[None], np.array([math.inf if beyond else cost])
 
-@kernel
-def _evaluated(theta: Array, free: Flags, problem: Regression, room: _Room, normal: Array,
-               right: Array) -> float:
-    """Move `theta` within its bounds, write the normal equations, return the cost."""
-    normals, rights, sums = room.blocks
-    at, beyond, cost = room.vectors[0], False, 0.0
-    for p in range(N_SHAPE):
-        x = theta[p]
-        if x < problem.low[p]:
-            x = problem.low[p]
-        elif x > problem.high[p]:
-            x = problem.high[p]
-        if free[p]:
-            beyond |= x != theta[p]
-            cost += problem.prior[p] * x * x
-        theta[p], at[p] = x, problem.base[p] + x
-        for k in range(sums.shape[0]):
-            sums[k, p] = 0.0
-        for k in range(rights.shape[0]):
-            rights[k, p] = 0.0
-            for q in range(N_SHAPE):
-                normals[k, p, q] = 0.0
-    cost += normal_equations(at, free, problem.law, problem.data, problem.weights, problem.units,
-                             room.blocks, problem.residuals)[0]
-    for p in range(N_SHAPE):
-        right[p] = -problem.prior[p] * theta[p] if free[p] else 0.0
-        for q in range(N_SHAPE):
-            normal[p, q] = problem.prior[p] if p == q and free[p] else 0.0
-        for k in range(rights.shape[0]):
-            right[p] += rights[k, p]
-            for q in range(N_SHAPE):
-                normal[p, q] += normals[k, p, q]
-    return math.inf if problem.strict and beyond else cost
-
-
-@kernel
-def _step(normal: Array, right: Array, damping: float, rule: Damping, factor: Array, step: Array
-          ) -> bool:
-    """Write the damped `step`, by Cholesky; return whether the damped matrix is positive."""
-    for i in range(N_SHAPE):
-        added = normal[i, i] * (damping + rule.relative) + rule.absolute
-        step[i] = right[i]
-        for j in range(i + 1):
-            value = normal[i, j]
-            if i == j:
-                value += added if added > 0.0 else 1.0
-            for k in range(j):
-                value -= factor[i, k] * factor[j, k]
-            if i > j:
-                factor[i, j] = value / factor[j, j]
-                step[i] -= factor[i, j] * step[j]
-            elif value > 0.0:
-                factor[i, i] = math.sqrt(value)
-            else:
-                return False
-        step[i] /= factor[i, i]
-    for i in range(N_SHAPE - 1, -1, -1):
-        for j in range(i + 1, N_SHAPE):
-            step[i] -= factor[j, i] * step[j]
-        step[i] /= factor[i, i]
-    return True
-
-
-@entry
-def _minimise(theta: Vector, free: Flags, problem: Regression, rule: Damping, tolerance: float,
-              iterations: int, room: _Room) -> None:
-    """Move `theta` to the minimum by the steps of levenberg_marquardt.minimise."""
-    normal, next_normal, factor = room.normals[0], room.normals[1], room.normals[2]
-    right, next_right, trial = room.vectors[1], room.vectors[2], room.vectors[3]
-    cost = _evaluated(theta, free, problem, room, normal, right)
-    damping, failures = rule.start, 0
-    for _ in range(iterations):
-        gain = -math.inf
-        if _step(normal, right, damping, rule, factor, trial):
-            for p in range(N_SHAPE):
-                trial[p] += theta[p]
-            gain = cost - _evaluated(trial, free, problem, room, next_normal, next_right)
-        if gain > 0.0 or (rule.level and gain == 0.0):
-            for p in range(N_SHAPE):
-                theta[p], right[p] = trial[p], next_right[p]
-                for q in range(N_SHAPE):
-                    normal[p, q] = next_normal[p, q]
-            solved = gain <= tolerance * cost
-            cost -= gain
-            damping, failures = max(damping * rule.lowered, rule.smallest), 0
-        else:
-            damping = min(max(damping * rule.raised, rule.raised_from), rule.largest)
-            failures += 1
-            solved = failures >= rule.attempts or damping > rule.hopeless
-        if solved:
-            break
+    def linearised(self, theta: Array, residual: Array, index: Integers) -> tuple[Array, Array]:
+        """Return the normal matrix [1, N_SHAPE, N_SHAPE] and the right side [1, N_SHAPE]."""
+        return residual[:, :N_SHAPE], residual[:, N_SHAPE]
