@@ -23,7 +23,7 @@ from gearbox_monitor.kernels.kernel import entry, inline, kernel
 from gearbox_monitor.kernels.types import (
     Array, Block, Cube, IntegerMatrix, Integers, Matrix, Vector)
 from gearbox_monitor.plant.batch import (
-    LANES, ON_MOTOR, step_form, step_lanes, steps_with_plugin, T, U)
+    LANES, ON_MOTOR, steps_by_term, step_lanes, steps_with_plugin, T, U)
 from gearbox_monitor.plant.drive import INVERSE_M1, INVERSE_M2, KIND
 from gearbox_monitor.plant.effects.composition import arm_error, DELAY1, DELAY2, motor_error
 from gearbox_monitor.plant.effects.effect import Torques
@@ -230,7 +230,7 @@ def filtered(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, st
     places, moves = start.places, start.moves
     n, last, groups = len(places), len(data.begin) - 1, len(room) - 1
     width = LANES // groups
-    form = step_form(drive)
+    by_term = steps_by_term(drive)
     result = 0.0
     product = room[groups, :n, :n]
     for pair in range(0, last + 1, groups):
@@ -259,7 +259,7 @@ def filtered(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, st
                     at = min(data.begin[c] + k, data.end[c] - 1)
                     for i in range(width * g, width * (g + 1)):
                         s[U + i] = data.u[at, schedule.part[q]]
-                step_lanes(s, schedule.length[q], LANES, form, drive)
+                step_lanes(s, schedule.length[q], LANES, by_term, drive)
                 m = schedule.ends[q]
                 if m < 0:
                     continue
@@ -350,7 +350,7 @@ def sensitivity(drives: tuple[PackedDrive, PackedDrive], schedule: SampleSchedul
     """
     drive = drives[1]
     n = len(places)
-    form = step_form(drive)
+    by_term = steps_by_term(drive)
     for c in range(len(data.begin)):
         for first in range(data.begin[c], data.end[c] - 1, LANES):
             elapsed, m = 0.0, -1
@@ -367,7 +367,8 @@ def sensitivity(drives: tuple[PackedDrive, PackedDrive], schedule: SampleSchedul
                         s[ON_MOTOR + i] = trace.begin[at, m, LASTING]
                 for i in range(LANES):
                     s[U + i] = data.u[min(first + i, data.end[c] - 2), schedule.part[q]]
-                step_lanes(s, schedule.length[q], min(LANES, data.end[c] - 1 - first), form, drive)
+                step_lanes(s, schedule.length[q], min(LANES, data.end[c] - 1 - first), by_term,
+                           drive)
                 elapsed += schedule.length[q]
                 if schedule.ends[q] >= 0:
                     for i in range(min(LANES, data.end[c] - 1 - first)):

@@ -16,13 +16,11 @@ from gearbox_monitor.plant.drive import (
     arm_acceleration, ARM_ALPHA, CAC, G, gravity, HALF_GAP, INTEGRATOR, KIND, LAW,
     motor_acceleration, steady_arm_load, STIFFNESS)
 from gearbox_monitor.plant.effects.composition import (
-    advanced_servo, base_friction, late_fade, reading, servo, STEP_PLACES, stored_memories,
-    term_of)
+    advanced_servo, base_friction, late_fade, reading, servo, stored_memories, term_of)
 from gearbox_monitor.plant.effects.effect import Effect, MotorFriction, Torques
 from gearbox_monitor.plant.effects.registry import (
     in_slot, INTEGRAL, N_MEMORY, SERVO_KI, SERVO_KP, SERVO_LATE)
-from gearbox_monitor.plant.simulate import (
-    Four, integrator, PackedDrive, play_after, rebuilt, step, with_plugin)
+from gearbox_monitor.plant.simulate import PackedDrive, play_after, rebuilt, step, with_plugin
 from gearbox_monitor.plant.transmission import ATAN, DEAD_ZONE, dead_zone, RK4, side
 
 
@@ -73,7 +71,6 @@ class RunResult(NamedTuple):
 LANES = 16
 PARTS = 25 + 2 * N_MEMORY
 OWN = -1  # row of the memory of an effect, for _added
-PLAIN, BY_TERM, ONE_BY_ONE = range(3)  # how lanes are stepped
 # State: motion, then memories, time. Then torque of the actuator and torques from outside.
 X1, X2, X3, X4, M = (LANES * i for i in range(5))
 T, U, ON_MOTOR, ON_ARM, IN_GEARBOX = (M + LANES * (N_MEMORY + i) for i in range(5))
@@ -84,46 +81,6 @@ YT, RATE3, RATE4, SUM1, SUM2, SUM3, SUM4, TWIST, TAU_K, LOAD, MOTOR, FRICTION = 
     YM + LANES * (N_MEMORY + i) for i in range(12))
 N_LANE_STATE = PARTS * LANES
 Loop: TypeAlias = Callable[..., None]
-
-
-# ---------------------------------------------------------------------- without effects
-
-
-@inline
-def _derivative(t: float, x: Four, m: Any, inputs: Any) -> Four:
-    x1, x2, x3, x4 = x
-    u, on_motor, on_arm, in_gearbox, p = inputs
-    tau_k = p[STIFFNESS] * dead_zone(x1 - x2, p[HALF_GAP]) + in_gearbox
-    return (x3, x4, motor_acceleration(x1, x3, x4, u + on_motor, tau_k, p),
-            arm_acceleration(x3, x4, tau_k, steady_arm_load(x4, p) - on_arm, p))
-
-
-@inline
-def _no_memories(m: Any, x: Four, x3: float, x4: float, h: float, inputs: Any) -> Any:
-    return m
-
-
-@inline
-def _no_brake(h: float, x: Four, m: Any, inputs: Any) -> tuple[float, float]:
-    return 0.0, 0.0
-
-
-_rk4 = integrator(_derivative, _no_memories, _no_brake)
-
-
-@kernel
-def _step(s: Array, h: float, p: Array) -> None:
-    """Advance the LANES states in s by one Runge-Kutta step of `h` s."""
-    for i in range(LANES):
-        change, _ = _rk4(s[T + i], (s[X1 + i], s[X2 + i], s[X3 + i], s[X4 + i]), 0.0, h,
-                         (s[U + i], s[ON_MOTOR + i], s[ON_ARM + i], s[IN_GEARBOX + i], p))
-        s[X1 + i] += change[0]
-        s[X2 + i] += change[1]
-        s[X3 + i] += change[2]
-        s[X4 + i] += change[3]
-
-
-# ---------------------------------------------------------------------- with effects
 
 
 def _loops(slot: str, term: Callable[[Effect], Loop]) -> Loop:
@@ -141,32 +98,24 @@ def _loops(slot: str, term: Callable[[Effect], Loop]) -> Loop:
 
 def _added(slot: str, total: int, *rows: int) -> Callable[[Effect], Loop]:
     """
-    Return what makes loops of a `slot` whose equations add to the row `total`.
+    Return what makes loops of a `slot` whose equations add to the row `total`, or replace it.
 
-    rows: of the arguments of the equation; OWN stands for the memory of the effect.
+    rows: of the arguments of the equation; OWN stands for the memory of the effect. What takes the
+    row `total` itself replaces it.
     """
     def of(effect: Effect) -> Loop:
         equation, read, place, memory = term_of(effect, slot)
         own = tuple(YM + LANES * memory if row == OWN else row for row in rows)
+        kept = 0.0 if total in rows else 1.0
 
         def term(s: Array, e: Array, *more: Any) -> None:
             if e[place] != 0.0:
                 c = read(e)
                 for i in range(len(s) // PARTS):
-                    s[total + i] += equation(c, *(tuple(s[row + i] for row in own) + more))
+                    s[total + i] = kept * s[total + i] + equation(
+                        c, *(tuple(s[row + i] for row in own) + more))
         return term
     return of
-
-
-def _motor_torque(effect: Effect) -> Loop:
-    equation, read, place, _ = term_of(effect, 'motor_torque')
-
-    def term(s: Array, e: Array) -> None:
-        if e[place] != 0.0:
-            c = read(e)
-            for i in range(len(s) // PARTS):
-                s[MOTOR + i] = equation(c, s[Y1 + i], s[Y3 + i], s[MOTOR + i])
-    return term
 
 
 def _memory(effect: Effect) -> Loop:
@@ -185,7 +134,7 @@ _friction_loops = _loops('friction', _added('friction', FRICTION, YT, Y3, OWN))
 _arm_loops = _loops('arm_torque', _added('arm_torque', LOAD, YT, Y2, Y4, OWN))
 _twist_loops = _loops('twist', _added('twist', TWIST, Y1, Y2, OWN))
 _elastic_loops = _loops('elastic', _added('elastic', TAU_K, TWIST, OWN))
-_motor_loops = _loops('motor_torque', _motor_torque)
+_motor_loops = _loops('motor_torque', _added('motor_torque', MOTOR, Y1, Y3, MOTOR))
 # Memories of a stage: h s after the begin of the step at the speeds s[x3], s[x4].
 _effect_memories = _loops('memory', _memory)
 IN_SERVO, OF_SERVO = YM + LANES * INTEGRAL, M + LANES * INTEGRAL  # rows in a stage, at its begin
@@ -242,7 +191,7 @@ def _rates(s: Array, elapsed: float, p: Array, e: Array) -> None:
 
 
 @apart
-def _step_with_effects(s: Array, h: float, p: Array, e: Array) -> None:
+def _step_by_term(s: Array, h: float, p: Array, e: Array) -> None:
     """
     Advance the LANES states in `s` by one step of `h` s, as runge_kutta does.
 
@@ -305,35 +254,26 @@ def _step_each(s: Array, h: float, taken: int, drive: PackedDrive) -> None:
 
 
 @inline
-def step_form(drive: PackedDrive) -> int:
-    """Return how step_lanes steps a drive: PLAIN, BY_TERM or ONE_BY_ONE."""
-    p, e = drive.p, drive.e
-    if p[KIND] != DEAD_ZONE:
-        return ONE_BY_ONE
-    if p[LAW] != ATAN or p[INTEGRATOR] != RK4:
-        return ONE_BY_ONE
-    plain = p[CAC] == 0.0 and p[G] == 0.0
-    for i in STEP_PLACES:
-        plain = plain and e[i] == 0.0
-    return PLAIN if plain else BY_TERM
+def steps_by_term(drive: PackedDrive) -> bool:
+    """Return whether step_lanes steps all lanes of a drive term by term, and not one by one."""
+    p = drive.p
+    return p[KIND] == DEAD_ZONE and p[LAW] == ATAN and p[INTEGRATOR] == RK4
 
 
 @inline
-def step_lanes(s: Array, h: float, taken: int, form: int, drive: PackedDrive) -> None:
+def step_lanes(s: Array, h: float, taken: int, by_term: bool, drive: PackedDrive) -> None:
     """
     Advance the LANES states in `s` by one Runge-Kutta step.
 
     Args:
-        s: states and what acts on them [N_LANE_STATE]; plain models do not advance its row T.
+        s: states and what acts on them [N_LANE_STATE].
         h: length of the step, s.
         taken: number of states that count; the others may stay.
-        form: see step_form.
+        by_term: see steps_by_term.
         drive: PackedDrive.
     """
-    if form == PLAIN:
-        _step(s, h, drive.p)
-    elif form == BY_TERM:
-        _step_with_effects(s, h, drive.p, drive.e)
+    if by_term:
+        _step_by_term(s, h, drive.p, drive.e)
     else:
         _step_each(s, h, taken, drive)
 
@@ -343,7 +283,7 @@ def steps_with_plugin(added: Torques) -> Loop:
     """Return step_lanes for drives with a plug-in; `added` are the torques of its Effect."""
     step_each, = with_plugin(added, _step_each)
 
-    def plugged_lanes(s: Array, h: float, taken: int, form: int, drive: PackedDrive) -> None:
+    def plugged_lanes(s: Array, h: float, taken: int, by_term: bool, drive: PackedDrive) -> None:
         step_each(s, h, taken, drive)
     return plugged_lanes
 
@@ -367,7 +307,7 @@ def runs(spans: RunSpans, start: Begin, driving: Driving, drive: PackedDrive, s:
     u, extra, dt = driving
     n = u.shape[1]
     h, last = dt / n, len(begin) - 1
-    form = step_form(drive)
+    by_term = steps_by_term(drive)
     for group in range(0, len(begin), LANES):
         longest, taken = 0, min(LANES, last + 1 - group)
         for i in range(LANES):
@@ -391,7 +331,7 @@ def runs(spans: RunSpans, start: Begin, driving: Driving, drive: PackedDrive, s:
             for part in range(n):
                 for i in range(LANES):
                     s[U + i] = u[min(begin[min(group + i, last)] + k, len(u) - 1), part]
-                step_lanes(s, h, taken, form, drive)
+                step_lanes(s, h, taken, by_term, drive)
         for w in range(group, group + taken):
             rows, lead = path[w - group], first[w] - begin[w]
             for k in range(length):

@@ -55,6 +55,10 @@ MAX_SUBSTEPS = 100_000
 # Parameters of effects that equations (1) have in the filters, too.
 COEFFICIENTS = {'Cav': CAV, 'Cac': CAC, 'TL': TL, 'Cl': CL}
 
+# Values that may make a drive too fast for an integrator.
+FAST_VALUES = ('motor_inertia', 'arm_inertia', 'damping', 'viscous_friction', 'coulomb_friction',
+               'friction_sharpness', 'position_gain', 'stiffness', 'hysteresis_stiffness',
+               'half_gap', 'kp', 'kd')
 UNSEEN_TIME = 0.1  # s in which an arm that is not measured would come to rest
 ARM_LOAD_MODES = ('none', 'unknown', 'measured')
 CONTROLLERS = ('pd',)
@@ -663,37 +667,13 @@ def fastest_eigenvalue(model: DriveModel) -> float:
 
 
 def fast_values(model: DriveModel) -> str:
-    """Return the values of the `model` that make its fastest eigenvalue, as name: value."""
-    model = model.folded()
-    p = model.pack()
-    shape = model.transmission
-    stiffness = (f'stiffness: {shape.stiffness:g}'
-                 + (f', hysteresis_stiffness: {shape.hysteresis_stiffness:g}'
-                    if shape.hysteresis_stiffness else ''))
-    friction = (f'coulomb_friction: {model.coulomb_friction:g}, '
-                f'friction_sharpness: {model.friction_sharpness:g}')
-    k = shape.stiffness + shape.hysteresis_stiffness
-    motor, arm = (f'{name}: {getattr(model, name):g}' for name in ('motor_inertia', 'arm_inertia'))
-    rates = {
-        f'viscous_friction: {model.viscous_friction:g}, {motor}':
-            abs(p[CV]) * p[INVERSE_M1],
-        f'{friction}, {motor}': p[CC] * p[ALPHA] * p[INVERSE_M1],
-        f'damping: {model.damping:g}, {motor}': p[D] * p[INVERSE_M1],
-        f'damping: {model.damping:g}, {arm}': p[D] * p[INVERSE_M2],
-        f'{stiffness}, {motor}': math.sqrt(k * p[INVERSE_M1]),
-        f'{stiffness}, {arm}': math.sqrt(k * p[INVERSE_M2]),
-        f'position_gain: {model.position_gain:g}, {motor}': math.sqrt(p[KR] * p[INVERSE_M1])}
-    if model.controller is not None:
-        servo = model.controller
-        rates[f'controller.kp: {servo.kp:g}, kd: {servo.kd:g}, {motor}'] = (
-            servo.kd * p[INVERSE_M1] + math.sqrt(servo.kp * p[INVERSE_M1]))
-    if p[CAV] or p[CAC] or p[G]:
-        rates[f'effects that load the arm, {arm}'] = (
-            p[CAV] + p[CAC] * p[ARM_ALPHA] + math.sqrt(abs(p[G]))) * p[INVERSE_M2]
-    if p[CL]:
-        rates[f'effect load_friction, {motor}'] = (
-            p[CL] * k * shape.half_gap * p[ALPHA] * p[INVERSE_M1])
-    return max(rates, key=lambda name: rates[name])
+    """Return which value or effect of the `model` makes it fast: without it, it is the slowest."""
+    model, usual = model.folded(), DriveModel()
+    slower = {f'{name}: {model.value(name):g}': model.with_values({name: usual.value(name)})
+              for name in FAST_VALUES if model.value(name) != usual.value(name)}
+    slower.update((f'effect {e["id"]}', replace(model, effects=tuple(
+        other for other in model.effects if other is not e))) for e in model.effects)
+    return min(slower, key=lambda name: fastest_eigenvalue(slower[name]), default='model')
 
 
 def expect_integrable(model: DriveModel, dt: float, source: str,

@@ -40,9 +40,6 @@ DELAY1, DELAY2 = PLACES[MOTOR_ENCODER_DELAY.id], PLACES[ARM_ENCODER_DELAY.id]
 COMMAND_PLACES = [*(PLACES[effect.id] for effect in (
     *in_slot('command'), ACTUATOR_LAG, ACTUATOR_DELAY, SETPOINT_LAG, SETPOINT_DELAY)),
     SERVO_KP, SERVO_KI, SERVO_SPEED, SERVO_ACCELERATION, HELD]
-# Where an effect with an equation in each step switches on.
-STEP_SLOTS = ('friction', 'arm_torque', 'twist', 'elastic', 'motor_torque')
-STEP_PLACES = (*sorted({PLACES[e.id] for slot in STEP_SLOTS for e in in_slot(slot)}), SERVO_KP)
 NO_ERROR = (0.0, 0.0, 0.0)
 # Approximation of Pade of exp(-s), third order: -1 + (240 + 24 s^2) / (120 + 60 s + 12 s^2 + s^3),
 # by its poles, a real one and a complex pair, and their residues.
