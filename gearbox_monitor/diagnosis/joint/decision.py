@@ -18,12 +18,11 @@ from gearbox_monitor.diagnosis.joint.effect_scan import evidence_for
 from gearbox_monitor.diagnosis.joint.events import Burst, slip_events, SlipEvent, without_slips
 from gearbox_monitor.diagnosis.joint.innovation_evidence import InnovationEvidence
 from gearbox_monitor.diagnosis.joint.innovation_fit import (
-    coordinate_columns, evaluated, fitted, InnovationFit)
+    evaluated, fitted, InnovationFit, Tested)
 from gearbox_monitor.diagnosis.joint.lawless import FreeFunction
 from gearbox_monitor.diagnosis.joint.localisation import places
 from gearbox_monitor.diagnosis.joint.thresholds import STATEMENTS
 from gearbox_monitor.diagnosis.joint.windows import misfit_of, runs_from, WindowRuns
-from gearbox_monitor.kernels.linear_least_squares import covariance
 from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
@@ -294,11 +293,10 @@ def standard_errors(evidence: DriveRecordings,
     candidate, z = fit.candidate, fit.z
     if not len(z):
         return {}, None
-    at = evaluated(evidence.fine, fit)
-    J = coordinate_columns(evidence.fine, at)
-    S = J.T @ J + np.diag(candidate.prior(z)[1])
+    tested = Tested.beside(evidence.fine, fit)
+    run, S = tested.at.run, tested.own.T @ tested.own
     scale = 1.0 / np.sqrt(np.maximum(np.diag(S), 1e-300))
-    misfit = max(1.0, float((at.run.residual[at.run.read] ** 2).mean()))
+    misfit = max(1.0, float((run.residual[run.read] ** 2).mean()))
     jacobian = candidate.wave_jacobian(z)
-    errors = np.sqrt(np.maximum(misfit * np.diag(jacobian @ covariance(S) @ jacobian.T), 0.0))
+    errors = np.sqrt(np.maximum(misfit * np.diag(jacobian @ tested.covariance @ jacobian.T), 0.0))
     return candidate.named_errors(z, errors), float(np.linalg.cond(S * np.outer(scale, scale)))

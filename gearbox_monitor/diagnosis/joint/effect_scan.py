@@ -20,10 +20,9 @@ from gearbox_monitor.diagnosis.joint.candidates import (
     CandidateModel, Coordinate, NOT_FITTED, origin, PERIODIC, PHASED, probes, Starts, with_effects)
 from gearbox_monitor.diagnosis.joint.drive_recordings import DriveRecordings
 from gearbox_monitor.diagnosis.joint.innovation_fit import (
-    coordinate_columns, evaluated, FilteredFit, fitted, InnovationFit)
+    evaluated, FilteredFit, fitted, InnovationFit, remaining, Tested)
 from gearbox_monitor.diagnosis.joint.innovations import Likelihood
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
-from gearbox_monitor.kernels.linear_least_squares import covariance
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS, MEMORIES
 from gearbox_monitor.plant.effects.controller import SERVO_DELAY, SERVO_INTEGRATOR
@@ -34,7 +33,6 @@ from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 A_LITTLE, TINY, BEGUN = 1e-4, 1e-6, 1e-3
 # Values of a servo that has a memory where they are not 0.
 REMEMBERED = (SERVO_INTEGRATOR.id, SERVO_DELAY.id)
-RIDGE = 1e-9      # of the power of a column
 
 
 @dataclass(frozen=True)
@@ -65,9 +63,8 @@ def scan(likelihood: Likelihood, starts: Starts, fit: InnovationFit,
         fit: where the model stands.
         ids: effects to try.
     """
-    at, model = evaluated(likelihood, fit), fit.model
-    own = coordinate_columns(likelihood, at)
-    tested = score_test(own, fit.candidate.prior(fit.z), at.run.residual.ravel())
+    tested, model = Tested.beside(likelihood, fit), fit.model
+    at = tested.at
     trials = [(name, order, number, candidate)
               for name in ids if name not in fit.candidate.ids and name not in NOT_FITTED
               for order in (starts.orders if name in PERIODIC else (None,))
@@ -88,7 +85,7 @@ def scan(likelihood: Likelihood, starts: Starts, fit: InnovationFit,
             out.append(Proposal(name, order, number, math.inf, (as_it_is,)))
             continue
         columns, sizes = signature(likelihood, at, candidate)
-        gain, step, yielding = tested(columns)
+        gain, step, yielding = tested.step(columns)
         # The fit may have moved the values that the effect replaces.
         free = [replace(c, start=at_rest.get(c.name, c.start)) for c in free]
         start, taken = _started(name, free, step * sizes, bool(at_rest))
@@ -157,34 +154,6 @@ def _started(name: str, free: Sequence[Coordinate], step: Array,
     values[0] = at
     return (np.array([math.log(v) if c.log else v for c, v in zip(free, values)]),
             np.array([at - first.start]))
-
-
-def score_test(own: Array, prior: tuple[Array, Array],
-               residual: Array) -> Callable[[Array], tuple[float, Array, Array]]:
-    """
-    Return the test of one linear step along any columns beside a fit.
-
-    It takes derivatives [M, C] of what is tested and returns (gain in -2 log L, step [C], change
-    [P, C] of the fit's own coordinates per unit of the step).
-
-    Args:
-        own: derivatives [M, P] by the coordinates of the fit, which give way.
-        prior: pull [P] and weight [P] of their prior.
-        residual: [M], in standard deviations.
-    """
-    # A value that leaves its tolerance pulls: as an effect it is free of that.
-    inverse = np.linalg.pinv(own.T @ own + np.diag(prior[1]), rcond=1e-12, hermitian=True)
-    yielded = inverse @ (own.T @ residual + prior[0])
-
-    def along(columns: Array) -> tuple[float, Array, Array]:
-        gram, cross = columns.T @ columns, own.T @ columns
-        yielding = inverse @ cross
-        S = gram - cross.T @ yielding
-        S[np.diag_indices_from(S)] += RIDGE * np.diag(gram) + 1e-300
-        h = columns.T @ residual - cross.T @ yielded
-        step = np.linalg.solve(S, h)
-        return float(h @ step), -step, -yielding
-    return along
 
 
 def joined(starts: Starts, fit: InnovationFit, proposal: Proposal) -> list[InnovationFit]:
@@ -277,30 +246,6 @@ def twins(alone: bool) -> list[tuple[str, str]]:
         if all(pair)]
 
 
-def share_left(a: Array, b: Array) -> float:
-    """Return the share of the power of a [M, A] that the span of b [M, B] leaves."""
-    total, cross = (a * a).sum(), b.T @ a
-    if total <= 0.0:
-        return 1.0
-    imitated = (cross * (covariance(b.T @ b) @ cross)).sum()
-    return float(np.clip(1.0 - imitated / total, 0.0, 1.0))
-
-
-def remove(columns: Array, nuisances: Array, prior: Array) -> Array:
-    """
-    Return columns with what the nuisances [M, Q] imitate taken out, their prior [Q] as rows.
-
-    The prior enters as one more reading of each nuisance.
-
-    Args:
-        columns: changes of the readings [M, C].
-        nuisances: changes of the readings by the nuisances [M, Q].
-        prior: weights of the prior [Q].
-    """
-    moved = covariance(nuisances.T @ nuisances + np.diag(prior)) @ (nuisances.T @ columns)
-    return np.concatenate([columns - nuisances @ moved, -np.sqrt(prior)[:, None] * moved])
-
-
 def direction(candidate: CandidateModel, z: Array, owner: int, own: Array) -> Array:
     """
     Return the change [M, 1] towards no effect number `owner` of a candidate.
@@ -360,19 +305,19 @@ def separations(evidence: DriveRecordings, fit: InnovationFit, fits: Sequence[In
               if name not in (*NOT_FITTED, TORQUE_MAP.id)]
     if not owners:
         return {}
-    at = evaluated(evidence.fine, fit)
-    own, prior = coordinate_columns(evidence.fine, at), candidate.prior(fit.z)[1]
+    tested = Tested.beside(evidence.fine, fit)
     names = [n for n in evidence.ids if n not in NOT_FITTED and n not in candidate.ids]
-    signatures = {name: signature(evidence.fine, at, evidence.starts.candidates(
-        name, orders.get(name, 1) if name in PERIODIC else None)[0])[0] for name in names}
+    signatures = {name: tested.with_prior(signature(
+        evidence.fine, tested.at, evidence.starts.candidates(
+            name, orders.get(name, 1) if name in PERIODIC else None)[0])[0]) for name in names}
     out = {}
     for owner in owners:
-        foreign = [k for k, c in enumerate(candidate.coordinates) if c.owner != owner]
-        nuisances, weight = own[:, foreign], prior[foreign]
-        effect = remove(direction(candidate, fit.z, owner, own), nuisances, weight)
+        others = tested.own[:, [c.owner != owner for c in candidate.coordinates]]
+        effect = remaining(direction(candidate, fit.z, owner, tested.own), others)
+        total = float((effect ** 2).sum())
         out[candidate.ids[owner]] = evidence_for(evidence, fit, fits, owner), {
-            name: share_left(effect, remove(columns, nuisances, weight))
-            for name, columns in signatures.items()}
+            name: float((remaining(effect, remaining(columns, others)) ** 2).sum()) / total
+            if total else 1.0 for name, columns in signatures.items()}
     return out
 
 

@@ -28,7 +28,7 @@ from gearbox_monitor.diagnosis.joint.effect_scan import Proposal, raced, scan, s
 from gearbox_monitor.diagnosis.joint.events import (
     Burst, follows_motion, pulses_in, sharpened, slipping, with_bursts)
 from gearbox_monitor.diagnosis.joint.innovation_fit import (
-    annealed, evaluated, fitted, InnovationFit, unfitted)
+    annealed, evaluated, fitted, InnovationFit, Tested, unfitted)
 from gearbox_monitor.diagnosis.joint.innovations import JointLikelihood, variance_over_white, WHITE
 from gearbox_monitor.diagnosis.joint.localisation import SPACING, torque_places
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
@@ -224,7 +224,7 @@ class InnovationEvidence:
         """Return what remains beside `h`; thorough: functions are tested beside free torque."""
         data = h.fit.beside or self.data
         fit, torque = h.fit.fit, self._free_torque(h)
-        tested = lawless.Tested.beside(data.fine, fit)
+        tested = Tested.beside(data.fine, fit)
         # What a coarse lattice adds to readings goes on from one to the next.
         memory = -math.inf if data.balances or data.rough else lawless.memory(tested)
         # Free torque, as large as what is missing, hides a function from a linear step.
@@ -377,7 +377,7 @@ class InnovationEvidence:
             none: the fit without effects.
         """
         data, share = self.data, THRESHOLDS.plausible
-        model, tested = data.model, lawless.Tested.beside(data.fine, none.fit.fit)
+        model, tested = data.model, Tested.beside(data.fine, none.fit.fit)
         # What a drive of this torque may have: half of its torque, of its gain, twice its inertia.
         sizes = {MOTOR_COULOMB.id: share * data.torque, TORQUE_GAIN.id: share,
                  SERVO_GAIN.id: share * model.value('kp') if model.controller else 0.0,
@@ -389,8 +389,7 @@ class InnovationEvidence:
         for name in data.ids:
             if sizes.get(name):
                 columns, change = signature(data.fine, tested.at, data.starts.candidates(name)[0])
-                column = columns[:, :1] / change[0]
-                information = float((column * tested.without(column)).sum())
+                information = float((tested.without(columns[:, :1] / change[0]) ** 2).sum())
                 smallest = math.sqrt(limit / max(information, 1e-300))
                 if not smallest < sizes[name]:
                     out.append(of_size(*data.asked(name), (smallest, sizes[name]), price))

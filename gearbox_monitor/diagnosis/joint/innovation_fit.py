@@ -9,6 +9,7 @@ Fisher step; the exact likelihood accepts it. The noise anneals by itself: it is
 model is wrong. One start is enough for most effects, that without it.
 """
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 import math
 from typing import Any
 
@@ -16,7 +17,8 @@ import numpy as np
 
 from gearbox_monitor.diagnosis.joint.candidates import CandidateModel
 from gearbox_monitor.diagnosis.joint.innovations import Likelihood
-from gearbox_monitor.kernels.linear_least_squares import damped_solve, damped_step, Damping
+from gearbox_monitor.kernels.linear_least_squares import (
+    covariance, damped_solve, damped_step, Damping)
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 
@@ -28,6 +30,7 @@ LOG_REACH = 1.5              # the same of coordinates that are logarithms
 FACTORS = (1.5, 4.0, 16.0)   # by which the noise is tried, the next one after each gain
 ENOUGH = 1e-3                # gain in -2 log L of a step that is taken
 RULE = Damping(1e-4, 20.0, 1e-3, smallest=1e-9, attempts=5)
+RIDGE = 1e-9                 # of the power of a column that is tested
 UNHELPFUL = 1e-2             # damping after steps that did not help
 
 
@@ -141,6 +144,69 @@ def coordinate_columns(likelihood: Likelihood, fit: FilteredFit, central: bool =
         columns[:, i] = (change * scale).ravel() / step
     columns[~np.isfinite(columns)] = 0.0
     return columns
+
+
+def remaining(columns: Array, own: Array) -> Array:
+    """Return columns [M, C] less what columns `own` [M, P] imitate."""
+    return np.asarray(columns - own @ (covariance(own.T @ own) @ (own.T @ columns)))
+
+
+@dataclass(frozen=True, eq=False)
+class Tested:
+    """
+    A fit whose filter was run, beside which columns of its innovations are tested.
+
+    own: derivatives [M, P] by its coordinates, which give way; residual [M]; both in standard
+    deviations. Their last P rows are the prior of the coordinates.
+    """
+
+    likelihood: Likelihood
+    at: FilteredFit
+    own: Array
+    residual: Array
+
+    @classmethod
+    def beside(cls, likelihood: Likelihood, fit: InnovationFit) -> 'Tested':
+        """Return what may be tested beside `fit` on a `likelihood`."""
+        at = evaluated(likelihood, fit)
+        pull, weight = fit.candidate.prior(fit.z)
+        root = np.sqrt(weight)
+        return cls(likelihood, at,
+                   np.concatenate([coordinate_columns(likelihood, at), np.diag(root)]),
+                   np.append(at.run.residual, pull / np.where(root > 0.0, root, 1.0)))
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Covariance [P, P] of the coordinates."""
+        return covariance(self.own.T @ self.own)
+
+    def with_prior(self, columns: Array) -> Array:
+        """Return columns [N, C] of innovations with rows [M, C] of the prior, which are 0."""
+        return np.pad(columns, ((0, len(self.own) - len(columns)), (0, 0)))
+
+    def without(self, columns: Array) -> Array:
+        """Return columns [M, C] of innovations less what the coordinates of the fit imitate."""
+        return self._split(columns)[0]
+
+    def _split(self, columns: Array) -> tuple[Array, Array]:
+        """Return (columns [M, C] less what the coordinates imitate, their change [P, C])."""
+        columns = self.with_prior(columns)
+        change = self.covariance @ (self.own.T @ columns)
+        return columns - self.own @ change, -change
+
+    def step(self, columns: Array) -> tuple[float, Array, Array]:
+        """
+        Return the test of one linear step along `columns` [N, C] of innovations.
+
+        Returns:
+            Gain in -2 log L, step [C], change [P, C] of the coordinates per unit of the step.
+        """
+        X, change = self._split(columns)
+        S = X.T @ X
+        S[np.diag_indices_from(S)] += RIDGE * (columns ** 2).sum(axis=0) + 1e-300
+        h = X.T @ self.residual
+        step = np.linalg.solve(S, h)
+        return float(h @ step), -step, change
 
 
 def _noise_columns(likelihood: Likelihood, fit: FilteredFit) -> tuple[Array, Array]:

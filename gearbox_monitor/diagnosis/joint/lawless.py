@@ -18,7 +18,7 @@ import scipy
 from gearbox_monitor.diagnosis.joint.candidates import (
     CandidateModel, Coordinate, FREE_VALUE, with_effects)
 from gearbox_monitor.diagnosis.joint.innovation_fit import (
-    coordinate_columns, evaluated, FilteredFit, InnovationFit)
+    FilteredFit, InnovationFit, remaining, Tested)
 from gearbox_monitor.diagnosis.joint.innovations import JointLikelihood
 from gearbox_monitor.kernels.types import Array, Integers, Values
 from gearbox_monitor.plant.effects.torque_map import QUANTITIES, TORQUE_MAP
@@ -63,30 +63,6 @@ class FreeFunction:
     def over(self) -> str:
         """Quantity of the motion."""
         return WORDS[self.table['place'], self.table['variable']]
-
-
-@dataclass(frozen=True, eq=False)
-class Tested:
-    """A fit where its filter was run, and derivatives [2 N, P] by its own coordinates."""
-
-    likelihood: JointLikelihood
-    at: FilteredFit
-    own: Array
-
-    @classmethod
-    def beside(cls, likelihood: JointLikelihood, fit: InnovationFit) -> 'Tested':
-        """Return what may be tested beside `fit` on a `likelihood`."""
-        at = evaluated(likelihood, fit)
-        return cls(likelihood, at, coordinate_columns(likelihood, at))
-
-    @property
-    def residual(self) -> Array:
-        """Innovations [2 N] in their standard deviations."""
-        return self.at.run.residual.ravel()
-
-    def without(self, columns: Array) -> Array:
-        """Return columns [2 N, C] less what the coordinates of the fit imitate."""
-        return _without(columns, self.own, self.at.candidate.prior(self.at.z)[1])
 
 
 def functions_beside(tested: Tested, places: Sequence[str], torque: float
@@ -134,12 +110,6 @@ def _columns(likelihood: JointLikelihood, at: FilteredFit,
         yield table, columns
 
 
-def _without(columns: Array, own: Array, weight: Array) -> Array:
-    """Return columns [M, C] less what coordinates `own` [M, P] of prior `weight` [P] imitate."""
-    inverse = np.linalg.pinv(own.T @ own + np.diag(weight), rcond=1e-12, hermitian=True)
-    return np.asarray(columns - own @ (inverse @ (own.T @ columns)))
-
-
 def _dispersion(likelihood: JointLikelihood, blocks: Sequence[Array], residual: Array) -> float:
     """
     Return the ratio by which parts of the recordings differ more than noise explains.
@@ -148,8 +118,9 @@ def _dispersion(likelihood: JointLikelihood, blocks: Sequence[Array], residual: 
     value. Gains beyond that are no evidence for an effect of all parts.
     """
     segment = _segments(likelihood)
+    residual = residual[:len(segment)]
     excess = freedom = 0.0
-    for X in blocks:
+    for X in (block[:len(segment)] for block in blocks):
         gains, ranks = -_explained(X, residual)[0], -X.shape[1]
         for s in range(segment.max() + 1):
             gain, rank = _explained(X[segment == s], residual[segment == s])
@@ -183,10 +154,10 @@ def occam(likelihood: JointLikelihood, fit: InnovationFit, torque: float) -> flo
         fit: with a function.
         torque: its usual size, N m.
     """
-    c = fit.candidate
-    own = coordinate_columns(likelihood, evaluated(likelihood, fit))
+    c, own = fit.candidate, Tested.beside(likelihood, fit).own
     mine = np.array([x.owner in c.tables for x in c.coordinates])
-    X = _without(own[:, mine], own[:, ~mine], c.prior(fit.z)[1][~mine])
+    own = np.delete(own, len(own) - len(mine) + np.flatnonzero(mine), axis=0)
+    X = remaining(own[:, mine], own[:, ~mine])
     S, v, K = X.T @ X, fit.z[mine], correlation(int(mine.sum()))
     return min(float(v @ S @ np.linalg.solve(M, v)) + float(np.linalg.slogdet(M)[1])
                for M in (np.eye(len(v)) + size ** 2 * K @ S for size in SIZES * torque))

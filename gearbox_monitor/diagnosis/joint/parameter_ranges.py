@@ -17,13 +17,12 @@ import scipy
 
 from gearbox_monitor.diagnosis.joint.candidates import BY_EFFECT, CandidateModel, NUISANCES
 from gearbox_monitor.diagnosis.joint.innovation_fit import (
-    coordinate_columns, COORDINATE_STEP, evaluated, fitted, unfitted)
+    COORDINATE_STEP, fitted, Tested, unfitted)
 from gearbox_monitor.diagnosis.joint.innovations import JointLikelihood
 from gearbox_monitor.diagnosis.joint.nominal import FittedValue
 from gearbox_monitor.diagnosis.joint.thresholds import STATEMENTS
 from gearbox_monitor.diagnosis.joint.torque_domain import likelihood_of
 from gearbox_monitor.errors import expect_whole, InputError
-from gearbox_monitor.kernels.linear_least_squares import covariance
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.presentation import Saved, Shown
@@ -452,9 +451,8 @@ def between_recordings(recordings: Sequence[UniformRecording], candidate: Candid
     for recording in recordings:
         likelihood = JointLikelihood([likelihood_of(recording, candidate.nominal, sigma,
                                                     [recording.span])])
-        fit = evaluated(likelihood, fitted(likelihood, unfitted(likelihood, candidate, z)))
-        columns = coordinate_columns(likelihood, fit)
-        inverse = covariance(columns.T @ columns + np.diag(candidate.prior(fit.z)[1]))
+        fit = fitted(likelihood, unfitted(likelihood, candidate, z))
+        inverse = Tested.beside(likelihood, fit).covariance
         steps = COORDINATE_STEP * candidate.steps()
         moved = [_numbers(candidate, fit.z + step) for step in np.diag(steps)]
         for key, value in _numbers(candidate, fit.z).items():
