@@ -138,7 +138,8 @@ class BalanceSimulator(Simulator):
         true_motion(self.read, self.dt, e, moved)
         kernel = imbalance if plugin is None else imbalance_with(plugin.torques)
         out = np.zeros((len(moved), 3))
-        acting, twist = self.acting(e)[:, 0], moved[:, 0] - moved[:, 1]
+        held, twist = self.acting(e)[:, 0], moved[:, 0] - moved[:, 1]
+        acting = 0.5 * (held + np.append(held[:1], held[:-1]))  # each from its stamp on
         rigid = model.transmission.kind == 'rigid'
         if rigid:
             moved[:, 1::2] = moved[:, ::2]
