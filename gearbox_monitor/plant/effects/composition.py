@@ -68,23 +68,15 @@ def term_of(effect: Effect, slot: str) -> Term:
     coefficients = make_type(effect.id, [p.name for p in effect.parameters])
     k = PLACES[effect.id]
 
+    places = tuple(range(k, k + len(effect.parameters)))
+
     def _array(e: Array) -> Coefficients:
         return e, k
 
-    def _one(e: Array) -> Coefficients:
-        return coefficients(e[k])
-
-    def _two(e: Array) -> Coefficients:
-        return coefficients(e[k], e[k + 1])
-
-    def _three(e: Array) -> Coefficients:
-        return coefficients(e[k], e[k + 1], e[k + 2])
-
-    def _four(e: Array) -> Coefficients:
-        return coefficients(e[k], e[k + 1], e[k + 2], e[k + 3])
-    read: Kernel = _array if effect.size else (
-        _one, _two, _three, _four)[len(effect.parameters) - 1]
-    return Term(getattr(effect, slot), read, k, MEMORIES.get(effect.id, 0))
+    def _named(e: Array) -> Coefficients:
+        return coefficients(*(e[place] for place in places))
+    return Term(getattr(effect, slot), _array if effect.size else _named, k,
+                MEMORIES.get(effect.id, 0))
 
 
 def chained(terms: Sequence[Kernel]) -> Kernel:
@@ -99,71 +91,25 @@ def chained(terms: Sequence[Kernel]) -> Kernel:
     return reduce(_joined, terms) if terms else _unchanged
 
 
-def _added(slot: str, motion: int) -> Callable[[Effect], Kernel]:
-    """Return what makes terms of a `slot` whose equations add to a value: f(c, motion, z, ..)."""
+def _chain(slot: str, applied: Kernel, effects: Sequence[Effect] | None = None) -> Kernel:
+    """
+    Return the function (value, e, *arguments) -> value of a slot: of each effect that is on.
+
+    Args:
+        slot: of the equations.
+        applied: (equation, its parameters, place of its memory, value, *arguments) -> value.
+        effects: in their order, None for all in the slot.
+    """
     def _of(effect: Effect) -> Kernel:
         equation, read, place, memory = term_of(effect, slot)
+        off = effect.off
 
-        def _term(value: float, e: Array, m: Any, *arguments: Any) -> float:
-            if e[place] != 0.0:
-                value += equation(read(e), *(arguments[:motion] + (m[memory],)
-                                             + arguments[motion:]))
+        def _term(value: Any, e: Array, *arguments: Any) -> Any:
+            if e[place] != off:
+                value = applied(equation, read(e), memory, value, *arguments)
             return value
         return _term
-    return _of
-
-
-def _motor_torque(effect: Effect) -> Kernel:
-    equation, read, place, _ = term_of(effect, 'motor_torque')
-
-    def _term(u: float, e: Array, x1: float, x3: float) -> float:
-        if e[place] != 0.0:
-            u = equation(read(e), x1, x3, u)
-        return u
-    return _term
-
-
-def _motor_gain(effect: Effect) -> Kernel:
-    equation, read, place, _ = term_of(effect, 'motor_gain')
-
-    def _term(gain: float, e: Array, x1: float) -> float:
-        if e[place] != 0.0:
-            gain *= equation(read(e), x1)
-        return gain
-    return _term
-
-
-def _command(effect: Effect) -> Kernel:
-    equation, read, place, _ = term_of(effect, 'command')
-    off = effect.off
-
-    def _term(u: float, e: Array) -> float:
-        if e[place] != off:
-            u = equation(read(e), u)
-        return u
-    return _term
-
-
-def _moved(effect: Effect, sign: float) -> Kernel:
-    """Return the term that adds the error of an encoder, or takes it away."""
-    equation, read, place, _ = term_of(effect, 'encoder_error')
-
-    def _term(position: float, e: Array) -> float:
-        if e[place] != 0.0:
-            position += sign * equation(read(e), position)[0]
-        return position
-    return _term
-
-
-def _error(effect: Effect) -> Kernel:
-    equation, read, place, _ = term_of(effect, 'encoder_error')
-
-    def _term(total: Three, e: Array, x: float) -> Three:
-        if e[place] != 0.0:
-            error, slope, curvature = equation(read(e), x)
-            return total[0] + error, total[1] + slope, total[2] + curvature
-        return total
-    return _term
+    return chained([_of(effect) for effect in (in_slot(slot) if effects is None else effects)])
 
 
 def _memory(effect: Effect) -> Kernel:
@@ -183,26 +129,34 @@ def _stored(place: int) -> Kernel:
     return _term
 
 
-def _chain(slot: str, term: Callable[[Effect], Kernel]) -> Kernel:
-    return chained([term(effect) for effect in in_slot(slot)])
+@inline
+def _plus(a: Three, b: Three) -> Three:
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+def _of_encoder(place: str) -> tuple[Kernel, Kernel, Kernel]:
+    """Return the reading of a position, the position of a reading, and the error of an encoder."""
+    own = [effect for effect in in_slot('encoder_error') if effect.location == place]
+    return (_chain('encoder_error', lambda f, c, k, x: x + f(c, x)[0], own),
+            _chain('encoder_error', lambda f, c, k, x: x - f(c, x)[0], own[::-1]),
+            _chain('encoder_error', lambda f, c, k, total, x: _plus(total, f(c, x)), own))
 
 
 # (value, e, ...) -> value, see the terms above; m: the memories, a tuple of N_MEMORY numbers, of
 # which the first is that of the transmission.
-friction_effects, arm_effects, twist_effects, elastic_effects = (
-    _chain(slot, _added(slot, motion)) for slot, motion in (
-        ('friction', 2), ('arm_torque', 3), ('twist', 2), ('elastic', 1)))
-torque_effects = _chain('motor_torque', _motor_torque)
-motor_gain = _chain('motor_gain', _motor_gain)
-command_effects = _chain('command', _command)
-_IN_MOTOR, _IN_ARM = ([effect for effect in in_slot('encoder_error') if effect.location == place]
-                      for place in ('motor_sensor', 'arm_sensor'))
-motor_read, arm_read = (
-    chained([_moved(e, 1.0) for e in part]) for part in (_IN_MOTOR, _IN_ARM))
-motor_corrected, arm_corrected = (
-    chained([_moved(e, -1.0) for e in reversed(part)]) for part in (_IN_MOTOR, _IN_ARM))
-motor_error, arm_error = (chained([_error(e) for e in part]) for part in (_IN_MOTOR, _IN_ARM))
-_advanced = _chain('memory', _memory)
+friction_effects = _chain(
+    'friction', lambda f, c, k, value, m, t, x3, base: value + f(c, t, x3, m[k], base))
+arm_effects = _chain(
+    'arm_torque', lambda f, c, k, value, m, t, x2, x4: value + f(c, t, x2, x4, m[k]))
+twist_effects = _chain('twist', lambda f, c, k, value, m, x1, x2: value + f(c, x1, x2, m[k]))
+elastic_effects = _chain(
+    'elastic', lambda f, c, k, value, m, twist, half_gap: value + f(c, twist, m[k], half_gap))
+torque_effects = _chain('motor_torque', lambda f, c, k, u, x1, x3: f(c, x1, x3, u))
+motor_gain = _chain('motor_gain', lambda f, c, k, gain, x1: gain * f(c, x1))
+command_effects = _chain('command', lambda f, c, k, u: f(c, u))
+motor_read, motor_corrected, motor_error = _of_encoder('motor_sensor')
+arm_read, arm_corrected, arm_error = _of_encoder('arm_sensor')
+_advanced = chained([_memory(effect) for effect in in_slot('memory')])
 memories_of = chained([_stored(place) for place in range(1, N_MEMORY)])
 
 
