@@ -117,50 +117,17 @@ OUTSIDE: dict[str, Row] = {
 PLACES = ('motor_side', 'arm_side', 'transmission', 'controller', 'actuator', 'motor_sensor',
           'arm_sensor')
 
-# Places in the packed parameters: the kernel's numbers first, then those of the sensors.
-_NAMES = (
-    'm1 m2 D Cv Cc alpha Kr K b Cs vs lugre sigma0 sigma1 Lcs Lvs Ca Cva Cl drift drift_T '
-    'cog_A cog_N cog_phi Cav Cac G G_phi TL K3 Th dh h ds mesh_A mesh_N mesh_phi '
-    'gain u0 lag delay umax rip_A rip_N rip_phi '
-    'C2 cca ccphi spring aC2 fan_A fan_f fan_phi ka kphi ba bphi side Dc cubic rate').split()
-(M1, M2, D, CV, CC, ALPHA, KR, K, B, CS, VS, LUGRE, SIGMA0, SIGMA1, LCS, LVS, CA, CVA, CL, DRIFT,
+# Places in the packed parameters: nominal values, then what the kernel has of each effect.
+_OWN = [(name, parameter) for name, (place, parameters, _) in {**EFFECTS, **OUTSIDE}.items()
+        if place != 'controller' and not place.endswith('_sensor')
+        for parameter in parameters if parameter not in NOMINAL]
+_PLACE: dict[Any, int] = {key: i for i, key in enumerate([*NOMINAL, *_OWN])}
+(M1, M2, D, CV, CC, ALPHA, KR, K, B, CS, VS, SIGMA0, SIGMA1, LCS, LVS, CA, CVA, CL, DRIFT,
  DRIFT_T, COG_A, COG_N, COG_PHI, CAV, CAC, G, G_PHI, TL, K3, TH, DH, H, DS, MESH_A, MESH_N,
  MESH_PHI, GAIN, U0, LAG, DELAY, UMAX, RIP_A, RIP_N, RIP_PHI, C2, CCA, CCPHI, SPRING, AC2, FAN_A,
- FAN_F, FAN_PHI, KA, KPHI, BA, BPHI, SIDE, DC, CUBIC, RATE) = range(len(_NAMES))
-_PLACE = {name: i for i, name in enumerate(_NAMES)}
-
-# (id, parameter) -> name in the packed parameters.
-_SET = {
-    ('motor_viscous', 'Cv'): 'Cv', ('motor_coulomb', 'Cc'): 'Cc', ('stribeck', 'Cs'): 'Cs',
-    ('stribeck', 'vs'): 'vs', ('lugre', 'sigma0'): 'sigma0', ('lugre', 'sigma1'): 'sigma1',
-    ('lugre', 'Cs'): 'Lcs', ('lugre', 'vs'): 'Lvs', ('coulomb_asymmetry', 'Ca'): 'Ca',
-    ('viscous_asymmetry', 'Cva'): 'Cva',
-    ('load_friction', 'Cl'): 'Cl', ('motor_inertia', 'm1'): 'm1',
-    ('viscous_drift', 'r'): 'drift', ('viscous_drift', 'T'): 'drift_T',
-    ('cogging', 'A'): 'cog_A', ('cogging', 'N'): 'cog_N', ('cogging', 'phi'): 'cog_phi',
-    ('arm_viscous', 'Cav'): 'Cav', ('arm_coulomb', 'Cac'): 'Cac', ('gravity', 'G'): 'G',
-    ('gravity', 'phi'): 'G_phi',
-    ('load_torque', 'TL'): 'TL', ('arm_inertia', 'm2'): 'm2', ('backlash_gap', 'b'): 'b',
-    ('stiffness', 'K'): 'K', ('hardening', 'K3'): 'K3', ('hysteresis_bouc_wen', 'Th'): 'Th',
-    ('hysteresis_bouc_wen', 'dh'): 'dh', ('hysteresis_branch', 'h'): 'h',
-    ('hysteresis_branch', 'ds'): 'ds', ('transmission_damping', 'D'): 'D',
-    ('mesh_error', 'A'): 'mesh_A', ('mesh_error', 'N'): 'mesh_N',
-    ('mesh_error', 'phi'): 'mesh_phi', ('torque_gain', 'g'): 'gain',
-    ('torque_offset', 'u0'): 'u0', ('actuator_lag', 'T'): 'lag',
-    ('actuator_delay', 'T'): 'delay', ('saturation', 'umax'): 'umax',
-    ('torque_ripple', 'A'): 'rip_A', ('torque_ripple', 'N'): 'rip_N',
-    ('torque_ripple', 'phi'): 'rip_phi',
-    ('motor_quadratic', 'C2'): 'C2', ('motor_friction_angle', 'a'): 'cca',
-    ('motor_friction_angle', 'phi'): 'ccphi', ('arm_spring', 'k'): 'spring',
-    ('arm_quadratic', 'C2'): 'aC2', ('arm_fan', 'A'): 'fan_A', ('arm_fan', 'f'): 'fan_f',
-    ('arm_fan', 'phi'): 'fan_phi', ('stiffness_angle', 'a'): 'ka',
-    ('stiffness_angle', 'phi'): 'kphi', ('gap_angle', 'a'): 'ba', ('gap_angle', 'phi'): 'bphi',
-    ('stiffness_sides', 'a'): 'side', ('contact_damping', 'Dc'): 'Dc',
-    ('torque_cubic', 'c'): 'cubic', ('torque_rate', 'rate'): 'rate',
-}
-SENSORS = {'motor_encoder_eccentricity', 'motor_encoder_quantisation', 'motor_encoder_delay',
-           'arm_encoder_eccentricity', 'arm_encoder_quantisation', 'arm_encoder_delay',
-           'encoder_offset', 'motor_encoder_harmonic', 'arm_encoder_harmonic'}
+ FAN_F, FAN_PHI, KA, KPHI, BA, BPHI, SIDE, DC, CUBIC, RATE, LUGRE) = range(len(_PLACE) + 1)
+SENSORS = {name for name, (place, *_) in {**EFFECTS, **OUTSIDE}.items()
+           if place.endswith('_sensor')}
 SERVO = {name for name, (place, *_) in EFFECTS.items() if place == 'controller'}
 
 
@@ -168,7 +135,7 @@ class PackedPlant(NamedTuple):
     """
     A drive as the kernels take it.
 
-    p: parameters in the order of _NAMES; bursts [m, 3]: t0 (s), duration (s), amplitude (N m) of
+    p: parameters, see _PLACE; bursts [m, 3]: t0 (s), duration (s), amplitude (N m) of
     each disturbance; dt: sample time, s; min_substeps: integration steps per sample, at least.
     """
 
@@ -209,11 +176,11 @@ def pack(nominal: Nominal, effects: Effects, dt: float,
         dt: sample time, s.
         min_substeps: integration steps per sample, at least.
     """
-    p = np.zeros(len(_NAMES))
+    p = np.zeros(LUGRE + 1)
     p[VS] = p[LVS] = p[DRIFT_T] = p[DH] = p[DS] = 1.0
     p[UMAX] = p[RATE] = np.inf
-    for name in ('m1', 'm2', 'D', 'Cv', 'Cc', 'alpha', 'Kr', 'K', 'b'):
-        p[_PLACE[name]] = nominal.get(name, NOMINAL[name])
+    for name, value in NOMINAL.items():
+        p[_PLACE[name]] = nominal.get(name, value)
     bursts = np.zeros((0, 3))
     for effect in effects:
         if effect['id'] == 'lugre':
@@ -224,7 +191,7 @@ def pack(nominal: Nominal, effects: Effects, dt: float,
             continue
         for name, value in effect.items():
             if name != 'id' and effect['id'] not in SENSORS | SERVO:
-                p[_PLACE[_SET[effect['id'], name]]] = value
+                p[_PLACE.get((effect['id'], name)) or _PLACE[name]] = value
     return PackedPlant(p, bursts, dt, min_substeps)
 
 

@@ -21,7 +21,7 @@ from gearbox_monitor.diagnosis.joint.candidates import (
 from gearbox_monitor.diagnosis.joint.drive_recordings import DriveRecordings
 from gearbox_monitor.diagnosis.joint.innovation_fit import (
     evaluated, FilteredFit, fitted, InnovationFit, remaining, Tested)
-from gearbox_monitor.diagnosis.joint.innovations import Likelihood
+from gearbox_monitor.diagnosis.joint.innovations import JointLikelihood, Likelihood
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS, MEMORIES
@@ -52,7 +52,7 @@ class Proposal:
     begins: tuple[tuple[Array | None, Array], ...]
 
 
-def scan(likelihood: Likelihood, starts: Starts, fit: InnovationFit,
+def scan(likelihood: JointLikelihood, starts: Starts, fit: InnovationFit,
          ids: Iterable[str]) -> list[Proposal]:
     """
     Return a Proposal for each way in which an effect of `ids` may be added to `fit`, best first.

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.diagnosis.joint.candidates import CandidateModel
-from gearbox_monitor.diagnosis.joint.innovations import Likelihood
+from gearbox_monitor.diagnosis.joint.innovations import JointLikelihood, Likelihood
 from gearbox_monitor.kernels.linear_least_squares import (
     covariance, damped_solve, damped_step, Damping)
 from gearbox_monitor.kernels.types import Array
@@ -160,13 +160,13 @@ class Tested:
     deviations. Their last P rows are the prior of the coordinates.
     """
 
-    likelihood: Likelihood
+    likelihood: JointLikelihood
     at: FilteredFit
     own: Array
     residual: Array
 
     @classmethod
-    def beside(cls, likelihood: Likelihood, fit: InnovationFit) -> 'Tested':
+    def beside(cls, likelihood: JointLikelihood, fit: InnovationFit) -> 'Tested':
         """Return what may be tested beside `fit` on a `likelihood`."""
         at = evaluated(likelihood, fit)
         pull, weight = fit.candidate.prior(fit.z)
