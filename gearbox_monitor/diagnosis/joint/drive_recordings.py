@@ -307,9 +307,7 @@ def evidence_of(recordings: Sequence[UniformRecording], model: DriveModel, ids: 
 
 
 ITERATIONS = 8  # of a fit to recordings that are read in another way
-TURNS = 6  # of reading and fitting
-NEAR = 0.1  # relative: values of a model that was fitted to recordings read in another way
-LATEST = 0.5  # sample times by which a torque that was sampled acts later at most
+LATEST, CLOSE = 0.5, 2e-3  # sample times by which a torque that was sampled acts later at most
 
 
 def is_open(recording: UniformRecording, model: DriveModel) -> bool:
@@ -321,68 +319,42 @@ def is_open(recording: UniformRecording, model: DriveModel) -> bool:
 def likeliest(evidence: DriveRecordings,
               fit: InnovationFit) -> tuple[DriveRecordings, InnovationFit]:
     """
-    Return (the recordings, read so that `fit` is likeliest; `fit`, fitted to them as read so).
+    Return (the recordings, `fit`), both as they were where another reading gains nothing.
 
-    Args:
-        evidence: the recordings, as they were read for `fit`.
-        fit: of one model to all of them.
-    """
-    for _ in range(TURNS):
-        score = evidence.score(fit)
-        read = replace(evidence, recordings=tuple(
-            _read(evidence, fit, number) for number in range(len(evidence.recordings))))
-        refit = fitted(read.fine, fit, ITERATIONS)
-        if read.score(refit) > score - CONTEST.margin:
-            break
-        evidence, fit = read, refit
-    return evidence, fit
-
-
-def reread(evidence: DriveRecordings, fit: InnovationFit) -> DriveRecordings:
-    """
-    Return the recordings, read so that `fit` is likeliest; themselves where that gains nothing.
+    How torque acted between the stamps of a slow log is a nuisance: held, or sampled a share of a
+    sample before each stamp. Values of the fit move along with it.
 
     Args:
         evidence: the recordings, as they were read so far.
         fit: of one model to all of them.
     """
-    if not any(is_open(recording, evidence.model) for recording in evidence.recordings):
-        return evidence
-    read, refit = likeliest(evidence, fit)
-    gain = evidence.fine.run(fit.model, fit.torque).deviance + fit.candidate.penalty(
-        fit.z) - refit.deviance
-    return read if gain > CONTEST.margin else evidence
+    for number, recording in enumerate(evidence.recordings):
+        if is_open(recording, evidence.model):
+            evidence, fit = _read(evidence, fit, number)
+    return evidence, fit
 
 
 def likeliest_reading(evidence: DriveRecordings) -> DriveRecordings:
     """Return the recordings, read so that the model without effects is likeliest."""
-    none = unfitted(evidence.fine, evidence.starts.none())
-    return likeliest(evidence, evaluated(evidence.fine, none))[0]
+    return likeliest(evidence, unfitted(evidence.fine, evidence.starts.none()))[0]
 
 
-def read_for(recordings: Sequence[UniformRecording], model: DriveModel
-             ) -> tuple[UniformRecording, ...]:
-    """
-    Return recordings, read so that `model` is likeliest, its values fitted along.
+def _read(evidence: DriveRecordings, fit: InnovationFit, number: int
+          ) -> tuple[DriveRecordings, InnovationFit]:
+    """Return (the recordings, fit), one of them read so that the fit is likeliest."""
+    tried: dict[float | None, tuple[DriveRecordings, InnovationFit]] = {}
+    recordings = evidence.recordings
 
-    Args:
-        recordings: of the drive.
-        model: of it.
-    """
-    return likeliest_reading(evidence_of(
-        recordings, replace(model, tolerance=NEAR), ())).recordings
-
-
-def _read(evidence: DriveRecordings, fit: InnovationFit, number: int) -> UniformRecording:
-    """Return one of the recordings, read so that `fit` as it stands is likeliest."""
-    recording, model = evidence.recordings[number], fit.model
-    if not is_open(recording, evidence.model):
-        return recording
-
-    def _deviance(shift: float | None) -> float:
-        part = replace(evidence, recordings=(replace(recording, shift=shift),))
-        return float(part.fine.run(model, fit.torque).deviance)
+    def score(shift: float | None) -> float:
+        read = replace(evidence, recordings=(
+            *recordings[:number], replace(recordings[number], shift=shift),
+            *recordings[number + 1:]))
+        tried[shift] = read, fitted(read.fine, fit, ITERATIONS)
+        return read.score(tried[shift][1])
+    scores = {shift: score(shift) for shift in {recordings[number].shift, None}}
     sampled = scipy.optimize.minimize_scalar(
-        _deviance, bounds=(0.0, LATEST), method='bounded', options={'xatol': 2e-3})
-    return replace(recording, shift=None if _deviance(None) <= sampled.fun
-                   else float(sampled.x))
+        score, bounds=(0.0, LATEST), method='bounded', options={'xatol': CLOSE})
+    scores[float(sampled.x)] = float(sampled.fun)
+    best = min(scores, key=lambda shift: scores[shift])
+    return tried[best] if scores[best] < scores[recordings[number].shift] - CONTEST.margin else (
+        evidence, fit)

@@ -23,7 +23,7 @@ from gearbox_monitor.diagnosis.hypothesis import (
 from gearbox_monitor.diagnosis.joint import lawless
 from gearbox_monitor.diagnosis.joint.candidates import NOT_FITTED, origin, PERIODIC, with_law
 from gearbox_monitor.diagnosis.joint.drive_recordings import (
-    DriveRecordings, lasting_time, reread)
+    DriveRecordings, lasting_time, likeliest)
 from gearbox_monitor.diagnosis.joint.effect_scan import Proposal, raced, scan, signature
 from gearbox_monitor.diagnosis.joint.events import (
     Burst, follows_motion, pulses_in, sharpened, slipping, with_bursts)
@@ -274,7 +274,7 @@ class InnovationEvidence:
         data, fit = self.data, h.fit.fit
         if data.balances or h.name in self.about:
             return None
-        data = reread(data, fit)
+        data = likeliest(data, fit)[0]
         if data.model.lasting:
             data = data.lasting_for(lasting_time(data, fit))
         # Before the first law: one may imitate the error of the steps.

@@ -32,7 +32,7 @@ from gearbox_monitor.diagnosis.joint.candidates import (
     BY_EFFECT, CandidateModel, Coordinate, GAINS, NOT_FITTED, NUISANCES, offered, PERIODIC, Starts,
     ZERO)
 from gearbox_monitor.diagnosis.joint.drive_recordings import (
-    DriveRecordings, evidence_of, is_open, lasting_time, read_for)
+    DriveRecordings, evidence_of, is_open, lasting_time, likeliest)
 from gearbox_monitor.diagnosis.joint.innovation_fit import (
     coordinate_columns, evaluated, fitted, InnovationFit, unfitted)
 from gearbox_monitor.diagnosis.joint.innovations import (
@@ -60,7 +60,6 @@ from gearbox_monitor.signals.uniform import expect_one_rate, UniformRecording
 WEAK = 1.0         # standard deviation of the prior on the log of a value, or of an offset's scale
 WIDE = (1e-3, 1e3)  # bounds of a value over that of the model file
 ITERATIONS = 40
-READINGS = 2       # of the torque between the stamps of a slow log
 LEFT = 0.5         # of the torque, that a regression leaves at most
 FIXED = 1e-9       # rad and rad/s: deviation of states in which long runs begin
 LEAST = 1.01       # times the least torque noise: a fit that reaches it needs none
@@ -123,12 +122,61 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
     """
     expect_one_rate(recordings)
     report = progress or (lambda *_: None)
-    result = _fit(recordings, model, free, validate, seconds, report)
+    recordings = [driven(r, model) for r in recordings]
+    model = stated = model.folded()
+    for recording in recordings:
+        if len(recording.channels) == 1 and model.transmission.kind != 'rigid':
+            raise InputError(f'{recording.name}: one encoder, expected both, or a model file with '
+                             'transmission.kind: rigid; diagnose takes it')
+    model = _with_starts(model, free or ())
+    _expect_free(model, free)
+    plain = replace(model, tolerance=0.0, zero_tolerance=0.0)
+    evidence = evidence_of(recordings, plain, ())
+    # Nothing is held out of long runs, nor of balances, which begin in no state.
+    evidence = replace(evidence, all_trained=bool(seconds) or evidence.balances)
+    candidate = _free_candidate(evidence.starts, plain, model, free)
+    regression = torque_regression(recordings, candidate)
+    starts = [candidate.start(), *([] if regression is None else [regression.z])]
+    report(0, 2, 'fit')
+    fit = _likeliest(evidence, candidate, starts)
     if any(is_open(recording, model) for recording in recordings):
-        for _ in range(READINGS):  # of the torque between the stamps, by the fit before
-            recordings = read_for(recordings, result.model)
-            result = _fit(recordings, model, free, validate, seconds, report)
-    return result
+        evidence, fit = likeliest(evidence, fit)  # torque between the stamps of a slow log
+        recordings, starts = evidence.recordings, [fit.z]
+        regression = torque_regression(recordings, candidate)
+    if not evidence.balances and _disturbed(evidence, fit):
+        report(0.5, 2, 'how long torque lasts')
+        time = lasting_time(evidence, fit, 0.0)
+        if time != plain.process_torque_time:
+            plain = replace(plain, process_torque_time=time)
+            candidate = replace(candidate, nominal=plain)
+            evidence = evidence.lasting_for(time)
+            fit = _likeliest(evidence, candidate, starts)
+    long = _long_runs(evidence, fit, seconds) if seconds and not evidence.balances else None
+    if long is not None:
+        report(1, 2, f'windows of {seconds:g} s')
+        fit = fitted(long.likelihood, replace(fit, torque=long.torque), ITERATIONS,
+                     free_noise=False)
+    z, method = _decided(fit, regression, evidence.torque,
+                         lambda z: _log_residual(evidence, long, candidate.model(z)))
+    fitted_model = candidate.model(z)
+    report(1.5, 2, 'free runs')
+    runs = [closed_model.open_loop(r, fitted_model, evidence.sigma, seconds=seconds or SECONDS)
+            for r in recordings]
+    covariance = (_covariance(evidence, fit, long) if method == 'search' or regression is None
+                  else regression.covariance)
+    values, correlated, covariance = _listed(candidate, z, covariance, stated)
+    # No state of a window holds the zero of the encoders where the motor's motion is put in.
+    base = replace(plain, zero_tolerance=model.zero_tolerance) if evidence.balances else plain
+    gap_before = None if seconds else misfit_of([
+        closed_model.open_loop(r, base, evidence.sigma) for r in recordings])
+    validation = None if validate is None else closed_model.validate(
+        validate, base, fitted_model, evidence.sigma)
+    if model.controller is None:  # filters have a torque constant, but no gain
+        fitted_model = fitted_model.with_torque_constant(start_values(fitted_model)['kt'])
+    fitted_model = replace(fitted_model.folded(), tolerance=model.tolerance,
+                           zero_tolerance=model.zero_tolerance)
+    return NominalFit(fitted_model, values, correlated, gap_before, misfit_of(runs), validation,
+                      method, covariance)
 
 
 @dataclass(frozen=True)
@@ -171,63 +219,6 @@ def balanced(recordings: Sequence[UniformRecording], model: DriveModel,
         raise Undecided(f'{names}: the balance of torques determines no values')
     values, _, covariance = _listed(candidate, regression.z, regression.covariance, stated)
     return BalancedValues(values, covariance, regression.before, regression.after)
-
-
-def _fit(recordings: Sequence[UniformRecording], model: DriveModel, free: Sequence[str] | None,
-         validate: UniformRecording | None, seconds: float | None,
-         report: Callable[..., object]) -> NominalFit:
-    """Return the fit to recordings as they are read; see fit_nominal."""
-    recordings = [driven(r, model) for r in recordings]
-    model = stated = model.folded()
-    for recording in recordings:
-        if len(recording.channels) == 1 and model.transmission.kind != 'rigid':
-            raise InputError(f'{recording.name}: one encoder, expected both, or a model file with '
-                             'transmission.kind: rigid; diagnose takes it')
-    model = _with_starts(model, free or ())
-    _expect_free(model, free)
-    plain = replace(model, tolerance=0.0, zero_tolerance=0.0)
-    evidence = evidence_of(recordings, plain, ())
-    # Nothing is held out of long runs, nor of balances, which begin in no state.
-    evidence = replace(evidence, all_trained=bool(seconds) or evidence.balances)
-    candidate = _free_candidate(evidence.starts, plain, model, free)
-    regression = torque_regression(recordings, candidate)
-    starts = [candidate.start(), *([] if regression is None else [regression.z])]
-    report(0, 2, 'fit')
-    fit = _likeliest(evidence, candidate, starts)
-    if not evidence.balances and _disturbed(evidence, fit):
-        report(0.5, 2, 'how long torque lasts')
-        time = lasting_time(evidence, fit, 0.0)
-        if time != plain.process_torque_time:
-            plain = replace(plain, process_torque_time=time)
-            candidate = replace(candidate, nominal=plain)
-            evidence = evidence.lasting_for(time)
-            fit = _likeliest(evidence, candidate, starts)
-    long = _long_runs(evidence, fit, seconds) if seconds and not evidence.balances else None
-    if long is not None:
-        report(1, 2, f'windows of {seconds:g} s')
-        fit = fitted(long.likelihood, replace(fit, torque=long.torque), ITERATIONS,
-                     free_noise=False)
-    z, method = _decided(fit, regression, evidence.torque,
-                         lambda z: _log_residual(evidence, long, candidate.model(z)))
-    fitted_model = candidate.model(z)
-    report(1.5, 2, 'free runs')
-    runs = [closed_model.open_loop(r, fitted_model, evidence.sigma, seconds=seconds or SECONDS)
-            for r in recordings]
-    covariance = (_covariance(evidence, fit, long) if method == 'search' or regression is None
-                  else regression.covariance)
-    values, correlated, covariance = _listed(candidate, z, covariance, stated)
-    # No state of a window holds the zero of the encoders where the motor's motion is put in.
-    base = replace(plain, zero_tolerance=model.zero_tolerance) if evidence.balances else plain
-    gap_before = None if seconds else misfit_of([
-        closed_model.open_loop(r, base, evidence.sigma) for r in recordings])
-    validation = None if validate is None else closed_model.validate(
-        validate, base, fitted_model, evidence.sigma)
-    if model.controller is None:  # filters have a torque constant, but no gain
-        fitted_model = fitted_model.with_torque_constant(start_values(fitted_model)['kt'])
-    fitted_model = replace(fitted_model.folded(), tolerance=model.tolerance,
-                           zero_tolerance=model.zero_tolerance)
-    return NominalFit(fitted_model, values, correlated, gap_before, misfit_of(runs), validation,
-                      method, covariance)
 
 
 def _expect_free(model: DriveModel, free: Sequence[str] | None) -> None:
