@@ -275,12 +275,14 @@ def _swinging(recordings: Sequence[Rows], j: int, frequency: float) -> Candidate
                      at_setting=partial(_swinging, recordings, j))
 
 
-def free_functions(recordings: Sequence[Rows], searched: bool = True) -> list[Candidate]:
-    """
-    Return functions of `recordings` without a law: if one wins, the cause is unknown.
+def swings(recordings: Sequence[Rows]) -> list[Candidate]:
+    """Return the functions of past speeds in `recordings` that a swinging mass needs."""
+    return [_swinging(recordings, j, frequency)
+            for j in range(len(recordings[0].joints)) for frequency in SWINGS]
 
-    searched: with those that have a setting.
-    """
+
+def free_functions(recordings: Sequence[Rows]) -> list[Candidate]:
+    """Return functions of `recordings` without a law: if one wins, the cause is unknown."""
     joints = recordings[0].robot.chain.joints
     sizes = [len(rows.motion.t) for rows in recordings]
     ends = np.cumsum(sizes)[:-1]
@@ -308,7 +310,6 @@ def free_functions(recordings: Sequence[Rows], searched: bool = True) -> list[Ca
         add(j, 'friction over time', sign[:, None] * splines(t, 6, robust=False))
         add(j, 'friction over angle', sign[:, None] * splines(q, 6))
         add(j, 'past angles', past[:, j])
-        out += [_swinging(recordings, j, f) for f in SWINGS if searched]
         for k, partner in enumerate(joints):
             if k != j:
                 add(j, f'angle of {partner}', angles[k])

@@ -18,6 +18,7 @@ import math
 from typing import Any
 
 import numpy as np
+import scipy
 
 from gearbox_monitor.diagnosis.contest import CONTEST, of_size, Question
 from gearbox_monitor.diagnosis.robot.candidates import Candidate
@@ -31,9 +32,9 @@ from gearbox_monitor.plant.effects.controller import SERVO_LIMIT
 from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, STRIBECK
 
 PER_NAME = 2          # settings of one effect among the finalists
-STEPS = (1.25, 1.08, 1.025)
+SETTLED = 0.005       # of the range of a setting that is searched
 MOST_STEPS = 12       # of a fixed point
-LEAST_GAIN = 0.3      # of deviance, for which a setting is moved
+LEAST_GAIN = 0.3      # of deviance, that matters
 SIDE = 0.5            # of the motion's deviation: beyond, the next of a grid is nearer
 
 
@@ -325,27 +326,18 @@ def _refined(evidence: RobotEvidence, fit: RobotFit) -> RobotFit:
             if step > 1 and abs(before - fit.deviance) < LEAST_GAIN:
                 break
         return fit
-    middle, span = float(c.setting), c.span
     # Beyond, the next of the grid is nearer; speeds and limits lie further apart.
     reach = 1.6 if c.effect in (STRIBECK.id, SATURATION.id) else 1.2
-    for factor in STEPS:
-        for direction in (1.0, -1.0):
-            while True:
-                assert c.setting is not None
-                if span:
-                    setting = float(c.setting) + direction * (factor - 1.0) * span
-                    in_range = abs(setting - middle) <= SIDE * span
-                else:
-                    setting = float(c.setting) * factor ** direction
-                    in_range = 1.0 / reach <= setting / middle <= reach
-                if not in_range:
-                    break
-                candidate = remade(setting)
-                trial = evidence.fit((*base, candidate), fit, 3)
-                if trial.deviance > fit.deviance - LEAST_GAIN:
-                    break
-                c, fit = candidate, trial
-    return fit
+    bounds = (c.setting - SIDE * c.span, c.setting + SIDE * c.span) if c.span else (
+        c.setting / reach, c.setting * reach)
+    trials = [fit]
+
+    def deviance(setting: float) -> float:
+        trials.append(evidence.fit((*base, remade(float(setting))), fit, 3))
+        return trials[-1].deviance
+    scipy.optimize.minimize_scalar(deviance, bounds=bounds, method='bounded',
+                                   options={'xatol': SETTLED * (bounds[1] - bounds[0])})
+    return min(trials, key=lambda trial: trial.deviance)
 
 
 LARGEST = 1e6  # beyond it a motion does not show an effect at all

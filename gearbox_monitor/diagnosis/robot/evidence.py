@@ -280,26 +280,18 @@ class RobotEvidence:
 
     def _columns(self, chosen: Sequence[Candidate]) -> tuple[list[Array], list[Integers], Array]:
         """Return columns [R, E_j] and their places of each joint, and their scale [E]."""
-        width = sum(c.width for c in chosen)
-        squares, rows, begin = np.zeros(width), 0, 0
-        columns: list[list[Array]] = [[] for _ in range(self.joints)]
-        places: list[list[int]] = [[] for _ in range(self.joints)]
-        for c in chosen:
-            columns_of = slice(begin, begin + c.width)
-            for j, x in c.columns.items():
-                squares[columns_of] += (x ** 2).sum(axis=0)
-                columns[j].append(x[self.at[j].order])
-                places[j] += range(begin, begin + c.width)
-            begin += c.width
-        rows = sum(len(a.y) for a in self.at)
-        scale = np.sqrt(squares / rows) + 1e-12
-        out, where = [], []
-        for j, parts in enumerate(columns):
-            place = np.array(places[j], int)
-            x = np.concatenate(parts, axis=1) if parts else np.zeros((len(self.at[j].y), 0))
-            out.append(x / scale[place])
+        begins = np.cumsum([0, *(c.width for c in chosen)])
+        squares, out, where = np.zeros(begins[-1]), [], []
+        for j, a in enumerate(self.at):
+            own = [i for i, c in enumerate(chosen) if j in c.columns]
+            place = np.concatenate([np.arange(0), *(np.arange(*begins[i:i + 2]) for i in own)])
+            x = np.concatenate([np.zeros((len(a.y), 0)),
+                                *(chosen[i].columns[j][a.order] for i in own)], axis=1)
+            squares[place] += (x ** 2).sum(axis=0)
+            out.append(x)
             where.append(place)
-        return out, where, scale
+        scale = np.sqrt(squares / sum(len(a.y) for a in self.at)) + 1e-12
+        return [x / scale[place] for x, place in zip(out, where)], where, scale
 
     def _servos(self, chosen: Sequence[Candidate], scale: Array) -> Servos | None:
         """Return what gains of servos scale beside `chosen` in columns of a `scale` [E]."""

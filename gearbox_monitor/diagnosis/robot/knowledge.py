@@ -367,8 +367,7 @@ def learn(robot: RobotModel, logs: Sequence[RobotLog], model: str = '',
     fit = evidence.fit()
     effects = {*EFFECTS, *(e.id for e in ROBOT_EFFECTS)} - {
         SATURATION.id, SERVO_LIMIT.id, COGGING.id, TORQUE_RIPPLE.id}
-    candidates = library(recordings, tuple(effects)) + free_functions(
-        recordings, searched=False)
+    candidates = library(recordings, tuple(effects)) + free_functions(recordings)
     scatter, dispersion, parts = scattered(evidence, fit, candidates)
     progress(SETTINGS.rounds + 1, SETTINGS.rounds + 1)
     joints = range(evidence.joints)
@@ -468,7 +467,7 @@ def _shapes(robot: RobotModel, logs: Sequence[RobotLog],
         for name in names:
             parts = [rows.tested(j, shape_of(name)(rows.joints[j])) for rows in recordings]
             offers[j].append(Candidate(name, {j: np.concatenate(parts)}))
-    free = free_functions(recordings, searched=False)
+    free = free_functions(recordings)
     evidence = RobotEvidence(recordings)
     fit = evidence.fit()
     dispersion = scattered(evidence, fit, free)[1]
@@ -632,8 +631,6 @@ def scattered(evidence: RobotEvidence, fit: RobotFit, candidates: Sequence[Candi
         {key: deviation of each coefficient}, over-dispersion [J], number of parts.
     """
     joints = {name: j for j, name in enumerate(evidence.recordings[0].robot.chain.joints)}
-    # One function at many settings would count as often.
-    candidates = [c for c in candidates if not c.free or c.setting is None]
     table: dict[str, list[tuple[Array, Array]]] = {}
     over, count = np.ones(len(joints)), 0
     for division in partitions(evidence):

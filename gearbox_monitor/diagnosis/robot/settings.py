@@ -57,7 +57,6 @@ class Settings:
     drifted: float = 2.5         # such deviations: 1 joint in 80 by chance
 
     finalists: int = 10          # of a score test that are fitted
-    starts: int = 2              # effects with which a search begins
     rounds: int = 20             # of the dictionary of shapes, one per joint and round
     part: float = 10.0           # s: healthy parts whose scatter is measured
     shrink: float = 60.0         # rows' worth of belief that the spectrum of a residual is smooth

@@ -12,7 +12,7 @@ import numpy as np
 from gearbox_monitor.diagnosis.contest import CONTEST, of_rival, Question
 from gearbox_monitor.diagnosis.hypothesis import Finding, kind_of, Remainder, UNDECIDED
 from gearbox_monitor.diagnosis.robot.candidates import (
-    Candidate, free_functions, library, visible_in)
+    Candidate, free_functions, library, swings, visible_in)
 from gearbox_monitor.diagnosis.robot.contest import (
     Contender, informed, questions, RobotContest, smallest_visible, speed_of)
 from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence, RobotFit
@@ -120,7 +120,7 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
                                  knowledge.variance * max(away, 1.0))
     unjudged = set(knowledge.unjudged) if knowledge else set()
     laws, free = ([c for c in field if c.joint not in unjudged] for field in (
-        library(recordings, effects), free_functions(recordings)))
+        library(recordings, effects), free_functions(recordings) + swings(recordings)))
     shares = unvisited_shares(recordings, knowledge.visits) if knowledge else []
     blank = evidence.fit()
     search = _judged(RobotContest.between(evidence, laws, free, knowledge), blank, laws, free,
@@ -198,7 +198,9 @@ def _judged(contest: RobotContest, blank: RobotFit, laws: Sequence[Candidate],
     # Without references, a function without a law may be the difference between the parts.
     lawless = knowledge is None and any(c.free for c in search.fit.chosen)
     if search.fit.chosen and not lawless:
-        of_joints = [c for c in (*laws, *free) if len(c.columns) == 1]
+        # One function at many settings would count as often.
+        of_joints = [c for c in (*laws, *free) if len(c.columns) == 1 and not (
+            c.free and c.searched)]
         own = scattered(contest.evidence, search.fit, of_joints)[1] / visible
         if any(own[j] > contest.dispersion[j] for c in search.fit.chosen for j in c.columns):
             contest = replace(contest, dispersion=np.maximum(own, contest.dispersion))
@@ -209,10 +211,10 @@ def _judged(contest: RobotContest, blank: RobotFit, laws: Sequence[Candidate],
 def _best_search(contest: RobotContest, blank: RobotFit, laws: Sequence[Candidate],
                  free: Sequence[Candidate]) -> RobotSearch:
     """
-    Return the best of the searches that begin with the best candidates of several effects.
+    Return the better of the searches that begin with the best candidates of two effects.
 
     What is alone has to imitate the others: a first candidate may win by that, and then needs
-    helpers. So searches that end with several start once more with other effects.
+    helpers. So a search that ends with several starts once more with another effect.
 
     Args:
         contest: of the recordings.
@@ -221,16 +223,12 @@ def _best_search(contest: RobotContest, blank: RobotFit, laws: Sequence[Candidat
         free: functions.
     """
     search = _search(contest, blank, laws, free)
-    if len(search.fit.chosen) < 2:
+    other = next((e for e in search.first if e.worth >= CONTEST.margin
+                  and e.candidate.effect != search.fit.chosen[0].effect), None)
+    if len(search.fit.chosen) < 2 or other is None:
         return search
-    begins: dict[str, Contender] = {}
-    for entry in search.first:
-        if entry.worth >= CONTEST.margin:
-            begins.setdefault(entry.candidate.effect, entry)
-    begins.pop(search.fit.chosen[0].effect, None)
-    others = [_search(contest, blank, laws, free, begin)
-              for begin in list(begins.values())[:SETTINGS.starts - 1]]
-    return max((search, *others), key=lambda s: s.contest.score(blank, s.fit))
+    return max(search, _search(contest, blank, laws, free, other),
+               key=lambda s: s.contest.score(blank, s.fit))
 
 
 def _search(contest: RobotContest, blank: RobotFit, laws: Sequence[Candidate],
