@@ -36,8 +36,8 @@ import numpy as np
 
 from gearbox_monitor import __version__
 from gearbox_monitor.cli.options import (
-    entries, expect_new_files, ids_in, joint_of, labelled, load_recordings, names_of,
-    reading_of_robot, refuse, robot_of, robot_options, show, wrapped, write_files, written_options)
+    entries, ids_in, joint_of, labelled, load_recordings, names_of, reading_of_robot, refuse,
+    robot_of, robot_options, show, wrapped, write_folder, written_options)
 from gearbox_monitor.diagnosis.hypothesis import NONE, UNDECIDED
 from gearbox_monitor.diagnosis.joint import closed_model
 from gearbox_monitor.diagnosis.joint.diagnose import chosen_ids
@@ -81,7 +81,7 @@ def run(args: Namespace) -> int:
     expect_ids('--only', only)
     expect_ids('--exclude', exclude)
     chosen_ids(only, exclude)  # one at least remains
-    expect_new_files(args.out, (PAGE, VERDICT, CLOSED))
+    expect_new_file(args.out)
     model, recordings, validate, notes = load_recordings(args, weigh=True)
     simulator = _user_simulator(args.simulator, recordings, model) if args.simulator else None
     verdict = diagnose(recordings, model, validate=validate, only=only, exclude=exclude,
@@ -101,8 +101,12 @@ def run(args: Namespace) -> int:
         except InputError as error:  # the diagnosis is complete without it
             data['warnings'].append(str(error))
     files = replace(user_files(args), changes=changes)
-    written = write(args, data, closed, diagnosis_page(
-        data, gather(verdict, model), recordings, files)) if args.out else []
+    written = [] if not args.out else write_folder(args.out, {
+        VERDICT: dump(data) + '\n',
+        PAGE: diagnosis_page(data, gather(verdict, model), recordings, files),
+        CLOSED: model_text(closed, [
+            f'Written by gearbox_monitor {__version__} diagnose from {", ".join(args.bag)} and '
+            f'{args.model}.', data['summary']])})
     show(args, data, lambda: text(data, recordings, model, written, files, args.verbose))
     return {NONE: 0, UNDECIDED: 3}.get(verdict.verdict, 1)
 
@@ -155,27 +159,6 @@ def _changes(args: Namespace, verdict: Verdict, validation: UniformRecording | N
     data['lacking'] = [f'{row.id}: {row.words}' for row in file.lacking]
     return [*(f'{Path(args.model).name}: {change.words}' for change in file.patch.changes),
             *(f'not in it: {row}' for row in data['lacking'])]
-
-
-def write(args: Namespace, data: Mapping[str, Any], closed: DriveModel, page: str) -> list[Path]:
-    """
-    Write the files of --out, all or none; return their paths.
-
-    Args:
-        args: options of the command.
-        data: the verdict as plain data.
-        closed: model with the effect.
-        page: HTML.
-
-    Raises:
-        InputError: a file cannot be written.
-
-    """
-    model = model_text(closed, [
-        f'Written by gearbox_monitor {__version__} diagnose from {", ".join(args.bag)} and '
-        f'{args.model}.', data['summary']])
-    return write_files({Path(args.out, name): content for name, content in (
-        (VERDICT, dump(data) + '\n'), (PAGE, page), (CLOSED, model))}, args.out)
 
 
 VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a verdict
@@ -386,17 +369,15 @@ def _effects(args: Namespace) -> list[str] | None:
 
 def _write(args: Namespace, diagnosis: RobotDiagnosis, data: dict[str, Any]) -> None:
     """Write verdict, page and the model with the findings into the new folder --out."""
-    folder, path = Path(args.out), diagnosis.robot.file.path
+    path, files = diagnosis.robot.file.path, dict[str, str]()
     if diagnosis.closed is not None:
-        data['closed'] = f'{args.out}/{path.stem}.closed{path.suffix}'
+        files[name := f'{path.stem}.closed{path.suffix}'] = diagnosis.closed
+        data['closed'] = f'{args.out}/{name}'
     if diagnosis.lacking:
         data['warnings'].append('not in the file that closes the gap: '
                                 + ', '.join(diagnosis.lacking))
-    page = robot_gap_page(data, diagnosis.context())
-    contents = {folder / VERDICT: dump(data) + '\n', folder / PAGE: page}
-    if diagnosis.closed is not None:
-        contents[Path(data['closed'])] = diagnosis.closed
-    write_files(contents, args.out)
+    write_folder(args.out, {VERDICT: dump(data) + '\n',
+                            PAGE: robot_gap_page(data, diagnosis.context()), **files})
 
 
 def learn(args: Namespace) -> int:

@@ -22,7 +22,7 @@ from typing import Any, TYPE_CHECKING
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.opening import dump, plain, write_new
 from gearbox_monitor.files.yaml_files import (
-    expect_folder_of, expect_new, load_model, load_parameters)
+    load_model, load_parameters)
 from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.parameters import EstimatorParameters, resolve, SETTINGS
 from gearbox_monitor.plant.drive import DriveModel
@@ -138,43 +138,33 @@ def warn(args: Namespace, notes: Iterable[str]) -> None:
         print(f'gearbox_monitor {args.command}: warning: {NO_MODEL}', file=sys.stderr)
 
 
-def expect_new_files(folder: str | None, names: Iterable[str]) -> None:
-    """Raise InputError unless the files `names` in `folder` can be new; None: no folder."""
-    expect_new(*(Path(folder) / name for name in names if folder))
-    expect_folder_of(folder)
-    if folder and Path(folder).exists() and not Path(folder).is_dir():
-        raise InputError(f'{folder}: is a file, expected a directory')
-
-
-def write_files(contents: Mapping[Path, str], folder: str | None = None) -> list[Path]:
+def write_folder(folder: str | Path, contents: Mapping[str, str]) -> list[Path]:
     """
-    Write all files or none; return their paths.
+    Write a new folder with all its files, or nothing; return the paths of these.
 
     Args:
-        contents: {path: text}.
-        folder: of some of them, made where there is none.
+        folder: that does not exist.
+        contents: {name of a file: text}.
 
     Raises:
-        InputError: a file cannot be written.
+        InputError: the folder or a file cannot be written.
     """
-    new_folder = Path(folder) if folder and not Path(folder).exists() else None
-    parts = {path: path.with_name(f'.{path.name}.{os.getpid()}.part') for path in contents}
-    target = new_folder or Path()
+    target = folder = Path(folder)
+    paths = {folder / name: content for name, content in contents.items()}
+    made = False
     try:
-        if new_folder is not None:
-            new_folder.mkdir()
-        for target, content in contents.items():
-            parts[target].write_text(content, encoding='utf-8')
-        for target, part in parts.items():
-            os.replace(part, target)
-    except OSError as error:
-        raise InputError(f'{target}: {error.strerror}, expected a new, writable file') from None
-    finally:
-        for part in parts.values():
-            part.unlink(missing_ok=True)
-        if new_folder is not None and new_folder.is_dir() and not any(new_folder.iterdir()):
-            new_folder.rmdir()
-    return list(contents)
+        folder.mkdir()
+        made = True
+        for target, content in paths.items():
+            target.write_text(content, encoding='utf-8')
+    except BaseException as error:
+        if made:
+            shutil.rmtree(folder, ignore_errors=True)
+        if isinstance(error, OSError):
+            raise InputError(f'{target}: {error.strerror}, expected a new, writable file') \
+                from None
+        raise
+    return list(paths)
 
 
 def show(args: Namespace, data: Mapping[str, Any] | Sequence[Any], text: Callable[[], str]

@@ -59,12 +59,13 @@ def own_domain() -> Iterator[int]:
     for domain in DOMAINS:
         if str(domain) == os.environ.get('ROS_DOMAIN_ID') or _in_use(domain):
             continue
-        lock = _lock(Path(tempfile.gettempdir()) / f'gearbox_monitor_domain_{domain}.lock')
-        if lock is not None:
+        path = Path(tempfile.gettempdir()) / f'gearbox_monitor_domain_{domain}.lock'
+        with contextlib.ExitStack() as stack:
             try:
-                yield domain
-            finally:
-                os.close(lock)
+                fcntl.flock(stack.enter_context(path.open('w')), fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:  # another process has it, or another user once had
+                continue
+            yield domain
             return
     raise InputError(f'ROS domains {DOMAINS[0]} to {DOMAINS[-1]}: all are in use, expected a free '
                      'one (is another demo still running?)')
@@ -78,22 +79,6 @@ def _in_use(domain: int) -> bool:
         except OSError:
             return True
     return False
-
-
-def _lock(path: Path) -> int | None:
-    """Return the file descriptor of `path`, locked, or None when another process has it."""
-    try:
-        # Another user's file cannot be opened for creation, but for reading.
-        flags = os.O_RDONLY if path.exists() else os.O_RDONLY | os.O_CREAT
-        descriptor = os.open(path, flags, 0o644)
-    except OSError:
-        return None
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        os.close(descriptor)
-        return None
-    return descriptor
 
 
 PARENT = 'GEARBOX_MONITOR_PARENT'  # process id of a parent that the node must not outlive
@@ -212,13 +197,12 @@ class Child:
         if self.running:
             # Nodes take both alike, but during its imports Python ends quietly on this one only.
             self.process.send_signal(signal.SIGTERM)
-        end = time.monotonic() + seconds
-        while self.running:
-            if time.monotonic() > end:
-                self.process.kill()
-                self.process.wait()
-                return f'{self.name} did not end within {seconds:g} s and was killed'
-            time.sleep(0.01)
+        try:
+            self.process.wait(seconds)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+            return f'{self.name} did not end within {seconds:g} s and was killed'
         return ''
 
 

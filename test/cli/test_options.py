@@ -9,7 +9,7 @@ import math
 import pytest
 
 from gearbox_monitor.cli.main import declared
-from gearbox_monitor.cli.options import show, stated, write_files, written_options
+from gearbox_monitor.cli.options import show, stated, write_folder, written_options
 from gearbox_monitor.errors import InputError
 
 DATA = {'gap': math.nan, 'rows': (1, 2)}
@@ -47,19 +47,17 @@ def test_options_that_differ_from_their_defaults_have_their_own_names():
     assert written_options(args, names[1:]) == "--recorded-arm 'the arm' --keyframe 0"
 
 
-def test_all_files_are_written_or_none_and_the_one_that_fails_is_named(tmp_path):
-    out, page = tmp_path / 'out', tmp_path / 'no folder' / 'b.html'
-    with pytest.raises(InputError, match=r'no folder/b\.html: No such file'):
-        write_files({out / 'a.json': '{}', page: ''}, str(out))
-    assert list(tmp_path.iterdir()) == []
-    paths = [out / 'a.json', out / 'b.html']
-    assert write_files(dict.fromkeys(paths, '{}'), str(out)) == paths
-    assert sorted(out.iterdir()) == paths and paths[1].read_text() == '{}'
+def test_all_files_are_written_or_none_and_the_one_that_fails_is_named(tmp_path, monkeypatch):
+    out = tmp_path / 'out'
+    assert write_folder(out, {'a.json': '{}', 'b.html': ''}) == [out / 'a.json', out / 'b.html']
+    assert sorted(path.name for path in out.iterdir()) == ['a.json', 'b.html']
+    with pytest.raises(InputError, match='out: File exists'):
+        write_folder(out, {'c.json': '{}'})
+    assert len(list(out.iterdir())) == 2
 
-
-def test_a_full_disk_is_said_of_the_file(tmp_path, monkeypatch):
     def full(self, text, encoding):
         raise OSError(28, 'No space left on device')  # as the system says it: of no file
     monkeypatch.setattr('pathlib.Path.write_text', full)
     with pytest.raises(InputError, match=r'a\.json: No space left on device'):
-        write_files({tmp_path / 'a.json': '{}'})
+        write_folder(tmp_path / 'other', {'a.json': '{}'})
+    assert list(tmp_path.iterdir()) == [out]

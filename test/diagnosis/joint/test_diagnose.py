@@ -296,7 +296,7 @@ BAD_USAGE = [
     (['worn.csv', '--exclude', 'x'], "--exclude: unknown effect 'x', expected one of actuator_"),
     (['worn.csv', '--only', 'gravity', '--exclude', 'gravity'], 'effects: none remains'),
     (['worn.csv', '--json', 'good.csv'], 'good.csv: exists'),
-    (['worn.csv', '--out', 'good.csv'], 'is a file, expected a directory'),
+    (['worn.csv', '--out', 'good.csv'], 'good.csv: exists'),
 ]
 
 
@@ -317,7 +317,7 @@ def test_interrupted_it_leaves_nothing(folder, worn, tmp_path, monkeypatch):
         assert call(folder, *words) == 130
     assert not list(tmp_path.iterdir())
     monkeypatch.setattr(command, 'diagnose', lambda *_, **__: worn.verdict)
-    monkeypatch.setattr('os.replace', interrupted)  # before any has its name
+    monkeypatch.setattr('pathlib.Path.write_text', interrupted)  # of the first one
     assert call(folder, *words) == 130
     assert not list(tmp_path.iterdir())
 
