@@ -329,7 +329,6 @@ class PlantParameters(ParameterSet, table='plant'):
     fault_coulomb_friction: float = ROW
     fault_stiffness: float = ROW
     fault_gap: float = ROW
-    effects: tuple[str, ...] = ROW
     load_gravity: float = ROW
     load_coulomb: float = ROW
     load_constant: float = ROW

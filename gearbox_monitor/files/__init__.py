@@ -16,7 +16,7 @@ Public names, by module:
         watch_bytes, watch_from
     opening: BoundedGzip, config_path, dump, load_robot, LONGEST_LINE, open_file,
         open_unpacked, plain, read_bytes, read_json, read_text, TOPIC, write_new
-    yaml_files: error_words, expect_folder_of, expect_new, expect_new_file,
-        expect_outside_of_bag, gearboxes_of, load_model, load_parameters, load_yaml,
-        model_text, parse_yaml, save_model, write_parameters
+    yaml_files: error_words, expect_new, expect_new_file, expect_outside_of_bag, gearboxes_of,
+        load_model, load_parameters, load_yaml, model_text, parse_yaml, save_model,
+        write_parameters
 """

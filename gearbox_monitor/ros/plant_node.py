@@ -224,7 +224,7 @@ class PlantNode(PacedNode):
                  {'id': ARM_COULOMB.id, 'Cac': v.load_coulomb},
                  {'id': LOAD_TORQUE.id, 'TL': v.load_constant})
         values = self.drive.with_(**{name: getattr(v, name) for name in PLANT_MODEL}).to_dict()
-        values['effects'] += [*loads, *map(_effect, filter(str.strip, v.effects))]
+        values['effects'] += loads
         model = model_from_dict(values, 'plant')
         encoders: dict[str, Any] = {joint: EncoderFault(
             frozen=v.fault_frozen in (joint, 'both'), lost=v.fault_lost in (joint, 'both'),
@@ -296,24 +296,6 @@ class PlantNode(PacedNode):
         self.publish({'position': (y1 * self.drive.gear_ratio, y2),
                       'effort': (u / self.drive.effort_scale, load)},
                      {'position': (twist,), 'velocity': (rate,), 'effort': (tau_k,)})
-
-
-def _effect(text: str) -> dict[str, str | float]:
-    """Return the effect {'id': .., parameter: value} of a text like 'stribeck Cs=0.1 vs=0.2'."""
-    name, *pairs = text.split()
-    effect: dict[str, str | float] = {'id': name}
-    for pair in pairs:
-        key, _, value = pair.partition('=')
-        try:
-            number = float(value)
-        except ValueError:
-            number = math.nan
-        if not math.isfinite(number):
-            raise InputError(f'plant: effects: {text!r}: {pair!r}, expected name=number')
-        if key in effect:
-            raise InputError(f'plant: effects: {text!r}: {key} occurs twice, expected once')
-        effect[key] = number
-    return effect
 
 
 def main(args: Sequence[str] | None = None) -> int:

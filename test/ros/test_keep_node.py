@@ -26,7 +26,6 @@ from gearbox_monitor.recordings.read import open_bag  # noqa: E402
 
 pytestmark = pytest.mark.ros
 LIMITS = resource.getrlimit(resource.RLIMIT_FSIZE)
-EFFECT = '["torque_offset u0=0.6"]'
 
 
 def healthy(path):
@@ -50,7 +49,10 @@ def test_a_drive_with_an_effect_is_told_kept_and_named(graph, tmp_path):
     estimator = graph.start('estimator_node', arm_load='none', model_gap_after=5.0,
                             keep_folder=folder, **RELIABLE)
     asked = Trigger.Request()
-    graph.start('plant_node', rate=500.0, effects=EFFECT, process_noise='[0.0, 0.0, 0.02, 0.02]')
+    effect = tmp_path / 'effect.yaml'
+    effect.write_text('effects: [{id: torque_offset, u0: 0.6}]')
+    graph.start('plant_node', rate=500.0, model=effect,
+                process_noise='[0.0, 0.0, 0.02, 0.02]')
 
     def status(name):
         return next((s for s in told[-1].status if s.name == f'estimator: {name}'), None)

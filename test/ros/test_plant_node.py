@@ -254,7 +254,7 @@ def test_bad_input_is_one_line(tmp_path):
         'model:=no_such.yaml': ['no_such.yaml', 'expected'], 'rate:=5.0': ['rate', '5'],
         'excitation:=sawtooth': ['excitation', 'sawtooth', 'multisine'],
         'process_noise:=[1.0]': ['process_noise', '4 numbers'], 'half_gap:=wide': ['half_gap'],
-        "effects:=['gravity G=1', 'wobble']": ['wobble']}
+        "effects:=['gravity G=1']": ['effects', 'write them into its model file']}
     runs = refusals('plant_node', [['-p', parameter] for parameter in said], tmp_path)
     for (code, lines), words in zip(runs, said.values()):
         assert code == 2 and len(lines) == 1, lines
