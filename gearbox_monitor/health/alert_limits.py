@@ -20,8 +20,6 @@ class AlertLimits:
     # --- Evaluation, once per second
     # s after a start that are not judged: the transient of the filter.
     settle: float = 2.0
-    # Flagged evaluations of a window that are chance: an alarm takes `debounce_up` to rise.
-    chance_flags: int = 2
     # Samples of a window that may be lost or bad: its features lose a hundredth of their weight.
     missing_share: float = 0.01
     # Evaluations in a row that raise and that lower a level: one flag is chance, and a fault that
@@ -32,11 +30,20 @@ class AlertLimits:
     min_silence: float = 0.5
     # s before the first sample ever in which silence is no error: discovery takes as long.
     start_time: float = 5.0
+    # Stated deviations beyond which a value is not chance, which is so in 0.3 %: torque,
+    # twist and its rate move, a torque loads a flank, friction at a speed is certain, a
+    # learned value is beyond what is allowed, a slope is a trend, neighbours differ by a
+    # change. And beyond which a window contradicts those before, or the zero of the twist the
+    # reference: 6e-5.
+    deviations: float = 3.0
+    contradicted: float = 4.0
+    # Share from which on something holds most of the time, or is likelier than all else.
+    most: float = 0.5
 
     # --- Prediction errors
-    # s that the mean, single errors, and all else of the prediction errors are judged over.
+    # s that the mean and, but for single errors, which are those since the last evaluation, all
+    # else of the prediction errors are judged over; the latter of torque against twist, too.
     mean_window: float = 0.5
-    gate_window: float = 1.0
     error_window: float = 2.0
     # Of each of the three tests on one window, were the filter's model exact. So small because it
     # never is: a random walk for tau_K, a friction linearised at standstill leave traces.
@@ -71,41 +78,29 @@ class AlertLimits:
     unknown: float = 1.0
 
     # --- Torque against twist
-    # s of smoothed rows that are judged, and how many rows of them at least.
-    passivity_window: float = 2.0
-    passivity_rows: int = 50
-    # Stated deviations that torque, twist and its rate must move by.
-    moved: float = 3.0
     # Correlation of torque and twist, and power over their rms, below which a sign is wrong: a
     # transmission pushes back and makes no power, both are 0 or more but for noise and friction.
     correlation: float = -0.15
     power: float = -0.5
 
     # --- Range of the twist
-    # s of smoothed rows that are judged, and how many rows of them at least.
-    twist_window: float = 10.0
-    twist_rows: int = 50
     # Times the twist that the model allows. A drive that has worn, or a stiffness that was
     # guessed, may twist so much more; two encoders of different shafts twist by turns.
     twist_room: float = 4.0
-    # Stated deviations of the torque: 0.3 % by chance on either side.
-    twist_sure: float = 3.0
 
     # --- Slip
-    # Deviations of the zero of the twist, and the share of backlash and elastic twist that it may
-    # move by: load and runout of the teeth move it by a tenth.
-    slip_sure: float = 4.0
+    # Share of backlash and elastic twist that the zero of the twist may move by: load and runout
+    # of the teeth move it by a tenth.
     slip_room: float = 0.2
 
     # --- Elastic curve
-    # s of a window, and those of it that must be there.
+    # s of a window, of the range of the twist, too, and those of it that must be there.
     curve_window: float = 10.0
     curve_shortest: float = 4.0
     # Share of the rows that a flank must hold, or no stiffness is seen.
     curve_contact: float = 0.05
-    # Share of the rows that may be beyond `curve_sigma` stated deviations: 0.3 % are by chance.
+    # Share of the rows that may be beyond `deviations`.
     curve_share: float = 0.01
-    curve_sigma: float = 3.0
     # Probability of an error of torque or twist by chance, by Student's t over blocks.
     curve_significance: float = 1e-3
     # So many whole windows before it make an error certain by how little all differ, too; up to
@@ -113,8 +108,7 @@ class AlertLimits:
     curve_earlier: int = 3
     # A locked input moves by so many noises of its encoder at most: a brake yields a little; the
     # output turns by as many at least, and the input by at most this share of its travel.
-    locked_still: float = 20.0
-    locked_turned: float = 20.0
+    locked_noise: float = 20.0
     locked_share: float = 0.1
     # Standard errors by which a lasting misfit is more than that of a block or two: Student's t of
     # 19 degrees of freedom at 0.95.
@@ -133,32 +127,20 @@ class AlertLimits:
     curve_fixed: float = 1e-4
 
     # --- Model
-    # Share of `model_gap_after` in which prediction errors are systematic: most of the time.
-    systematic_share: float = 0.5
-    # Deviations by which a learned value is beyond what is allowed: 0.1 % by chance.
-    learned_deviations: float = 3.0
     # Relative deviation of a value that counts as learned.
     learned_std: float = 0.1
-    # Probability of the learned curve: likelier than the other curve of `mixed`.
-    learned_probability: float = 0.5
 
     # --- Elastic curve and features of a window
     # Residuals beyond so many deviations count less: 96 % efficient for normal ones.
     huber: float = 1.5
-    # Deviations of the speed below which friction is uncertain.
-    standstill: float = 3.0
 
     # --- Features of a window
-    # Points that a fit needs: eight parameters and blocks of them.
+    # Points that a fit or a check of smoothed rows needs: eight parameters and blocks of them.
     window_points: int = 50
-    # rad, rad/s, N m: no drive has such values.
-    plausible: float = 1e9
     # Share of a window that each flank must hold: three of its 300 groups.
     flank: float = 0.01
     # Crossings of the gap: there and back.
     traversals: int = 2
-    # Deviations from which on torque loads a flank, and stiffness and hysteresis are seen.
-    loaded: float = 3.0
     # Deviations expected of changes: friction relative to the model's, and to the torque for a
     # model that has none; torque gain.
     friction_prior: float = 0.3
@@ -178,23 +160,13 @@ class AlertLimits:
     # Of the twist by the load: a hidden gap below is none.
     hidden_gap: float = 1e-3
 
-    # --- What contradicts the windows before
-    # Deviations of a window: 6e-5 by chance.
-    contradicted: float = 4.0
-
     # --- Words and forecast
-    # Windows of a motion before its own words for what is not known.
-    resolved: int = 12
     # Windows without one that can be compared before an outcome says so.
     grace: int = 3
     # Deviations within which a size is not known, and within which a change that requires a
     # service is said to hide behind a new motion: 5 % and 10 % of the chance.
     open_std: float = 2.0
     hides_std: float = 1.28
-    # Deviation of the logarithm of a growth that is not known at all: a factor of e.
-    unknown_growth: float = 1.0
-    # Deviations below which a slope is no trend.
-    trend_deviations: float = 3.0
     # What averaging over windows does not remove, relative: of a width, not of its growth.
     gap_error: float = 0.01
     stiffness_error: float = 0.02

@@ -63,8 +63,8 @@ class Zero(NamedTuple):
     def moved(self, before: 'Zero', turn: float) -> bool:
         """Return whether it has moved since `before`, by no `turn` (rad) of an encoder, 0: any."""
         off = abs(self.value - before.value)
-        doubt = LIMITS.slip_sure * math.hypot(self.std, before.std) + max(self.room, before.room)
-        past = 0.5 * abs(self.gap - before.gap) + doubt
+        past = 0.5 * abs(self.gap - before.gap) + max(self.room, before.room) \
+            + LIMITS.contradicted * math.hypot(self.std, before.std)
         return off > past and not any(
             abs(off - whole * t) <= past for t in (turn, 2.0 * math.pi) if t > 4.0 * past
             for whole in (max(round(off / t), 1),))
@@ -91,7 +91,7 @@ def found_in(zeros: tuple[Zero, ...], window: Backlash, turn: float
     if not zeros:
         return (new,), None
     if not new.moved(zeros[0], turn):
-        known = LIMITS.slip_sure * new.std <= new.room or new.std <= zeros[0].std
+        known = LIMITS.contradicted * new.std <= new.room or new.std <= zeros[0].std
         return (new,) if known else zeros[:1], None
     before, first = zeros[0], zeros[-1]
     size = new.value - before.value

@@ -404,7 +404,7 @@ class Monitor:
 
     def _check_prediction_error(self, stamps: Integers, rows: Array, stamp_ns: int) -> Outcome:
         for_mean, newest = (_count_after(stamps, stamp_ns, window)
-                            for window in (LIMITS.mean_window, LIMITS.gate_window))
+                            for window in (LIMITS.mean_window, 1.0))
         nis, dof, *pairs = (np.ascontiguousarray(rows[:, columns]) for columns in (
             sample_loop.E_NIS, sample_loop.E_DOF, WHITE, INNOVATIONS, INNOVATION_STDS))
         return innovation.check(pairs[0], nis, dof, pairs[1], pairs[2], for_mean, newest)
@@ -559,11 +559,11 @@ class Monitor:
         """Return the trust in the window that ends here, see health_record."""
         if self._hidden_arm is not None:  # its fit takes the readings, not the estimates
             return TRUSTED if self._is_complete() else AT_ODDS
-        if self._window_flagged <= LIMITS.chance_flags and self._is_complete() \
+        if self._window_flagged < LIMITS.debounce_up and self._is_complete() \
                 and not self._alarmed(COMPONENTS[:3]):
             return TRUSTED
         larger = np.array(self._window_nis) / LIMITS.nis_high
-        if (larger > 1.0).sum() <= LIMITS.chance_flags:
+        if (larger > 1.0).sum() < LIMITS.debounce_up:
             return AT_ODDS
         return ERRORS_LARGER - int(2.0 * np.log2(max(np.nan_to_num(np.median(larger)), 1.0)))
 
@@ -574,7 +574,7 @@ class Monitor:
         A change of friction or of the gearbox shows in the prediction errors, too; it must not
         hide behind them.
         """
-        return (self._hidden_arm is None and self._window_broken <= LIMITS.chance_flags
+        return (self._hidden_arm is None and self._window_broken < LIMITS.debounce_up
                 and self._is_complete()
                 and not self._alarmed(set(COMPONENTS[:3]) - DRIFT_SHOWS))
 

@@ -8,6 +8,7 @@ import math
 from typing import Any
 
 from gearbox_monitor.health.alert_limits import LIMITS
+from gearbox_monitor.health.backlash.change import RECENT
 from gearbox_monitor.health.backlash.change_tests import (
     ChangeTest, COMPONENTS, FEATURES, FRICTION, GAP, LOST_MOTION, MEASURED, size_name, STIFFNESS,
     TESTS, tests_of, VISCOUS_SHARE, WEAR, WEAR_FEATURES)
@@ -171,7 +172,7 @@ def _healthy(health: Health, column: int, window: Backlash | None) -> Said:
     warn = health.limits(tests_of(column)[0])[1]
     learning = bool(learnt) and not health.earlier
     if not LIMITS.open_std * feature.change_std < warn:
-        if count >= LIMITS.resolved and feature.change_std < LIMITS.unknown_growth:
+        if count >= RECENT and feature.change_std < WEAR.step_std:
             return Said('unresolved', {**numbers, 'std': percent(feature.change_std)}, Level.WARN)
         learning = True
     elif feature.newest:

@@ -55,7 +55,7 @@ class Sentence(NamedTuple):
 KNOWN = {
     'alert': ALERT, 'recording': RECORDING, 'test': SimpleNamespace(
         lags=LAGS, samples=MIN_SAMPLES, ljung_box=LJUNG_BOX_LIMIT, mean=MEAN_LIMIT,
-        settled=ALERT.settle + 1.0, twist_width=2 * ALERT.twist_sure)}
+        settled=ALERT.settle + 1.0, twist_width=2 * ALERT.deviations)}
 _KNOWN = re.compile(r'\$\{(\w+)\.(\w+):?([^}]*)\}')
 _DATA = tomllib.loads(files(__package__).joinpath('sentences.toml').read_text(encoding='utf-8'))
 _PAGES, _PIECES = _DATA.pop('page'), _DATA.pop('piece')

@@ -164,7 +164,7 @@ def _add(n: int, p: Array, P: Array, estimate: Array, sums: Sums) -> None:
     if p[FRICTION_AT] > 0.0:
         row[D_TORQUE] += estimate[sample_loop.E_TAU_E]
     variance = P[X3 * n + X3] + P[X4 * n + X4] - 2.0 * P[X3 * n + X4]
-    doubt = LIMITS.standstill * math.sqrt(max(variance, 0.0))
+    doubt = LIMITS.deviations * math.sqrt(max(variance, 0.0))
     add_row(sums, certainty(x3, doubt) if p[CC] != 0.0 and doubt > 0.0 else 1.0)
 
 

@@ -219,7 +219,7 @@ def _deviations(evidence: RobotEvidence, fit: RobotFit, candidates: Sequence[Can
     deviations, k = [(e.values, e.covariance) for e in estimates], len(evidence.labels)
     gains = np.array([e.gain - c.size for e, c in zip(estimates, candidates)])
     for i in np.argsort(-gains, kind='stable')[:WATCH_SETTINGS.fitted].tolist():
-        if gains[i] > WATCH_SETTINGS.likely * candidates[i].width:
+        if gains[i] > WATCH_SETTINGS.clipped * candidates[i].width:
             own = evidence.fit([candidates[i]], fit)
             deviations[i] = own.values, own.covariance[k:, k:] / np.outer(own.scale, own.scale)
             gains[i] = fit.deviance - own.deviance - candidates[i].size

@@ -407,7 +407,7 @@ def _with_states(watch: Watch, features: Features, groups: Sequence[Group]) -> W
         size, std = (_size if g.kind == TILT else _share)(
             mean - np.array(baseline)[:g.width], covariance, features, i)
         limit = s.kinds[g.kind].limit
-        judged = bool(std < s.power * limit and watch.states.seen[i] >= s.settle)
+        judged = bool(std < s.power * limit and watch.states.seen[i] >= s.lasting)
         off, off_std = _share(mean - level_of(watch.states, i, g.width)[0], covariance,
                               features, i)
         if judged and i == likeliest[g.place] and abs(off) - s.certain * off_std > limit:

@@ -126,7 +126,7 @@ def step_in(levels: Levels) -> LevelStep | None:
     if blocks < s.lasting:
         return None
     odds = np.array([_evidence(levels, np.ones(age))[0] for age in range(1, blocks + 1)])
-    odds[:, levels.seen < s.settle] = -np.inf
+    odds[:, levels.seen < s.lasting] = -np.inf
     age = 1 + int(np.unravel_index(np.argmax(odds), odds.shape)[0])
     gain = levels.gains[-age:].sum(axis=0) - _evidence(levels, np.ones(age))[1]
     f = int(np.argmax(gain))

@@ -53,15 +53,14 @@ class WatchSettings:
     patience: int = 15
     # Estimates of a block: friction less than this share of a joint's effort was not learnt;
     # shares that no change exceeds, so that coefficients which a block does not show stay finite;
-    # gain for each coefficient from which one of `fitted` candidates is fitted whole.
+    # candidates that are fitted whole if they gain `clipped` for each coefficient.
     least_friction: float = 1e-3
     widest: float = 10.0
-    likely: float = 9.0
     fitted: int = 8
-    # Steps: blocks in which one may have begun, and which it must have lasted; blocks between two
-    # changes of any state, as expected; probability of one that is taken; deviance by which its
-    # state explains more than any other; share of the evidence that remains without any one block.
-    recent: int = 9
+    # Steps begin in as many blocks as are learnt from. Blocks that one must have lasted, and
+    # with a state before it; blocks between two changes of any state, as expected;
+    # probability of one that is taken; deviance by which its state explains more than any
+    # other; share of the evidence that remains without any one block.
     lasting: int = 3
     often: float = 20000.0
     sure: float = 0.99
@@ -77,10 +76,9 @@ class WatchSettings:
     calm: float = 0.2
     clipped: float = 9.0
     correlation: float = 0.5
-    # Changes: blocks with a state before a change of it is judged; share of its limit that its
-    # deviation may have where it is judged; deviations by which an alarm exceeds its limit (99 %,
-    # one side); share of its limit below which a change has ended.
-    settle: int = 3
+    # Changes: share of its limit that the deviation of a state may have where it is judged;
+    # deviations by which an alarm exceeds its limit (99 %, one side); share of its limit
+    # below which a change has ended.
     power: float = 0.3
     certain: float = 2.33
     over: float = 0.5
@@ -99,6 +97,11 @@ class WatchSettings:
         WEIGHT: KindLimits(0.5, 0.005, 0.01, 0.1, 0.2),
         RIPPLE: KindLimits(0.1, 0.003, 0.005, 0.02, 0.05),
         TILT: KindLimits(1.0, 0.01, 0.02, 0.2, 0.4)}))
+
+    @property
+    def recent(self) -> int:
+        """Blocks in which a step may have begun."""
+        return self.part * self.parts
 
     @property
     def block_ns(self) -> int:

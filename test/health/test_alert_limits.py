@@ -86,7 +86,7 @@ def twist_of(share):
     rows[:, S_TAU_K_NOISE_STD] = 0.05
     shape = DRIVE.folded().transmission
     alone = 2.0 * (shape.half_gap + shape.hysteresis_width) + (
-        1.5 + 2.0 * LIMITS.twist_sure * 0.05) / shape.stiffness
+        1.5 + 2.0 * LIMITS.deviations * 0.05) / shape.stiffness
     rows[:, S_TWIST] = np.linspace(0.0, share * alone, 100)
     return bool(row_check.twist_range(rows, DRIVE)[0])
 
@@ -100,11 +100,11 @@ DECISIONS = [
     ('gate', lambda x: errors_of(single=x)),
     ('untrusted', lambda x: information_of(share=x)),
     ('unknown', lambda x: information_of(stated=x)),
-    ('learned_deviations', lambda x: learned_of(deviations=x)),
+    ('deviations', lambda x: learned_of(deviations=x)),
     ('learned_std', lambda x: learned_of(deviations=5.0, std=x)),
-    ('learned_probability', lambda x: learned_of(probability=x)),
+    ('most', lambda x: learned_of(probability=x)),
     ('twist_room', twist_of),
-    ('trend_deviations', lambda x: reach(0.1, 0.01, 0.02 * x, 0.02, 1.0) is not None)]
+    ('deviations', lambda x: reach(0.1, 0.01, 0.02 * x, 0.02, 1.0) is not None)]
 
 
 def test_a_value_just_below_and_just_above_decides_otherwise():
@@ -113,12 +113,12 @@ def test_a_value_just_below_and_just_above_decides_otherwise():
 
 
 def test_counts_decide_at_their_value():
-    assert mismatch_of(LIMITS.systematic_share) == Level.OK
-    assert mismatch_of(LIMITS.systematic_share + 1 / 200) == Level.WARN
-    rows = np.zeros((LIMITS.twist_rows, N_SMOOTHED))
+    assert mismatch_of(LIMITS.most) == Level.OK
+    assert mismatch_of(LIMITS.most + 1 / 200) == Level.WARN
+    rows = np.zeros((LIMITS.window_points, N_SMOOTHED))
     assert row_check.twist_range(rows, DRIVE) is not None
     assert row_check.twist_range(rows[1:], DRIVE) is None
-    assert row_check.passivity(rows[:LIMITS.passivity_rows - 1], DRIVE) is None
+    assert row_check.passivity(rows[:LIMITS.window_points - 1], DRIVE) is None
 
 
 def judged(white, dof=2.0):

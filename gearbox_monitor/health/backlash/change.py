@@ -448,7 +448,7 @@ class Tracker:
         growth, std = self.growth(column)
         moves, rate, rate_std, reach = bool(feature.found), 0.0, 0.0, None
         if moves and feature.moving >= WEAR.sure:
-            if abs(feature.slope) >= LIMITS.trend_deviations * feature.slope_std:
+            if abs(feature.slope) >= LIMITS.deviations * feature.slope_std:
                 unit = (1.0 + growth if PRIORS[column].logarithmic else 1.0) / self.settings.window
                 rate, rate_std = feature.slope * unit, feature.slope_std * unit
                 reach = wear.reach(growth, std, rate, rate_std, self.limits(limit)[2])

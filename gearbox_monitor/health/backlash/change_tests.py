@@ -56,8 +56,6 @@ class WearLimits:
     prior_windows: float = 10.0
     # Windows that hold the correlations of the features to 0.
     correlation_windows: float = 1.0
-    # Deviations of a difference of neighbours beyond which it is a change rather than noise.
-    wild: float = 3.0
     # Points that the stated spread of offsets counts as.
     offset_windows: float = 5.0
     # Stated deviation over that of the baseline, and over the change that requires a service, up

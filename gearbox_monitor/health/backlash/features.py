@@ -18,6 +18,7 @@ import numpy as np
 
 from gearbox_monitor.estimation.rts_smoother import (
     S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST, S_TWIST_RATE_NOISE_STD, S_X2, S_X3, S_X4)
+from gearbox_monitor.estimation.sample_loop import HUGE
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.elastic_regression import (
     BLOCKS, certainties, COLUMN_OF, COULOMB, D_TORQUE, D_TWIST, D_U, D_X3, data_of, ElasticLaw,
@@ -155,8 +156,8 @@ def fit(rows: Array, model: DriveModel, stamp_ns: int) -> Backlash | NotExcited:
         return without_gap('one_flank')
     if traversals < LIMITS.traversals:
         return NotExcited(stamp_ns, 'few_crossings', numbers={'count': traversals})
-    if theta[STIFFNESS] <= LIMITS.loaded * math.sqrt(max(fitted.covariance[STIFFNESS, STIFFNESS],
-                                                         0.0)):
+    variance = max(fitted.covariance[STIFFNESS, STIFFNESS], 0.0)
+    if theta[STIFFNESS] <= LIMITS.deviations * math.sqrt(variance):
         return NotExcited(stamp_ns, 'no_stiffness')
     tau_k = _transmitted(data, theta)
     load = _rms(tau_k, certain)
@@ -180,7 +181,7 @@ def _missing(rows: Array) -> str:
     """Return the code of what `rows` lack before anything is fitted, '' for nothing."""
     if len(rows) < LIMITS.window_points:
         return 'few_samples'
-    if not (np.abs(rows) < LIMITS.plausible).all():  # NaN is not, either
+    if not (np.abs(rows) < HUGE).all():  # NaN is not, either
         return 'implausible'
     if not np.ptp(rows[:, S_TWIST]) > 0.0:
         return 'no_twist'
@@ -191,13 +192,13 @@ def _missing(rows: Array) -> str:
 
 def _loaded_shares(rows: Array) -> tuple[float, float]:
     """Return the shares of samples that load the upper and the lower flank."""
-    loaded = rows[:, S_TAU_K] / np.maximum(LIMITS.loaded * rows[:, S_TAU_K_NOISE_STD], 1e-300)
+    loaded = rows[:, S_TAU_K] / np.maximum(LIMITS.deviations * rows[:, S_TAU_K_NOISE_STD], 1e-300)
     return float((loaded > 1.0).mean()), float((loaded < -1.0).mean())
 
 
 def _weights(rows: Array, model: DriveModel) -> Array:
     """Return weights [N] that fall where the speed may be 0, and friction anything."""
-    doubt = LIMITS.standstill * float(np.median(rows[:, S_TWIST_RATE_NOISE_STD]))
+    doubt = LIMITS.deviations * float(np.median(rows[:, S_TWIST_RATE_NOISE_STD]))
     if model.coulomb_friction == 0.0 or doubt == 0.0:
         return np.ones(len(rows))
     weights = np.empty(len(rows))
@@ -316,7 +317,7 @@ def fit_all(regression: Regression, theta: Array, variance: float, expected: Arr
         theta[GAIN] = 0.0
         theta, covariance = refit(theta, free)
     theta_free, covariance_free = theta, covariance
-    width, doubt = theta[WIDTH], LIMITS.loaded * math.sqrt(max(covariance[WIDTH, WIDTH], 0.0))
+    width, doubt = theta[WIDTH], LIMITS.deviations * math.sqrt(max(covariance[WIDTH, WIDTH], 0.0))
     if width < -doubt:
         passive_theta = theta.copy()
         passive_theta[WIDTH], passive_theta[HEIGHT] = -width, -width * theta[STIFFNESS]
@@ -416,7 +417,7 @@ def _features(rows: Array, stamp_ns: int, fitted: _Fit, flank: float, traversals
 
 def shows_motion(rows: Array) -> bool:
     """Return whether `rows` are enough, and values of a drive, for lost_motion_of."""
-    return len(rows) >= LIMITS.window_points and bool((np.abs(rows) < LIMITS.plausible).all())
+    return len(rows) >= LIMITS.window_points and bool((np.abs(rows) < HUGE).all())
 
 
 def lost_motion_of(rows: Array) -> tuple[float, float]:

@@ -37,8 +37,8 @@ def is_locked(samples: Samples) -> bool:
     sigma, quantum = noise_levels(y)
     motor, arm = np.ptp(y, axis=0)
     return bool(motor <= LIMITS.locked_share * arm
-                and motor <= LIMITS.locked_still * sigma[0] + 2.0 * quantum[0] + 1e-12
-                and arm > LIMITS.locked_turned * sigma[1] + 2.0 * quantum[1])
+                and motor <= LIMITS.locked_noise * sigma[0] + 2.0 * quantum[0] + 1e-12
+                and arm > LIMITS.locked_noise * sigma[1] + 2.0 * quantum[1])
 
 
 def locked_windows(samples: Samples) -> list[Backlash | NotExcited]:

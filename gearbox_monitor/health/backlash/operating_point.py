@@ -14,6 +14,7 @@ from typing import Self
 
 import numpy as np
 
+from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.backlash.change_tests import FEATURES, HYSTERESIS, WEAR
 from gearbox_monitor.health.backlash.features import Backlash
 from gearbox_monitor.kernels.types import Array
@@ -86,7 +87,7 @@ class OperatingPoint:
         off = values - self.previous - slopes * (kelvin - self.kelvin)
         std = np.sqrt(2.0 * excess * self.variance())
         with np.errstate(divide='ignore', invalid='ignore'):
-            off = np.clip(off / std, -WEAR.wild, WEAR.wild)
+            off = np.clip(off / std, -LIMITS.deviations, LIMITS.deviations)
         finite, fresh = np.isfinite(off), np.isfinite(values)
         return replace(
             self, squares=self.squares + DIFFERENCE * np.where(

@@ -375,7 +375,7 @@ def reach(growth: float, growth_std: float, slope: float, slope_std: float, limi
     Returns:
         The times; latest is inf where the slope may be that small.
     """
-    if not slope > LIMITS.trend_deviations * slope_std:
+    if not slope > LIMITS.deviations * slope_std:
         return None
     remaining, slow = limit - growth, slope - 2.0 * slope_std
     if remaining <= 0.0:

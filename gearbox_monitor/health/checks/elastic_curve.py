@@ -49,7 +49,7 @@ from gearbox_monitor.plant.effects import EFFECTS
 TORQUE, TWIST = [VISCOUS, COULOMB, GAIN], [SCALE, DELAY]
 ERRORS = {GAIN: 'elastic_gain', SCALE: 'elastic_scale', DELAY: 'elastic_delay_s',
           VISCOUS: 'elastic_viscous', COULOMB: 'elastic_coulomb'}  # as they are published
-SIGMA = LIMITS.curve_sigma
+SIGMA = LIMITS.deviations
 # Of Student's t, as scipy.special has it: it takes longer to load than all of this.
 OFTEN = LIMITS.curve_often  # not in a block or two
 RULE = Damping(1e-3, relative=1e-12)
@@ -118,7 +118,7 @@ def _weights(rows: Array, drive: DriveModel) -> Array:
     """Return weights [N] that fall where the speed may be 0, and friction anything."""
     if drive.coulomb_friction == 0.0:
         return np.ones(len(rows))
-    doubt = LIMITS.standstill * middle(rows[:, S_TWIST_RATE_NOISE_STD])
+    doubt = LIMITS.deviations * middle(rows[:, S_TWIST_RATE_NOISE_STD])
     ratio = (rows[:, S_X3] / max(doubt, 1e-12)) ** 2
     return LIMITS.curve_standstill_weight + ratio / (1.0 + ratio)
 

@@ -60,10 +60,10 @@ def check(systematic: Systematic, stamp_ns: int, window: float, unknown_load: bo
     """
     seconds = systematic.seconds(stamp_ns, window)
     values = {'systematic_s': float(seconds),
-              'systematic_s_threshold': LIMITS.systematic_share * window,
+              'systematic_s_threshold': LIMITS.most * window,
               'window_s': window}
     hidden = (Said('load_hides'),) if unknown_load else ()
-    return outcome_of([MISSING.said()] if seconds > LIMITS.systematic_share * window else [],
+    return outcome_of([MISSING.said()] if seconds > LIMITS.most * window else [],
                       Said('holds', {'hidden': hidden}), values)
 
 
@@ -81,7 +81,7 @@ def learned_curve(values: Mapping[str, float], drive: DriveModel,
         parameters: how far the values may be from it.
 
     """
-    if not values or values.get(f'probability_{LEARNED}', 1.0) < LIMITS.learned_probability:
+    if not values or values.get(f'probability_{LEARNED}', 1.0) < LIMITS.most:
         return []
     shape, broken = drive.transmission, list[Said]()
     for condition, key, unit, model, tolerance in (
@@ -89,7 +89,7 @@ def learned_curve(values: Mapping[str, float], drive: DriveModel,
             (GAP, 'learned_gap', '_rad', 2.0 * shape.half_gap, parameters.gap_error)):
         value, std = values[key + unit], values[f'{key}_std{unit}']
         beyond = max(value - model * (1.0 + tolerance), model / (1.0 + tolerance) - value)
-        if (std < LIMITS.learned_std * value and beyond > LIMITS.learned_deviations * std
+        if (std < LIMITS.learned_std * value and beyond > LIMITS.deviations * std
                 and model > 0.0):
             broken.append(condition.said(factor=value / model))
     return broken

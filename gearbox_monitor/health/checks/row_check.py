@@ -77,12 +77,12 @@ def passivity(rows: Array, drive: DriveModel) -> Result:
     Returns:
         The Result; None if they do not show it.
     """
-    if len(rows) < LIMITS.passivity_rows:
+    if len(rows) < LIMITS.window_points:
         return None
     torque, twist, rate = rows[:, S_TAU_K], rows[:, S_TWIST], rows[:, S_X3] - rows[:, S_X4]
     moved = torque.std(), twist.std(), float(np.sqrt(np.mean(rate ** 2)))
     stds = S_TAU_K_NOISE_STD, S_TWIST_NOISE_STD, S_TWIST_RATE_NOISE_STD
-    if not all(size > LIMITS.moved * middle(rows[:, std]) for size, std in zip(moved, stds)):
+    if not all(size > LIMITS.deviations * middle(rows[:, std]) for size, std in zip(moved, stds)):
         return None
     correlation = float(np.mean((torque - torque.mean()) * (twist - twist.mean()))
                         / (moved[0] * moved[1]))
@@ -98,7 +98,7 @@ def passivity(rows: Array, drive: DriveModel) -> Result:
     return [AGAINST.said()] if against else [], values
 
 
-PASSIVITY = RowCheck('torque_twist', LIMITS.passivity_window, passivity, (AGAINST,), (
+PASSIVITY = RowCheck('torque_twist', LIMITS.error_window, passivity, (AGAINST,), (
     ('torque_twist_correlation', '-', 'of smoothed torque and twist, 2 s'),
     ('torque_twist_correlation_threshold', '-', 'WARN below'),
     ('torque_twist_power', '-', 'mean of torque times twist rate, without what a spring gives '
@@ -117,11 +117,11 @@ def twist_range(rows: Array, drive: DriveModel) -> Result:
     rows: [N, N_SMOOTHED]; drive: of the filter. None where they are too few. The zero of the
     encoders against each other does not matter: only the range of the twist does.
     """
-    if len(rows) < LIMITS.twist_rows:
+    if len(rows) < LIMITS.window_points:
         return None
     shape = drive.folded().transmission
     torque = float(np.ptp(rows[:, S_TAU_K])
-                   + 2.0 * LIMITS.twist_sure * middle(rows[:, S_TAU_K_NOISE_STD]))
+                   + 2.0 * LIMITS.deviations * middle(rows[:, S_TAU_K_NOISE_STD]))
     allowed = LIMITS.twist_room * (2.0 * (shape.half_gap + shape.hysteresis_width)
                                    + torque / shape.stiffness)
     twist = float(np.ptp(rows[:, S_TWIST]))
@@ -129,6 +129,6 @@ def twist_range(rows: Array, drive: DriveModel) -> Result:
             {'twist_range': twist, 'twist_range_threshold': allowed})
 
 
-TWIST_RANGE = RowCheck('twist_range', LIMITS.twist_window, twist_range, (BEYOND,), (
+TWIST_RANGE = RowCheck('twist_range', LIMITS.curve_window, twist_range, (BEYOND,), (
     ('twist_range', 'rad', 'range of the smoothed twist, 10 s'),
     ('twist_range_threshold', 'rad', 'ERROR above')), down=1)
