@@ -36,7 +36,7 @@ from gearbox_monitor.errors import InputError, installed_by
 from gearbox_monitor.files.opening import config_path, load_robot
 from gearbox_monitor.files.yaml_files import save_model
 from gearbox_monitor.library.progress import Bar, count_bar
-from gearbox_monitor.parameters import FILTER_NAMES, RecorderParameters
+from gearbox_monitor.parameters import RecorderParameters
 from gearbox_monitor.presentation import number
 from gearbox_monitor.recordings.topics import SNAPSHOT
 from gearbox_monitor.robot import arm_plant
@@ -73,20 +73,16 @@ class Demo:
     rate = 500.0                    # Hz
     plant = 'plant'                 # name of its node
     gearboxes: tuple[str, ...] = ('',)
-    filters: tuple[str, ...] = FILTER_NAMES
 
     def __init__(self, args: Namespace, interrupt: Interrupt) -> None:
         """Check `args` and create the directory; `interrupt` ends early. Raises InputError."""
         shortest, usual = self.durations
         self.duration = usual if args.duration is None else args.duration
-        if args.filter not in self.filters:
-            raise InputError(f'--filter: {args.filter!r}, expected one of '
-                             f'{", ".join(self.filters)}{" with --robot" * args.robot}')
         if not shortest <= self.duration <= 86400.0:
             raise InputError(f'--duration: {self.duration:g}, expected {shortest:g} to 86400 s '
                              f'(the gap is measured in windows of {shortest / WINDOWS:.2g} s or '
                              'more)')
-        self.filter, self.fault = args.filter, not args.no_fault
+        self.fault = not args.no_fault
         self.interrupt = interrupt
         self.out = Path(args.out or time.strftime('gearbox_demo_%Y_%m_%d-%H_%M_%S'))
         self.bag = self.out / 'bag'
@@ -128,7 +124,7 @@ class Demo:
         for name in ('ROS_LOCALHOST_ONLY', 'ROS_STATIC_PEERS'):
             os.environ.pop(name, None)  # they would override the range
         os.environ.update(ROS_DOMAIN_ID=str(domain), ROS_AUTOMATIC_DISCOVERY_RANGE='LOCALHOST')
-        print(f'{self.out}: {self.duration:g} s at {self.rate:g} Hz, filter {self.filter}, '
+        print(f'{self.out}: {self.duration:g} s at {self.rate:g} Hz, '
               + (f'the backlash{f" of {self.gearboxes[0]}" * bool(self.gearboxes[0])} grows'
                  if self.fault else 'no fault')
               + '\nTo look in with ros2 tools: export '
@@ -159,7 +155,7 @@ class Demo:
     def start_monitoring(self) -> None:
         """Start recorder and estimator."""
         self.start_recorder()
-        self.start('estimator', filter=self.filter, tau_k_model='mixed', arm_load='model',
+        self.start('estimator', tau_k_model='mixed', arm_load='model',
                    drift_window=self.window, **DRIFT, **RELIABLE)
 
     def start_recorder(self, **parameters: Any) -> None:
@@ -261,7 +257,6 @@ class RobotDemo(Demo):
     durations = ROBOT_MIN_DURATION, 60.0
     plant = 'arm_plant'
     rate = 250.0  # Hz, for six filters on a small machine
-    filters = ('ekf',)  # takes the load by a description, and tau_K by its curve
 
     def __init__(self, *arguments: Any) -> None:
         """Take the `arguments` of Demo; write a model file of each joint."""
@@ -287,7 +282,7 @@ class RobotDemo(Demo):
         file.write_text('# The gearboxes of the arm, as the demo monitors them.\n'
                         + yaml.safe_dump({
                             'estimator': {'ros__parameters': {
-                                'gearboxes': list(self.gearboxes), 'filter': self.filter,
+                                'gearboxes': list(self.gearboxes),
                                 'robot_description': self._description,
                                 'drift_window': self.window, **DRIFT, **{
                                     name: {'model': str(self.out / f'{name}.yaml'),
@@ -352,7 +347,7 @@ def evaluated(reader: Any, demo: Any) -> dict[str, Any]:
     missing = expected - len(stamps), expected - 1 - reader.count('/transmission_state')
     return {
         'summary': pages.headline, 'page': str(pages.page), 'bag': str(demo.bag),
-        'filter': demo.filter, 'duration_s': float(demo.duration), 'rate_hz': demo.rate,
+        'duration_s': float(demo.duration), 'rate_hz': demo.rate,
         'samples': len(stamps), 'samples_expected': expected,
         'samples_missing': missing[0], 'estimates_missing': missing[1],
         'starved': max(missing) >= MAX_LOSS * expected, 'joints': joints,
@@ -387,9 +382,8 @@ def text(data: Mapping[str, Any]) -> str:
     verdicts = {joint.get('replay_identical', 'not compared') for joint in joints.values()}
     lines = [
         data['summary'], *([SLOW] if data['starved'] else []), '',
-        f'samples      {data["samples"]} of {data["samples_expected"]} at {data["rate_hz"]:g} Hz, '
-        f'filter {data["filter"]}; dropped: {data["samples_missing"]} samples, '
-        f'{data["estimates_missing"]} estimates',
+        f'samples      {data["samples"]} of {data["samples_expected"]} at {data["rate_hz"]:g} Hz; '
+        f'dropped: {data["samples_missing"]} samples, {data["estimates_missing"]} estimates',
         f'replay       identical: {", ".join(sorted(verdicts - {"yes"})) or "yes"} ({identical} '
         'messages bit for bit' + f'; {compared - identical} follow a loss' * (
             identical < compared) + ')']

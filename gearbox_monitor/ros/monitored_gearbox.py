@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 import json
 import math
 import re
-import time
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
 from rclpy.publisher import Publisher
+from rclpy.wait_for_message import wait_for_message
 from sensor_msgs.msg import Temperature
 from std_msgs.msg import String
 
@@ -45,7 +45,7 @@ from gearbox_monitor.ros.convert import (
     GearboxNames, RawSample, to_diagnostics, to_snapshot, to_status)
 from gearbox_monitor.ros.gearbox_input import GearboxInput
 from gearbox_monitor.ros.runtime import (
-    advertise, best_effort, declare, drain, latched, subscribe, subscribe_polled, TableNode)
+    advertise, best_effort, declare, latched, subscribe, TableNode)
 
 # What two gearboxes may not share: names in messages, files of their own.
 OWN = ('motor_joint', 'arm_joint', 'baseline_file', 'drift_state_file')
@@ -139,17 +139,12 @@ def _robot_of(node: Node, source: str) -> RobotDescription:
     """
     if not source.startswith(TOPIC):
         return load_robot(source)
-    subscription = subscribe_polled(node, String, source.removeprefix(TOPIC), latched())
-    topic = subscription.topic_name
+    topic = node.resolve_topic_name(source.removeprefix(TOPIC))
     node.get_logger().info(f'waiting for the robot description on {topic}')
-    try:
-        end = time.monotonic() + PATIENCE
-        while time.monotonic() < end and node.context.ok():
-            for message, _ in drain(subscription):
-                return parse(message.data, topic)
-            time.sleep(0.05)
-    finally:
-        node.destroy_subscription(subscription)
+    came, message = wait_for_message(String, node, topic, qos_profile=latched(),
+                                     time_to_wait=PATIENCE)
+    if came:
+        return parse(message.data, topic)
     raise InputError(f'robot_description: {topic}: nothing came in {PATIENCE:g} s, expected a '
                      'robot description, as robot_state_publisher gives it')
 

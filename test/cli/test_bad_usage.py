@@ -19,8 +19,8 @@ USAGE = [
     (['accept', 'BAG', '--confidence', 'x'], "--confidence: 'x', expected a number;"),
     (['check', 'BAG', '--topic'], '--topic: no value, expected one argument;'),
     (['check', 'BAG', 'BAG2'], 'BAG2: one argument too many, expected none;'),
-    (['demo', '--fliter', 'ekf'],
-     "--fliter: no option of this command, did you mean '--filter'?;"),
+    (['demo', '--duratoin', '20'],
+     "--duratoin: no option of this command, did you mean '--duration'?;"),
     (['live', '--port', 'x'], "--port: 'x', expected a whole number from 0 to 65535;"),
     (['diagnose', 'BAG', '--model', 'M', '--re', 'x'],
      '--re: expected one of --recorded-motor, ')]
