@@ -195,9 +195,9 @@ class Demo:
         self.check_interrupt()
         return Watcher('demo', domain, self.gearboxes)
 
-    def spin(self, watcher: Any, seconds: float = 0.1) -> None:
-        """Let `watcher` receive for so many `seconds`; check the nodes and Ctrl-C."""
-        watcher.spin(seconds)
+    def spin(self, watcher: Any) -> None:
+        """Let `watcher` receive for a while; check the nodes and Ctrl-C."""
+        watcher.spin(0.1)
         for child in self.children:
             child.check()
             if child.name != self.plant and not child.running:

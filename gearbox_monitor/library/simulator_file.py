@@ -189,14 +189,13 @@ class SimulatorFile(Shown, Saved):
     A model in the terms of a simulator.
 
     to: one of TARGETS. into: the file that was patched. before: its bytes. patch: its changes.
-    drive: in the MJCF file, None in a URDF. notes: on forces that act in the file alone.
+    notes: on forces that act in the file alone.
     """
 
     to: str
     into: Path
     before: bytes
     patch: Patch
-    drive: MjcfDrive | None
     notes: tuple[str, ...]
 
     @property
@@ -253,10 +252,10 @@ def export_model(model: DriveModel, to: str, into: str | Path, *, joint: str,
     path = expect_path(into, 'into', 'an MJCF or URDF file')
     if to == 'urdf':
         data = read_file(path)
-        return SimulatorFile(to, path, data, patched_urdf(data, path, joint, model), None, ())
+        return SimulatorFile(to, path, data, patched_urdf(data, path, joint, model), ())
     values, exported = values_of(model)
     drive = read_mjcf(path, joint, arm_joint, keyframe, actuator, root)
-    return SimulatorFile(to, path, drive.document.data, patched(drive, values, exported), drive, (
+    return SimulatorFile(to, path, drive.document.data, patched(drive, values, exported), (
         *_of_effort(drive, model), *_of_law(model), *_beyond(drive)))
 
 
@@ -270,12 +269,12 @@ def written_model(file: SimulatorFile, model: DriveModel, **reading: Any) -> Dri
         reading: keyframe, actuator and root, see export_model.
     """
     joint, arm_joint = file.patch.joints
-    return in_units(drive_of(
+    return _in_units(drive_of(
         file.patch.data, file.into, (joint, arm_joint), reading.get('keyframe'),
         reading.get('actuator'), reading.get('root')), model)
 
 
-def in_units(drive: MjcfDrive, model: DriveModel) -> DriveModel:
+def _in_units(drive: MjcfDrive, model: DriveModel) -> DriveModel:
     """Return a `drive` in a file; tolerances and units of efforts are those of `model`."""
     outside = {key: value for key, value in model.to_dict().items() if key not in (
         *model_values(values_in(drive)), 'axis', 'gear_ratio', 'torque_constant', 'controller')}
@@ -338,7 +337,7 @@ def with_backlash(into: str | Path, backlash: float, *, joint: str,
                          damping=2.0 * DAMPING_RATIO * inertia * omega)
         notes = [str(said('file_stiffness', stiffness=values.stiffness, unit=unit,
                           timestep=drive.timestep, frequency=omega / 2.0 / math.pi))]
-    return SimulatorFile('mjcf', path, drive.document.data, patched(drive, values, ()), drive,
+    return SimulatorFile('mjcf', path, drive.document.data, patched(drive, values, ()),
                          tuple(notes))
 
 

@@ -129,18 +129,20 @@ RMWError = rclpy_implementation.RMWError
 UnknownROSArgsError = rclpy_implementation.UnknownROSArgsError
 
 
+EVENT_PERIOD, EVENT_WINDOW = 0.25, 0.01  # s
+
+
 class PolledCallbackGroup(CallbackGroup):
     """
     Group whose subscriptions the executor leaves alone; :func:`drain` takes their messages.
 
     Waking an executor costs about 200 us of CPU per message, taking one in a loop about 10 us.
-    Event handlers of the subscriptions (message lost, incompatible QoS) run for `event_window` (s)
-    every `event_period` (s): while the executor waits for an event, each message wakes it, too.
+    Event handlers of the subscriptions (message lost, incompatible QoS) run for EVENT_WINDOW
+    every EVENT_PERIOD: while the executor waits for an event, each message wakes it, too.
     """
 
-    def __init__(self, event_period: float = 0.25, event_window: float = 0.01) -> None:
+    def __init__(self) -> None:
         super().__init__()
-        self._period, self._window = event_period, event_window
         self._open_until = 0.0
 
     def can_execute(self, entity: object) -> bool:
@@ -148,8 +150,8 @@ class PolledCallbackGroup(CallbackGroup):
         if isinstance(entity, Subscription):
             return False
         time_s = time.monotonic()
-        if time_s > self._open_until + self._period:
-            self._open_until = time_s + self._window
+        if time_s > self._open_until + EVENT_PERIOD:
+            self._open_until = time_s + EVENT_WINDOW
         return time_s < self._open_until
 
     def beginning_execution(self, entity: object) -> bool:

@@ -61,7 +61,7 @@ def test_a_drive_with_an_effect_is_told_kept_and_named(graph, tmp_path):
     values = {v.key: v.value for v in status('model').values}
     assert values['command'] == 'ros2 service call /estimator/keep_recording std_srvs/srv/Trigger'
     assert float(values['systematic_s']) > float(values['systematic_s_threshold']) == 2.5
-    graph.until(lambda: len(efforts) > 500 * 12, 'a recording that is long enough')
+    graph.until(lambda: len(efforts) > 500 * 15, 'a recording that is long enough')
     client = graph.node.create_client(Trigger, 'estimator/keep_recording')
     graph.until(client.service_is_ready, 'service')
     both = [client.call_async(asked) for _ in range(2)]

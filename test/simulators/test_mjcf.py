@@ -350,8 +350,8 @@ def test_backlash_by_its_width(tmp_path):
         path.write_text(text)
         names = ('elbow', None) if 'elbow' in text else ('motor', 'arm')
         file = with_backlash(path, 0.012, joint=names[0], arm_joint=names[1], **change)
-        before, after = values_in(file.drive), values_in(drive_of(file.patch.data, path,
-                                                                  file.patch.joints))
+        before, after = (values_in(drive_of(*of)) for of in (
+            (file.before, path, names), (file.patch.data, path, file.patch.joints)))
         assert 2.0 * after.half_gap == pytest.approx(0.012) and not after.rigid
         assert after.stiffness == pytest.approx(change.get('stiffness') or before.stiffness
                                                 or after.stiffness) and after.stiffness > 0.0
