@@ -39,7 +39,7 @@ from gearbox_monitor.plant.faults import Excitation, Faults, FaultyPlant  # noqa
 from gearbox_monitor.plant.simulate import Noise  # noqa: E402
 from gearbox_monitor.recordings.topics import signal_values, SIGNALS  # noqa: E402
 from gearbox_monitor.report.live_page import (  # noqa: E402
-    GearboxHistory, live_frame, LivePage, StatusAlert)
+    GearboxHistory, live_frame, LivePage)
 from gearbox_monitor.report.recording_page import recording_page  # noqa: E402
 from gearbox_monitor.report.timeline import (  # noqa: E402
     MonitorFollower, RecordingFacts, State, Timeline)
@@ -287,8 +287,8 @@ def live(folder: Path) -> Iterator[str]:
                                dict(published(name, outcome.figures)))
         if monitor.health.stages().get('backlash'):
             outcome = monitor.outcomes['backlash']
-            gearbox.add_alert(StatusAlert(State(outcome.level, 'backlash', outcome.message),
-                                          '2026-03-02 08:00:46'))
+            gearbox.add_alert(State(outcome.level, 'backlash', outcome.message),
+                              '2026-03-02 08:00:46')
             wears = True
             break
     if not wears:

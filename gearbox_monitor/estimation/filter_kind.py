@@ -79,16 +79,6 @@ class Adaptation(NamedTuple):
     guards: Callable[[Array], dict[str, int]]
 
 
-def no_memory(n: int) -> int:
-    """Return 0: a filter of `n` states that carries nothing besides z and P."""
-    return 0
-
-
-def no_warnings(n: int, parameters: EstimatorParameters) -> list[str]:
-    """Return [], whatever the number of states `n` and the `parameters` are."""
-    return []
-
-
 @inline
 def unchanged(memory: Array, p: Array) -> Array:
     """Return `p`, whatever the `memory` of the filter holds."""
@@ -117,10 +107,10 @@ class FilterKind:
     step: Step
     n_vectors: int = 1
     n_matrices: int = 1
-    memory_size: Callable[[int], int] = no_memory
+    memory_size: Callable[[int], int] = lambda n: 0
     resume: Callable[[Array], None] = forget
     in_use: Callable[[Array, Array], Array] = unchanged
-    warnings: Callable[[int, EstimatorParameters], list[str]] = no_warnings
+    warnings: Callable[[int, EstimatorParameters], list[str]] = lambda n, parameters: []
     adaptation: Adaptation | None = None
     tau_k_models: tuple[str, ...] = (RANDOM_WALK,)
 

@@ -16,7 +16,7 @@ Public names, by module:
     explanation: ALL_CONDITIONS, Explanation, explanations
     fleet_page: CSV_NAME, fleet_csv, fleet_page, headline, joint_name, robots_headline,
         robots_page
-    live_page: GearboxHistory, live_frame, LivePage, StatusAlert, WatchNews
+    live_page: GearboxHistory, live_frame, LivePage, WatchNews
     plots: figure
     recording_page: backlash_chart, figures, headline, overview, recording_page, robot_page
     robot_gap_page: by_effect, robot_gap_page, RobotContext

@@ -62,14 +62,6 @@ class RecentMotion:
     tau_k: Array
 
 
-@dataclass(frozen=True)
-class StatusAlert:
-    """A change on drift_alerts: the state of its component, and the time of day."""
-
-    state: State
-    when: str
-
-
 class GearboxHistory:
     """
     The newest of the gearbox `name`, from its messages.
@@ -85,7 +77,7 @@ class GearboxHistory:
         self.changes = 0
         self.levels: dict[str, LevelSpans] = {}
         self.windows: deque[WindowBacklash] = deque(maxlen=MAX_WINDOWS)
-        self.alerts: deque[StatusAlert] = deque(maxlen=MAX_ALERTS)
+        self.alerts: deque[str] = deque(maxlen=MAX_ALERTS)
         self.tau_k_std = math.nan
         self._published = PublishedWindows()
         self._stamps = np.empty(0, np.int64)
@@ -130,9 +122,9 @@ class GearboxHistory:
             text = values.get('tau_k_std', '')
             self.tau_k_std = float(text) if is_number(text) else math.nan
 
-    def add_alert(self, alert: StatusAlert) -> None:
-        """Take an `alert`."""
-        self.alerts.append(alert)
+    def add_alert(self, state: State, when: str) -> None:
+        """Take a change on drift_alerts to a `state`, and the time of day `when` it came."""
+        self.alerts.append(f'{when}: {state}')
         self.changes += 1
 
     def worst(self) -> State:
@@ -367,4 +359,4 @@ def _condition(gearbox: GearboxHistory) -> Section:
         'levels': Chart('Levels', lanes, 'time (min)', span=(-last, 0.0), zoom=False),
         'components': PageTable(('level', 'component', 'message'), [
             (LEVELS[state.level], state.component, state.message) for state in states]),
-        'alerts': [f'{alert.when}: {alert.state}' for alert in reversed(gearbox.alerts)]})
+        'alerts': [*reversed(gearbox.alerts)]})

@@ -27,7 +27,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.recordings.topics import (
     DIAGNOSTICS, DRIFT_ALERTS, FINDINGS, ROBOT_DESCRIPTION, SIGNALS, SNAPSHOT, TRANSMISSION)
 from gearbox_monitor.report.live_page import (
-    GearboxHistory, live_frame, LivePage, StatusAlert, WatchNews)
+    GearboxHistory, live_frame, LivePage, WatchNews)
 from gearbox_monitor.report.timeline import state_of
 from gearbox_monitor.ros.convert import stamp_of
 from gearbox_monitor.ros.runtime import (
@@ -282,8 +282,8 @@ class LiveNode(Node):
         for status in message.status:
             gearbox, component = self._ours(status)
             if gearbox is not None:
-                gearbox.add_alert(StatusAlert(
-                    state_of(component, int(level_of(status)), status.message, {}), when))
+                gearbox.add_alert(
+                    state_of(component, int(level_of(status)), status.message, {}), when)
 
     def close(self) -> None:
         """End the server."""

@@ -14,7 +14,7 @@ import pytest
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.report.live_page import (
-    GearboxHistory, live_frame, live_summary, LivePage, StatusAlert)
+    GearboxHistory, live_frame, live_summary, LivePage)
 from gearbox_monitor.report.timeline import State
 from gearbox_monitor.ros import live_node
 from gearbox_monitor.ros.live_node import EventServer
@@ -78,7 +78,7 @@ def test_memory_is_bounded():
     for k in range(100):  # at 100 kHz, and levels that change with each message
         history.add_motion(T0 + 10 ** 12 + np.arange(5000) * 10_000 + k * 50 * MS,
                            np.ones((5000, 2)))
-        history.add_alert(StatusAlert(State(1, 'backlash', 'grown'), 'today'))
+        history.add_alert(State(1, 'backlash', 'grown'), 'today')
     for k in range(5000):
         history.add_status(1000.0 + k, 'model', k % 2, '', {})
     assert len(history._stamps) == 20_000 and len(history.alerts) == 20
@@ -151,7 +151,7 @@ def test_what_only_diagnostics_change_is_drawn_when_they_do():
     history, page = judged(gearbox()), LivePage()
     first, second = (page.parts([history], '', 700.0)['condition0'] for _ in range(2))
     assert first is second
-    history.add_alert(StatusAlert(State(2, 'backlash', 'grown'), 'today'))
+    history.add_alert(State(2, 'backlash', 'grown'), 'today')
     assert 'today: backlash ERROR: grown' in page.parts([history], '', 700.0)['condition0']
 
 
