@@ -58,7 +58,7 @@ RESET = {'reset_motor_rad': sample_loop.E_X1, 'reset_arm_rad': sample_loop.E_X2,
 WHITE, INNOVATIONS, INNOVATION_STDS = (slice(column, column + 2) for column in (
     sample_loop.E_WHITE_1, sample_loop.E_INNOVATION_MOTOR, sample_loop.E_INNOVATION_STD_MOTOR))
 STATE_COLUMNS = {'tau_arm': sample_loop.E_TAU_ARM, 'tau_e': sample_loop.E_TAU_E}
-MEDIAN_STRIDE = 8
+MEDIAN_STRIDE = 8  # of rows that a median is of: sorting all is slow, few will do
 NO_DATA, NOT_EVALUATED, NO_ESTIMATES = (Outcome.of(Level.WARN, code) for code in (
     'no_data_yet', 'not_evaluated', 'no_estimates'))
 # Components that a change of the gearbox or of its friction affects.
@@ -442,7 +442,7 @@ class Monitor:
         return broken, values
 
     def _check_covariance(self, rows: Array) -> Outcome:
-        stated, std = (_median(rows[:, column]) for column in (
+        stated, std = (middle(rows[::MEDIAN_STRIDE, column]) for column in (
             sample_loop.E_STD + TAU_K, sample_loop.E_MOTOR_SIDE_NOISE_STD))
         if self._reference is None:
             self._references.append(std)
@@ -586,12 +586,6 @@ class Monitor:
 def _count_after(stamps: Integers, now_ns: int, window: float) -> int:
     """Return how many of `stamps` [W] lie in the last `window` s before `now_ns`."""
     return int(len(stamps) - np.searchsorted(stamps, now_ns - round(window * SECOND), 'right'))
-
-
-def _median(values: Array) -> float:
-    """Return the median of some of the `values` [W]: sorting all is slow, few will do."""
-    ordered = np.sort(values[::MEDIAN_STRIDE])
-    return float(ordered[len(ordered) // 2])
 
 
 def _by_reason(counts: Integers) -> dict[str, int]:

@@ -177,7 +177,7 @@ def test_correlation_and_power_are_those_of_the_phase_between_torque_and_twist()
     t = np.linspace(0.0, 6.0 * np.pi, n)
     rows = np.zeros((n, N_SMOOTHED))
     rows[:, S_TWIST], rows[:, S_TAU_K] = 0.3 * np.sin(t), 2.0 * np.sin(t + phase)
-    rows[:, S_X3] = 0.3 * np.cos(t)
+    rows[:, S_X3] = 0.9 * np.cos(t)
     rows[:, [S_TAU_K_NOISE_STD, S_TWIST_NOISE_STD, S_TWIST_RATE_NOISE_STD]] = 1e-6
     _, values = passivity(rows, MODEL)
     assert values['torque_twist_correlation'] == pytest.approx(np.cos(phase), abs=1e-3)

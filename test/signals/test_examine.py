@@ -18,7 +18,7 @@ from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.write import BagWriter
-from gearbox_monitor.signals import stamps, torque
+from gearbox_monitor.signals import checks, stamps, torque
 from gearbox_monitor.signals.examine import examine, joined
 from gearbox_monitor.signals.finding import BAD, OK, PURPOSES, WARN
 
@@ -69,6 +69,7 @@ def test_a_sound_recording_passes_in_every_line(sound):
     assert values['stamps', 'rate']['rate_hz'] == pytest.approx(1000.0)
     assert values['motor', 'noise']['noise_rad'] == pytest.approx(5e-3, rel=0.05)
     assert values['motion', 'standstill']['rest_s'] == pytest.approx(1.0, abs=0.1)
+    assert lines['motion', 'standstill'].figure.endswith('s: fit noise measures the noise there')
     assert values['signs', 'torque and motor']['gain'] == pytest.approx(
         1.0 / MODEL.motor_inertia, rel=0.1)
     # Two reversals per period of the stronger torque, and the gap is crossed in each.
@@ -182,7 +183,7 @@ SPOILT = [
      PURPOSES),
     (lambda s: stamped(s, repeat=100), ('stamps', 'order'), '79 repeated', WARN, ()),
     (lambda s: stamped(s, repeat=10), ('stamps', 'order'), 'repeated', BAD, PURPOSES),
-    (lambda s: stamped(s, jitter=0.2), ('stamps', 'jitter'), '20 % of the period', WARN, ()),
+    (lambda s: stamped(s, jitter=0.2), ('stamps', 'jitter'), '0.2 ms rms, 20 % of', WARN, ()),
     (lambda s: stamped(s, lose=0.02), ('stamps', 'gaps'), 'samples (', BAD, ('diagnosis',)),
     (lambda s: stamped(s, hole=150), ('stamps', 'gaps'), '1 restart', WARN, ()),
     (one_way, ('motion', 'gap traversals'), '0 % of the windows', BAD, ('drift',)),
@@ -253,6 +254,9 @@ def test_held_positions_suit_a_servo_alone(sound):
 
 
 def test_a_setpoint_is_no_torque(sound):
+    assert checks.torques(sound.u[:, 0], True, has_setpoint=True)[0].verdict() == OK
+    alone = checks.torques(np.full(N, np.nan), False, has_setpoint=True)[0]
+    assert alone.verdict(('diagnosis',)) == WARN and alone.verdict(('drift',)) == BAD
     for late in (0, 150):
         u = np.column_stack([np.roll(sound.y[:, 0], -late), sound.u[:, 1]])
         line = judged(changed(sound, u=u), None)[0]['torque', 'setpoint']
