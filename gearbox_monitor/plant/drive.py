@@ -368,46 +368,44 @@ TOLERANCES = ('friction_tolerance', 'damping_tolerance', 'inertia_tolerance',
               'torque_gain_tolerance', 'delay_tolerance', 'encoder_delay_tolerance')
 
 OPTIONAL = ('process_torque', 'arm_friction_sharpness', 'timestep')  # null in a file: not stated
-# name -> (unit, lower bound, upper bound, bound is exclusive at the lower end)
-_RANGES = {
-    'motor_inertia': ('kg m^2', 0.0, 1e6, True),
-    'arm_inertia': ('kg m^2', 0.0, 1e6, True),
-    'damping': ('N m s/rad', 0.0, 1e9, False),
+_RANGES = {parameter.name: parameter for parameter in (
+    Parameter('motor_inertia', 'kg m^2', 0.0, 1e6, exclusive=True),
+    Parameter('arm_inertia', 'kg m^2', 0.0, 1e6, exclusive=True),
+    Parameter('damping', 'N m s/rad', 0.0, 1e9),
     # A negative slope has been identified on real drives whose Coulomb part falls with speed.
-    'viscous_friction': ('N m s/rad', -1e9, 1e9, False),
-    'coulomb_friction': ('N m', 0.0, 1e9, False),
-    'friction_sharpness': ('s/rad', 0.0, 1e9, True),
-    'arm_friction_sharpness': ('s/rad', 0.0, 1e9, True),
-    'static': ('-', 1.0, 1e3, False),
-    'timestep': ('s', 0.0, 1.0, True),
-    'position_gain': ('N m/rad', 0.0, 1e9, False),
-    'torque_offset': ('N m', -1e9, 1e9, False),
-    'gear_ratio': ('-', -1e6, 1e6, False),
-    'torque_constant': ('N m/A', 0.0, 1e9, True),
-    'tolerance': ('-', 0.0, 1.0, False),
-    'sharpness_tolerance': ('-', 0.0, 10.0, False),
-    'zero_tolerance': ('rad', 0.0, 1e3, False),
-    'process_torque': ('N m', 0.0, 1e9, False),
-    'process_torque_time': ('s', 0.0, 1e3, False),
-    'friction_tolerance': ('-', 0.0, 1.0, False),
-    'damping_tolerance': ('-', 0.0, 1.0, False),
-    'inertia_tolerance': ('-', 0.0, 1.0, False),
-    'torque_gain_tolerance': ('-', 0.0, 1.0, False),
-    'delay_tolerance': ('s', 0.0, 1.0, False),
-    'encoder_delay_tolerance': ('s', 0.0, 1.0, False),
-    'stiffness': ('N m/rad', 0.0, 1e12, True),
-    'half_gap': ('rad', 0.0, 1e3, False),
-    'hysteresis_width': ('rad', 0.0, 1e3, False),
-    'hysteresis_stiffness': ('N m/rad', 0.0, 1e12, False),
-    'kp': ('N m/rad', 0.0, 1e9, True),
-    'kd': ('N m s/rad', 0.0, 1e9, False),
-    'torque_limit': ('N m', 0.0, 1e9, True),
-    'ki': ('N m/(rad s)', 0.0, 1e9, False),
-    'feedforward': ('N m s/rad', 0.0, 1e9, False),
-    'feedforward_inertia': ('kg m^2', 0.0, 1e9, False),
-    'delay': ('s', 0.0, MAX_SERVO_DELAY, False),
-    'rate': ('Hz', 20.0, 1e6, False),
-}
+    Parameter('viscous_friction', 'N m s/rad', -1e9, 1e9),
+    Parameter('coulomb_friction', 'N m', 0.0, 1e9),
+    Parameter('friction_sharpness', 's/rad', 0.0, 1e9, exclusive=True),
+    Parameter('arm_friction_sharpness', 's/rad', 0.0, 1e9, exclusive=True),
+    Parameter('static', '-', 1.0, 1e3),
+    Parameter('timestep', 's', 0.0, 1.0, exclusive=True),
+    Parameter('position_gain', 'N m/rad', 0.0, 1e9),
+    Parameter('torque_offset', 'N m', -1e9, 1e9),
+    Parameter('gear_ratio', '-', -1e6, 1e6),
+    Parameter('torque_constant', 'N m/A', 0.0, 1e9, exclusive=True),
+    Parameter('tolerance', '-', 0.0, 1.0),
+    Parameter('sharpness_tolerance', '-', 0.0, 10.0),
+    Parameter('zero_tolerance', 'rad', 0.0, 1e3),
+    Parameter('process_torque', 'N m', 0.0, 1e9),
+    Parameter('process_torque_time', 's', 0.0, 1e3),
+    Parameter('friction_tolerance', '-', 0.0, 1.0),
+    Parameter('damping_tolerance', '-', 0.0, 1.0),
+    Parameter('inertia_tolerance', '-', 0.0, 1.0),
+    Parameter('torque_gain_tolerance', '-', 0.0, 1.0),
+    Parameter('delay_tolerance', 's', 0.0, 1.0),
+    Parameter('encoder_delay_tolerance', 's', 0.0, 1.0),
+    Parameter('stiffness', 'N m/rad', 0.0, 1e12, exclusive=True),
+    Parameter('half_gap', 'rad', 0.0, 1e3),
+    Parameter('hysteresis_width', 'rad', 0.0, 1e3),
+    Parameter('hysteresis_stiffness', 'N m/rad', 0.0, 1e12),
+    Parameter('kp', 'N m/rad', 0.0, 1e9, exclusive=True),
+    Parameter('kd', 'N m s/rad', 0.0, 1e9),
+    Parameter('torque_limit', 'N m', 0.0, 1e9, exclusive=True),
+    Parameter('ki', 'N m/(rad s)', 0.0, 1e9),
+    Parameter('feedforward', 'N m s/rad', 0.0, 1e9),
+    Parameter('feedforward_inertia', 'kg m^2', 0.0, 1e9),
+    Parameter('delay', 's', 0.0, MAX_SERVO_DELAY),
+    Parameter('rate', 'Hz', 20.0, 1e6))}
 
 
 def expect_model(model: object) -> DriveModel:
@@ -420,12 +418,7 @@ def expect_model(model: object) -> DriveModel:
 
 
 def _number(value: Any, name: str, source: str, axis: str) -> float:
-    unit, low, high, exclusive = _RANGES[name]
-    expected = (f'a number {">" if exclusive else ">="} {low:g} and <= {high:g} '
-                f'({on_axis(unit, axis)})')
-    good = isinstance(value, _NUMBER) and not isinstance(value, bool)
-    if not good or not low <= value <= high or (exclusive and value == low):
-        raise InputError(f'{source}: {name}: {value!r}, expected {expected}')
+    _RANGES[name].expect(value, f'{source}: {name}', axis)
     return float(value)
 
 
@@ -561,36 +554,12 @@ def _effect(item: Any, effect: Effect, source: str, axis: str) -> Values:
         expect_keys(item, f'effects.{name}', source, {'id', *(p.name for p in effect.parameters)})
     for parameter in effect.parameters:
         with problems:
-            _check_effect_value(item.get(parameter.name, parameter.default), parameter,
-                                f'{source}: effects.{name}.{parameter.name}', axis)
+            parameter.expect(item.get(parameter.name, parameter.default),
+                             f'{source}: effects.{name}.{parameter.name}', axis)
     problems.raise_all()
     if effect.problem and (problem := effect.problem(item)):
         raise InputError(f'{source}: effects.{name}.{problem}')
     return dict(item)
-
-
-def _check_effect_value(value: Any, parameter: Parameter, place: str, axis: str) -> None:
-    if parameter.choices:
-        if value not in parameter.choices:
-            raise InputError(f'{place}: {value!r}, expected one of '
-                             f'{", ".join(parameter.choices)}')
-        return
-    if parameter.listed:
-        if not isinstance(value, list):
-            raise InputError(f'{place}: {value!r}, expected a list of numbers')
-        for number in value:
-            _check_effect_value(number, replace(parameter, listed=False), place, axis)
-        return
-    good = (isinstance(value, (int, float)) and not isinstance(value, bool)
-            and math.isfinite(value) and parameter.low <= value <= parameter.high
-            and not (parameter.whole and value != int(value)))
-    if not good:
-        kind = 'a whole number' if parameter.whole else 'a finite number'
-        bounds = [f'{sign} {bound:g}' for sign, bound in
-                  (('>=', parameter.low), ('<=', parameter.high)) if math.isfinite(bound)]
-        raise InputError(f'{place}: {value!r}, expected '
-                         + ' '.join([kind, ' and '.join(bounds)]).strip()
-                         + f' ({on_axis(parameter.unit, axis)})')
 
 
 def expect_torque_input(model: DriveModel, source: str) -> None:

@@ -8,12 +8,16 @@ An equation is a compiled function that takes `c`, the effect's parameters by th
 the arguments of its slot (see Effect). Kernels are composed of these functions, see composition.
 """
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 import math
 from typing import Any, NamedTuple, TypeAlias
 
+import numpy as np
+
+from gearbox_monitor.errors import expect_choice, InputError
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.effects.balance_column import BalanceColumn
+from gearbox_monitor.presentation import on_axis
 
 LOCATIONS = ('motor_side', 'arm_side', 'transmission', 'controller', 'actuator', 'motor_sensor',
              'arm_sensor')
@@ -59,7 +63,7 @@ class Parameter:
     whole: an integer. default: its value if an effect omits it; None: an effect must state it.
     of_command: counts in the unit of the commanded torque, and is scaled with it. off_at_infinity:
     the effect vanishes as the parameter grows. choices: it is one of these words. listed: a list
-    of such numbers.
+    of such numbers. exclusive: it is larger than `low`.
     """
 
     name: str
@@ -72,6 +76,36 @@ class Parameter:
     off_at_infinity: bool = False
     choices: tuple[str, ...] = ()
     listed: bool = False
+    exclusive: bool = False
+
+    def expect(self, value: Any, place: str, axis: str) -> None:
+        """
+        Raise InputError unless it may have a value.
+
+        Args:
+            value: of a file.
+            place: file and key, for the message.
+            axis: of the drive, for the unit.
+        """
+        if self.choices:
+            expect_choice(value, place.rpartition(': ')[2], place.rpartition(': ')[0],
+                          self.choices)
+        elif self.listed:
+            if not isinstance(value, list):
+                raise InputError(f'{place}: {value!r}, expected a list of numbers')
+            for number in value:
+                replace(self, listed=False).expect(number, place, axis)
+        elif (not isinstance(value, (int, float, np.number)) or isinstance(value, bool)
+              or not math.isfinite(value) or not self.low <= value <= self.high
+              or self.exclusive and value == self.low or self.whole and value != int(value)):
+            kind = ('a whole number' if self.whole else 'a number' if self.high < math.inf else
+                    'a finite number')
+            bounds = [f'{sign} {bound:g}' for sign, bound in (
+                ('>' if self.exclusive else '>=', self.low), ('<=', self.high))
+                if math.isfinite(bound)]
+            raise InputError(f'{place}: {value!r}, expected '
+                             + ' '.join([kind, ' and '.join(bounds)]).strip()
+                             + f' ({on_axis(self.unit, axis)})')
 
 
 class FreeParameter(NamedTuple):
