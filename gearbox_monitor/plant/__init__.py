@@ -17,8 +17,8 @@ Public names, by module:
         expect_torque_input, fastest_eigenvalue, G, HALF_GAP, INVERSE_M1, INVERSE_M2, K_S,
         KEYS, KIND, KR, LAW, loads_arm, model_from_dict, motor_acceleration,
         motor_acceleration_by_law, motor_friction_load_slope, motor_friction_slope,
-        motor_friction_slope_by_law, N_PARAMETERS, OFFSET, PHI, steps_of, STIFFNESS, substeps,
-        TL, TOLERANCES, Transmission, weight_of, WIDTH
+        motor_friction_slope_by_law, N_PARAMETERS, OFFSET, PHI, RANGES, steps_of, STIFFNESS,
+        substeps, TL, TOLERANCES, Transmission, weight_of, WIDTH
     effects: actuator, arm_side, controller, Effect, EFFECTS, encoder, gearbox, library,
         LOCATIONS, MAX_DELAY, MAX_SETPOINT_DELAY, MEMORIES, motor_side, N_MEMORY,
         not_in_filters, Parameter, Scales, torque_map

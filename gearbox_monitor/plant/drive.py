@@ -368,7 +368,7 @@ TOLERANCES = ('friction_tolerance', 'damping_tolerance', 'inertia_tolerance',
               'torque_gain_tolerance', 'delay_tolerance', 'encoder_delay_tolerance')
 
 OPTIONAL = ('process_torque', 'arm_friction_sharpness', 'timestep')  # null in a file: not stated
-_RANGES = {parameter.name: parameter for parameter in (
+RANGES = {parameter.name: parameter for parameter in (
     Parameter('motor_inertia', 'kg m^2', 0.0, 1e6, exclusive=True),
     Parameter('arm_inertia', 'kg m^2', 0.0, 1e6, exclusive=True),
     Parameter('damping', 'N m s/rad', 0.0, 1e9),
@@ -418,7 +418,7 @@ def expect_model(model: object) -> DriveModel:
 
 
 def _number(value: Any, name: str, source: str, axis: str) -> float:
-    _RANGES[name].expect(value, f'{source}: {name}', axis)
+    RANGES[name].expect(value, f'{source}: {name}', axis)
     return float(value)
 
 
@@ -479,7 +479,7 @@ def model_from_dict(data: Any, source: str) -> DriveModel:
             with problems:
                 expect_choice(values[name], name, source, choices)
     for name in values:
-        if name in _RANGES and not (name in OPTIONAL and values[name] is None):
+        if name in RANGES and not (name in OPTIONAL and values[name] is None):
             with problems:
                 values[name] = _number(values[name], name, source, axis)
     if values.get('controller') is not None and values.get('driven_by') == 'position':

@@ -118,21 +118,16 @@ class CandidateModel:
         high = [math.log(c.high) if c.log else c.high for c in self.coordinates]
         return np.clip(z, low, high)
 
-    def at_bound(self, z: Array) -> list[str]:
-        """
-        Return the names of the effects' coordinates that sit at a bound that is finite.
+    def _stopped(self, z: Array) -> list[tuple[Coordinate, float]]:
+        """Return the effects' coordinates that sit at a bound that is finite, and their values."""
+        rows = [(c, math.exp(v) if c.log else float(v))
+                for c, v in zip(self.coordinates, self.bounded(z)) if c.owner >= 0]
+        return [(c, v) for c, v in rows if min(v - c.low, c.high - v) <= 1e-6 * max(
+            c.scale, abs(v))]
 
-        Args:
-            z: coordinates [P].
-        """
-        moved = self.bounded(z)
-        out = []
-        for c, value in zip(self.coordinates, moved):
-            value = math.exp(value) if c.log else value
-            tolerance = 1e-6 * max(c.scale, abs(value))
-            if c.owner >= 0 and (value <= c.low + tolerance or value >= c.high - tolerance):
-                out.append(f'{self.ids[c.owner]}.{c.name}')
-        return out
+    def at_bound(self, z: Array) -> list[str]:
+        """Return the names of the effects' coordinates that sit at a bound, at `z` [P]."""
+        return [f'{self.ids[c.owner]}.{c.name}' for c, _ in self._stopped(z)]
 
     def beyond(self, z: Array, number: int) -> tuple[str, ...]:
         """
@@ -142,10 +137,8 @@ class CandidateModel:
         """
         own = [c for c in self.coordinates if c.owner == number]
         sizes = own if self.ids[number] in PHASED else own[:1]
-        names = {f'{self.ids[number]}.{c.name}' for c in sizes}
-        return tuple(name for name in self.at_bound(z) if name in names and any(
-            c.name == name.partition('.')[2] and abs(v) > 1e-6 * c.scale
-            for c, v in zip(self.coordinates, z) if c.owner == number))
+        return tuple(f'{self.ids[number]}.{c.name}' for c, v in self._stopped(z)
+                     if c in sizes and abs(v) > 1e-6 * c.scale)
 
     def steps(self) -> Array:
         """Return the steps [P] of finite differences."""

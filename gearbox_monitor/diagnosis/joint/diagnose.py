@@ -20,7 +20,8 @@ import numpy as np
 
 from gearbox_monitor.diagnosis.contest import CONTEST
 from gearbox_monitor.diagnosis.hypothesis import kind_of, NONE
-from gearbox_monitor.diagnosis.joint.candidates import amplitude, PHASED, with_effects
+from gearbox_monitor.diagnosis.joint.candidates import (
+    amplitude, origin, PHASED, with_effects)
 from gearbox_monitor.diagnosis.joint.decision import (
     decide, Decision, standard_errors, with_level_of_innovations)
 from gearbox_monitor.diagnosis.joint.drive_recordings import DriveRecordings, evidence_of, is_open
@@ -35,7 +36,7 @@ from gearbox_monitor.diagnosis.joint.windows import typical_misfit
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.effects import EFFECTS, library
+from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.effects.actuator import ACTUATOR_DELAY, ACTUATOR_LAG
 from gearbox_monitor.plant.effects.gearbox import SLIP
 from gearbox_monitor.plant.effects.motor_side import LUGRE
@@ -443,7 +444,7 @@ def _finding(nominal: ReferenceFit, effect: str, values: Values,
         values: of its parameters now.
         errors: standard errors of these.
     """
-    earlier, earlier_errors = _earlier(nominal, effect)
+    earlier, earlier_errors = _earlier(nominal, effect, values)
     rows = []
     for parameter in library()[effect].parameters:
         name = parameter.name
@@ -460,15 +461,10 @@ def _finding(nominal: ReferenceFit, effect: str, values: Values,
     return ChangeFinding(effect, library()[effect].location, tuple(rows))
 
 
-def _earlier(nominal: ReferenceFit, effect: str) -> tuple[dict[str, float], dict[str, float]]:
+def _earlier(nominal: ReferenceFit, effect: str, now: Values
+             ) -> tuple[dict[str, float], dict[str, float]]:
     """Return ({parameter: value}, {parameter: standard error}) of an effect in the reference."""
-    entry = EFFECTS.get(effect)
-    if entry is not None and entry.replaces:
-        value = nominal.model.value(entry.replaces)
-        values = {entry.parameters[0].name: value}
-    else:
-        values = next(({k: float(v) for k, v in e.items() if k != 'id'}
-                       for e in nominal.model.effects if e['id'] == effect), {})
+    values = origin(nominal.model, effect, now.get('N'))
     if not values or (effect in PHASED and not values.get(amplitude(effect))):
         return values, {}
     candidate = nominal.evidence.starts.at(effect, values)

@@ -51,7 +51,7 @@ from gearbox_monitor.estimation.rts_smoother import (
 from gearbox_monitor.estimation.tune import tune
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.parameters import EstimatorParameters, RANDOM_WALK
-from gearbox_monitor.plant.drive import DriveModel, TOLERANCES
+from gearbox_monitor.plant.drive import DriveModel, RANGES, TOLERANCES
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
 from gearbox_monitor.presentation import on_axis, Saved, Shown
@@ -473,9 +473,8 @@ def start_values(model: DriveModel) -> dict[str, float]:
     return out
 
 
-UNITS = {'m1': 'kg m^2', 'm2': 'kg m^2', 'D': 'N m s/rad', 'Cv': 'N m s/rad', 'Cc': 'N m',
-         'K': 'N m/rad', 'b': 'rad', 'kp': 'N m/rad', 'kd': 'N m s/rad', 'ki': 'N m/(rad s)',
-         'kff': 'N m s/rad', 'kaff': 'kg m^2', 'kt': 'N m/A', 'u0': 'N m', ZERO: 'rad'}
+UNITS = {name: RANGES[where].unit for name, where in NUISANCES.items()} | {
+    'kt': 'N m/A', 'u0': 'N m', ZERO: 'rad'}
 
 
 # Tolerance of the model -> the fitted values that it is of.
