@@ -80,7 +80,7 @@ def likelihood_of(case):
         states = states[:, [0, 0, 2, 2]]
     likelihood = InnovationLikelihood(recording, case.drive, case.sigma, SPANS, finer=8)
     begin = BEGIN if case.model is LOOSE else BEGIN[[0, 0, 2, 2]]
-    return likelihood.begun(states, case.size * begin).thinned(case.every)
+    return likelihood.begun(states, case.size * begin).changed(every=case.every)
 
 
 @cache

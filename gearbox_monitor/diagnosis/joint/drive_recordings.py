@@ -109,7 +109,7 @@ class DriveRecordings:
                     fit = self.reference or unfitted(part, self.starts.none())
                     part = hidden_begins(part, fit.model, sigma)
                 if self.correlation is not None and isinstance(part, InnovationLikelihood):
-                    part = part.coloured(self.colour)
+                    part = part.changed(colour=self.colour)
                 parts.append(part)
         return JointLikelihood(parts)
 
@@ -167,7 +167,7 @@ class DriveRecordings:
     @property
     def sparse(self) -> JointLikelihood:
         """Likelihood of all that is evidence, of as few readings as where torque lasts."""
-        return JointLikelihood([part.thinned(max(1, round(SPARSE / part.recording.dt)))
+        return JointLikelihood([part.changed(every=max(1, round(SPARSE / part.recording.dt)))
                                 for part in self.whole.parts])
 
     @property

@@ -301,8 +301,10 @@ def _likeliest(evidence: DriveRecordings, fit: InnovationFit, theta: Array,
 
     def beside(theta: Array) -> tuple[Array, JointlyFiltered]:
         """Return bursts and the filter with them, which begins as without."""
-        loaded = JointLikelihood([part.loaded(torque_of(theta[owner == i], part.recording))
-                                  for i, part in enumerate(evidence.whole.parts)])
+        torques = (torque_of(theta[owner == i], part.recording)
+                   for i, part in enumerate(evidence.whole.parts))
+        loaded = JointLikelihood([part.changed(simulator=part.simulator.loaded(torque))
+                                  for part, torque in zip(evidence.whole.parts, torques)])
         return theta, loaded.run(model, fit.torque)
 
     def moved_by(theta: Array, reach: Array, change: Array) -> tuple[Array, JointlyFiltered]:

@@ -339,7 +339,7 @@ class InnovationEvidence:
         channels = sorted({c for r in data.recordings for c in r.channels})
 
         def deviance(trial: Array) -> float:
-            return JointLikelihood([p.coloured(trial) for p in data.fine.parts]).run(
+            return JointLikelihood([p.changed(colour=trial) for p in data.fine.parts]).run(
                 fit.model, fit.torque).deviance
         colour = np.array(WHITE)
         begin, lowest = deviance(data.colour), deviance(colour)

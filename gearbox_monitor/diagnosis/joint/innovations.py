@@ -206,32 +206,24 @@ class InnovationLikelihood:
             self.begin_variance = np.repeat(
                 self.begin_variance.reshape(2, 2)[:, list(recording.channels)].max(axis=1), 2)
 
-    def thinned(self, every: int) -> 'InnovationLikelihood':
-        """Return the likelihood of one reading out of `every`."""
-        out = copy(self)
-        out.every = every
-        return out
+    def changed(self, **values: Any) -> 'InnovationLikelihood':
+        """
+        Return the likelihood with other values of attributes; it begins as before.
 
-    def coloured(self, colour: Array) -> 'InnovationLikelihood':
-        """Return the likelihood with noise of the encoders of a `colour`, see FilterInput."""
+        every: of so many readings one counts. colour: of the encoders' noise, see FilterInput.
+        simulator: with other torques from outside.
+        """
         out = copy(self)
-        out.colour = np.asarray(colour, float)
-        return out
-
-    def loaded(self, torque: Array) -> 'InnovationLikelihood':
-        """Return the likelihood with more `torque` [N], N m, on the arm; it begins as before."""
-        out = copy(self)
-        out.simulator = self.simulator.loaded(torque)
+        vars(out).update(values)
         return out
 
     def drift(self, model: DriveModel, torque: Array) -> Array:
         """Return the zero of the motor's encoder [N], rad, as a smoothed state that drifts."""
-        out = copy(self)
         size = float(np.std(self.y[:, 0] - self.y[:, 1]))
         # Beside a coloured noise, the filter leaves a share of the variance white.
-        out.variance = self.variance * (1.0 / kernels.WHITE, 1.0)
-        out.colour = self.colour.copy()
-        out.colour[0] = math.exp(-self.recording.dt / DRIFT), size * size / out.variance[0]
+        variance, colour = self.variance * (1.0 / kernels.WHITE, 1.0), self.colour.copy()
+        colour[0] = math.exp(-self.recording.dt / DRIFT), size * size / variance[0]
+        out = self.changed(variance=variance, colour=colour)
         return out._smoothed(out.run(model, torque))[:, COLOURED]
 
     def begun(self, states: Array, deviation: Array) -> 'InnovationLikelihood':
@@ -242,11 +234,8 @@ class InnovationLikelihood:
             states: positions and speeds of motor and arm where the parts begin [C, 4].
             deviation: standard deviation of each [4].
         """
-        out = copy(self)
-        out._states = self._states.copy()
-        out._states[:, :4] = states
-        out.begin_variance = np.asarray(deviation, float) ** 2
-        return out
+        return self.changed(_states=np.column_stack([states, self._states[:, 4:]]),
+                            begin_variance=np.asarray(deviation, float) ** 2)
 
     @property
     def least_noise(self) -> Array:

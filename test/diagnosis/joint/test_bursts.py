@@ -40,6 +40,7 @@ def test_a_load_on_a_likelihood_is_that_of_a_recording_with_it():
     owner, noise = np.array([0, 1, 1]), np.full(2, 0.01)
     beside = with_bursts(evidence, theta, owner).whole.run(model, noise).runs
     for i, (part, run) in enumerate(zip(evidence.whole.parts, beside)):
-        loaded = part.loaded(torque_of(theta[owner == i], part.recording)).run(model, noise)
+        loaded = part.changed(simulator=part.simulator.loaded(torque_of(
+            theta[owner == i], part.recording))).run(model, noise)
         assert loaded.innovation == pytest.approx(run.innovation, abs=1e-15)
         assert np.abs(loaded.innovation - part.run(model, noise).innovation).max() > 1e-5

@@ -240,7 +240,7 @@ def test_beside_torque_that_lasts_readings_are_some_20_ms_apart():
         assert likelihood.readings == 2 * (148 // every)
         one = replace(recording, channels=(1,))
         assert likelihood_of(one, BLUNT, [slice(0, 101), slice(101, 150)]).readings == 148
-        assert likelihood_of(one, BLUNT).thinned(3).readings == 199 // 3
+        assert likelihood_of(one, BLUNT).changed(every=3).readings == 199 // 3
         assert likelihood_of(one, BLUNT).fade == 0.0
 
 
