@@ -7,7 +7,7 @@ The one exception that a user's input can raise, how several become one, and nam
 removed.toml lists names of version 0.2 that a user may still type; it goes with the release after
 0.3. `unknown` looks them up, so that all are refused in the same words.
 """
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence, Set
 from difflib import get_close_matches
 from functools import cache
 from importlib.resources import files
@@ -69,6 +69,20 @@ def expect_whole(value: object, name: str, lowest: int = 0) -> None:
     """Raise InputError if `value`, called `name`, is no whole number from `lowest` on."""
     if isinstance(value, bool) or not isinstance(value, Integral) or value < lowest:
         raise InputError(f'{name}: {value!r}, expected a whole number >= {lowest}')
+
+
+def expect_list(option: str, names: Any, what: str) -> Iterable[object]:
+    """
+    Return `names`, a list or None. Raises InputError for something else.
+
+    Args:
+        option: what the argument is called.
+        names: its value.
+        what: that it lists.
+    """
+    if isinstance(names, str) or not isinstance(names, (Sequence, Mapping, Set, type(None))):
+        raise InputError(f'{option}: {names!r}, expected a list of {what}')
+    return names or ()
 
 
 def expect_keys(data: object, name: str, source: str, allowed: Collection[str],

@@ -46,7 +46,7 @@ from gearbox_monitor.errors import expect_whole, InputError, unknown
 from gearbox_monitor.files.knowledge_file import save_knowledge, SUFFIX
 from gearbox_monitor.files.opening import dump, plain
 from gearbox_monitor.files.yaml_files import expect_new_file, model_text
-from gearbox_monitor.library.identify import diagnose, expect_ids
+from gearbox_monitor.library.identify import diagnose
 from gearbox_monitor.library.progress import progress_bar
 from gearbox_monitor.library.robot import (
     diagnose_robot, learn_robot, robot_effects, RobotDiagnosis)
@@ -78,9 +78,7 @@ def run(args: Namespace) -> int:
     if is_robot(args):
         return run_robot(args)
     only, exclude = ids_in(args.only or ()) or None, ids_in(args.exclude)
-    expect_ids('--only', only)
-    expect_ids('--exclude', exclude)
-    chosen_ids(only, exclude)  # one at least remains
+    chosen_ids(only, exclude, ('--only', '--exclude'))
     expect_new_file(args.out)
     model, recordings, validate, notes = load_recordings(args, weigh=True)
     simulator = _user_simulator(args.simulator, recordings, model) if args.simulator else None

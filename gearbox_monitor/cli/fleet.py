@@ -176,7 +176,7 @@ def _settings(args: Namespace, robots: bool) -> Any:
     from gearbox_monitor.diagnosis.joint.diagnose import chosen_ids
     parameters, model_file = estimator_options(args)
     only = tuple(filter(None, args.only.split(',')))
-    chosen_ids(only or None, ())
+    chosen_ids(only or None, (), ('--only', ''))
     return JobSettings(load_model(model_file) if model_file else None, model_file, parameters,
                        args.topic, args.gearbox, args.diagnose, only, args.max_seconds)
 

@@ -9,7 +9,7 @@ call the same functions.
 
 Public names, by module:
 
-    identify: adapt, diagnose, expect_ids, fit, uniform, write_adapted
+    identify: adapt, diagnose, fit, uniform, write_adapted
     progress: Bar, count_bar, progress_bar, shown_time
     ranges: ranges
     recording: DriveRecording, load_recording

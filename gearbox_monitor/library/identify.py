@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Diagnose, fit, tune and adapt: recordings of one drive and its model, in one call."""
-from collections.abc import Iterable, Mapping, Sequence, Set
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,7 @@ import warnings
 from gearbox_monitor.diagnosis.joint import diagnose as identification, nominal
 from gearbox_monitor.diagnosis.joint.nominal import Adapted, fit_nominal, NominalFit, samples_of
 from gearbox_monitor.diagnosis.joint.verdict import Verdict
-from gearbox_monitor.errors import expect_whole, InputError, unknown
+from gearbox_monitor.errors import expect_list, expect_whole, InputError
 from gearbox_monitor.estimation.score import run_score
 from gearbox_monitor.estimation.tune import tune as tuned
 from gearbox_monitor.files.yaml_files import save_model, write_parameters
@@ -20,7 +20,6 @@ from gearbox_monitor.library.progress import Progress, reported
 from gearbox_monitor.library.recording import all_of, DriveRecording
 from gearbox_monitor.parameters import EstimatorParameters, MIXED, resolve
 from gearbox_monitor.plant.drive import DriveModel, expect_model
-from gearbox_monitor.plant.effects import library
 from gearbox_monitor.presentation import as_written, Saved, Shown
 from gearbox_monitor.signals.examine import measured_samples
 from gearbox_monitor.signals.uniform import at_one_rate, UniformRecording
@@ -57,8 +56,6 @@ def diagnose(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
         Undecided: free runs of the model are not finite.
     """
     expect_model(model)
-    for option, ids in (('only', only), ('exclude', exclude)):
-        expect_ids(option, ids)
     expect_whole(jobs, 'jobs', 1)
     expect_whole(seed, 'seed')
     parts, validation, notes = uniform(recordings, model, validate, weigh=True)
@@ -94,7 +91,7 @@ def fit(recordings: Recorded | Sequence[Recorded], model: DriveModel,
         Undecided: no solution.
     """
     expect_model(model)
-    _expect_list('free', free, 'names')
+    expect_list('free', free, 'names')
     if seconds is not None and not (isinstance(seconds, (int, float)) and seconds >= 1.0):
         raise InputError(f'seconds: {seconds!r}, expected at least 1 s')
     parts, validation, _ = uniform(recordings, model, validate)
@@ -134,21 +131,6 @@ def uniform(recordings: Recorded | Sequence[Recorded], model: DriveModel,
                                           else note for note in remarks)]
     validation = parts.pop() if validate is not None else None
     return at_one_rate(parts), validation, list(dict.fromkeys(notes))
-
-
-def expect_ids(option: str, ids: object) -> None:
-    """Raise InputError unless `ids`, an argument `option`, name effects."""
-    effects = library()
-    for name in _expect_list(option, ids, 'ids of effects'):
-        if name not in effects:
-            raise InputError(f'{option}: unknown effect {name!r}, {unknown(name, effects)}')
-
-
-def _expect_list(option: str, names: Any, what: str) -> Iterable[object]:
-    """Return `names`, an argument `option` with a list or None. Raises InputError."""
-    if isinstance(names, str) or not isinstance(names, (Sequence, Mapping, Set, type(None))):
-        raise InputError(f'{option}: {names!r}, expected a list of {what}')
-    return names or ()
 
 
 @dataclass(frozen=True, repr=False)

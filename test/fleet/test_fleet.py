@@ -348,7 +348,7 @@ WRONG = [
      '--workers and --scheduler exclude each other'),
     (['ODD', '--scheduler', 'here'], '--scheduler: here: missing port number'),
     (['ODD', '--gearbox', '('], "--gearbox: '(': missing )"),
-    (['ODD', '--diagnose', '--only', 'rust'], "effect: 'rust', expected one of"),
+    (['ODD', '--diagnose', '--only', 'rust'], "--only: unknown effect 'rust', expected one of"),
     (['ODD', '--model', 'none.yaml'], 'none.yaml: No such file or directory'),
     (['ODD', '--out', 'ODD'], 'odd: holds other files, expected a new folder'),
     (['ODD', '--out', 'OLD'], 'old/features: gone since 0.3; choose a new --out'),

@@ -33,7 +33,7 @@ from gearbox_monitor.diagnosis.joint.torque_domain import driven
 from gearbox_monitor.diagnosis.joint.verdict import (
     LATTICES, location_of, report, Verdict, without_idle_laws)
 from gearbox_monitor.diagnosis.joint.windows import typical_misfit
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import expect_list, InputError, unknown
 from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
@@ -189,18 +189,21 @@ def _shown_by_each(decision: Decision) -> Decision | None:
     return replace(decision, fit=fit, closed=fit, remains=False)
 
 
-def chosen_ids(only: Sequence[str] | None, exclude: Sequence[str]) -> list[str]:
+def chosen_ids(only: Sequence[str] | None, exclude: Sequence[str],
+               options: tuple[str, str] = ('only', 'exclude')) -> list[str]:
     """
     Return the ids that may be named. Raises InputError for unknown ones.
 
     Args:
         only: ids of the effects to try, None for all.
         exclude: ids of effects that are not tried.
+        options: what these are called.
     """
     effects = library()
-    for name in (*(only or ()), *exclude):
-        if name not in effects:
-            raise InputError(f'effect: {name!r}, expected one of {", ".join(effects)}')
+    for option, names in zip(options, (only, exclude)):
+        for name in expect_list(option, names, 'ids of effects'):
+            if name not in effects:
+                raise InputError(f'{option}: unknown effect {name!r}, {unknown(name, effects)}')
     ids = [i for i in effects if i not in exclude and (only is None or i in only)]
     if not ids:
         raise InputError('effects: none remains, expected at least one')
