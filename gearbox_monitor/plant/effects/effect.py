@@ -78,6 +78,13 @@ class Parameter:
     listed: bool = False
     exclusive: bool = False
 
+    def _holds(self, value: Any) -> bool:
+        """Return whether a value is a number within the bounds."""
+        return bool(isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
+                    and math.isfinite(value) and self.low <= value <= self.high
+                    and not (self.exclusive and value == self.low)
+                    and not (self.whole and value != int(value)))
+
     def expect(self, value: Any, place: str, axis: str) -> None:
         """
         Raise InputError unless it may have a value.
@@ -95,9 +102,7 @@ class Parameter:
                 raise InputError(f'{place}: {value!r}, expected a list of numbers')
             for number in value:
                 replace(self, listed=False).expect(number, place, axis)
-        elif (not isinstance(value, (int, float, np.number)) or isinstance(value, bool)
-              or not math.isfinite(value) or not self.low <= value <= self.high
-              or self.exclusive and value == self.low or self.whole and value != int(value)):
+        elif not self._holds(value):
             kind = ('a whole number' if self.whole else 'a number' if self.high < math.inf else
                     'a finite number')
             bounds = [f'{sign} {bound:g}' for sign, bound in (
