@@ -22,7 +22,7 @@ def test_range_covers_the_mean_at_its_odds():
     for count, between in ((2, 0.0), (2, 5.0), (6, 0.0), (6, 1.0)):
         random = np.random.default_rng([count, round(between)])
         covered = []
-        for _ in range(200):
+        for _ in range(400):
             errors = random.uniform(0.7, 1.4, count)
             values = 3.0 + between * random.standard_normal(count) + (
                 errors * random.standard_normal(count))
