@@ -38,7 +38,7 @@ WEAK = 1e-7      # prior precision of a candidate's coefficient, in units of its
 SINGULAR = 1e-13  # of a candidate's own Schur complement, relative
 ROUNDED = 1.0 + 1e-11  # of a diagonal: columns that nearly agree leave it not below zero
 CANCELLED = 1e-4  # below it the difference of two sums is not accurate
-STEPS, STEADY = 12, 1e-12  # of Gauss and Newton beyond the rounds; 2 log likelihood of the last
+STEPS, STEADY = 24, 1e-12  # of Gauss and Newton beyond the rounds; 2 log likelihood of the last
 LEAST_SCALE = 0.1  # gain of the model over that of a servo: it may be 10 times as large
 
 
@@ -336,7 +336,7 @@ class RobotEvidence:
         prior = np.zeros((size, size))
         prior[:k, :k] = self.precision
         prior[np.arange(k, size), np.arange(k, size)] = _precision(chosen, scale)
-        held = False
+        held, share, before = False, 1.0, math.inf
         for step in range(rounds + STEPS):
             matrix, right = prior.copy(), np.zeros(size)
             seen = grams if servos is None else [[
@@ -346,20 +346,23 @@ class RobotEvidence:
                 _add(matrix, right, parts, w)
             matrix[np.arange(size), np.arange(size)] *= ROUNDED
             factor = scipy.linalg.cho_factor(matrix, lower=True, check_finite=False)
-            last, solution = solution, scipy.linalg.cho_solve(factor, right, check_finite=False)
+            new = scipy.linalg.cho_solve(factor, right, check_finite=False)
+            move = float((new - solution) @ matrix @ (new - solution))
+            # Where gain and torques both change much, whole steps swing about the minimum.
+            share *= 0.5 if move > 0.5 * before else 1.0
+            solution = new if share == 1.0 else solution + share * (new - solution)
             squares = []
             for parts, a in zip(seen, self.at):
                 left = np.concatenate([part.left(solution) for part in parts])
                 squares.append(self._shrunk(np.maximum(left, a.floor), a))
-            new = [a.count / s for a, s in zip(self.at, squares)]
+            updated = [a.count / s for a, s in zip(self.at, squares)]
             held = held or step + 1 >= rounds or max(
-                np.abs(np.log(w / b)).max() for w, b in zip(new, weights)) < 0.01
+                np.abs(np.log(w / b)).max() for w, b in zip(updated, weights)) < 0.01
             # Weights, solution and covariance that are returned belong together: where a candidate
             # has the column of a nuisance, their difference is all of its information.
-            if held and (servos is None or (solution - last) @ matrix @ (
-                    solution - last) < STEADY):
+            if held and (servos is None or move < STEADY):
                 break
-            weights = weights if held else new
+            weights, before = (weights, move) if held else (updated, math.inf)
         offset = solution[:k]
         deviance = sum(float((a.count * np.log(s / a.count)).sum())
                        for a, s in zip(self.at, squares)) + float(
