@@ -25,8 +25,8 @@ Public names, by module:
     joint.verdict: Verdict
     robot: knowledge, verdict
     robot.candidates: Candidate
-    robot.conventions: columns_as_read, log_as_read, misfit, named_readings, NamedReading,
-        ReadingScore, RobotReading
+    robot.conventions: columns_as_read, LIMITS, log_as_read, misfit, named_readings,
+        NamedReading, ReadingScore, RobotReading
     robot.evidence: Prior, RobotEvidence, RobotFit
     robot.knowledge: another_day_of, farther, Knowledge, learn, States, VERSION, Visits,
         with_unvisited
@@ -38,4 +38,5 @@ Public names, by module:
     robot.settings: SETTINGS
     robot.verdict: effort_curves, EffortCurves, RobotVerdict, sampled_early, setpoint_lags,
         verdict_data
+    robot.zeros: SHOWN, zeros_in
 """

@@ -13,14 +13,16 @@ import numpy as np
 from gearbox_monitor import __version__
 from gearbox_monitor.diagnosis.hypothesis import Finding, Remainder
 from gearbox_monitor.diagnosis.robot import knowledge, verdict as balance
-from gearbox_monitor.diagnosis.robot.conventions import log_as_read, misfit, named_readings
+from gearbox_monitor.diagnosis.robot.conventions import (
+    LIMITS as CONVENTION_LIMITS, log_as_read, misfit, named_readings)
 from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence
 from gearbox_monitor.diagnosis.robot.knowledge import Knowledge
 from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.diagnosis.robot.robot_log import (
     checked_log, RawLog, RobotLog, SETPOINT, TORQUE)
-from gearbox_monitor.diagnosis.robot.rows import rows_of
+from gearbox_monitor.diagnosis.robot.rows import RobotModel, rows_of
 from gearbox_monitor.diagnosis.robot.verdict import effort_curves, RobotVerdict, verdict_data
+from gearbox_monitor.diagnosis.robot.zeros import SHOWN, zeros_in
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.files.knowledge_file import load_knowledge, SUFFIX
 from gearbox_monitor.files.opening import plain
@@ -357,13 +359,35 @@ def check_robot(log: str | Path, robot: Robot, *, recorded: Mapping[str, str] | 
         evidence = RobotEvidence([rows_of(checked, model)])
         findings += [judged('log', 'held setpoint', held, hurts(diagnosis=WARN))
                      for held in balance.held_setpoints(evidence, evidence.fit())]
-    _, doubts = as_named(read, robot, reading)
+    as_meant, doubts = as_named(read, robot, reading)
     findings += [judged('conventions', 'reading', as_written(
         doubt.partition(': ')[2]), hurts(diagnosis=BAD)) for doubt in doubts]
     if not doubts:
         findings.append(judged('conventions', 'reading', said('conventions_agree')))
+    if robot.file.drive is None:
+        findings += _zeros(as_meant[0], robot, model, reading)
     places = ['log', 'conventions', *robot.joints]
     return sorted(findings, key=lambda finding: places.index(finding.group))
+
+
+def _zeros(log: RobotLog, robot: Robot, model: RobotModel, reading: ReadOptions
+           ) -> list[DataFinding]:
+    """Return what a `log` leaves open of the zeros of joints, as the user states its reading."""
+    names = robot.joints
+    zeros = zeros_in(log, model, [names.index(joint) for joint in conventions_of(
+        reading.conventions, names)])
+    found: list[DataFinding] = []
+    if zeros.joint is not None and zeros.rival and abs(zeros.zero) > CONVENTION_LIMITS.turned:
+        effect, place = zeros.rival
+        found.append(judged('conventions', 'zero', said(
+            'zero_or_effect', place=names[zeros.joint], zero=zeros.zero, effect=effect, of=place),
+            hurts(diagnosis=WARN), {'joint': names[zeros.joint], 'zero': zeros.zero,
+                                    'effect': effect, 'place': place}))
+    if zeros.hidden:
+        hidden = [names[j] for j in zeros.hidden]
+        found.append(judged('conventions', 'zero not checked', said(
+            'zeros_hidden', names=', '.join(hidden), size=SHOWN), values={'joints': hidden}))
+    return found
 
 
 def as_named(logs: Sequence[RobotLog], robot: Robot, reading: ReadOptions, floor: float = 0.0

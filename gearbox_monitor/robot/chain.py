@@ -102,6 +102,12 @@ class Chain:
         """Inertial parameters [J, 10]."""
         return np.array([link.theta for link in self.links])
 
+    @property
+    def tips(self) -> tuple[int, ...]:
+        """Numbers of the links that carry no other one."""
+        parents = {link.parent for link in self.links}
+        return tuple(k for k in range(len(self.links)) if k not in parents)
+
     @cached_property
     def movers(self) -> tuple[tuple[int, ...], ...]:
         """Of each link the joints that move it, from the base outwards."""

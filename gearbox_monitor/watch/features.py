@@ -54,7 +54,7 @@ def groups_of(robot: RobotModel) -> tuple[Group, ...]:
     Only gravity tells a weight from a rotor where no other joint moves the link: the first joint
     needs more of it across (or, if it slides, along) its axis than a tilt that is no alarm gives.
     """
-    chain, tips = robot.chain, tips_of(robot)
+    chain, tips = robot.chain, robot.chain.tips
     joints, still = list(enumerate(chain.joints)), np.zeros((1, len(chain.joints)))
     weighed = {r.link for r in chain.regressors(still, still) if r.joint != r.link
                or np.linalg.norm(r.g) > WATCH_SETTINGS.kinds[TILT].limit}
@@ -64,12 +64,6 @@ def groups_of(robot: RobotModel) -> tuple[Group, ...]:
     return (*out, Group(TILT, BASE, 0, WIDTHS[TILT]),
             *(Group(RIPPLE, name, j, WIDTHS[RIPPLE], n) for j, name in joints for n in ORDERS
               if not chain.links[j].slides))
-
-
-def tips_of(robot: RobotModel) -> tuple[int, ...]:
-    """Return the links of a `robot` that carry no other one."""
-    links = robot.chain.links
-    return tuple(k for k in range(len(links)) if all(x.parent != k for x in links))
 
 
 def state_levels(robot: RobotModel, groups: Sequence[Group], effort: Array) -> Levels:
@@ -124,7 +118,7 @@ def features_of(log: RobotLog, robot: RobotModel, knowledge: Knowledge, groups: 
         groups: of `groups_of`.
         level: of the states of each group, mean [k] and covariance [k, k], while it is healthy.
     """
-    carrying = replace(robot, carries=tips_of(robot))
+    carrying = replace(robot, carries=robot.chain.tips)
     rows = with_unvisited(rows_of(log, carrying, knowledge.shapes, knowledge.mean),
                           knowledge.visits, knowledge.sizes)
     away = max(farther([rows], knowledge.states) / SETTINGS.farther, 1.0)

@@ -29,7 +29,7 @@ from gearbox_monitor.robot.chain import chain_of
 from gearbox_monitor.robot.description import own_joints, parse
 from gearbox_monitor.robot.plausibility import implausible_limits, implausible_links
 from gearbox_monitor.watch.features import (
-    Features, features_of, Group, groups_of, state_levels, tips_of)
+    Features, features_of, Group, groups_of, state_levels)
 from gearbox_monitor.watch.levels import (
     Deviation, level_of, Levels, now, step_in, stepped, with_block)
 from gearbox_monitor.watch.record import (
@@ -233,7 +233,7 @@ def _waiting(watch: Watch) -> list[str]:
 def _learnt(watch: Watch) -> tuple[Watch, tuple[WatchEvent, ...]]:
     """Return the watch that has learnt the robot."""
     robot = _robot(watch)[0]
-    carrying = replace(robot, carries=tips_of(robot))
+    carrying = replace(robot, carries=robot.chain.tips)
     try:
         logs = [replace(_log(watch, [block]), name=f'block {k + 1}')
                 for k, block in enumerate(watch.kept)]

@@ -131,7 +131,7 @@ def library(recordings: Sequence[Rows], effects: Sequence[str] | None = None) ->
                 out += _of_joint((effect_id, name, over), column, recordings, j)
     for effect in ROBOT_EFFECTS:
         if effect.column is None and (effects is None or effect.id in effects):
-            out += _of_robot(effect, recordings)
+            out += of_robot(effect, recordings)
     return [c for c in out if any(np.abs(x).max() > LEAST for x in c.columns.values())]
 
 
@@ -185,7 +185,7 @@ def _of_joint(name: tuple[str, str, str], column: BalanceColumn, recordings: Seq
             if tries(column, setting, setting_of, rate)]
 
 
-def _of_robot(effect: RobotEffect, recordings: Sequence[Rows]) -> list[Candidate]:
+def of_robot(effect: RobotEffect, recordings: Sequence[Rows]) -> list[Candidate]:
     """Return an effect of links, the base or several joints at each place."""
     chain, columns, values = recordings[0].robot.chain, effect.columns, effect.values
     assert columns is not None and values is not None
@@ -215,7 +215,7 @@ def _of_robot(effect: RobotEffect, recordings: Sequence[Rows]) -> list[Candidate
     elif effect.id == 'joint_coupling':
         indices = [j * count + k for j in range(count) for k in range(count) if j != k]
     else:
-        indices = [j for j in range(count) if recordings[0].zero[j]]
+        indices = list(range(count))
     return [made(i, setting) for i in indices for setting in effect.starts(chain, i)]
 
 

@@ -27,6 +27,7 @@ from gearbox_monitor.diagnosis.robot.motion import (
 from gearbox_monitor.diagnosis.robot.robot_log import (
     LogSection, RawLog, read_by, RobotLog, SETPOINT)
 from gearbox_monitor.diagnosis.robot.rows import RobotModel
+from gearbox_monitor.diagnosis.robot.zeros import excerpt, zeros_in
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.robot.chain import PER_LINK
 from gearbox_monitor.signals.recording import AS_RECORDED, Convention
@@ -49,8 +50,9 @@ class ConventionLimits:
     of a link itself; gain: of a motor; tilt: of gravity, of 9.81 m/s^2; friction, offset, bent: of
     the rms effort of the joint (bent: sine and cosine of its angle); rotor: kg m^2 per N m.
 
-    highest: Hz of the test functions, below resonances and delays. seconds, rate: of the motion
-    that is fitted. zero: least offset, rad, that is a convention and no effect of a calibration.
+    highest: Hz of the test functions, below resonances and delays. rate: of the motion that is
+    fitted. zero: least offset, rad, that may be tens of degrees; turned: that the weight names
+    within the tolerances of the description: a smaller one is an effect of a calibration.
     factor: least factor of an effort that is another unit and no motor of another gain.
     beam: readings of different joints with which a second one is looked for.
     """
@@ -70,15 +72,16 @@ class ConventionLimits:
     bent: float = 0.05
     rotor: float = 0.05
     highest: float = 2.0
-    seconds: int = 30
     rate: float = 20.0
     zero: float = 0.2
+    turned: float = 0.08
     factor: float = 2.0
     beam: int = 4
 
 
 LIMITS = ConventionLimits()
 DEGREE, GRAVITY = math.pi / 180.0, 9.81
+READ_AGAIN = 5  # times at most that a log is read with the zeros found so far
 ZEROS = np.arange(-5, 7) * math.pi / 6
 ZEROS = ZEROS[np.abs(ZEROS) > 1e-9]
 
@@ -133,7 +136,7 @@ def named_readings(log: RobotLog, robot: RobotModel, limits: tuple[Array, Array]
     Returns:
         One after the other: each is read with those before it.
     """
-    motion, setpoint = thinned(motion_of(log)), log.kind == SETPOINT
+    motion, setpoint = thinned(log), log.kind == SETPOINT
     recorded, found = motion, list[NamedReading]()
     while len(settled) < len(robot.chain.links):
         named = ConventionBalance(robot, motion, setpoint, limits, settled).named(left)
@@ -152,12 +155,36 @@ def named_readings(log: RobotLog, robot: RobotModel, limits: tuple[Array, Array]
             reading, score = ConventionBalance(robot, motion, setpoint, limits).refined(
                 named_one.reading)
             found[k] = named_one._replace(reading=reading, score=score)
-    return found
+    return found or _turned(log, robot, settled)
+
+
+def _turned(log: RobotLog, robot: RobotModel, settled: Collection[int]) -> list[NamedReading]:
+    """Return readings of zeros of tenths of a rad in a log, but for joints that are `settled`."""
+    zeros: dict[int, float] = {}
+    for _ in range(READ_AGAIN):
+        read = log_as_read(log, _zero_readings(zeros))
+        found = zeros_in(read, robot, settled)
+        j = found.joint
+        if j is None or found.rival or j not in zeros and abs(found.zero) < LIMITS.turned:
+            break
+        zeros[j] = zeros.get(j, 0.0) + found.zero
+        if abs(found.zero) < LIMITS.turned:
+            settled = {*settled, j}
+    if not zeros:
+        return []
+    recorded = ConventionBalance(robot, thinned(log), log.kind == SETPOINT).score()
+    score = ConventionBalance(robot, thinned(read), log.kind == SETPOINT).score()
+    return [NamedReading(r, score, recorded) for r in _zero_readings(zeros)]
+
+
+def _zero_readings(zeros: Mapping[int, float]) -> list[RobotReading]:
+    """Return the readings of `zeros` {number of a joint: rad}."""
+    return [RobotReading({j: Convention(zero=c)}) for j, c in zeros.items()]
 
 
 def misfit(log: RobotLog, robot: RobotModel, limits: tuple[Array, Array] | None = None) -> float:
     """Return what a log leaves as it is recorded; arguments as of named_readings."""
-    motion = thinned(motion_of(log))
+    motion = thinned(log)
     return ConventionBalance(robot, motion, log.kind == SETPOINT, limits).misfit
 
 
@@ -607,19 +634,14 @@ def _factors() -> list[float]:
     return [float(x) for x in powers if abs(math.log(x)) > math.log(LIMITS.factor)]
 
 
-def thinned(motion: RobotMotion) -> RobotMotion:
-    """Return a motion of lower rate and of `seconds` at most, spread over all of it."""
+def thinned(log: RobotLog) -> RobotMotion:
+    """Return the motion of a log, or of pieces of a long one, at a lower rate."""
+    motion = motion_of(excerpt(log))
     every = max(1, round(1.0 / motion.step / LIMITS.rate))
-    size = int(round(10.0 / motion.step))
-    pieces = [slice(a, min(a + size, s.stop)) for s in motion.sections
-              for a in range(s.start, s.stop, size)]
-    pieces = [p for p in pieces if p.stop - p.start >= 3.0 / motion.step] or list(motion.sections)
-    most = max(1, round(LIMITS.seconds / 10.0))
-    pieces = [pieces[i] for i in np.unique(np.linspace(0, len(pieces) - 1, most).astype(int))]
     rows, sections, begin = [], [], 0
-    for piece in pieces:
-        count = (piece.stop - piece.start) // every
-        rows.append(piece.start + every * np.arange(count))
+    for section in motion.sections:
+        count = (section.stop - section.start) // every
+        rows.append(section.start + every * np.arange(count))
         sections.append(slice(begin, begin + count))
         begin += count
     at = np.concatenate(rows)

@@ -8,7 +8,7 @@ Each says what it adds to the balance and what its coefficients mean; those of a
 drive stand beside their equations in plant.effects.
 """
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 import math
 from types import MappingProxyType
 from typing import TypeAlias
@@ -179,6 +179,11 @@ JOINT_ZERO = RobotEffect(
     subject=('c', 'zero of the encoder'),
     shows='The torque against gravity of this joint and those before it belongs to another '
           'angle.')
+# Of any size, inertia included: for logs that are read wrongly.
+READ_OFF = replace(
+    JOINT_ZERO, columns=lambda rows, joint, c: rows.read_off(joint, float(c[0])),
+    starts=lambda chain, i: [np.full(1, 1e-4)],
+    next_setting=lambda b: np.clip(np.where(np.abs(b) < 1e-4, 1e-4, b), -math.pi, math.pi))
 QUADRATIC = RobotEffect(
     'quadratic_friction', 'friction that grows with the square of the speed', MappingProxyType(
         {'Cq': 'N m s^2/rad^2'}), JOINT, BalanceColumn(

@@ -193,6 +193,19 @@ class Rows:
         return tuple({k: self.tested(k, slopes[:, k, j, None]) for k in range(len(size))
                       if size[k, j] > 1e-9} for j in range(len(size)))
 
+    def read_off(self, joint: int, c: float) -> Mapping[int, Array]:
+        """Return the rows {joint: [R, 1]} per rad of readings of a `joint` that are `c` larger."""
+        chain, q = self.robot.chain, self.motion.q.copy()
+        q[:, joint] -= c
+        change = dict[int, Array]()
+        for r in chain.regressors(q, self.motion.v, links=chain.moved_by(joint)):
+            theta = chain.links[r.link].theta[:, None]
+            rows = self.tested(r.joint, r.p @ theta, True) + self.tested(
+                r.joint, (r.g - r.k) @ theta)
+            change[r.joint] = change.get(r.joint, 0.0) + (
+                rows - self.inertial[r.link, r.joint] @ theta) / c
+        return change
+
 
 def rows_of(log: RobotLog, robot: RobotModel, shapes: Sequence[tuple[int, str]] = (),
             mean: Mapping[str, float] | None = None) -> Rows:

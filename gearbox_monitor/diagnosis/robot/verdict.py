@@ -324,8 +324,7 @@ def examined(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge
     recordings = [rows_of(log, stated, knowledge.shapes) for log in logs]
     evidence = RobotEvidence(recordings, variance=np.where(
         np.isinf(knowledge.variance), np.inf, 0.0))
-    links = robot.chain.links
-    tips = {link.name for k, link in enumerate(links) if all(x.parent != k for x in links)}
+    tips = {robot.chain.links[k].name for k in robot.chain.tips}
     laws = [c for c in library(recordings, [
         BASE_TILT.id, JOINT_ZERO.id, TORQUE_GAIN.id, PAYLOAD.id]) if not c.link or c.link in tips]
     contest = replace(RobotContest.between(evidence, laws, [], None),

@@ -63,8 +63,8 @@ def test_no_convention_stands_for_a_payload():
 
 
 NAMED = [
-    (2, 'reversed'), (1, 'effort:-1'), (1, 'effort:0.1'), (1, 'zero:1.571'), (2, 'deg'),
-    (1, 'reversed,effort:-1')]
+    (2, 'reversed'), (1, 'effort:-1'), (1, 'effort:0.1'), (1, 'zero:1.571'),
+    (2, 'deg'), (1, 'reversed,effort:-1')]
 
 
 def expect_named(payload, joint, rules):
@@ -90,6 +90,7 @@ def test_a_convention_is_named_with_the_option_that_undoes_it():
     for payload in (0.0, 1.0):
         for joint, rules in NAMED:
             expect_named(payload, joint, rules)
+    expect_named(0.0, 1, 'zero:0.37')
 
 
 def test_exchanged_joints_are_named():
@@ -142,6 +143,7 @@ def test_commands_read_a_robot_as_it_is_named_and_learn_refuses_it(tmp_path, cap
     assert main(['check', *words]) == 1
     said, doubt = ' '.join(capsys.readouterr().out.split()), 'effort limit 0: state what the drive'
     assert '--convention elbow=reversed' in said and doubt in said
+    assert 'zero not checked ok base: a zero that is 0.2 rad off might stay unseen' in said
     assert main(['learn', *words, '--out', str(tmp_path / 'a.knowledge')]) == 2
     assert '--convention elbow=reversed' in capsys.readouterr().err
     assert main(['diagnose', *words, '--json', '-']) == 1

@@ -1,0 +1,101 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Zeros of a robot's encoders against its description: named, in doubt, or not shown by a log.
+
+Weight and inertia of the description are the evidence, within its tolerances: a zero that is off
+competes with every effect. It is named if it pays beside each of them; where an effect takes its
+place, as a tilted base that of the first horizontal axis, both are possible. What motion and
+weight do not show of a zero is stated, too.
+"""
+from collections.abc import Collection
+from dataclasses import replace
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from gearbox_monitor.diagnosis.contest import CONTEST
+from gearbox_monitor.diagnosis.robot.candidates import library, of_robot
+from gearbox_monitor.diagnosis.robot.contest import RobotContest, visible_size
+from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence
+from gearbox_monitor.diagnosis.robot.robot_effects import READ_OFF
+from gearbox_monitor.diagnosis.robot.robot_log import LogSection, RobotLog, SETPOINT
+from gearbox_monitor.diagnosis.robot.rows import RobotModel, rows_of
+from gearbox_monitor.robot.chain import PER_LINK
+
+PIECES, PIECE = 6, 10.0  # s: of a long log six pieces tell how it is read
+RIVALS = 12     # effects that are fitted beside a zero
+SHOWN = 0.2     # rad: a log in which a larger zero might hide does not show it
+LEAST = 1e-6    # N m/rad: less is rounding
+CERTAIN = 5.0   # deviations of a body's parameters: a description that is off by more is wrong
+
+
+class Zeros(NamedTuple):
+    """
+    What a log says of zeros.
+
+    joint, zero: number of the joint whose reading is that much too large, rad; None: all pay less
+    than their price. rival: effect and place that explain it as well, None without one. hidden:
+    numbers of joints in which a zero that is SHOWN off might hide.
+    """
+
+    joint: int | None
+    zero: float
+    rival: tuple[str, str] | None
+    hidden: tuple[int, ...]
+
+
+def zeros_in(log: RobotLog, robot: RobotModel, settled: Collection[int] = ()) -> Zeros:
+    """
+    Return what a log says of the zeros of its joints.
+
+    Args:
+        log: of the robot.
+        robot: its model, with the tolerances of its description.
+        settled: numbers of joints whose zero is known.
+    """
+    names = robot.chain.joints
+    joints = [j for j, link in enumerate(robot.chain.links)
+              if j not in settled and not link.slides]
+    unknown = Zeros(None, 0.0, None, tuple(joints))
+    if log.kind == SETPOINT or not joints:   # with which zero a servo computes weight is unknown
+        return unknown
+    rows = rows_of(excerpt(log), robot)
+    evidence, laws = RobotEvidence([rows]), library([rows])
+    own = [c for c in of_robot(READ_OFF, [rows]) if names.index(c.place) in joints
+           and any(np.abs(x).max() > LEAST for x in c.columns.values())]
+    contest, blank = RobotContest.between(evidence, laws, [], None), evidence.fit()
+    others = contest.entries(blank, [c for c in laws if c.effect != READ_OFF.id], RIVALS)
+    best = next((e for e in contest.entries(blank, own, len(own)) if e.worth > CONTEST.margin),
+                None) if own else None
+    added = (best.candidate,) if best else ()
+    beside = [evidence.fit((e.candidate, *added), e.fit, 4) for e in others]
+    bodies = [i for i, label in enumerate(evidence.labels) if label in {
+        f'{link.name} {p}' for link in robot.chain.links for p in range(PER_LINK)}]
+    if all(np.abs(fit.nuisance[bodies]).max(initial=0.0) > CERTAIN
+           for fit in (best.fit if best else blank, *beside)):
+        return unknown   # the description is that of another robot, or lacks a load
+    seen = {c.place: visible_size(contest, blank, c, e.covariance) or math.inf
+            for c, e in zip(own, evidence.estimates(blank, own))}
+    hidden = tuple(j for j in joints if seen.get(names[j], math.inf) > SHOWN)
+    if best is None:
+        return Zeros(None, 0.0, None, hidden)
+    price = contest.cost(best.candidate) + CONTEST.margin
+    rival = min((e for e, both in zip(others, beside) if e.fit.deviance - both.deviance < price),
+                key=lambda e: e.fit.deviance, default=None)
+    return Zeros(names.index(best.candidate.place), float(best.fit.values[0]),
+                 (rival.candidate.effect, rival.candidate.place) if rival else None, hidden)
+
+
+def excerpt(log: RobotLog) -> RobotLog:
+    """Return a log of PIECES of PIECE seconds at most, spread over all of it."""
+    size = max(round(PIECE * log.rate), 4)
+    pieces = [LogSection(s.t[a:a + size], s.position[a:a + size], s.input[a:a + size])
+              for s in log.sections for a in range(0, len(s.t), size)]
+    pieces = [p for p in pieces if p.t[-1] - p.t[0] >= 0.3 * PIECE]
+    if len(pieces) <= PIECES:
+        return log
+    at = np.linspace(0, len(pieces) - 1, PIECES).astype(int)
+    return replace(log, sections=tuple(pieces[i] for i in at))
