@@ -118,26 +118,23 @@ def parse_yaml(text: str, aliases: bool = True) -> tuple[Any, dict[int, dict[Any
 
 def _check_size(text: str, aliases: bool) -> None:
     """Raise MarkedYAMLError if `text` stands for more than the limits allow."""
-    sizes: dict[str, int] = {}  # of what an anchor names, once it is complete
+    sizes: dict[str | None, int] = {}  # of what an anchor names, once it is complete
     parents: list[tuple[str | None, int]] = []  # anchor of each, and the count at its begin
     count = 0
     for event in yaml.parse(text, BoundedLoader):
         problem = ''
         if isinstance(event, yaml.AliasEvent):
-            if not aliases:
-                problem = 'an alias'
-            elif any(event.anchor == anchor for anchor, _ in parents):
-                problem = 'an alias that contains itself'
+            problem = 'an alias' if not aliases else 'an alias that contains itself' if (
+                event.anchor in dict(parents)) else ''
             count += sizes.get(event.anchor, 1)
         elif isinstance(event, yaml.CollectionEndEvent):
             anchor, begin = parents.pop()
-            if anchor:
-                sizes[anchor] = count - begin
-        elif isinstance(event, (yaml.ScalarEvent, yaml.CollectionStartEvent)):
-            if isinstance(event, yaml.CollectionStartEvent):
-                parents.append((event.anchor, count))
-            elif event.anchor:
-                sizes[event.anchor] = 1
+            sizes[anchor] = count - begin
+        elif isinstance(event, yaml.CollectionStartEvent):
+            parents.append((event.anchor, count))
+            count += 1
+        elif isinstance(event, yaml.ScalarEvent):
+            sizes[event.anchor] = 1
             count += 1
         if len(parents) > MAX_DEPTH:
             problem = 'nested too deeply'
