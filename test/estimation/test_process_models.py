@@ -45,7 +45,7 @@ def test_friction_grows_with_the_load_either_way():
 
 
 def test_load_friction_needs_its_parameter():
-    with pytest.raises(InputError, match='effects.load_friction.Cl: None, expected a finite'):
+    with pytest.raises(InputError, match='effects.load_friction.Cl: None, expected a number >= 0'):
         DriveModel().with_(effects=[{'id': 'load_friction'}])
 
 
