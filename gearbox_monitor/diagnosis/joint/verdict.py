@@ -281,16 +281,17 @@ def without_idle_laws(decision: Decision) -> Decision:
     """
     Return a decision without laws that explain next to nothing of the misfit, against the largest.
 
-    Where something has no known cause, such a law imitates a part of it; free runs deny it.
+    Where something has no known cause, such a law imitates a part of it; free runs deny it, also
+    one that stands alone.
 
     Args:
         decision: of a contest.
     """
-    shares = {name: share or 0.0 for name, (_, share) in (
-        explained_shares(decision) if decision.remains else {}).items()}
+    shares = {name: share for name, (_, share) in (
+        explained_shares(decision) if decision.remains else {}).items() if share is not None}
     largest = max(shares.values(), default=0.0)
     idle = {name for name in decision.fit.candidate.ids
-            if shares.get(name, largest) < THRESHOLDS.idle * largest}
+            if shares.get(name, math.inf) <= THRESHOLDS.idle * largest}
     if not idle:
         return decision
 
