@@ -50,6 +50,8 @@ class Graph:
         end = time.monotonic() + timeout
         while not condition():
             assert time.monotonic() < end, f'{what} did not happen'
+            for process in self.processes:
+                assert (process.poll() or 0) <= 0, f'{what}: {process.communicate()[1]}'
             self.executor.spin_once(timeout_sec=0.02)
 
     def spin(self, seconds):
