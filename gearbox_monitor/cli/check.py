@@ -309,7 +309,7 @@ def run_robot(args: Namespace) -> int:
 def _plain(findings: Sequence[DataFinding], purposes: Sequence[str] = PURPOSES,
            axis: str = 'rotary') -> list[dict[str, Any]]:
     return [{
-        'group': f.group, 'name': f.name, 'verdict': f.verdict(purposes).name.lower(),
+        'group': f.group, 'name': f.name, 'verdict': f.verdict_word(purposes),
         'figure': on_axis(f.figure, axis),
         'advice': on_axis(f.advice, axis) if f.verdict(purposes) > OK else '', 'values': f.values,
         'hurts': {purpose: verdict.name.lower() for purpose, verdict in f.hurts.items()}}

@@ -385,8 +385,9 @@ def _zeros(log: RobotLog, robot: Robot, model: RobotModel, reading: ReadOptions
                                     'effect': effect, 'place': place}))
     if zeros.hidden:
         hidden = [names[j] for j in zeros.hidden]
-        found.append(judged('conventions', 'zero not checked', said(
-            'zeros_hidden', names=', '.join(hidden), size=SHOWN), values={'joints': hidden}))
+        found.append(DataFinding('conventions', 'zero not checked', (said(
+            'zeros_hidden', names=', '.join(hidden), size=SHOWN),), values={'joints': hidden},
+            open=True))
     return found
 
 

@@ -35,7 +35,8 @@ class DataFinding:
     group, name: of its line; says: what was found, as codes of the table of sentences with their
     numbers; hurts {purpose: Grade}: what it spoils, purposes that are not named are fine;
     values {name: number}: for programs, SI units; fault: of a recording, by which the diagnosis
-    refuses it, '' where nothing is spoilt; axis: of the drive.
+    refuses it, '' where nothing is spoilt; axis: of the drive; open: nothing could be judged, so
+    that its line is no OK.
     """
 
     group: str
@@ -45,6 +46,7 @@ class DataFinding:
     values: dict[str, Any] = field(default_factory=dict)
     fault: str = ''
     axis: str = 'rotary'
+    open: bool = False
 
     @property
     def figure(self) -> str:
@@ -71,6 +73,10 @@ class DataFinding:
     def verdict(self, purposes: Iterable[str] = PURPOSES) -> Grade:
         """Return the worst Grade for any of `purposes`."""
         return max((self.hurts.get(purpose, OK) for purpose in purposes), default=OK)
+
+    def verdict_word(self, purposes: Iterable[str] = PURPOSES) -> str:
+        """Return the verdict for `purposes` in a word, - for what could not be judged."""
+        return '-' if self.open else self.verdict(purposes).name.lower()
 
 
 def hurts(estimation: Grade = OK, drift: Grade = OK, diagnosis: Grade = OK) -> dict[str, Grade]:

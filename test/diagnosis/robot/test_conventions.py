@@ -143,7 +143,7 @@ def test_commands_read_a_robot_as_it_is_named_and_learn_refuses_it(tmp_path, cap
     assert main(['check', *words]) == 1
     said, doubt = ' '.join(capsys.readouterr().out.split()), 'effort limit 0: state what the drive'
     assert '--convention elbow=reversed' in said and doubt in said
-    assert 'zero not checked ok base: a zero that is 0.2 rad off might stay unseen' in said
+    assert 'zero not checked - base: a zero that is 0.2 rad off might stay unseen' in said
     assert main(['learn', *words, '--out', str(tmp_path / 'a.knowledge')]) == 2
     assert '--convention elbow=reversed' in capsys.readouterr().err
     assert main(['diagnose', *words, '--json', '-']) == 1
