@@ -15,8 +15,9 @@ Public names, by module:
 
     elementary: arctan, cosine, DIFFERENCE_GAIN, exponential, fma, MAD_TO_SIGMA, noise_levels,
         quantisation_step, sine, white_noise_std
-    kernel: address_of, apart, bound, called_back, compilable, entry, folded, inline,
-        installed, kernel, KERNELS, Repeated
+    kernel: address_of, apart, bound, called_back, compilable, entry, folded, inline, kernel,
+        KERNELS, Repeated
+    library: installed
     linalg: add_product, add_transposed_product, carry, multiply, solve_positive,
         transposed_multiply_symmetric
     linear_least_squares: cosine_basis, covariance, damped_solve, damped_step, Damping,

@@ -24,7 +24,7 @@ import tempfile
 from typing import Any
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.kernels import kernel
+from gearbox_monitor.kernels import library
 from gearbox_monitor.kernels.translate.program import Program
 from gearbox_monitor.kernels.translate.values import form
 
@@ -48,7 +48,7 @@ def compiler() -> list[str]:
     try:
         import_module('ziglang')
     except ImportError:
-        raise kernel.missing('no C compiler') from None
+        raise library.missing('no C compiler') from None
     return [sys.executable, '-m', 'ziglang', 'cc']
 
 
@@ -76,13 +76,13 @@ def compile_(text: str, path: Path, *flags: str) -> None:
 
     Args:
         text: the C.
-        path: of the library; its name tells the kind of processor, see kernel.STEMS.
+        path: of the library; its name tells the kind of processor, see library.STEMS.
         flags: of the compiler beside FLAGS.
 
     Raises:
         InputError: there is no compiler, or it fails.
     """
-    command, newer = [*compiler(), *FLAGS, *flags], path.stem.endswith(kernel.STEMS[0])
+    command, newer = [*compiler(), *FLAGS, *flags], path.stem.endswith(library.STEMS[0])
     version = subprocess.run([*command, '--version'], capture_output=True, text=True, check=False)
     if 'Free Software Foundation' in version.stdout:  # other compilers than GCC refuse it
         command.append('-fvect-cost-model=dynamic')
@@ -98,7 +98,7 @@ def compile_(text: str, path: Path, *flags: str) -> None:
         if run.returncode:
             lines = run.stderr.strip().splitlines() or ['']
             reason = next((line for line in lines if 'error' in line), lines[0])
-            raise kernel.missing(f'{command[0]} failed: {reason}')
+            raise library.missing(f'{command[0]} failed: {reason}')
         os.replace(made, path)
 
 
@@ -109,7 +109,7 @@ def digest_of(text: str) -> str:
 
 def compiled(text: str, folder: Path) -> Path:
     """Return the library of this C `text` in `folder`; it is built if it is new."""
-    path = folder / f'{digest_of(text)}{kernel.stems()[0]}.so'
+    path = folder / f'{digest_of(text)}{library.stems()[0]}.so'
     if not path.exists():
         compile_(text, path)
     return path
@@ -124,10 +124,10 @@ def package(path: Path) -> None:
     """
     for module in EVERYTHING:
         import_module(f'gearbox_monitor.{module}')
-    text = text_of(sorted(kernel.ENTRIES, key=lambda entry: str(entry.symbol)))
-    notes = [kernel.digest(), digest_of(text), *kernel.sources()]
+    text = text_of(sorted(library.ENTRIES, key=lambda entry: str(entry.symbol)))
+    notes = [library.digest(), digest_of(text), *library.sources()]
     for other in path.parent.parent.glob(f'*/{path.name}'):
-        old = kernel.notes(other)
+        old = library.notes(other)
         if old[1:] == notes[1:]:
             path.parent.mkdir(0o700, parents=True, exist_ok=True)
             made = path.with_suffix(f'.{os.getpid()}')
@@ -139,11 +139,11 @@ def package(path: Path) -> None:
 
 def main(folder: str, wanted: str = '') -> int:
     """
-    Build the library `wanted` (of kernel.STEMS; '': the one for this processor) in `folder`.
+    Build the library `wanted` (of library.STEMS; '': the one for this processor) in `folder`.
 
     Of the others, those that a package has which is handed on. Returns the exit code.
     """
-    usual = kernel.STEMS if os.environ.get('GEARBOX_MONITOR_PORTABLE') else kernel.stems()[:1]
+    usual = library.STEMS if os.environ.get('GEARBOX_MONITOR_PORTABLE') else library.stems()[:1]
     try:
         for stem in usual:
             if wanted in ('', stem):

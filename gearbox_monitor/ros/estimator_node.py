@@ -21,7 +21,8 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from gearbox_monitor import __version__
-from gearbox_monitor.kernels.kernel import installed, KERNELS
+from gearbox_monitor.kernels.kernel import KERNELS
+from gearbox_monitor.kernels.library import installed
 from gearbox_monitor.parameters import SETTINGS
 from gearbox_monitor.recordings.topics import DIAGNOSTICS, DRIFT_ALERTS, JOINT_STATES, SIGNALS
 from gearbox_monitor.ros.black_box import KEEP

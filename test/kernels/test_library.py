@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.kernels import build, kernel
+from gearbox_monitor.kernels import build, library
 from gearbox_monitor.kernels.kernel import (
     address_of, compilable, Entry, Repeated)
 from gearbox_monitor.kernels.types import Vector
@@ -48,10 +48,10 @@ def entry(tmp_path_factory):
 def test_the_library_has_every_entry_of_the_package():
     for module in build.EVERYTHING:
         import_module(f'gearbox_monitor.{module}')
-    assert len(kernel.ENTRIES) >= 39
-    for one in kernel.ENTRIES:
+    assert len(library.ENTRIES) >= 39
+    for one in library.ENTRIES:
         if one.__module__.startswith('gearbox_monitor'):
-            assert hasattr(kernel.installed(), one.symbol), one.symbol
+            assert hasattr(library.installed(), one.symbol), one.symbol
 
 
 def test_kernels_are_imported_with_numpy_alone_as_installation_does():
@@ -72,22 +72,22 @@ for module in build.EVERYTHING:
 def test_a_library_of_other_sources_is_not_used(tmp_path, monkeypatch):
     folder = tmp_path / 'gearbox_monitor'
     (folder / 'plant').mkdir(parents=True)
-    monkeypatch.setattr(kernel, 'PACKAGE', folder)
+    monkeypatch.setattr(library, 'PACKAGE', folder)
     monkeypatch.setattr(build, 'text_of', lambda entries: 'int a;\n')
     monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'cache'))
-    path, seen = folder / f'{kernel.stems()[0]}.so', []
+    path, seen = folder / f'{library.stems()[0]}.so', []
     for text in ('1', '2'):
         (folder / 'plant' / 'a.py').write_text(text)
-        kernel.digest.cache_clear()
-        seen.append(kernel.digest())
-        assert kernel.notes(path)[:1] != seen[-1:]
+        library.digest.cache_clear()
+        seen.append(library.digest())
+        assert library.notes(path)[:1] != seen[-1:]
         build.package(path)  # the second time a copy, as its C is the same
         copy = path.rename(tmp_path / f'{text}.so')
-        assert kernel.notes(copy)[:1] == seen[-1:]
+        assert library.notes(copy)[:1] == seen[-1:]
         copy.rename(path)
         monkeypatch.setattr(build, 'compile_', None)
-    assert seen[0] != seen[1] and not kernel.notes(tmp_path / 'missing.so')
-    kernel.digest.cache_clear()
+    assert seen[0] != seen[1] and not library.notes(tmp_path / 'missing.so')
+    library.digest.cache_clear()
 
 
 def test_ziglang_compiles_to_the_same_bits_where_there_is_no_compiler(tmp_path, monkeypatch):
@@ -102,7 +102,7 @@ def test_ziglang_compiles_to_the_same_bits_where_there_is_no_compiler(tmp_path, 
 def test_without_a_compiler_one_line_says_what_to_install(monkeypatch):
     monkeypatch.setenv('PATH', '')
     monkeypatch.delenv('CC', raising=False)
-    monkeypatch.setitem(kernel.sys.modules, 'ziglang', None)
+    monkeypatch.setitem(library.sys.modules, 'ziglang', None)
     with pytest.raises(InputError) as error:
         build.compiler()
     assert '\n' not in str(error.value) and 'gcc' in str(error.value)
@@ -110,10 +110,10 @@ def test_without_a_compiler_one_line_says_what_to_install(monkeypatch):
 
 def test_a_folder_that_others_write_into_keeps_no_kernels(tmp_path, monkeypatch):
     monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
-    folder = kernel.cache_folder()
+    folder = library.cache_folder()
     assert folder.is_relative_to(tmp_path) and os.stat(folder).st_mode & 0o077 == 0
     os.chmod(folder.parent, 0o777)
-    assert not kernel.cache_folder().is_relative_to(tmp_path / 'gearbox_monitor')
+    assert not library.cache_folder().is_relative_to(tmp_path / 'gearbox_monitor')
 
 
 def test_prepared_calls_see_what_changes_in_arrays(entry):
