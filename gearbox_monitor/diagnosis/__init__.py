@@ -38,5 +38,5 @@ Public names, by module:
     robot.settings: SETTINGS
     robot.verdict: effort_curves, EffortCurves, RobotVerdict, sampled_early, setpoint_lags,
         verdict_data
-    robot.zeros: SHOWN, zeros_in
+    robot.zeros: zeros_in
 """

@@ -21,8 +21,9 @@ from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.diagnosis.robot.robot_log import (
     checked_log, RawLog, RobotLog, SETPOINT, TORQUE)
 from gearbox_monitor.diagnosis.robot.rows import RobotModel, rows_of
+from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.diagnosis.robot.verdict import effort_curves, RobotVerdict, verdict_data
-from gearbox_monitor.diagnosis.robot.zeros import SHOWN, zeros_in
+from gearbox_monitor.diagnosis.robot.zeros import zeros_in
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.files.knowledge_file import load_knowledge, SUFFIX
 from gearbox_monitor.files.opening import plain
@@ -386,8 +387,8 @@ def _zeros(log: RobotLog, robot: Robot, model: RobotModel, reading: ReadOptions
     if zeros.hidden:
         hidden = [names[j] for j in zeros.hidden]
         found.append(DataFinding('conventions', 'zero not checked', (said(
-            'zeros_hidden', names=', '.join(hidden), size=SHOWN),), values={'joints': hidden},
-            open=True))
+            'zeros_hidden', names=', '.join(hidden), size=SETTINGS.zero_shown),),
+            values={'joints': hidden}, open=True))
     return found
 
 

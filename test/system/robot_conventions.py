@@ -33,7 +33,8 @@ from gearbox_monitor.diagnosis.robot.conventions import (
     ConventionBalance, LIMITS, log_as_read, named_readings, RobotReading, thinned)
 from gearbox_monitor.diagnosis.robot.robot_log import LogSection, RobotLog
 from gearbox_monitor.diagnosis.robot.rows import RobotModel
-from gearbox_monitor.diagnosis.robot.zeros import SHOWN, zeros_in
+from gearbox_monitor.diagnosis.robot.settings import SETTINGS
+from gearbox_monitor.diagnosis.robot.zeros import zeros_in
 from gearbox_monitor.signals.recording import Convention
 from gearbox_monitor.simulators.robot_model import chain_of_compiled
 
@@ -113,7 +114,8 @@ def is_open(log, robot, found, truth):
     """Return whether the check leaves the zero of the `truth` open beside what was `found`."""
     (j, c), = truth.joints.items()
     zeros = zeros_in(log_as_read(log, [n.reading for n in found]), robot)
-    return abs(c.zero) < SHOWN or j in zeros.hidden or zeros.rival is not None and zeros.joint == j
+    return (abs(c.zero) < SETTINGS.zero_shown or j in zeros.hidden
+            or zeros.rival is not None and zeros.joint == j)
 
 
 def words(reading):

@@ -4,10 +4,10 @@
 """
 Zeros of a robot's encoders against its description: named, in doubt, or not shown by a log.
 
-Weight and inertia of the description are the evidence, within its tolerances: a zero that is off
-competes with every effect. It is named if it pays beside each of them; where an effect takes its
-place, as a tilted base that of the first horizontal axis, both are possible. What motion and
-weight do not show of a zero is stated, too.
+The evidence is the weight and inertia that the description states, within its tolerances. A zero
+that is off competes with every effect. It is named if it explains more than each of them; where an
+effect explains as much (a tilted base and the first horizontal axis), both are possible. Joints
+whose zero neither motion nor weight shows are listed.
 """
 from collections.abc import Collection
 from dataclasses import replace
@@ -23,13 +23,8 @@ from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence
 from gearbox_monitor.diagnosis.robot.robot_effects import READ_OFF
 from gearbox_monitor.diagnosis.robot.robot_log import LogSection, RobotLog, SETPOINT
 from gearbox_monitor.diagnosis.robot.rows import RobotModel, rows_of
+from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.robot.chain import PER_LINK
-
-PIECES, PIECE = 6, 10.0  # s: of a long log six pieces tell how it is read
-RIVALS = 12     # effects that are fitted beside a zero
-SHOWN = 0.2     # rad: a log in which a larger zero might hide does not show it
-LEAST = 1e-6    # N m/rad: less is rounding
-CERTAIN = 5.0   # deviations of a body's parameters: a description that is off by more is wrong
 
 
 class Zeros(NamedTuple):
@@ -38,7 +33,7 @@ class Zeros(NamedTuple):
 
     joint, zero: number of the joint whose reading is that much too large, rad; None: all pay less
     than their price. rival: effect and place that explain it as well, None without one. hidden:
-    numbers of joints in which a zero that is SHOWN off might hide.
+    numbers of joints in which a zero off by SETTINGS.zero_shown might hide.
     """
 
     joint: int | None
@@ -65,21 +60,22 @@ def zeros_in(log: RobotLog, robot: RobotModel, settled: Collection[int] = ()) ->
     rows = rows_of(excerpt(log), robot)
     evidence, laws = RobotEvidence([rows]), library([rows])
     own = [c for c in of_robot(READ_OFF, [rows]) if names.index(c.place) in joints
-           and any(np.abs(x).max() > LEAST for x in c.columns.values())]
+           and any(np.abs(x).max() > SETTINGS.least_slope for x in c.columns.values())]
     contest, blank = RobotContest.between(evidence, laws, [], None), evidence.fit()
-    others = contest.entries(blank, [c for c in laws if c.effect != READ_OFF.id], RIVALS)
+    others = contest.entries(
+        blank, [c for c in laws if c.effect != READ_OFF.id], SETTINGS.zero_rivals)
     best = next((e for e in contest.entries(blank, own, len(own)) if e.worth > CONTEST.margin),
                 None) if own else None
     added = (best.candidate,) if best else ()
     beside = [evidence.fit((e.candidate, *added), e.fit, 4) for e in others]
     bodies = [i for i, label in enumerate(evidence.labels) if label in {
         f'{link.name} {p}' for link in robot.chain.links for p in range(PER_LINK)}]
-    if all(np.abs(fit.nuisance[bodies]).max(initial=0.0) > CERTAIN
+    if all(np.abs(fit.nuisance[bodies]).max(initial=0.0) > SETTINGS.body_certain
            for fit in (best.fit if best else blank, *beside)):
         return unknown   # the description is that of another robot, or lacks a load
     seen = {c.place: visible_size(contest, blank, c, e.covariance) or math.inf
             for c, e in zip(own, evidence.estimates(blank, own))}
-    hidden = tuple(j for j in joints if seen.get(names[j], math.inf) > SHOWN)
+    hidden = tuple(j for j in joints if seen.get(names[j], math.inf) > SETTINGS.zero_shown)
     if best is None:
         return Zeros(None, 0.0, None, hidden)
     price = contest.cost(best.candidate) + CONTEST.margin
@@ -90,12 +86,12 @@ def zeros_in(log: RobotLog, robot: RobotModel, settled: Collection[int] = ()) ->
 
 
 def excerpt(log: RobotLog) -> RobotLog:
-    """Return a log of PIECES of PIECE seconds at most, spread over all of it."""
-    size = max(round(PIECE * log.rate), 4)
+    """Return a log of a few short pieces at most, spread over all of it."""
+    size = max(round(SETTINGS.piece * log.rate), 4)
     pieces = [LogSection(s.t[a:a + size], s.position[a:a + size], s.input[a:a + size])
               for s in log.sections for a in range(0, len(s.t), size)]
-    pieces = [p for p in pieces if p.t[-1] - p.t[0] >= 0.3 * PIECE]
-    if len(pieces) <= PIECES:
+    pieces = [p for p in pieces if p.t[-1] - p.t[0] >= 0.3 * SETTINGS.piece]
+    if len(pieces) <= SETTINGS.pieces:
         return log
-    at = np.linspace(0, len(pieces) - 1, PIECES).astype(int)
+    at = np.linspace(0, len(pieces) - 1, SETTINGS.pieces).astype(int)
     return replace(log, sections=tuple(pieces[i] for i in at))
