@@ -21,6 +21,7 @@ from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.diagnosis.robot.robot_log import (
     checked_log, RawLog, RobotLog, SETPOINT, TORQUE)
 from gearbox_monitor.diagnosis.robot.rows import RobotModel, rows_of
+from gearbox_monitor.diagnosis.robot.servo import with_servos
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.diagnosis.robot.verdict import effort_curves, RobotVerdict, verdict_data
 from gearbox_monitor.diagnosis.robot.zeros import zeros_in
@@ -304,6 +305,10 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
         notes.append(str(said(code, percent=100 * model.tolerance.max(),
                               gain=100 * model.gain_tolerance)))
     verdict = balance.diagnose(model, read, knowledge, effects)
+    if read[0].of_servos is not None and knowledge is not None:
+        notes.append(str(said('setpoints_unused', why='a reference says nothing of servos')))
+    elif not effects:
+        verdict = with_servos(verdict, model, read)
     names = [str(path) for path in ([logs] if isinstance(logs, (str, Path)) else logs)]
     data = plain(verdict_data(verdict)) | {
         'logs': names, 'model': str(file.path), 'model_digest': file.digest,

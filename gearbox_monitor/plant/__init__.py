@@ -30,7 +30,7 @@ Public names, by module:
         not_negative, one, SCALE, SETPOINT, TORQUE, waves
     effects.composition: actuator, arm_error, COMMAND_PLACES, DELAY1, DELAY2, lead,
         motor_error, steady_command
-    effects.controller: SERVO_DELAY, SERVO_GAIN, SERVO_INTEGRATOR, SERVO_LIMIT
+    effects.controller: SERVO_DELAY, SERVO_GAIN, SERVO_INTEGRATOR, SERVO_LIMIT, SETPOINT_DELAY
     effects.effect: Torques
     effects.encoder: ENCODER_OFFSET
     effects.gearbox: BACKLASH_GAP, SLIP, slipped

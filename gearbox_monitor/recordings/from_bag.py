@@ -246,8 +246,8 @@ def robot_log(reader: BagReader, joints: Sequence[str], recorded: Mapping[str, s
                              f'all joints{or_setpoints}; {STILL}')
         kind = SETPOINT
         notes += [as_written(f'effort: {UNSIGNED}; the setpoints are used')] * sizes
-    elif has_setpoints:
-        notes.append(said('setpoints_unused'))
+    elif has_setpoints and no_servo:
+        notes.append(said('setpoints_unused', why=no_servo))
     if kind == CURRENT and constants is not None:
         lacking = [joint for joint in joints if joint not in constants]
         if lacking:
@@ -255,7 +255,8 @@ def robot_log(reader: BagReader, joints: Sequence[str], recorded: Mapping[str, s
                              'N m/A of each joint')
         notes.append(said('scaled_current'))
     raw = raw_log(recording, names, kind, constants)
-    return replace(raw, notes=(*raw.notes, *notes), measured=kind == CURRENT)
+    return replace(raw, notes=(*raw.notes, *notes), measured=kind == CURRENT,
+                   setpoint={} if no_servo else raw.setpoint)
 
 
 BEYOND = 0.05  # rad or m: a joint that leaves its range by less is at its stop

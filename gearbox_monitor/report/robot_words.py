@@ -59,7 +59,8 @@ def size_unit(effect: str, axis: str) -> str:
 def finding_words(finding: Mapping[str, Any], axes: Mapping[str, str] = ALL_ROTARY) -> str:
     """Return one sentence, without a full stop, on a finding; `axes`: of the joints."""
     axis = axes.get(finding.get('joint') or '', 'rotary')
-    place = finding.get('joint') or finding.get('link') or 'base'
+    place = finding.get('joint') or (
+        'all joints' if finding.get('place') == 'controller' else finding.get('link') or 'base')
     effect, values = finding['effect'], finding['values']
     if effect == 'payload':
         return _load(finding, place)
@@ -256,15 +257,20 @@ def next_steps(data: Mapping[str, Any]) -> list[str]:
     return steps
 
 
+def _gaps(gaps: Sequence[Mapping[str, Any]], axes: Mapping[str, str]) -> str:
+    """Return the first `gaps` of joints in words; `axes`: of all joints."""
+    return ', '.join(f'{g["joint"]} {number(g["before"])} -> '
+                     f'{number(g["after"], on_axis("N m", axes[g["joint"]]))}' for g in gaps[:4])
+
+
 def robot_text(data: Mapping[str, Any]) -> str:
     """Return the verdict `data` in some ten lines."""
     lines, axes = [data['summary']], axes_of(data)
     lines += [f'  remains: {remainder_words(r, axes)}' for r in data['remainders'][
         0 if data['verdict'] == 'none' else 1:]]
-    gaps = ', '.join(f'{g["joint"]} {number(g["before"])} -> '
-                     f'{number(g["after"], on_axis("N m", axes[g["joint"]]))}'
-                     for g in data['ranked'][:4])
-    lines.append(f'gap of the torque, rms before -> after: {gaps}')
+    lines.append(f'gap of the torque, rms before -> after: {_gaps(data["ranked"], axes)}')
+    if data.get('servos'):
+        lines.append(f'gap of the servos, rms before -> after: {_gaps(data["servos"], axes)}')
     runs = (data.get('rollouts') or {}).get('joints') or {}
     if runs:
         lines.append('MuJoCo after 0.5 s, rms error with the file -> with the closed one: '

@@ -239,7 +239,9 @@ def rollouts(file: ChainFile, verdict: RobotVerdict) -> dict[str, Any]:
     closed, lacking = _written(file, findings)
     torques = {finding_title(c.effect, c.place) for c in verdict.fit.chosen
                if not c.free and _column(c) is not None} - (titles - lacking)
-    without = lacking - torques
+    # Where torques are recorded, the servos that made them are not in the runs.
+    without = lacking - torques | titles - {
+        finding_title(c.effect, c.place) for c in verdict.fit.chosen}
     before = _runs(file.compiled, verdict, frozenset())
     after = _runs(closed, verdict, torques | taught)
     spread, vetoed = np.std(rows.motion.q, axis=0) + 1e-9, list[str]()

@@ -235,7 +235,8 @@ def columns_as_read(raw: RawLog, readings: Sequence[RobotReading]) -> RawLog:
             first, second = (joints[j] for j in reading.swapped)
             other = {first: second, second: first}
             raw = replace(raw, position={j: raw.position[other.get(j, j)] for j in joints},
-                          input={j: raw.input[other.get(j, j)] for j in joints})
+                          input={j: raw.input[other.get(j, j)] for j in joints},
+                          setpoint={j: raw.setpoint[other.get(j, j)] for j in raw.setpoint})
     return raw
 
 
@@ -243,7 +244,9 @@ def log_as_read(log: RobotLog, readings: Sequence[RobotReading]) -> RobotLog:
     """Return a log as `readings` have it, one after the other."""
     for reading in readings:
         log = replace(log, sections=tuple(
-            LogSection(x.t, *_columns(x.position, x.input, reading, log.kind == SETPOINT))
+            LogSection(x.t, *_columns(x.position, x.input, reading, log.kind == SETPOINT),
+                       None if x.setpoint is None else
+                       _columns(x.position, x.setpoint, reading, True)[1])
             for x in log.sections))
     return log
 

@@ -3,7 +3,7 @@
 
 """A log of all joints of a robot, checked and cut into sections at its gaps."""
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import scipy
@@ -19,15 +19,21 @@ from gearbox_monitor.signals.stamps import require_stamps
 
 TORQUE, CURRENT, SETPOINT = 'torque', 'current', 'setpoint'
 LEAST_SECONDS = 4.0  # a section holds at least one test function and what a smoother loses
+LATE = 0.01  # of a log, before the first setpoint of a servo
 
 
 @dataclass(frozen=True, eq=False)
 class LogSection:
-    """Samples without a gap: t [N] s, position [N, J], input [N, J] (torque or setpoint)."""
+    """
+    Samples without a gap: t [N] s, position [N, J], input [N, J] (torque or setpoint).
+
+    setpoint [N, J]: of the servos that made the torque, None where it is not known.
+    """
 
     t: Array
     position: Array
     input: Array
+    setpoint: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,14 +59,23 @@ class RobotLog:
         """Time that the sections cover."""
         return float(sum(section.t[-1] - section.t[0] for section in self.sections))
 
+    @property
+    def of_servos(self) -> 'RobotLog | None':
+        """The log with the setpoints that made its torques as the input, None without them."""
+        if any(section.setpoint is None for section in self.sections):
+            return None
+        return replace(self, kind=SETPOINT, sections=tuple(
+            LogSection(s.t, s.position, s.setpoint) for s in self.sections
+            if s.setpoint is not None))
+
 
 @dataclass(frozen=True, eq=False)
 class RawLog:
     """
     Columns as a file holds them: t [N] s; by joint of the model position and input [N].
 
-    kind, measured: as of RobotLog. slips: times at which a position slips, s. turned: joints whose
-    turns were counted on.
+    kind, measured: as of RobotLog. setpoint [N] by joint, empty where the input is one or none is
+    used. slips: times at which a position slips, s. turned: joints whose turns were counted on.
     """
 
     name: str
@@ -70,6 +85,7 @@ class RawLog:
     kind: str
     measured: bool = False
     notes: tuple[Said, ...] = ()
+    setpoint: Mapping[str, Array] = field(default_factory=dict)
     slips: tuple[float, ...] = ()
     turned: frozenset[str] = frozenset()
 
@@ -97,20 +113,25 @@ def raw_log(recording: Recording, joints: Mapping[str, str], kind: str,
         inputs = {joint: x * constants[joint] for joint, x in inputs.items()}
     return RawLog(recording.name, (stamps - stamps[:1]) * 1e-9,
                   {joint: s.position for joint, s in by_joint.items()}, inputs, kind,
-                  all(s.measured for s in signals), tuple(map(as_written, recording.notes)))
+                  all(s.measured for s in signals), tuple(map(as_written, recording.notes)),
+                  {} if kind == SETPOINT else {
+                      joint: s.setpoint for joint, s in by_joint.items() if s.has('setpoint')})
 
 
 def read_by(raw: RawLog, conventions: Mapping[str, Convention]) -> RawLog:
     """Return a log with joints read by `conventions` {joint: Convention}."""
-    position, given = dict(raw.position), dict(raw.input)
+    position, given, setpoint = dict(raw.position), dict(raw.input), dict(raw.setpoint)
     for joint, convention in conventions.items():
         if joint in position:
             position[joint] = convention.position(position[joint])
             given[joint] = convention.position(given[joint]) if raw.kind == SETPOINT else \
                 convention.torque(given[joint])
+        if joint in setpoint:
+            setpoint[joint] = convention.position(setpoint[joint])
     stated = [said('read_as', place=joint, rules=c.rules) for joint, c in conventions.items()
               if c != AS_RECORDED]
-    return replace(raw, position=position, input=given, notes=(*raw.notes, *stated))
+    return replace(raw, position=position, input=given, setpoint=setpoint,
+                   notes=(*raw.notes, *stated))
 
 
 def continuous(raw: RawLog) -> RawLog:
@@ -127,7 +148,7 @@ def continuous(raw: RawLog) -> RawLog:
         notes.append(said('foreign_samples', count=int(foreign.sum()), samples=len(foreign),
                           first=first))
     keep = ~foreign
-    t, position, given = raw.t[keep], dict[str, Array](), dict[str, Array]()
+    t, position, given, setpoint = raw.t[keep], *(dict[str, Array]() for _ in range(3))
     for joint in joints:
         position[joint], found = without_jumps(raw.position[joint][keep], t)
         given[joint] = raw.input[joint][keep].copy()
@@ -142,16 +163,32 @@ def continuous(raw: RawLog) -> RawLog:
                 turned.add(joint)
             if finding.kind == SLIP:
                 slips.update(t[finding.rows].tolist())
+        turned_by = next((abs(f.size) for f in found if f.kind == TURNS), 0.0)
         if raw.kind == SETPOINT:
-            period, at = turns(given[joint], t)
-            if not len(at):
-                period = next((abs(f.size) for f in found if f.kind == TURNS), 0.0)
-            period = min(PERIODS, key=lambda p: abs(p - period)) if period else 0.0
-            if period:
-                given[joint] = given[joint] + period * np.round(
-                    (position[joint] - given[joint]) / period)
-    return replace(raw, t=t, position=position, input=given, notes=tuple(notes),
-                   slips=tuple(sorted(slips)), turned=frozenset(turned))
+            given[joint] = _on_turn_of(position[joint], given[joint], t, turned_by)
+        if joint in raw.setpoint:
+            setpoint[joint] = _on_turn_of(
+                position[joint], raw.setpoint[joint][keep], t, turned_by)
+    return replace(raw, t=t, position=position, input=given, setpoint=setpoint,
+                   notes=tuple(notes), slips=tuple(sorted(slips)), turned=frozenset(turned))
+
+
+def _on_turn_of(position: Array, setpoint: Array, t: Array, turned_by: float) -> Array:
+    """
+    Return the setpoint [N] of a joint on the turn of its position.
+
+    Args:
+        position: of the joint [N], rad.
+        setpoint: as recorded [N], rad.
+        t: their stamps [N], s.
+        turned_by: size of the turns that were counted on in the position, 0 without any.
+    """
+    period, at = turns(setpoint, t)
+    period = period if len(at) else turned_by
+    if not period:
+        return setpoint
+    period = min(PERIODS, key=lambda p: abs(p - period))
+    return np.asarray(setpoint + period * np.round((position - setpoint) / period))
 
 
 def jump(finding: JumpFinding, seconds: float, place: str) -> Said:
@@ -234,6 +271,23 @@ def _whole_samples(raw: RawLog, joints: Sequence[str]) -> tuple[Array, Array, li
     return t, values, notes
 
 
+def _held(raw: RawLog, joints: Sequence[str], t: Array) -> Array | None:
+    """
+    Return the setpoints [M, J] of servos at `t` [M]: each holds until the next one.
+
+    None where a joint has none, or where its first one comes late.
+    """
+    out = np.empty((len(t), len(joints)))
+    for j, joint in enumerate(joints):
+        x = raw.setpoint.get(joint, np.empty(0))
+        own = np.flatnonzero(np.isfinite(x) & np.isfinite(raw.t)) if len(x) else np.empty(0, int)
+        own = own[np.argsort(raw.t[own], kind='stable')]
+        if not len(own) or raw.t[own[0]] - t[0] > LATE * (t[-1] - t[0]):
+            return None
+        out[:, j] = x[own[np.maximum(np.searchsorted(raw.t[own], t, 'right') - 1, 0)]]
+    return out
+
+
 def _usual_period(name: str, t: Array) -> float:
     """Return the usual time between the stamps `t` [N], s. Raises InputError for a slow log."""
     # The step in which half of the time passes: many stamps on top of each other do not move it.
@@ -275,10 +329,11 @@ def checked_log(raw: RawLog, joints: Sequence[str]) -> RobotLog:
     t, values = t[keep], values[keep]
     gaps = np.flatnonzero(np.diff(t) > max(SETTINGS.gap * period, SETTINGS.gap_seconds)) + 1
     ends = np.union1d(gaps, np.searchsorted(t, raw.slips))
-    count, sections = len(joints), []
+    count, sections, held = len(joints), [], _held(raw, joints, t)
     for rows in np.split(np.arange(len(t)), ends):
         if len(rows) > 3 and t[rows[-1]] - t[rows[0]] >= LEAST_SECONDS:
-            sections.append(LogSection(t[rows], values[rows, :count], values[rows, count:]))
+            sections.append(LogSection(t[rows], values[rows, :count], values[rows, count:],
+                                       None if held is None else held[rows]))
     if not sections:
         raise InputError(f'{raw.name}: {t[-1] - t[0]:.3g} s in {len(ends) + 1} parts, expected '
                          f'one part without gaps of {LEAST_SECONDS:g} s or more')

@@ -69,7 +69,8 @@ class RobotVerdict:
     unvisited: whether the references lack a part of the motion. questions: what this motion would
     not have shown; not_judged: joints of which the references teach nothing; unsure: whether what
     remains may be that references are too short; drifts: friction beyond what days differ by, of
-    joints without a finding. fit, evidence: behind it.
+    joints without a finding. fit, evidence: behind it. servos: gaps between the torques and those
+    that servos make of their setpoints, where both are recorded.
     """
 
     findings: tuple[Finding, ...]
@@ -85,6 +86,7 @@ class RobotVerdict:
     drifts: tuple[FrictionDrift, ...]
     fit: RobotFit
     evidence: RobotEvidence
+    servos: tuple[JointGap, ...] = ()
 
     @property
     def kind(self) -> str:
@@ -138,7 +140,7 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
         knowledge) else ()
     found = {c.joint for c in search.fit.chosen} | unjudged
     return RobotVerdict(
-        _findings(search), known, _ranked(evidence, blank, search.fit), visible,
+        findings_of(search), known, ranked(evidence, blank, search.fit), visible,
         _not_tried(recordings[0], laws),
         (*cautions, *_of_reference(knowledge), *_of_gains(evidence, search.fit),
          *held_setpoints(evidence, search.fit), *_of_small(evidence, search)), bool(cautions),
@@ -176,6 +178,18 @@ class RobotSearch:
     contest: RobotContest
     small: Contender | None
     first: Sequence[Contender]
+
+
+def contested(evidence: RobotEvidence, blank: RobotFit, laws: Sequence[Candidate]) -> RobotSearch:
+    """
+    Return what a contest among laws alone takes.
+
+    Args:
+        evidence: of the recordings.
+        blank: fit without candidates.
+        laws: candidates.
+    """
+    return _judged(RobotContest.between(evidence, laws, (), None), blank, laws, (), None, ())
 
 
 def _judged(contest: RobotContest, blank: RobotFit, laws: Sequence[Candidate],
@@ -329,7 +343,7 @@ def examined(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge
         BASE_TILT.id, JOINT_ZERO.id, TORQUE_GAIN.id, PAYLOAD.id]) if not c.link or c.link in tips]
     contest = replace(RobotContest.between(evidence, laws, [], None),
                       dispersion=knowledge.dispersion)
-    return _findings(_search(contest, evidence.fit(), laws, []))
+    return findings_of(_search(contest, evidence.fit(), laws, []))
 
 
 def _rivals(entries: Sequence[Contender], margin: float) -> dict[str, float]:
@@ -380,7 +394,7 @@ def _shares(evidence: RobotEvidence, fit: RobotFit) -> list[float]:
     return [min(max(returns([i]) / whole, 0.0), 1.0) for i in range(len(fit.chosen))]
 
 
-def _findings(search: RobotSearch) -> tuple[Finding, ...]:
+def findings_of(search: RobotSearch) -> tuple[Finding, ...]:
     """Return the laws that a search has taken as findings, worthiest first."""
     fit, contest, evidence = search.fit, search.contest, search.contest.evidence
     spreads = _spreads(evidence, fit)
@@ -613,7 +627,7 @@ def _gain_at(evidence: RobotEvidence, blank: RobotFit, fit: RobotFit, joint: int
     return float((count * np.log(fit.weights[joint] / blank.weights[joint])).sum())
 
 
-def _ranked(evidence: RobotEvidence, blank: RobotFit, fit: RobotFit) -> tuple[JointGap, ...]:
+def ranked(evidence: RobotEvidence, blank: RobotFit, fit: RobotFit) -> tuple[JointGap, ...]:
     """
     Return the gaps of the joints, those with most evidence first.
 
@@ -769,6 +783,7 @@ def verdict_data(verdict: RobotVerdict) -> dict[str, Any]:
         'remainder': remainder[0] if remainder else None,
         'remainders': remainder,
         'ranked': [asdict(gap) for gap in verdict.ranked],
+        'servos': [asdict(gap) for gap in verdict.servos],
         'visible': {k: dict(v) for k, v in verdict.visible.items()},
         'not_tried': {name: str(why) for name, why in verdict.not_tried.items()},
         'cautions': list(map(str, verdict.cautions)), 'unvisited': verdict.unvisited,

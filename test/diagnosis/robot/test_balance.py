@@ -27,7 +27,7 @@ from gearbox_monitor.diagnosis.robot.robot_effects import compact, tilted
 from gearbox_monitor.diagnosis.robot.rows import RobotModel, rows_of
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.diagnosis.robot.verdict import (
-    _deviations, _findings, _joined, _search, _spreads, _with_moment, diagnose, examined,
+    _deviations, findings_of, _joined, _search, _spreads, _with_moment, diagnose, examined,
     verdict_data)
 from gearbox_monitor.files.opening import plain
 from gearbox_monitor.plant.effects.actuator import ACTUATOR_DELAY, limits_reached
@@ -664,7 +664,7 @@ def test_scales_of_joints_are_in_the_deviation_of_a_load_and_no_findings_beside_
         evidence = RobotEvidence([rows])
         laws = library([rows], ['payload', 'torque_gain'])
         contest = RobotContest.between(evidence, laws, [], None)
-        findings = _findings(_search(contest, evidence.fit(), laws, []))
+        findings = findings_of(_search(contest, evidence.fit(), laws, []))
         load = next(f for f in findings if f.effect == 'payload')
         sizes.append(abs(load.values['m'] / (3.0 * links[-1].mass) - 1.0)
                      * load.values['m'] / load.deviations['m'])

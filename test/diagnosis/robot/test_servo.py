@@ -1,0 +1,67 @@
+# Copyright 2026 gearbox_monitor authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A log with setpoints and torques tells the mechanics and the servos apart."""
+import json
+
+import numpy as np
+import pytest
+
+from gearbox_monitor.cli.main import main
+
+ARM = """<mujoco><compiler angle="radian"/><option timestep="0.001" integrator="implicitfast"/>
+<default><joint damping="0.2" frictionloss="0.3" armature="0.02"/></default><worldbody>
+<body name="upper"><joint name="shoulder" axis="0 1 0"/>
+<inertial pos="0 0 .15" mass="1.5" diaginertia=".02 .02 .005"/>
+<body name="fore" pos="0 0 .3"><joint name="elbow" axis="0 1 0"/>
+<inertial pos="0 0 .12" mass="{mass}" diaginertia=".01 .01 .003"/></body></body></worldbody>
+<actuator><position name="a" joint="shoulder" kp="{kp}" kv="8"/>
+<position name="b" joint="elbow" kp="80" kv="4"/></actuator></mujoco>"""
+RATE, SECONDS = 200, 24
+
+
+def log(path, mass=1.0, kp=200, late=0):
+    """Write what the arm does with its servos: position, torque of the period and setpoint."""
+    mujoco = pytest.importorskip('mujoco')
+    random = np.random.default_rng(5)
+    m = mujoco.MjModel.from_xml_string(ARM.format(mass=mass, kp=kp))
+    d, t = mujoco.MjData(m), np.arange(RATE * SECONDS) / RATE
+    setpoint = np.column_stack([sum(a * np.sin(2.0 * np.pi * f * t + p) for a, f, p in zip(
+        (0.4, 0.25, 0.15), random.uniform(0.15, 0.7, 3), random.uniform(0.0, 6.0, 3)))
+        for _ in range(2)])
+    d.qpos[:] = setpoint[0]
+    rows = []
+    for k in range(len(t)):
+        d.ctrl[:] = setpoint[max(k - late, 0)]
+        q, torque = d.qpos.copy(), np.zeros(2)
+        for _ in range(1000 // RATE):
+            mujoco.mj_step(m, d)
+            torque += d.qfrc_actuator * RATE / 1000
+        rows.append([t[k], *q + random.normal(0.0, 1e-5, 2),
+                     *torque + random.normal(0.0, 0.01, 2), *setpoint[k]])
+    np.savetxt(path, rows, delimiter=',', comments='', header='t,q_shoulder,q_elbow,tau_shoulder,'
+               'tau_elbow,setpoint_shoulder,setpoint_elbow')
+    return str(path)
+
+
+def test_setpoints_and_torques_in_one_log_are_both_used(tmp_path, capsys):
+    model = tmp_path / 'arm.xml'
+    model.write_text(ARM.format(mass=1.0, kp=200))
+    for name, changes, truth in (
+            ('same', {}, {}),
+            ('weak', {'kp': 140}, {('servo_gain', 'shoulder'): ('kp_factor', 0.7)}),
+            ('late', {'late': 4}, {('setpoint_delay', 'base'): ('T', 0.02)}),
+            ('both', {'mass': 1.3, 'kp': 290}, {('payload', 'fore'): ('m', 0.3),
+                                                ('servo_gain', 'shoulder'): ('kp_factor', 1.45)})):
+        code = main(['diagnose', log(tmp_path / f'{name}.csv', **changes), '--model', str(model),
+                     '--json', '-'])
+        data = json.loads(capsys.readouterr().out)
+        found = {(f['effect'], f.get('joint') or f['link']): f for f in data['findings']}
+        assert code == bool(truth) and set(found) == set(truth), name
+        for key, (value, size) in truth.items():
+            f = found[key]
+            assert abs(f['values'][value] - size) < max(3.0 * f['deviations'][value], 0.1 * size)
+            if key[0] != 'payload':  # runs with the recorded torques say nothing about a servo
+                assert f['confirmed'] is None
+        gaps = {gap['joint']: gap for gap in data['servos']}
+        assert name != 'weak' or gaps['shoulder']['after'] < 0.2 * gaps['shoulder']['before']
