@@ -241,12 +241,14 @@ def random_path(rng, n, seconds, slides):
     return t, q, v
 
 
-def log(case, number, seconds=40.0, changed=True, setpoint=False, name=''):
+def log(case, number, seconds=40.0, changed=True, setpoint=False, name='', both=False):
     """
     Return (RobotLog, (t [N], oracle [E, N, J] of each change), (kp, kd)) of one recording.
 
-    A change with a `start` acts from then on.
+    A change with a `start` acts from then on. both: torques and setpoints; case.servo [J] are the
+    true gains over those of the model.
     """
+    setpoint = setpoint or both
     rng = np.random.default_rng(case.seed * 1000 + number)
     changes = case.truth if changed else []
     model, plain = _truth(case, changes)
@@ -270,6 +272,9 @@ def log(case, number, seconds=40.0, changed=True, setpoint=False, name=''):
     m_eff = np.diag(full)
     kp, kd = m_eff * 31 ** 2, m_eff * 40
     servo = (1 + rng.uniform(-.15, .15, n)) * setpoint + (not setpoint)
+    if both:
+        servo = np.where(rng.random(n) < .3, rng.uniform(.6, 1.6, n), 1.0)
+    case.servo, damping = servo, kd * (np.ones(n) if both else servo)
     loss0, peak = model.dof_frictionloss.copy(), np.zeros(n)
     steps = len(t)
     log_q, log_u = np.empty((steps, n)), np.empty((steps, n))
@@ -286,7 +291,7 @@ def log(case, number, seconds=40.0, changed=True, setpoint=False, name=''):
             file_state.qpos[:], file_state.qvel[:] = q, 0 if setpoint else v
             mujoco.mj_forward(nominal, file_state)
             if setpoint:
-                u = kp * servo * (r[k] - q) - kd * servo * v + file_state.qfrc_bias
+                u = kp * servo * (r[k] - q) - damping * v + file_state.qfrc_bias
             else:
                 u = kp * (r[k] - q) + kd * (rd[k] - v) + file_state.qfrc_bias
                 u = u + nominal.dof_damping.ravel()[:n] * rd[k]
@@ -374,7 +379,9 @@ def log(case, number, seconds=40.0, changed=True, setpoint=False, name=''):
     between = lambda x: np.stack([np.interp(when, t, c) for c in x.T], 1)  # noqa: E731
     q = between(log_q) + rng.normal(0, 1, (len(when), n)) * np.where(slides, .1, 1) * case.encoder
     noise = case.noise * np.std(log_u, axis=0)
-    given = between(r) if setpoint else log_u[row] + rng.normal(0, 1, (len(when), n)) * noise
+    torque = log_u[row] + rng.normal(0, 1, (len(when), n)) * noise
+    given = [dict(zip(case.joints, x.T)) for x in (between(r), torque)]
     raw = RawLog(name or f'run{number}', stamps, dict(zip(case.joints, q.T)),
-                 dict(zip(case.joints, given.T)), 'setpoint' if setpoint else 'torque')
+                 given[both or not setpoint], 'torque' if both or not setpoint else 'setpoint',
+                 setpoint=given[0] if both else {})
     return checked_log(raw, case.joints), (t, oracle), (kp, kd)

@@ -13,6 +13,7 @@ usage examples:
   robot_gap.py --seeds 5000 5100                 # beside the nominal file
   robot_gap.py --seeds 6000 6060 --pair          # against a reference
   robot_gap.py --seeds 7000 7040 --setpoint --out cases.jsonl
+  robot_gap.py --seeds 8000 8020 --both          # torques and setpoints in one log
 """
 import json
 from pathlib import Path
@@ -28,6 +29,7 @@ from script import run_script
 from gearbox_monitor.diagnosis.robot.candidates import Candidate, library
 from gearbox_monitor.diagnosis.robot.knowledge import learn
 from gearbox_monitor.diagnosis.robot.rows import RobotModel
+from gearbox_monitor.diagnosis.robot.servo import with_servos
 from gearbox_monitor.diagnosis.robot.verdict import diagnose
 from gearbox_monitor.simulators.robot_model import chain_of_compiled
 
@@ -79,17 +81,17 @@ def gain_of_truth(verdict, case, oracle):
                for i in range(len(truths)))
 
 
-def case_of(seed, pair=False, setpoint=False, change=None, rate=None):
+def case_of(seed, pair=False, setpoint=False, change=None, rate=None, both=False):
     """Return the record of one case."""
     case = random_robots.make(seed, pair, change, rate)
     chain = chain_of_compiled(mujoco.MjModel.from_xml_string(case.xml), Path('robot.xml'))
     n = len(case.joints)
-    log, oracle, (kp, kd) = random_robots.log(case, 1, 40.0, True, setpoint)
+    log, oracle, (kp, kd) = random_robots.log(case, 1, 40.0, True, setpoint, '', both)
     case.begin = log.sections[0].t[0]
     reference = random_robots.log(case, 2, 60.0, False, setpoint)[0] if pair else None
     began = time.process_time()
     knowledge, learnt = None, 0.0
-    servo = {'kp': kp, 'kd': kd, 'compensated': True} if setpoint else {}
+    servo = {'kp': kp, 'kd': kd, 'compensated': True} if setpoint or both else {}
     if pair:
         robot = RobotModel(chain, np.full(n, .4), 0.0, learnt=True, **servo)
         knowledge = learn(robot, [reference])
@@ -97,6 +99,7 @@ def case_of(seed, pair=False, setpoint=False, change=None, rate=None):
     else:
         robot = RobotModel(chain, np.full(n, .05), .05, **servo)
     verdict = diagnose(robot, [log], knowledge)
+    servos = with_servos(verdict, robot, [log]).findings[len(verdict.findings):] if both else ()
     spent = time.process_time() - began - learnt
     kinds = [f.effect for f in verdict.findings]
     out = {
@@ -112,6 +115,10 @@ def case_of(seed, pair=False, setpoint=False, change=None, rate=None):
         'cautions': len(verdict.cautions),
         'questions': [[q.effect, q.place, q.smallest, q.plausible] for q in verdict.questions],
         'cpu': [round(learnt, 2), round(spent, 2)]}
+    if both:
+        out['servos'] = [[f.effect, f.joint, f.values.get('kp_factor'),
+                          f.deviations.get('kp_factor')] for f in servos]
+        out['gains'] = {j: round(x, 3) for j, x in zip(case.joints, case.servo) if x != 1.0}
     if knowledge is not None:
         out['dispersion'] = knowledge.dispersion.round(1).tolist()
         out['shapes'] = len(knowledge.shapes)
@@ -188,6 +195,14 @@ def table(records):
         z = np.abs(z)
         lines.append(f'sizes within 1 deviation {interval(int((z < 1).sum()), len(z))}, within 2 '
                      f'{interval(int((z < 2).sum()), len(z))}')
+    if any('servos' in r for r in records):
+        true = [(r, j, x) for r in records for j, x in r['gains'].items() if abs(x - 1) > .15]
+        named = [(x, f) for r, j, x in true for f in r['servos'] if f[:2] == ['servo_gain', j]]
+        close = [abs(f[2] - x) < max(3 * (f[3] or np.inf), .1 * x) for x, f in named]
+        others = [f'{r["seed"]} {f[0]} {f[1]}' for r in records for f in r['servos']
+                  if f[0] != 'servo_gain' or f[1] not in r['gains']]
+        lines.append(f'gains of servos named {interval(len(named), len(true))}, sizes right '
+                     f'{interval(sum(close), len(close))}, others named: {others or "none"}')
     cpu = np.array([r['cpu'] for r in records])
     lines.append(f'cpu: learn {np.median(cpu[:, 0]):.1f} s (most {cpu[:, 0].max():.1f}), judge '
                  f'{np.median(cpu[:, 1]):.1f} s (most {cpu[:, 1].max():.1f})')
@@ -198,6 +213,7 @@ def add_arguments(parser):
     parser.add_argument('--seeds', type=int, nargs=2, default=(5000, 5040), metavar='N')
     parser.add_argument('--pair', action='store_true', help='against a reference')
     parser.add_argument('--setpoint', action='store_true', help='logs of setpoints')
+    parser.add_argument('--both', action='store_true', help='logs of torques and setpoints')
     parser.add_argument('--rate', type=float, help='samples per second of all logs')
     parser.add_argument('--change', nargs='*', help='kinds of all changes; none: healthy')
     parser.add_argument('--out', help='file for one line of JSON per case')
@@ -207,7 +223,7 @@ def run(args):
     """Run the cases and return the exit code: 1 if a bar is missed."""
     records = []
     for seed in range(*args.seeds):
-        record = case_of(seed, args.pair, args.setpoint, args.change, args.rate)
+        record = case_of(seed, args.pair, args.setpoint, args.change, args.rate, args.both)
         records.append(record)
         line = json.dumps(record, default=float)
         print(line if args.out is None else f'{seed} {record["how"]}', flush=True)
