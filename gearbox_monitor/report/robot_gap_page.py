@@ -59,7 +59,8 @@ def robot_gap_page(data: VerdictData, context: RobotContext) -> str:
 
 def _summary(data: VerdictData) -> Section:
     """Return the verdict in one line, and the main figures."""
-    highest = by_effect(data)[0]
+    of_servos = data.get('servos') and {f['place'] for f in data['findings']} == {'controller'}
+    highest = (data['servos'] if of_servos else by_effect(data))[0]
     unit = on_axis('N m', axes_of(data)[highest['joint']])
     facts = [('worst joint', highest['joint']),
              ('its gap before', f'{number(highest["before"], unit)} rms'),
