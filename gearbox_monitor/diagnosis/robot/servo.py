@@ -62,7 +62,8 @@ def with_servos(verdict: RobotVerdict, robot: RobotModel, logs: Sequence[RobotLo
     return replace(verdict, findings=(*verdict.findings, *found),
                    visible={**verdict.visible, **visible},
                    cautions=(*verdict.cautions, *cautions),
-                   servos=ranked(evidence, blank, search.fit))
+                   servos=tuple(sorted(ranked(evidence, blank, search.fit),
+                                       key=lambda gap: gap.after - gap.before)))
 
 
 MOST_LEFT = 0.5  # of the torque: a servo that leaves more is not that of the file
