@@ -64,7 +64,6 @@ def run(args: Namespace) -> int:
     with opened(args) as reader:
         result = replay(reader, load_model(model_file) if model_file else None, parameters,
                         args.topic)
-    assert result.summary is not None
     notes = result.summary['notes']
     model = result.estimator.model
     if unit and unit not in UNITS[model.axis]:
@@ -72,7 +71,7 @@ def run(args: Namespace) -> int:
                          f'{", ".join(UNITS[model.axis])}: the axis of the model is {model.axis}')
     data = {'bag': str(args.bag), 'unit': unit or next(iter(UNITS[model.axis])), **limits,
             'confidence': args.confidence,
-            **judge(windows(result), limits, args.confidence, [] if result.monitor is None else
+            **judge(windows(result), limits, args.confidence,
                     said_of_slips(result.monitor.health)), 'notes': notes}
     data = {**told([says(data, model.axis)]), **data}
     warn(args, notes)
@@ -102,9 +101,8 @@ def limit_of(word: str) -> tuple[str, float]:
 
 def windows(result: Replay) -> Sequence[Backlash | NotExcited]:
     """Return the features of each window of the replay `result`, or of a lost-motion test."""
-    if is_locked(result.recording.samples):
-        return locked_windows(result.recording.samples)
-    assert result.monitor is not None
+    if is_locked(result.samples):
+        return locked_windows(result.samples)
     return result.monitor.all_features()
 
 

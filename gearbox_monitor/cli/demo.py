@@ -336,14 +336,14 @@ def evaluated(reader: Any, demo: Any) -> dict[str, Any]:
     pages = write_report(demo.bag, demo.out / 'report.html')
     for name in demo.gearboxes:
         result = replay(reader, topic=name or 'joint_states')
-        stamps.update(result.recording.samples.stamp_ns.tolist())
+        stamps.update(result.samples.stamp_ns.tolist())
         gap = 2.0 * result.estimator.model.transmission.half_gap
         grown = demo.growth_rate * (demo.duration - demo.growth_start) * (
             name == demo.gearboxes[0])
         joints[name] = {
-            **(result.summary or {}), 'true_gap_rad': [gap, gap * (1.0 + grown)],
+            **result.summary, 'true_gap_rad': [gap, gap * (1.0 + grown)],
             'alarms': pages.figures.get('joints', {name: pages.figures})[name]['alerts'],
-            'backlash': result.monitor.outcomes['backlash'].message if result.monitor else ''}
+            'backlash': result.monitor.outcomes['backlash'].message}
     missing = expected - len(stamps), expected - 1 - reader.count('/transmission_state')
     return {
         'summary': pages.headline, 'page': str(pages.page), 'bag': str(demo.bag),

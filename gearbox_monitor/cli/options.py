@@ -32,7 +32,8 @@ from gearbox_monitor.recordings.guess import Answers, Guess
 from gearbox_monitor.recordings.joint_input import JointInput
 from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.reading import open_recording, ReadOptions
-from gearbox_monitor.recordings.recorded_samples import NO_MODEL, read_snapshots
+from gearbox_monitor.recordings.recorded_samples import (
+    NO_MODEL, read_snapshots, recorded_settings)
 from gearbox_monitor.report.sentences import title
 from gearbox_monitor.signals.uniform import UniformRecording
 
@@ -314,13 +315,10 @@ def settings_of(args: Namespace, reader: BagReader, source: JointInput, stated: 
         InputError: a parameter or a value of the model is unusable.
 
     """
-    model, recorded = None, dict[str, Any]()
-    snapshots = read_snapshots(reader, source, not model_file)
-    if snapshots:
-        model, recorded = snapshots[0].settings(str(reader.path))
-    if model_file:
-        model = load_model(model_file)
-    values = {**usual, **recorded, **stated}
+    model, values = recorded_settings(
+        read_snapshots(reader, source, not model_file), str(reader.path),
+        load_model(model_file) if model_file else None, stated)
+    values = {**usual, **values}
     values.pop('model', None)
     changed, parameters = resolve(reader.referred(model or DriveModel()), values,
                                   args.params or str(reader.path))

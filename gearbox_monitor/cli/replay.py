@@ -7,17 +7,13 @@ Run a bag through the estimator, offline, and compare with what was published li
 Without options the recorded parameters and snapshots apply, and every recorded estimate is
 compared bit for bit. --filter, --params and --model replace what is recorded.
 The bag is read block by block: memory does not grow with its length. --estimates-only omits
-smoother, trust and drift: the same estimates in a fraction of the time. --smooth adds columns to a
-table: estimates from the whole recording (fixed-interval smoother, with the filter's parameters
-except a fifth of the noise density of tau_K and softened friction); it keeps the whole recording
-in memory.
+smoother, trust and drift: the same estimates in a fraction of the time.
 
 usage examples:
   gearbox_monitor replay gearbox_2026_11_21-10_00_00
   gearbox_monitor replay BAG --out estimates.parquet --estimates-only
   gearbox_monitor replay BAG --model drive.yaml --params estimator.yaml --out estimates.csv
   gearbox_monitor replay BAG --filter ekf --out BAG2 --json
-  gearbox_monitor replay BAG --smooth --out smoothed.csv
 """
 from argparse import Namespace
 from collections.abc import Iterator, Mapping
@@ -32,14 +28,14 @@ from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.library.progress import count_bar
 from gearbox_monitor.presentation import as_written, on_axis, Said, said
 from gearbox_monitor.recordings.player import Player
-from gearbox_monitor.recordings.replay import (
-    Comparer, Comparison, interval_error, ReplayCollector, ReplaySummary, smoothed)
+from gearbox_monitor.recordings.replay import Comparison, summarised
 from gearbox_monitor.recordings.replay_output import BagOutput, CsvTable, ParquetTable
 from gearbox_monitor.report import words
 from gearbox_monitor.report.sentences import told
 from gearbox_monitor.robot.description import SUFFIXES
 
-TABLES = {'.csv': CsvTable, '.parquet': ParquetTable}
+OUTPUTS: dict[str, type[CsvTable] | type[BagOutput]] = {
+    '.csv': CsvTable, '.parquet': ParquetTable}  # others: a bag
 
 
 def run(args: Namespace) -> int:
@@ -63,36 +59,18 @@ def run(args: Namespace) -> int:
 
 
 def _play(args: Namespace, player: Player) -> tuple[dict[str, Any], Comparison | None]:
-    """Run `player` into all outputs of the options; return the summary and the comparison."""
-    summary = ReplaySummary(player)
-    comparer = Comparer(player) if player.compared else None
-    collector = ReplayCollector(player) if args.smooth else None
-    outputs: list[Any] = []
+    """Run `player` into the output of the options; return the summary and the comparison."""
+    output = OUTPUTS.get(Path(args.out).suffix, BagOutput)(args.out, player) if args.out else None
     try:
-        if args.out:
-            kind = TABLES.get(Path(args.out).suffix)
-            outputs.append(kind(args.out, player, args.smooth) if kind else
-                           BagOutput(args.out, player))
-        tables = [output for output in outputs if args.smooth and not isinstance(
-            output, BagOutput)]
         with count_bar('replay', player.reader.topics[player.topic][1]) as bar:
-            player.run([sink for sink in (summary, comparer, collector, *outputs)
-                        if sink and sink not in tables], bar.update)
-        comparison = comparer.comparison if comparer else None
-        data = summary.data(comparison)
-        if collector:
-            result = collector.replay()
-            rows = smoothed(result)
-            for table in tables:
-                table.write(result.estimates, rows)
-            data['tau_k_error_whole'] = interval_error(player.reader, result, rows)
-        for output in outputs:
+            result = summarised(player, [output] if output else [], bar.update)
+        if output:
             output.close()
     except BaseException:
-        for output in outputs:
+        if output:
             output.abandon()
         raise
-    return data, comparison
+    return result
 
 
 def says(data: Mapping[str, Any], axis: str = 'rotary') -> Iterator[Said]:
@@ -133,8 +111,6 @@ def _rows(data: Mapping[str, Any], axis: str) -> Iterator[Said]:
         late = data['tau_k_error_smoothed']
         yield said('error_row', unit=on_axis('N m', axis), percent=100 * data['coverage_1_sigma'],
                    smoothed='none' if late is None else f'{late:.4g}', **data)
-    if data.get('tau_k_error_whole') is not None:
-        yield said('whole_row', **data)
     yield said('adapted_row', words=', '.join(f'{k} {v:.4g}' for k, v in data['adapted'].items()))
     yield said('adapted_row', words=named(data['adaptation_guards']))
     if data['gap_rad']:

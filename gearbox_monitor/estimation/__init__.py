@@ -21,7 +21,7 @@ Public names, by module:
     noise_search: at_rest, BLUNT, MIN_SAMPLES, MIN_SECONDS, widened
     process_model: FRICTION_AT, K_P, LOAD_AT, P0, Q0, R1, R2, STATISTICAL, tangent, TAU_K,
         UNIFORM, X1, X2, X3, X4
-    rts_smoother: N_SMOOTHED, S_MOTOR_SIDE, S_MOTOR_SIDE_NOISE_STD, S_TAU_K, S_TAU_K_NOISE_STD,
+    rts_smoother: S_MOTOR_SIDE, S_MOTOR_SIDE_NOISE_STD, S_TAU_K, S_TAU_K_NOISE_STD,
         S_TAU_K_STD, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_RATE, S_TWIST_RATE_NOISE_STD,
         S_TWIST_STD, S_U, S_X2, S_X3, S_X4, smoother_parameters
     sample_loop: BACKWARD, CONFIRM, DUPLICATE, ESTIMATE, HUGE, JUMP, LoopSettings, LoopState,

@@ -22,10 +22,9 @@ Public names, by module:
     read: BagReader, natural, open_bag
     reading: BY_NAMES, is_bag, open_recording, read_mapping, ReadOptions
     recorded_samples: innovation_topics, joined_samples, nis_of, NO_MODEL, NO_SERIAL,
-        read_snapshots, sample_parts, samples_of
+        read_snapshots, recorded_settings, sample_parts, samples_of
     recovery: recover, Recovery
-    replay: Comparer, Comparison, interval_error, Replay, replay, ReplayCollector,
-        ReplaySummary, smoothed
+    replay: Comparison, Replay, replay, summarised
     replay_output: BagOutput, CsvTable, ParquetTable
     si_signals: bag_of_table
     storage: FILE_NAME, next_free, qos_profile

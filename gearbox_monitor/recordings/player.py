@@ -33,7 +33,7 @@ from gearbox_monitor.recordings.cdr import JointStates, MessageBlock
 from gearbox_monitor.recordings.joint_input import find_input, PAYLOAD_CHANGE
 from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.recorded_samples import (
-    NO_MODEL, NO_SAMPLES, read_snapshots, RecordedSnapshot, samples_of, sliced)
+    NO_MODEL, NO_SAMPLES, read_snapshots, recorded_settings, RecordedSnapshot, samples_of, sliced)
 from gearbox_monitor.robot.description import RobotDescription
 from gearbox_monitor.signals.stamps import unstamped
 
@@ -122,14 +122,10 @@ class Player:
         self.notes: list[str] = []
         self.early_inputs = 0
         snapshots = read_snapshots(reader, self.input, model is None)
-        recorded_model: DriveModel = DriveModel()
-        recorded: dict[str, Any] = {}
-        if snapshots:
-            recorded_model, recorded = snapshots[0].settings(str(reader.path))
-        settings = {**recorded, **(parameters or {})}
-        self._robot = recorded_robot(settings, recorded, snapshots, str(reader.path))
+        drive, settings = recorded_settings(snapshots, str(reader.path), model, parameters or {})
+        self._robot = recorded_robot(settings, snapshots, str(reader.path))
         self._is_fresh = model is not None or bool(parameters) or not snapshots
-        self._engine = self._started(reader.referred(model or recorded_model), settings)
+        self._engine = self._started(reader.referred(drive or DriveModel()), settings)
         self._names = (self.estimator.parameters.motor_joint,
                        self.estimator.parameters.arm_joint, *self.estimator.robot_joints)
         self._require_joints()
@@ -327,15 +323,13 @@ class Player:
         return _SnapshotPlaces(index, matched, first, count)
 
 
-def recorded_robot(settings: Mapping[str, Any], recorded: Mapping[str, Any],
-                   snapshots: Sequence[RecordedSnapshot], source: str
-                   ) -> RobotDescription | None:
+def recorded_robot(settings: Mapping[str, Any], snapshots: Sequence[RecordedSnapshot],
+                   source: str) -> RobotDescription | None:
     """
     Return the robot that an estimator is run with: that of the snapshots, else that of a file.
 
     Args:
         settings: parameters {name: value} of the estimator now.
-        recorded: those in the bag.
         snapshots: of the bag.
         source: the name of the bag in messages.
 
@@ -347,7 +341,8 @@ def recorded_robot(settings: Mapping[str, Any], recorded: Mapping[str, Any],
 
     """
     path = settings.get('robot_description', '')
-    if path and path == recorded.get('robot_description') and 'robot' in snapshots[0].content:
+    if path and snapshots and 'robot' in snapshots[0].content and snapshots[0].settings(
+            source)[1].get('robot_description') == path:
         with snapshot_errors(source):
             return cast(RobotDescription, from_data(json.loads(snapshots[0].content['robot']),
                                                     classes_of(RobotDescription)))

@@ -20,34 +20,13 @@ import numpy as np
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import expect_format, SnapshotError
-from gearbox_monitor.kernels.types import AnyArray, Array, Flags, Integers
+from gearbox_monitor.kernels.types import AnyArray, Array, Flags, Integers, Values
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.recordings.cdr import Decoder, JointStates
 from gearbox_monitor.recordings.joint_input import JointInput, snapshot_of
 from gearbox_monitor.recordings.read import BagReader
-from gearbox_monitor.recordings.topics import TRANSMISSION
 
 NO_SAMPLES = Samples(np.empty(0, np.int64), *np.empty((2, 0, 2)))
-
-
-@dataclass(frozen=True)
-class RecordedSamples:
-    """
-    The inputs of a bag, on the arm side.
-
-    samples: Samples [N]; log_ns: their log times [N]; topic: of the joint states; transmission:
-    its name in the estimates.
-    """
-
-    samples: Samples
-    log_ns: Integers
-    topic: str
-    transmission: str = TRANSMISSION
-
-    @property
-    def namespace(self) -> str:
-        """Namespace of the topic."""
-        return self.topic.rsplit('/', 1)[0]
 
 
 def sample_parts(reader: BagReader, topic: str, decode: Decoder, model: DriveModel, size: int,
@@ -197,6 +176,25 @@ def read_snapshots(reader: BagReader, joint_input: JointInput, is_needed: bool =
                 raise InputError(f'{reader.path}: snapshot: {name}: {value!r}, expected a whole '
                                  'number')
     return snapshots
+
+
+def recorded_settings(snapshots: Sequence[RecordedSnapshot], source: str,
+                      model: DriveModel | None, stated: Values) -> tuple[
+                          DriveModel | None, dict[str, Any]]:
+    """
+    Return (model, {parameter: value}) of an estimator: as stated, else as recorded.
+
+    Args:
+        snapshots: of the estimator, [] without one.
+        source: the name of the bag in messages.
+        model: in place of the recorded one; None: the recorded one, None without any.
+        stated: {name: value} that replace recorded parameters.
+
+    Raises:
+        InputError: a snapshot is damaged.
+    """
+    recorded_model, recorded = snapshots[0].settings(source) if snapshots else (None, {})
+    return recorded_model if model is None else model, {**recorded, **stated}
 
 
 SPREAD = re.compile(r'(.*innovation)s?_(stddev|std|variances?|covariances?)')

@@ -22,7 +22,6 @@ from gearbox_monitor import __version__
 from gearbox_monitor.errors import InputError, installed_by
 from gearbox_monitor.estimation.estimates import Estimates
 from gearbox_monitor.estimation.estimator import Estimator
-from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TAU_K_STD, S_TWIST
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.kernel import KERNELS
 from gearbox_monitor.kernels.types import Array, Integers
@@ -37,8 +36,6 @@ from gearbox_monitor.recordings.write import BagWriter
 
 COLUMNS = ('x1', 'x2', 'x3', 'x4', 'tau_k', 'tau_k_std', 'innovation_motor', 'innovation_arm',
            'nis')
-SMOOTHED_COLUMNS = {'tau_k_smoothed': S_TAU_K, 'tau_k_smoothed_std': S_TAU_K_STD,
-                    'twist_smoothed': S_TWIST}
 # Where the filter learns the curve of the torque.
 LEARNED_COLUMNS = ('stiffness', 'stiffness_std', 'half_gap', 'half_gap_std', 'hysteresis',
                    'hysteresis_std')
@@ -46,39 +43,35 @@ ROW_GROUP = 1 << 17  # rows of a Parquet file that are packed together
 P = ParamSpec('P')
 
 
-class EstimateTable(ReplaySink):
+class CsvTable(ReplaySink):
     """
     Takes the parts of a replay and writes a row per estimate: stamp_ns, COLUMNS, LEARNED_COLUMNS.
 
-    The file gets its name when all rows are written. With `smoothed`, it also has SMOOTHED_COLUMNS
-    and `write` takes all estimates at once.
+    The numbers of a CSV file are read back bit for bit. The file gets its name when all rows are
+    written.
 
     Args:
         path: the new file.
         player: whose estimates are written.
-        smoothed: whether to write estimates that are smoothed over the whole recording.
 
     Raises:
         InputError: the file cannot be written.
     """
 
-    def __init__(self, path: str | Path, player: Player, smoothed: bool = False) -> None:
+    def __init__(self, path: str | Path, player: Player) -> None:
         self._path, self._part = Path(path), Path(f'{path}.part')
         learns = bool(player.estimator.learned_curve())
-        self._columns_of_row = COLUMNS + (LEARNED_COLUMNS if learns else ())
-        self._names = (*self._columns_of_row, *(SMOOTHED_COLUMNS if smoothed else ()))
+        self._names = COLUMNS + (LEARNED_COLUMNS if learns else ())
         self._guarded(self._open, player)
 
     def add(self, part: ReplayPart) -> None:
         """Take the next `part`."""
         self.write(part.estimates)
 
-    def write(self, estimates: Estimates, rows: Array | None = None) -> None:
-        """Write `estimates` [M]; `rows` [M, N_SMOOTHED]: smoothed over the whole recording."""
-        columns = [getattr(estimates, name) for name in self._columns_of_row]
-        if rows is not None:
-            columns += [rows[:, column] for column in SMOOTHED_COLUMNS.values()]
-        self._guarded(self._write, estimates.stamp_ns, columns)
+    def write(self, estimates: Estimates) -> None:
+        """Write the rows of `estimates`."""
+        self._guarded(self._write, estimates.stamp_ns, [
+            getattr(estimates, name) for name in self._names])
 
     def close(self) -> None:
         """Complete the file."""
@@ -99,19 +92,6 @@ class EstimateTable(ReplaySink):
                              'file') from None
 
     def _open(self, player: Player) -> None:
-        raise NotImplementedError
-
-    def _write(self, stamps: Integers, columns: Sequence[Array]) -> None:
-        raise NotImplementedError
-
-    def _close(self) -> None:
-        raise NotImplementedError
-
-
-class CsvTable(EstimateTable):
-    """CSV file; its numbers are read back bit for bit."""
-
-    def _open(self, player: Player) -> None:
         self._file = open(self._part, 'w', encoding='utf-8')
         self._file.write(','.join(('stamp_ns', *self._names)) + '\n')
 
@@ -123,7 +103,7 @@ class CsvTable(EstimateTable):
         self._file.close()
 
 
-class ParquetTable(EstimateTable):
+class ParquetTable(CsvTable):
     """Parquet file of float64 columns; model, parameters and versions are its metadata."""
 
     def _open(self, player: Player) -> None:
@@ -133,13 +113,9 @@ class ParquetTable(EstimateTable):
         except ImportError:
             raise InputError(f'{self._path}: pyarrow is missing, expected '
                              f'{installed_by("tables")}, or a .csv file') from None
-        self._arrow: Any = pyarrow
+        self._table: Any = pyarrow.table
         self._waiting: list[Any] = []
-        estimator = player.estimator
-        origin = {'version': __version__, 'kernels': KERNELS,
-                  'replayed_from': str(player.reader.path),
-                  'parameters': json.dumps(estimator.parameters.to_dict()),
-                  'model': json.dumps(estimator.model.to_dict())}
+        origin = {'kernels': KERNELS, **_origin(player)}
         self._schema = pyarrow.schema(
             [('stamp_ns', pyarrow.int64()), *((name, pyarrow.float64()) for name in self._names)],
             metadata={f'gearbox_monitor.{key}': value for key, value in origin.items()})
@@ -152,19 +128,28 @@ class ParquetTable(EstimateTable):
                     self._names, 'BYTE_STREAM_SPLIT')})
 
     def _write(self, stamps: Integers, columns: Sequence[Array]) -> None:
-        self._waiting.append(self._arrow.table([stamps, *columns], schema=self._schema))
-        if sum(map(len, self._waiting)) >= ROW_GROUP:
+        self._waiting.append((stamps, *columns))
+        if sum(len(rows[0]) for rows in self._waiting) >= ROW_GROUP:
             self._flush()
 
     def _flush(self) -> None:
-        self._writer.write_table(self._arrow.concat_tables(self._waiting),
-                                 row_group_size=ROW_GROUP)
+        if self._waiting:
+            columns = map(np.concatenate, zip(*self._waiting))
+            self._writer.write_table(self._table([*columns], schema=self._schema),
+                                     row_group_size=ROW_GROUP)
         self._waiting = []
 
     def _close(self) -> None:
-        if self._waiting:
-            self._flush()
+        self._flush()
         self._writer.close()
+
+
+def _origin(player: Player) -> dict[str, str]:
+    """Return where estimates come from, as metadata of a file."""
+    estimator = player.estimator
+    return {'version': __version__, 'replayed_from': str(player.reader.path),
+            'parameters': json.dumps(estimator.parameters.to_dict()),
+            'model': json.dumps(estimator.model.to_dict())}
 
 
 RECENT = 10_000_000_000  # ns of log time that is searched for the sample of a smoothed value
@@ -204,17 +189,14 @@ class BagOutput(ReplaySink):
 
     def _announce(self, player: Player, ours: Iterable[str]) -> None:
         """Write metadata, topics and the first snapshot; ours: topics of the estimates."""
-        reader, estimator = player.reader, player.estimator
-        self._writer.add_metadata('gearbox_monitor', {
-            'version': __version__, 'replayed_from': str(reader.path),
-            'parameters': json.dumps(estimator.parameters.to_dict()),
-            'model': json.dumps(estimator.model.to_dict())})
+        reader = player.reader
+        self._writer.add_metadata('gearbox_monitor', _origin(player))
         for topic in self.topics:
             self._writer.add_topic(topic, reader.topics[topic][0])
         for topic in sorted(ours):
             self._writer.add_topic(topic, JOINT_STATE)
         if not player.compared:  # else the recorded snapshots apply
-            self._write_snapshot(reader, estimator)
+            self._write_snapshot(reader, player.estimator)
 
     def add(self, part: ReplayPart) -> None:
         """Take the next `part`."""

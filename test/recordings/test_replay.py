@@ -3,7 +3,6 @@
 
 """Replay of bags through the command line, no ROS needed."""
 import csv
-from dataclasses import replace
 import json
 
 import numpy as np
@@ -20,9 +19,8 @@ from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.player import recorded_robot
 from gearbox_monitor.recordings.read import open_bag
-from gearbox_monitor.recordings.recorded_samples import (
-    NO_SAMPLES, RecordedSamples, RecordedSnapshot)
-from gearbox_monitor.recordings.replay import replay, truth
+from gearbox_monitor.recordings.recorded_samples import RecordedSnapshot
+from gearbox_monitor.recordings.replay import replay, truth_of
 from gearbox_monitor.recordings.write import BagWriter
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
@@ -79,12 +77,11 @@ def test_the_true_torque_of_a_gearbox_is_under_its_name(tmp_path):
             for stamp, message in zip(stamps, encode_joint_states(stamps, names, values,
                                                                   effort=values)):
                 writer.write(topic, int(stamp), message)
-    recording = RecordedSamples(NO_SAMPLES, np.empty(0, np.int64), '/joint_states', 'elbow')
     with open_bag(tmp_path / 'bag') as reader:
-        assert truth(reader, recording)[1].tolist() == [1.0] * 3
-        recording = replace(recording, topic='/left/joint_states')
-        assert truth(reader, recording)[1].tolist() == [0.0] * 3  # a plant of a single drive
-        assert truth(reader, replace(recording, topic='/right/joint_states')) is None
+        assert truth_of(reader, '', 'elbow') == ('/plant/transmission_state', 'elbow')
+        assert truth_of(reader, '/left', 'elbow') == (  # a plant of a single drive
+            '/left/plant/transmission_state', 'transmission')
+        assert truth_of(reader, '/right', 'elbow') is None
 
 
 def test_duration_is_that_of_all_runs_without_stamps_that_stray(tmp_path, drive, capsys):
@@ -118,23 +115,6 @@ def test_csv_and_json_hold_what_the_monitor_says(bag, options, drive, tmp_path, 
     assert told['samples'] == N and told['refused'] == {'starts': 1}
     assert told['tau_k_error'] == pytest.approx(np.sqrt((error ** 2).mean()), rel=0.01)
     assert told['tau_k_error_smoothed'] < 0.5 * told['tau_k_error']
-
-
-def test_smooth_adds_columns_and_leaves_the_others(bag, options, drive, tmp_path, capsys):
-    tables = {}
-    for name in ('plain', 'smooth'):
-        extra = ['--smooth'] if name == 'smooth' else []
-        file = str(tmp_path / f'{name}.csv')
-        assert main(['replay', str(bag), *options, *extra, '--out', file]) == 0
-        with open(file, newline='') as stream:
-            tables[name] = list(csv.reader(stream))
-    assert 'smoothed over the whole recording' in capsys.readouterr().out
-    assert tables['smooth'][0][10:] == ['tau_k_smoothed', 'tau_k_smoothed_std', 'twist_smoothed']
-    assert [row[:10] for row in tables['smooth']] == tables['plain']
-    table = np.array(tables['smooth'][1:], float)
-    error = {column: np.sqrt(np.mean((table[1000:, column] - drive.tau_k[1001:]) ** 2))
-             for column in (5, 10)}
-    assert error[10] < 0.4 * error[5]
 
 
 def test_a_written_replay_replays_to_the_same_bits(bag, options, tmp_path, capsys):
@@ -203,7 +183,8 @@ def test_a_snapshot_of_another_version_is_told_and_replayed(bag, options, tmp_pa
 def test_a_damaged_robot_in_a_snapshot_is_refused(robot):
     settings = {'robot_description': 'arm.urdf'}
     with pytest.raises(InputError, match='^bag: not a snapshot of this version'):
-        recorded_robot(settings, settings, [RecordedSnapshot({'robot': robot}, 0)], 'bag')
+        recorded_robot(settings, [RecordedSnapshot({
+            'robot': robot, 'model': '{}', 'parameters': json.dumps(settings)}, 0)], 'bag')
 
 
 WRONG = [

@@ -157,7 +157,7 @@ def test_blocks_give_the_bits_of_single_samples(drive, tmp_path, monkeypatch, co
         np.testing.assert_array_equal(result.monitor.counts, monitor.counts)
         assert result.monitor.outcomes == monitor.outcomes
         assert result.monitor.snapshot() == monitor.snapshot()
-        assert len(result.recording.samples.stamp_ns) == len(single)
+        assert len(result.samples.stamp_ns) == len(single)
     with open_bag(tmp_path / 'bag') as reader:
         player = Player(reader, model, parameters, whole=False)
         found = [part.estimates for part in player.parts()]
@@ -301,10 +301,6 @@ def test_tables_hold_the_same_numbers(live, tmp_path, capsys, monkeypatch):
     told = capsys.readouterr().out
     assert 'identical    yes' in told and 'trust' not in told
     assert parquet.read_table(tmp_path / 'only.parquet').equals(table)
-    assert main(['replay', bag, '--smooth', '--out', str(tmp_path / 'smooth.parquet')]) == 0
-    smooth = parquet.read_table(tmp_path / 'smooth.parquet')
-    assert smooth.column_names[10:] == list(replay_output.SMOOTHED_COLUMNS)
-    assert smooth.select(table.column_names).equals(table)
 
 
 NUMBERS = np.array([np.nan, np.inf, -np.inf, -0.0, 0.0, 1e300, 5e-324, 1.0 / 3.0, 1e16, 2.0])
