@@ -62,12 +62,6 @@ INDENT = 24  # of the figures
 TUNED = 0.5  # share of missing readings up to which fit noise takes a recording
 SUITS = {OK: 'yes', WARN: 'with care', BAD: 'no'}
 _OF = {words: verdict.name.lower() for verdict, words in SUITS.items()}
-NEXT = {'estimation': 'gearbox_monitor fit noise BAG --model FILE --out params.yaml',
-        'drift': 'gearbox_monitor accept BAG --model FILE --max-gap RAD',
-        'diagnosis': 'gearbox_monitor diagnose BAG --model FILE'}
-WITHOUT_ARM = {'estimation': 'gearbox_monitor replay BAG --params FILE',
-               'drift': 'gearbox_monitor accept BAG --params FILE --max-gap RAD',
-               'diagnosis': "gearbox_monitor diagnose BAG --model FILE --recorded-arm ''"}
 
 
 def run(args: Namespace) -> int:
@@ -222,39 +216,30 @@ def text(data: Mapping[str, Any]) -> str:
 
 def _next(data: Mapping[str, Any]) -> list[str]:
     """Return the commands that take the recording as it is, joints and files included."""
-    joints, options = data['joints'], data['options']
-    commands = dict(NEXT if joints['arm'] else WITHOUT_ARM)
+    motor, arm, options = data['joints']['motor'], data['joints']['arm'], data['options']
     values = {(line['group'], line['name']): line['values'] for line in data['lines']}
     few = any(values.get((side, 'readings'), {}).get('missing_share', 0.0) > TUNED
               for side in ('motor', 'arm'))
     short = values.get(('stamps', 'length'), {}).get('duration_s', MIN_SECONDS) < MIN_SECONDS or (
         values.get(('stamps', 'order'), {}).get('samples', MIN_SAMPLES) < MIN_SAMPLES)
-    if few or short:  # enough for a filter, too little for fit noise
-        commands['estimation'] = WITHOUT_ARM['estimation']
     model, params = (shlex.quote(name) if name else 'FILE' for name in (
         options['model'], options['params']))
     bag = bag_arguments(data['bag'], options['topic'])
-    usual = (joints['motor'], joints['arm']) in (('motor', 'arm'), ('motor', ''))
-    result = []
-    for purpose, part in data['suits'].items():
-        if part['verdict'] == 'no':
-            continue
-        command = commands[purpose].replace('BAG', bag).replace('--model FILE', f'--model {model}')
-        if purpose == 'diagnosis':
-            command = command.partition(" --recorded-arm ''")[0]
-            if not usual:
-                command += f' --recorded-motor {shlex.quote(joints["motor"])}'
-            if not usual or not joints['arm']:
-                command += f' --recorded-arm {shlex.quote(joints["arm"])}'
-        else:
-            command = command.replace('--params FILE', f'--params {params}')
-            if '--params ' not in command and (options['params'] or not usual):
-                command += f' --params {params}'
-            if not usual and not options['params']:
-                command += (f'  # FILE: motor_joint: {joints["motor"]}, arm_joint: '
-                            f'{joints["arm"] or repr("")}')
-        result.append(command)
-    return result
+    usual = motor == 'motor' and arm in ('arm', '')
+    source = f'--model {model}' if arm else f'--params {params}'
+    joints = '' if usual or options['params'] else (
+        f'  # FILE: motor_joint: {motor}, arm_joint: {arm or repr("")}')
+    further = f' --params {params}' * bool(arm and (options['params'] or not usual)) + joints
+    tuned = arm and not few and not short  # else enough for a filter, too little for fit noise
+    commands = {
+        'estimation': (f'fit noise {bag} {source} --out params.yaml{further}' if tuned else
+                       f'replay {bag} --params {params}{joints}'),
+        'drift': f'accept {bag} {source} --max-gap RAD{further}',
+        'diagnosis': f'diagnose {bag} --model {model}'
+        + f' --recorded-motor {shlex.quote(motor)}' * (not usual)
+        + f' --recorded-arm {shlex.quote(arm)}' * (not usual or not arm)}
+    return [f'gearbox_monitor {commands[purpose]}' for purpose, part in data['suits'].items()
+            if part['verdict'] != 'no']
 
 
 def _table(topics: Sequence[Mapping[str, Any]]) -> list[str]:

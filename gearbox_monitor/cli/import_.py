@@ -139,8 +139,7 @@ def _written(args: Namespace, reader: BagReader, source: Path, assumptions: Sequ
         first = last = 0
         for block in reader.blocks():
             decode(block.of(main))
-            for topic, log_ns, publish_ns, raw in block.messages():
-                writer.write(topic, log_ns, raw, publish_ns)
+            writer.write_block(block)
             if len(block):
                 first, last = first or int(block.log_ns[0]), int(block.log_ns[-1])
         joints = decode.joints
