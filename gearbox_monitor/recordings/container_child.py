@@ -112,16 +112,11 @@ def leaves_of(tree: Any, prefix: str = '', depth: int = 0) -> Iterator[Leaf]:
             yield from leaves_of(tree[name], f'{prefix}{name}.', depth + 1)
         return
     name, attributes = prefix[:-1], getattr(tree, 'attrs', {})
-    if isinstance(tree, list) and not any(isinstance(x, (dict, np.ndarray)) for x in tree):
-        if any(isinstance(x, list) for x in tree):
-            return
-        tree = column_of(tree, name)
     expect_values(tree, name)
     if fields := getattr(getattr(tree, 'dtype', None), 'names', None):
-        parts = {field: np.asarray(tree[field]) for field in fields}
-        yield from leaves_of(parts, prefix, depth)
+        yield from leaves_of({field: np.asarray(tree[field]) for field in fields}, prefix, depth)
         return
-    value = np.asarray(tree[()] if hasattr(tree, 'attrs') else tree)
+    value = array_of(tree[()] if hasattr(tree, 'attrs') else tree, name)
     if value.dtype.kind == 'O' and value.ndim == 1 and len(value) and all(
             isinstance(part, Mapping) for part in value):  # structures of MATLAB
         yield from entry_leaves(list(value), prefix) if len(value) >= MIN_SAMPLES else leaves_of(
@@ -189,29 +184,19 @@ def entries_in(tree: Any, depth: int = 0) -> list[Any] | None:
 def entry_leaves(entries: list[Any], prefix: str = '') -> Iterator[Leaf]:
     """Yield the columns of a list of entries, behind `prefix`; of joints by their names."""
     if isinstance(entries[0], list):
-        yield '', matrix_of(entries), ''
+        yield '', array_of(entries, 'rows'), ''
         return
     flat = [dict(flattened(entry)) for entry in entries if isinstance(entry, Mapping)]
     listed = next((key for key in ('name', 'joint_names') if flat and isinstance(
         flat[0].get(key), list) and all(isinstance(n, str) for n in flat[0][key])), '')
     for field in dict.fromkeys(key for entry in flat[:MIN_SAMPLES] for key in entry):
         values = [entry.get(field) for entry in flat]
-        if listed and field == 'interface_values':
-            tables = [[dict(zip(part.get('interface_names', ()), part.get('values', ())))
-                       for part in value or ()] for value in values]
-            for kind in dict.fromkeys(kind for row in tables[:1] for part in row
-                                      for kind in part):
-                yield from by_joint(kind, flat, listed, [
-                    [part.get(kind) for part in row] for row in tables])
-        elif listed and any(isinstance(value, list) and value for value in values):
+        lists = [value for value in values if isinstance(value, list)]
+        if listed and any(lists):
             if field != listed:
                 yield from by_joint(field, flat, listed, values)
-        elif all(value is None or isinstance(value, (int, float, str)) for value in values):
-            yield prefix + field, column_of(values, prefix + field), ''
-        else:
-            lists = [value for value in values if isinstance(value, list)]
-            if len(lists) == len(values) and len({len(value) for value in lists}) == 1:
-                yield prefix + field, matrix_of(lists), ''
+        elif not lists or len(lists) == len(values) and len(set(map(len, lists))) == 1:
+            yield prefix + field, array_of(values, prefix + field), ''
 
 
 def flattened(entry: Mapping[str, Any], prefix: str = '', depth: int = 0
@@ -220,6 +205,11 @@ def flattened(entry: Mapping[str, Any], prefix: str = '', depth: int = 0
     for name, value in entry.items():
         if isinstance(value, Mapping) and depth < MAX_DEPTH:
             yield from flattened(value, f'{prefix}{name}.', depth + 1)
+        elif name == 'interface_values' and value:  # of ros2_control, by joint
+            tables = [dict(zip(part.get('interface_names', ()), part.get('values', ())))
+                      for part in value]
+            yield from ((kind, [table.get(kind) for table in tables])
+                        for kind in dict.fromkeys(kind for table in tables for kind in table))
         else:
             yield f'{prefix}{name}', value
 
@@ -238,26 +228,6 @@ def by_joint(field: str, entries: Sequence[Mapping[str, Any]], listed: str,
         yield f'{field} {joint}', column, ''
 
 
-def column_of(values: Sequence[Any], name: str) -> Any:
-    """Return the numbers, NaN for none, or the texts in the `values` of a column `name`."""
-    if any(isinstance(value, str) for value in values):
-        return np.array([str(value) for value in values])
-    if all(type(value) is int and abs(value) < 1 << 63 for value in values):
-        return np.array(values, np.int64)
-    try:
-        return np.array([np.nan if value is None else float(value) for value in values])
-    except OverflowError:
-        raise Unreadable(f'{name}: a number beyond all floats, expected numbers') from None
-
-
-def matrix_of(rows: Sequence[Sequence[Any]]) -> Any:
-    try:
-        return np.array([[math.nan if x is None else x for x in row] for row in rows])
-    except ValueError:
-        raise Unreadable('rows of unequal length, expected a matrix') from None
-
-
-# --- tables -------------------------------------------------------------------------------------
 def table_leaves(module: Any, stream: Any, kind: str) -> Iterator[Leaf]:
     """Yield the columns of a Parquet or Feather file; structures and lists by their parts."""
     import pyarrow as pa
@@ -266,25 +236,16 @@ def table_leaves(module: Any, stream: Any, kind: str) -> Iterator[Leaf]:
     for key, value in (table.schema.metadata or {}).items():
         put_number(key.decode('utf-8', 'replace'), value.decode('utf-8', 'replace'))
     for _ in range(MAX_DEPTH):
-        if not any(pa.types.is_struct(field.type) for field in table.schema):
-            break
         table = table.flatten()
     for name, column in zip(table.column_names, table.columns):
         if pa.types.is_dictionary(column.type):
             column = column.cast(column.type.value_type)
-        if pa.types.is_string(column.type) or pa.types.is_large_string(column.type):
-            column = column.fill_null('')
-        if pa.types.is_boolean(column.type):
-            continue
         if not hasattr(column.type, 'value_type'):
-            yield name, column.to_numpy(), ''
+            yield name, array_of(column.to_numpy(), name), ''
         elif not column.null_count:
             rows = column.to_pylist()
-            width = min(map(len, rows), default=0)
-            if width and all(isinstance(x, (int, float)) for x in rows[0]):
-                matrix = np.array([row[:width] for row in rows], float)
-                for k in range(width):
-                    yield f'{name}.{k + 1}', matrix[:, k], ''
+            for k in range(min(map(len, rows), default=0)):
+                yield f'{name}.{k + 1}', array_of([row[k] for row in rows], name), ''
 
 
 # --- result -------------------------------------------------------------------------------------
@@ -304,15 +265,24 @@ def put_number(name: str, value: Any) -> None:
         HEADER[name] = number
 
 
-def plain_array(value: Any) -> Any:
-    """Return `value` as an array of numbers, texts or times, None for another one."""
+def array_of(values: Any, name: str) -> Any:
+    """Return the `values` of a leaf `name` as numbers, NaN for None, texts, times or objects."""
+    try:
+        value = np.asarray(values)
+    except ValueError:
+        raise Unreadable(f'{name}: rows of unequal length, expected a matrix') from None
     kind = value.dtype.kind
     if kind == 'S':
         return np.char.decode(value, 'utf-8', 'replace')
     if kind == 'O':
-        return np.array([x.decode('utf-8', 'replace') if isinstance(x, bytes) else x
-                         for x in value.flat]) if value.ndim == 1 and all(
-            isinstance(x, (str, bytes)) for x in value.flat) else None
+        kinds = {type(x) for x in value.flat} - {type(None)}
+        if kinds <= {str, bytes}:
+            return np.array([x.decode('utf-8', 'replace') if isinstance(x, bytes) else x or ''
+                             for x in value.flat]).reshape(value.shape)
+        try:
+            return value.astype(float) if kinds <= {int, float, bool} else value
+        except OverflowError:
+            raise Unreadable(f'{name}: a number beyond all floats, expected numbers') from None
     if kind in 'bu':
         return value.astype(float if kind == 'u' and value.itemsize == 8 else np.int64)
     return value
@@ -320,19 +290,17 @@ def plain_array(value: Any) -> Any:
 
 def columns_of(leaves: Iterator[Leaf]) -> Iterator[Leaf]:
     """Yield the columns [N] of `leaves`; matrices by column, with numbers from 1."""
-    for name, array, unit in leaves:
-        value = plain_array(array)
-        if value is None:
-            continue
-        if value.dtype.kind == 'U' and name.rpartition('.')[2] in JOINT_LISTS and not JOINTS:
+    for name, value, unit in leaves:
+        kind = value.dtype.kind
+        if kind == 'U' and name.rpartition('.')[2] in JOINT_LISTS and not JOINTS:
             JOINTS.extend(map(str, value.flat))
         if value.ndim == 0 or value.size == 1:
             put_number(name, value)
-        elif value.dtype.kind in 'ifUM' and value.size >= MIN_SAMPLES:
+        elif kind in 'ifUM' and value.size >= MIN_SAMPLES:
             value = np.squeeze(value)
             if value.ndim == 1:
                 yield name, value, unit
-            elif value.ndim == 2 and value.dtype.kind in 'if':
+            elif value.ndim == 2 and kind in 'if':
                 yield from matrix_columns(name, value, unit)
 
 
