@@ -35,11 +35,11 @@ from gearbox_monitor.library.watch import description_in, watch_robot
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plain_data import to_data
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.recordings.cdr import joined, rows_of
 from gearbox_monitor.recordings.player import Player
 from gearbox_monitor.recordings.read import natural
 from gearbox_monitor.recordings.reading import open_recording
-from gearbox_monitor.recordings.recorded_samples import (
-    joined_samples, NO_MODEL, NO_SERIAL, samples_of)
+from gearbox_monitor.recordings.recorded_samples import NO_MODEL, NO_SERIAL, samples_of
 from gearbox_monitor.recordings.storage import FILE_NAME
 from gearbox_monitor.report.robot_words import watch_data
 from gearbox_monitor.signals.examine import admitted
@@ -384,5 +384,5 @@ def _between(player: Player, begin: int, end: int) -> Samples:
     for block in player.reader.blocks((player.topic,)):
         samples, _ = samples_of(decode(block), player.monitor.model)
         rows = (samples.stamp_ns >= begin) & (samples.stamp_ns < end)
-        parts.append(Samples(samples.stamp_ns[rows], samples.u[rows], samples.y[rows]))
-    return joined_samples(parts)
+        parts.append(rows_of(samples, rows))
+    return joined(parts)

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 import struct
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -23,6 +23,7 @@ MESSAGE = 5  # opcode
 MESSAGE_HEAD = 31  # opcode, length, channel, sequence, log time, publish time
 CHANNELS = 1 << 16
 U9, U15, U23, U31 = (np.uint64(k) for k in (9, 15, 23, 31))
+T = TypeVar('T')
 Message: TypeAlias = tuple[str, int, int, bytes]  # topic, log_ns, publish_ns, CDR bytes
 
 
@@ -99,6 +100,19 @@ def find_messages(data: Bytes, begin: int, end: int, number_of: Numbers, stop: b
     return row, int(offset)
 
 
+def rows_of(table: T, rows: slice | Integers | Flags) -> T:
+    """Return the dataclass `table` with those `rows` of its arrays [N ...]."""
+    return replace(table, **{  # type: ignore[type-var]
+        name: x[rows] for name, x in vars(table).items() if isinstance(x, np.ndarray)})
+
+
+def joined(parts: Sequence[T]) -> T:
+    """Return the first of the dataclasses `parts` with the rows of the arrays of all."""
+    return parts[0] if len(parts) == 1 else replace(parts[0], **{  # type: ignore[type-var]
+        name: np.concatenate([getattr(part, name) for part in parts])
+        for name, x in vars(parts[0]).items() if isinstance(x, np.ndarray)})
+
+
 @dataclass(frozen=True)
 class MessageBlock:
     """N messages: data[offset[i]:offset[i] + size[i]] is on topics[topic[i]]."""
@@ -168,16 +182,9 @@ def compact(block: MessageBlock) -> MessageBlock:
 
 def joined_blocks(blocks: Sequence[MessageBlock]) -> MessageBlock:
     """Return the messages of all `blocks`, which have the same topics, in order."""
-    if len(blocks) == 1:
-        return blocks[0]
-    sizes = [len(block.data) for block in blocks]
-    offsets = [block.offset + begin
-               for block, begin in zip(blocks, np.cumsum([0, *sizes]).tolist())]
-    return MessageBlock(
-        blocks[0].topics, np.concatenate([block.data for block in blocks]),
-        np.concatenate(offsets), *(
-            np.concatenate([getattr(block, name) for block in blocks])
-            for name in ('size', 'topic', 'log_ns', 'publish_ns')))
+    begins = np.cumsum([0, *(len(block.data) for block in blocks)]).tolist()
+    return joined([replace(block, offset=block.offset + begin)
+                   for block, begin in zip(blocks, begins)])
 
 
 def block_of(topics: Sequence[str], messages: Sequence[Message]) -> MessageBlock:
@@ -225,8 +232,7 @@ class JointStates:
     def of_named(self) -> 'JointStates':
         """Return the messages that name one of the joints."""
         rows = self.named.any(axis=1)
-        return self if rows.all() else JointStates(self.names, *(
-            getattr(self, field)[rows] for field in ('stamp_ns', 'log_ns', 'named', *FIELDS)))
+        return self if rows.all() else rows_of(self, rows)
 
 
 @dataclass(frozen=True)

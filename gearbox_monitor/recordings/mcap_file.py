@@ -15,7 +15,7 @@ from io import BytesIO
 import os
 from pathlib import Path
 import struct
-from threading import Event, Lock, Thread
+from threading import Event, Thread
 from typing import Any, TypeAlias
 import zlib
 
@@ -274,21 +274,28 @@ class RecordFile:
     """
     Unbuffered new file `path`; after a failed write it still ends with a whole record.
 
-    end: bytes written; synced: those that sync() has synced to the medium; error: that sync() has
-    raised.
+    Args:
+        path: of the file.
+        sync_seconds: time between two syncs to the medium by a thread of its own, so that the
+            writer need not wait; None: never.
+        errors: of syncs, shared by all files of a bag; a write raises the first.
+
+    end: bytes written; synced: those that are on the medium.
     """
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self._file = open(path, 'xb', buffering=0)
-        self.end = self.synced = 0
-        self.error: OSError | None = None
-        self._lock = Lock()
+    def __init__(self, path: Path, sync_seconds: float | None = None,
+                 errors: list[OSError] | None = None) -> None:
+        self.path, self.end, self.synced = path, 0, 0
+        self._errors = [] if errors is None else errors
+        self._file, self._done = open(path, 'xb', buffering=0), Event()
+        self._thread = Thread(target=self._sync_until_done, args=(sync_seconds,), daemon=True)
+        if sync_seconds is not None:
+            self._thread.start()
 
     def write(self, data: bytes | bytearray) -> None:
         """Append the records `data`: all of them or, with an OSError, none."""
-        if self.error is not None:
-            raise self.error
+        if self._errors:
+            raise self._errors[0]
         view = memoryview(data)
         try:
             while view:
@@ -298,22 +305,27 @@ class RecordFile:
             raise
         self.end += len(data)
 
-    def sync(self) -> None:
-        """Sync the file, the first time with its folders, to the medium; from any thread."""
-        with self._lock:
-            end = self.end
-            if end == self.synced or self.error is not None or self._file.closed:
-                return
-            try:
-                os.fdatasync(self._file.fileno())
-                if not self.synced:
-                    folder = os.path.dirname(self.path)
-                    sync_folder(folder)
-                    sync_folder(os.path.dirname(folder))
-            except OSError as error:
-                self.error = error
-            else:
-                self.synced = end
+    def _sync_until_done(self, seconds: float) -> None:
+        while not self._done.wait(seconds):
+            self._sync()
+        self._sync()
+        self._file.close()
+
+    def _sync(self) -> None:
+        """Sync the file, the first time with its folders, to the medium."""
+        end = self.end
+        if end == self.synced or self._errors:
+            return
+        try:
+            os.fdatasync(self._file.fileno())
+            if not self.synced:
+                folder = os.path.dirname(self.path)
+                sync_folder(folder)
+                sync_folder(os.path.dirname(folder))
+        except OSError as error:
+            self._errors.append(error)
+        else:
+            self.synced = end
 
     def rescue_path(self) -> str:
         """Return the path of the content after the file was removed or moved, else ''."""
@@ -325,43 +337,13 @@ class RecordFile:
                 return ''
         return f'/proc/{os.getpid()}/fd/{self._file.fileno()}'
 
-    def close(self) -> None:
-        """Close the file."""
-        with self._lock:
+    def close(self, wait: bool = True) -> None:
+        """Close the file; its thread, for which one may `wait`, syncs it before."""
+        self._done.set()
+        if not self._thread.ident:
             self._file.close()
-
-
-class Syncer:
-    """Thread that syncs `file` every `seconds`, so that the writer need not wait for it."""
-
-    def __init__(self, file: RecordFile, seconds: float) -> None:
-        self._seconds, self._end = seconds, Event()
-        self._files = [file]
-        self._thread = Thread(target=self._run, daemon=True)
-        self._thread.start()
-
-    def follow(self, file: RecordFile) -> None:
-        """Sync `file` from here on; the previous one is finished and is closed once synced."""
-        self._files.append(file)
-
-    def _run(self) -> None:
-        while not self._end.wait(self._seconds):
-            self._sync()
-
-    def _sync(self) -> None:
-        *finished, newest = self._files.copy()
-        for file in finished:
-            file.sync()
-            newest.error = newest.error or file.error
-            file.close()
-            self._files.remove(file)
-        newest.sync()
-
-    def close(self) -> None:
-        """Sync the newest file and end the thread."""
-        self._end.set()
-        self._thread.join()
-        self._sync()
+        elif wait:
+            self._thread.join()
 
 
 def sync_folder(path: str | Path) -> None:
@@ -396,12 +378,13 @@ class McapWriter:
     """
     Writes the new MCAP file `path`, its chunks packed by `compression`, a key of COMPRESSIONS.
 
-    A chunk ends with finish_chunk only, so that it is known which messages are on the disk.
+    A chunk ends with finish_chunk only, so that it is known which messages are on the disk. file:
+    the new file, where it is synced.
     Methods raise OSError. span: first and last log time, None without a message.
     """
 
-    def __init__(self, path: Path, compression: str) -> None:
-        self.path, self.file = path, RecordFile(path)
+    def __init__(self, path: Path, compression: str, file: RecordFile | None = None) -> None:
+        self.path, self.file = path, file or RecordFile(path)
         self.span: Span | None = None
         self._compression, self._pack = COMPRESSIONS[compression]
         self._schemas: dict[str, Schema] = {}  # by type

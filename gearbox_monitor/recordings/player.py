@@ -29,11 +29,11 @@ from gearbox_monitor.kernels.types import Flags, Integers
 from gearbox_monitor.parameters import PAYLOAD
 from gearbox_monitor.plain_data import classes_of, from_data
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.recordings.cdr import JointStates, MessageBlock
+from gearbox_monitor.recordings.cdr import joined, JointStates, MessageBlock, rows_of
 from gearbox_monitor.recordings.joint_input import find_input, PAYLOAD_CHANGE
 from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.recorded_samples import (
-    NO_MODEL, NO_SAMPLES, read_snapshots, recorded_settings, RecordedSnapshot, samples_of, sliced)
+    NO_MODEL, NO_SAMPLES, read_snapshots, recorded_settings, RecordedSnapshot, samples_of)
 from gearbox_monitor.robot.description import RobotDescription
 from gearbox_monitor.signals.stamps import unstamped
 
@@ -195,12 +195,12 @@ class Player:
                 stop = min([end, *(start - index
                                    for start in self._starts[following:following + 1])])
                 if following or not self._starts:
-                    estimates += self._run(sliced(samples, begin, stop))
+                    estimates += self._run(rows_of(samples, slice(begin, stop)))
                 begin = stop
             index += end
             stamped |= bool((samples.stamp_ns > 0).any())
             yield ReplayPart(block, samples, log_ns,
-                             joined_estimates(estimates or [self._engine.run(NO_SAMPLES)]),
+                             joined(estimates or [self._engine.run(NO_SAMPLES)]),
                              np.array(resumed, np.int64))
         if index > 1 and not stamped:
             raise InputError(f'{self.reader.path}: {self.topic}: {unstamped(index)}')
@@ -214,7 +214,7 @@ class Player:
         edges = (np.flatnonzero(np.diff(samples.stamp_ns // SECOND)) + 1).tolist()
         out = []
         for begin, end in zip([0, *edges], [*edges, len(samples.stamp_ns)]):
-            part = sliced(samples, begin, end)
+            part = rows_of(samples, slice(begin, end))
             out.append(self._engine.run(part))
             self._follow(self.monitor, part, out[-1])
         return out
@@ -365,11 +365,3 @@ def _placed_by_count(snapshots: Sequence[RecordedSnapshot], places: _SnapshotPla
             starts[k] = max(0, starts[k + step] - (counts[k + step] - counts[k]))
             placed[k] = True
     return starts
-
-
-def joined_estimates(parts: Sequence[Estimates]) -> Estimates:
-    """Return the Estimates of all `parts` in order."""
-    if len(parts) == 1:
-        return parts[0]
-    return Estimates(*(np.concatenate([getattr(part, name) for part in parts])
-                       for name in Estimates.__dataclass_fields__))

@@ -30,7 +30,7 @@ from gearbox_monitor.kernels.types import Array, Flags, Integers, Numbers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings import storage
 from gearbox_monitor.recordings.cdr import (
-    block_of, CHANNELS, compact, Decoder, empty_index, find_messages, joined_blocks,
+    block_of, CHANNELS, compact, Decoder, empty_index, find_messages, joined, joined_blocks,
     joint_state_rows, JointStates, Message, MESSAGE_HEAD, MessageBlock, STATE_TYPE)
 from gearbox_monitor.recordings.mcap_file import McapFile, ScannedChunk
 from gearbox_monitor.recordings.meaning import ROTARY
@@ -280,10 +280,8 @@ class BagReader(AbstractContextManager['BagReader']):
         look(first)
         wanted = (joints or look.joints) if names is None else names
         decode = self.decoder(topic, tuple(dict.fromkeys(wanted)))
-        parts = [decode(block) for block in chain([first], blocks)]
-        self._decoded = {topic: (JointStates(decode.names, *(
-            np.concatenate([getattr(part, field) for part in parts])
-            for field in list(JointStates.__dataclass_fields__)[1:])), tuple(decode.joints))}
+        states = joined([decode(block) for block in chain([first], blocks)])
+        self._decoded = {topic: (states, tuple(decode.joints))}
         return self._joint_states(topic, names)  # of all, if some came later
 
     def _register(self, msgtype: str, name: str, store: Typestore) -> None:

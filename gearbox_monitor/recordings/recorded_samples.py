@@ -20,9 +20,9 @@ import numpy as np
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import expect_format, SnapshotError
-from gearbox_monitor.kernels.types import AnyArray, Array, Flags, Integers, Values
+from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
-from gearbox_monitor.recordings.cdr import Decoder, JointStates
+from gearbox_monitor.recordings.cdr import Decoder, joined, JointStates, rows_of
 from gearbox_monitor.recordings.joint_input import JointInput, snapshot_of
 from gearbox_monitor.recordings.read import BagReader
 
@@ -55,10 +55,10 @@ def sample_parts(reader: BagReader, topic: str, decode: Decoder, model: DriveMod
         count += len(samples.stamp_ns)
         progress(len(block))
         while count >= 2 * size:
-            samples = joined_samples(parts)
-            yield sliced(samples, 0, size)
-            parts, count = [sliced(samples, size - 1, count)], count - size + 1
-    yield joined_samples(parts)
+            samples = joined(parts)
+            yield rows_of(samples, slice(0, size))
+            parts, count = [rows_of(samples, slice(size - 1, count))], count - size + 1
+    yield joined(parts)
 
 
 def samples_of(states: JointStates, model: DriveModel,
@@ -83,25 +83,6 @@ def samples_of(states: JointStates, model: DriveModel,
     u[:, 1], y[:, 1] = effort[:, 1], position[:, 1]
     return Samples(states.stamp_ns[rows], u, y, position[:, 2:] if robot else None), (
         states.log_ns[rows])
-
-
-def sliced(samples: Samples, begin: int, end: int) -> Samples:
-    """Return the Samples `begin` .. `end` - 1 of `samples`."""
-    return Samples(*(column[begin:end] for column in columns_of(samples)))
-
-
-def columns_of(samples: Samples) -> list[AnyArray]:
-    """Return the arrays of `samples`, in the order of its fields."""
-    joints = [] if samples.joints is None else [samples.joints]
-    return [samples.stamp_ns, samples.u, samples.y, *joints]
-
-
-def joined_samples(parts: Sequence[Samples]) -> Samples:
-    """Return the Samples of all `parts` in order."""
-    if len(parts) == 1:
-        return parts[0]
-    parts = [part for part in parts if len(part.stamp_ns)] or [parts[0]]
-    return Samples(*(np.concatenate(columns) for columns in zip(*map(columns_of, parts))))
 
 
 NO_SERIAL = 'no gearbox_serial is recorded: the folder of the bag names the gearbox'

@@ -20,11 +20,11 @@ from gearbox_monitor.health import wear_outcome
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.recordings.cdr import Decoder
+from gearbox_monitor.recordings.cdr import Decoder, joined
 from gearbox_monitor.recordings.joint_input import MATCH_WAIT, StampMatcher
-from gearbox_monitor.recordings.player import joined_estimates, Player, ReplayPart, ReplaySink
+from gearbox_monitor.recordings.player import Player, ReplayPart, ReplaySink
 from gearbox_monitor.recordings.read import BagReader, JOINT_STATE
-from gearbox_monitor.recordings.recorded_samples import joined_samples, NO_SAMPLES
+from gearbox_monitor.recordings.recorded_samples import NO_SAMPLES
 from gearbox_monitor.recordings.topics import (
     ARM, MOTOR, PLANT_TRANSMISSION_STATE, Signal, signal_values, SIGNALS, TRANSMISSION)
 
@@ -424,6 +424,6 @@ def replay(reader: BagReader, model: DriveModel | None = None,
     """
     player, collector = Player(reader, model, parameters, topic), _Collector()
     summary, comparison = summarised(player, [collector])
-    return Replay(joined_samples([NO_SAMPLES, *collector.samples]),
-                  joined_estimates(collector.estimates or [player.estimator.run(NO_SAMPLES)]),
+    return Replay(joined(collector.samples or [NO_SAMPLES]),
+                  joined(collector.estimates or [player.estimator.run(NO_SAMPLES)]),
                   player.estimator, player.monitor, comparison, summary)

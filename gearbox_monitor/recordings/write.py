@@ -18,7 +18,8 @@ from rosbags.typesys import get_types_from_msg, get_typestore, Stores, TypesysEr
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.recordings import storage
 from gearbox_monitor.recordings.cdr import MESSAGE_HEAD, MessageBlock
-from gearbox_monitor.recordings.mcap_file import COMPRESSIONS, McapWriter, sync_folder, Syncer
+from gearbox_monitor.recordings.mcap_file import (
+    COMPRESSIONS, McapWriter, RecordFile, sync_folder)
 
 CHUNK_BYTES = 1 << 20
 CHUNK_SECONDS = 0.25
@@ -84,7 +85,7 @@ class BagWriter(AbstractContextManager['BagWriter']):
         self._parts: list[McapWriter] = []
         self._typestore = get_typestore(Stores.ROS2_JAZZY)
         self._closed = False
-        self._syncer: Syncer | None = None
+        self._sync_seconds, self._sync_errors = sync_seconds, list[OSError]()
         if os.path.lexists(self.path):
             raise InputError(f'{self.path}: exists already, expected a new bag directory')
         try:
@@ -92,8 +93,6 @@ class BagWriter(AbstractContextManager['BagWriter']):
             self._open_part()
         except OSError as error:
             raise InputError(f'{self.path}: cannot create the bag: {error.strerror}') from None
-        if sync_seconds is not None:
-            self._syncer = Syncer(self._part.file, sync_seconds)
         self._guarded(self._part.start)
 
     @property
@@ -284,16 +283,16 @@ class BagWriter(AbstractContextManager['BagWriter']):
         try:
             if self.error is None:
                 self._guarded(self._finish_part)
-            if self._syncer is not None:
-                self._syncer.close()
+            for part in self._parts:
+                part.file.close()
             if self.error is None:
-                self._guarded(self._part.file.write, b'')  # raises the error of the syncer
+                self._guarded(self._part.file.write, b'')  # raises the error of a sync
                 info = storage.bag_information(
                     [part.summary for part in self._parts], list(self._topics.values()),
                     self.custom_data)
                 self._guarded(self._write_yaml, {'rosbag2_bagfile_information': info})
         finally:
-            self._part.file.close()
+            self._part.file.close(wait=False)
 
     def _is_full(self, log_ns: int) -> bool:
         """Return whether a message of `log_ns` belongs in the next file."""
@@ -307,8 +306,7 @@ class BagWriter(AbstractContextManager['BagWriter']):
         """Finish the file and begin the next one."""
         self.flush()
         self._guarded(self._finish_part)
-        if self._syncer is None:
-            self._part.file.close()
+        self._part.file.close(wait=False)
         self._guarded(self._open_part)
         self._guarded(self._part.start)
         for record in self._records:
@@ -318,10 +316,9 @@ class BagWriter(AbstractContextManager['BagWriter']):
 
     def _open_part(self) -> None:
         """Create the next file."""
-        name = f'{self.path.name}_{len(self._parts)}.mcap'
-        self._parts.append(McapWriter(self.path / name, self._compression))
-        if self._syncer is not None:
-            self._syncer.follow(self._part.file)
+        path = self.path / f'{self.path.name}_{len(self._parts)}.mcap'
+        self._parts.append(McapWriter(path, self._compression, RecordFile(
+            path, self._sync_seconds, self._sync_errors)))
 
     def _finish_chunk(self) -> None:
         """Write the chunk; none of its messages is lost any more."""
@@ -361,10 +358,10 @@ class BagWriter(AbstractContextManager['BagWriter']):
             with open(temporary, 'w', encoding='utf-8') as file:
                 file.write(storage.to_yaml(content))
                 file.flush()
-                if self._syncer is not None:
+                if self._sync_seconds is not None:
                     os.fsync(file.fileno())
             temporary.replace(path)
-            if self._syncer is not None:
+            if self._sync_seconds is not None:
                 sync_folder(self.path)
         except OSError:
             temporary.unlink(missing_ok=True)
@@ -378,7 +375,7 @@ class BagWriter(AbstractContextManager['BagWriter']):
             self.dropped += self._unflushed
             self.message_count -= self._unflushed
             size = self.byte_count
-            if self._part.file.error is not None:  # only synced bytes are surely on the medium
+            if self._sync_errors:  # only synced bytes are surely on the medium
                 size = sum(part.file.synced for part in self._parts)
             self.error = WriteError(
                 f'{self._part.path}: cannot write: {error.strerror or error}; '
