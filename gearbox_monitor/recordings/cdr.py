@@ -231,7 +231,7 @@ class JointStates:
 
     def of_named(self) -> 'JointStates':
         """Return the messages that name one of the joints."""
-        rows = self.named.any(axis=1)
+        rows: Flags = np.asarray(self.named.any(axis=1))
         return self if rows.all() else rows_of(self, rows)
 
 

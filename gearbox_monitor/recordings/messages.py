@@ -134,6 +134,9 @@ class _Topic:
     states: list[str] = field(default_factory=list)
     setpoints: list[str] = field(default_factory=list)
 
+    def __post_init__(self) -> None:
+        self.decode = self._decoder(())
+
     @property
     def kind(self) -> str:
         """Type of the messages as ROS 2 names it."""
@@ -145,18 +148,18 @@ class _Topic:
         used = self.interfaces & {*OF_STATE, ABSOLUTE, SETPOINT}
         return used | ({'effort'} if 'torque' in self.interfaces else set())
 
-    def decoder(self, names: Sequence[str]) -> Decoder:
+    def _decoder(self, names: Sequence[str]) -> Decoder:
         """Return what turns its messages of joint states into columns of the joints `names`."""
         kind = self.reader.topics[self.name][0]
         return Decoder(names, partial(self.reader.decode, kind),
                        f'{self.reader.path}: topic {self.name}: ', self.reader.is_ros1(kind))
 
-    def survey(self, block: MessageBlock, decode: Decoder) -> None:
-        """Note what the messages of `block` name; decode: of this topic."""
+    def survey(self, block: MessageBlock) -> None:
+        """Note what the messages of `block` name."""
         self.count += len(block)
         if self.kind == JOINT_STATE:
-            self.is_stamped |= bool(decode(block).stamp_ns.any())
-            self.joints.update(decode.joints)
+            self.is_stamped |= bool(self.decode(block).stamp_ns.any())
+            self.joints.update(self.decode.joints)
             self.interfaces |= {SETPOINT} if self.is_setpoint else {*OF_STATE}
             return
         for part in self._interfaces(block):
@@ -164,18 +167,18 @@ class _Topic:
             self.interfaces |= set(part.values)
             self.is_stamped |= bool(part.stamp_ns.any())
 
-    def columns(self, block: MessageBlock, decode: Decoder) -> Iterator[Frames]:
-        """Yield the columns of `block`; decode: of all joints of this topic."""
+    def columns(self, block: MessageBlock) -> Iterator[Frames]:
+        """Yield the columns of `block`, of all joints that the survey has seen."""
         if self.kind != JOINT_STATE:
             yield from self._interfaces(block)
             return
-        states = decode(block)
+        if not self.decode.names:
+            self.decode = self._decoder(list(self.joints))
+        states = self.decode(block).of_named()
         values = {SETPOINT: states.position} if self.is_setpoint else {
             name: getattr(states, name) for name in OF_STATE}
-        rows = states.named.any(axis=1)
-        yield from frames_of(self.name, states.names, states.named[rows], (
-            states.stamp_ns[rows], states.log_ns[rows]), {
-                name: x[rows] for name, x in values.items()})
+        yield from frames_of(self.name, states.names, states.named,
+                             (states.stamp_ns, states.log_ns), values)
 
     def _interfaces(self, block: MessageBlock) -> Iterator[Frames]:
         """Yield the columns of messages of ros2_control, all interfaces of them."""
@@ -219,9 +222,9 @@ def _values_of(kind: str, message: Any) -> dict[str, list[float]]:
 # --- the bag ------------------------------------------------------------------------------------
 def needs_conversion(reader: BagReader) -> bool:
     """Return whether a bag of ROS 2 has joints, but on no topic of sensor_msgs/JointState."""
-    kinds = {_ros2_name(kind) for kind, count in reader.topics.values() if count}
-    return JOINT_STATE not in {kind for kind, count in reader.topics.values() if count} and bool(
-        kinds & {*STATES, MULTI} or any(kind.startswith('foxglove') for kind in kinds))
+    declared = {kind for kind, count in reader.topics.values() if count}
+    return JOINT_STATE not in declared and any(
+        _ros2_name(kind) in (*STATES, MULTI) or kind.startswith('foxglove') for kind in declared)
 
 
 def converted_bag(path: Path, topic: str = '', stamps: str = STAMPS[0]) -> VirtualBag:
@@ -265,11 +268,10 @@ def converted_bag(path: Path, topic: str = '', stamps: str = STAMPS[0]) -> Virtu
 def _frames(reader: BagReader, topics: Sequence[_Topic], received: bool
             ) -> Iterator[list[Frames]]:
     """Yield the chosen joints of `topics`, block by block; received: stamped on receipt."""
-    decode = [own.decoder(list(own.joints)) for own in topics]
     for block in reader.blocks([own.name for own in topics]):
         frames: list[Frames] = []
-        for own, columns in zip(topics, decode):
-            for part in own.columns(block.of(own.name), columns):
+        for own in topics:
+            for part in own.columns(block.of(own.name)):
                 part = replace(part, stamp_ns=part.log_ns) if received else part
                 effort = 'effort' if 'effort' in part.values else 'torque'
                 frames += _selected(part, JOINT_TOPIC, own.states, {
@@ -317,10 +319,9 @@ def _surveyed(reader: BagReader, topic: str, stamps: str) -> tuple[list[_Topic],
     """Return (the topic of the states in a bag and those of setpoints; notes)."""
     names, notes = _chosen_topics(reader, topic)
     topics = [_Topic(reader, name, k > 0) for k, name in enumerate(names)]
-    decode = [own.decoder(()) for own in topics]
     for block in reader.blocks(names):
-        for own, columns in zip(topics, decode):
-            own.survey(block.of(own.name), columns)
+        for own in topics:
+            own.survey(block.of(own.name))
     notes += [reader.notice] if reader.notice else []
     state, taken = topics[0], set[str]()
     if not state.count:
