@@ -46,7 +46,7 @@ from gearbox_monitor.parameters import resolve, SETTINGS
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.guess import Unsettled
 from gearbox_monitor.recordings.messages import converted_bag, paired_bag
-from gearbox_monitor.recordings.read import BagReader
+from gearbox_monitor.recordings.read import BagReader, open_bag
 from gearbox_monitor.recordings.reading import is_bag, read_mapping
 from gearbox_monitor.recordings.recovery import recover, Recovery
 from gearbox_monitor.recordings.si_signals import bag_of_table
@@ -71,23 +71,27 @@ class Guess(Action):
 def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
     path = Path(args.file)
-    if args.bag is not None and Path(args.bag).exists():
-        raise InputError(f'{args.bag}: exists, expected the name of a new bag')
     if args.bag is not None:
+        if Path(args.bag).exists():
+            raise InputError(f'{args.bag}: exists, expected the name of a new bag')
         expect_outside_of_bag(args.bag)
     if args.params or args.arm_topic:
         _refuse_others(args, ('topic',), '--params or --arm-topic', '--topic')
         return _pair(args)
     if not path.exists():
         raise InputError(f'{path}: no such file, expected a bag or a log')
+    if not is_bag(path):
+        return _of_log(args, path)
+    _refuse_others(args, ('topic', 'stamps', 'guess'), 'a bag as FILE', '--topic or --stamps '
+                   '(commands read one joint with --recorded-motor NAME)')
+    if args.bag is None:
+        raise InputError(f'{path}: a bag, expected the name of a new bag behind it')
+    return _written(args, converted_bag(path, args.topic, args.stamps), path)
+
+
+def _of_log(args: Namespace, path: Path) -> int:
+    """Write the log `path` as a bag, or print how it is read; return the exit code."""
     reading = reading_of(args)
-    if is_bag(path):
-        _refuse_others(args, ('topic', 'stamps', 'guess'), 'a bag as FILE', '--topic or --stamps '
-                       '(commands read one joint with --recorded-motor NAME)')
-        if args.bag is None:
-            raise InputError(f'{path}: a bag, expected the name of a new bag behind it')
-        reader = converted_bag(path, args.topic, args.stamps)
-        return _written(args, reader, path, [])
     if args.map:
         _refuse_others(args, ('map', 'set'), '--map', '--set KEY=VALUE, or no --map')
     else:
@@ -100,15 +104,13 @@ def run(args: Namespace) -> int:
         raise
     if guess is not None and guess.rows:
         print(table_text(guess), file=sys.stderr)
+    text = guess.yaml_text if guess is not None else yaml.safe_dump(
+        dict(mapping.data), sort_keys=False)
     if args.bag is None:
-        text = guess.yaml_text if guess is not None else yaml.safe_dump(
-            dict(mapping.data), sort_keys=False)
         print(text, end='')
         return 0
     return _written(args, bag_of_table(table, mapping), table.path,
-                    list(guess.assumptions if guess else ()), kind=mapping.kind,
-                    mapping=guess.yaml_text if guess is not None else yaml.safe_dump(
-                        dict(mapping.data), sort_keys=False),
+                    guess.assumptions if guess else (), kind=mapping.kind, mapping=text,
                     mapping_file=Path(mapping.source).name)
 
 
@@ -119,21 +121,19 @@ def _refuse_others(args: Namespace, used: Container[str], way: str, expected: st
         raise InputError(f'{", ".join(others)}: no effect with {way}, expected {expected}')
 
 
-def _written(args: Namespace, reader: BagReader, source: Path, assumptions: Sequence[str],
+def _written(args: Namespace, reader: BagReader, source: Path, assumptions: Sequence[str] = (),
              **origin: str) -> int:
     """Write what `reader` holds, with its origin as metadata; return the exit code."""
-    notes = list(getattr(reader, 'notes', ()))
     digest = ''
     if source.is_file():
         with source.open('rb') as stream:
             digest = hashlib.file_digest(stream, 'sha256').hexdigest()
-    joints: dict[str, None] = {}
     with reader, BagWriter(args.bag) as writer:
         for topic, (kind, _) in reader.topics.items():
             writer.add_topic(topic, kind)
         writer.add_metadata('import', {
             'source': source.name, 'source_sha256': digest, **origin,
-            'notices': '\n'.join(notes), 'gearbox_monitor_version': __version__})
+            'notices': '\n'.join(reader.notes), 'gearbox_monitor_version': __version__})
         main = next(iter(reader.topics))
         decode = reader.decoder(main, ())
         first = last = 0
@@ -142,39 +142,30 @@ def _written(args: Namespace, reader: BagReader, source: Path, assumptions: Sequ
             writer.write_block(block)
             if len(block):
                 first, last = first or int(block.log_ns[0]), int(block.log_ns[-1])
-        joints = decode.joints
-        samples = writer.topics[main][1]
-    seconds = (last - first) * 1e-9
+        samples, seconds = writer.topics[main][1], (last - first) * 1e-9
+    joints = list(decode.joints)
     data = {'bag': args.bag, 'samples': samples, 'duration_s': seconds,
             'rate_hz': (samples - 1) / seconds if seconds > 0.0 else None,
-            'joints': list(joints), 'topics': list(reader.topics),
-            'assumptions': list(assumptions), 'notes': list(getattr(reader, 'notes', ()))}
-    return _say(args, data)
-
-
-def _say(args: Namespace, data: dict[str, Any]) -> int:
-    """Print what was written; return the exit code."""
+            'joints': joints, 'topics': list(reader.topics),
+            'assumptions': list(assumptions), 'notes': list(reader.notes)}
     rate = f', {data["rate_hz"]:.1f} Hz' if data['rate_hz'] else ''
-    lines = [f'{args.bag}: {data["samples"]} samples, {data["duration_s"]:.3f} s{rate}, joints '
-             f'{", ".join(data["joints"])}',
-             *(f'assumed: {assumption}' for assumption in data['assumptions']),
-             *(f'note: {note}' for note in data['notes'])]
-    if 'motor' not in data['joints']:
-        lines.append(f'next: gearbox_monitor check {shlex.quote(args.bag)} --motor-joint '
-                     f"{shlex.quote(data['joints'][0])} --arm-joint ''")
-    show(args, data, lambda: '\n'.join(lines))
+    show(args, data, lambda: '\n'.join([
+        f'{args.bag}: {samples} samples, {seconds:.3f} s{rate}, joints {", ".join(joints)}',
+        *(f'assumed: {assumption}' for assumption in assumptions),
+        *(f'note: {note}' for note in reader.notes),
+        *[f'next: gearbox_monitor check {shlex.quote(args.bag)} --motor-joint '
+          f"{shlex.quote(joints[0])} --arm-joint ''"] * ('motor' not in joints)]))
     return 0
 
 
 def _pair(args: Namespace) -> int:
     """Join motor and arm of a bag; return the exit code."""
-    from gearbox_monitor.recordings.read import open_bag
     motor = args.topic or 'joint_states'
     options = load_parameters(args.params, 'estimator', SETTINGS, motor) if args.params else \
         {'arm_topic': args.arm_topic}
     _, parameters = resolve(DriveModel(), options, args.params or '--arm-topic')
     with open_bag(args.file) as reader:
-        return _written(args, paired_bag(reader, parameters, motor), Path(args.file), [])
+        return _written(args, paired_bag(reader, parameters, motor), Path(args.file))
 
 
 UNWRITTEN = ('Messages that the recorder had not written when it ended are not counted; this '

@@ -125,7 +125,8 @@ class BagReader(AbstractContextManager['BagReader']):
 
     topics: {topic: (message type, number of messages)}; metadata: {record name: {key: value}};
     start_ns, end_ns: log times (None in an empty bag); truncated: the recording was cut off;
-    notice: one line for the user about that or about damage, else ''. packed_messages: each
+    notice: one line for the user about that or about damage, else ''; notes: sentences about a
+    recording of another kind. packed_messages: each
     message is compressed by itself; opened: what is released with the reader. arm_side: positions
     and efforts of the motor are referred to the output already; axis: of its joints, 'prismatic'
     where their units say so; effort_units {joint: unit} of efforts that are no torque or force.
@@ -138,7 +139,7 @@ class BagReader(AbstractContextManager['BagReader']):
         self.start_ns: int | None = None
         self.end_ns: int | None = None
         self.truncated = False
-        self.notice = ''
+        self.notice, self.notes = '', tuple[str, ...]()
         self.packed_messages = False
         self.arm_side = False
         self.axis = ROTARY
