@@ -118,9 +118,14 @@ def recover(source: str | Path, out: str | Path, progress: Progress = iter) -> R
         for file in files:
             stack.callback(file.close)
         recovery.notes += problems
-        if not recovery.notes and _is_complete(files, information):
-            _copy(files, recovery, None, iter)
-            return recovery
+        if not recovery.notes and not any(file.truncated for file in files):
+            whole = Recovery()
+            _copy(files, whole, None, iter)
+            counts = {name: topic.recovered for name, topic in whole.topics.items()}
+            if not (whole.notes or any(file.damaged for file in files) or any(
+                    topic.lost for topic in whole.topics.values())) and (
+                    not information or Counter(counts) == Counter(_stated_counts(information))):
+                return whole
         try:
             out.parent.mkdir(parents=True, exist_ok=True)
             folder = stack.enter_context(tempfile.TemporaryDirectory(
@@ -170,22 +175,6 @@ def _span(entry: Values) -> tuple[int, int]:
     """Return the log times (ns) at which a bag or file begins and ends, from metadata.yaml."""
     begin = entry.get('starting_time', {}).get('nanoseconds_since_epoch', 0)
     return begin, begin + entry.get('duration', {}).get('nanoseconds', 0)
-
-
-def _is_complete(files: Sequence[McapFile], information: Values) -> bool:
-    """Return whether index, metadata.yaml (if there is one) and every checksum are right."""
-    if any(file.truncated for file in files):
-        return False
-    counts: Counter[str] = Counter()
-    for file in files:
-        for chunk in file.chunks:
-            file.unpacked(chunk)  # notes damage
-            if not chunk.counts.keys() <= file.channels.keys():
-                return False
-            for channel_id, count in chunk.counts.items():
-                counts[file.channels[channel_id].topic] += count
-    return not any(file.damaged for file in files) and (
-        not information or counts == Counter(_stated_counts(information)))
 
 
 def _stated_counts(information: Values) -> dict[str, int]:
