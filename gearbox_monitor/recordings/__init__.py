@@ -10,7 +10,7 @@ of a drive or a robot (reading: open_recording), estimates of a replay, and new 
 
 Public names, by module:
 
-    cdr: encode_joint_states
+    cdr: encode_joint_states, joined, rows_of
     examples: ExampleMotion, NOISE, process_torque, write_example_bag, write_robot_pair
     from_bag: ANY, drive_recording, load_locked, load_log, load_values, names_in_log,
         robot_model, robot_recording, RobotValues
@@ -21,8 +21,8 @@ Public names, by module:
     player: Player
     read: BagReader, natural, open_bag
     reading: BY_NAMES, is_bag, open_recording, read_mapping, ReadOptions
-    recorded_samples: innovation_topics, joined_samples, nis_of, NO_MODEL, NO_SERIAL,
-        read_snapshots, recorded_settings, sample_parts, samples_of
+    recorded_samples: innovation_topics, nis_of, NO_MODEL, NO_SERIAL, read_snapshots,
+        recorded_settings, sample_parts, samples_of
     recovery: recover, Recovery
     replay: Comparison, Replay, replay, summarised
     replay_output: BagOutput, CsvTable, ParquetTable
