@@ -9,6 +9,7 @@ Each question comes with the option that settles it, one for a whole group of co
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 import re
+from statistics import median
 from typing import Any
 
 import numpy as np
@@ -22,8 +23,9 @@ from gearbox_monitor.recordings.meaning import (
     PRISMATIC, ROTARY, SETPOINT, SI, standard_unit, strange_unit, unit_factor, unit_of_label,
     units_of, VELOCITY, vocabulary, words_of)
 from gearbox_monitor.recordings.roles import (
-    Choice, choice_of, common_rows, matches, NAMES, NONE, OpenQuestion)
-from gearbox_monitor.recordings.table import Column, Table
+    Choice, choice_of, common_rows, families_of, Family, matches, NAMES, NONE, OpenQuestion,
+    VECTOR)
+from gearbox_monitor.recordings.table import Table
 from gearbox_monitor.recordings.times import (
     at_rate, BESIDE, found_time, FoundTime, states_beside)
 
@@ -148,93 +150,98 @@ def _of_names(table: Table) -> dict[str, Any]:
 
 
 class _Proposal:
-    """The steps from a table to its Guess, and what they gather."""
+    """
+    The steps from a table to its Guess, and what they gather.
+
+    joints: of a robot, or '' alone; axes {joint: axis}; units {column: unit of the mapping}; used:
+    options that had an effect.
+    """
 
     def __init__(self, table: Table, settings: Sequence[str], answers: Answers, constants: bool
                  ) -> None:
         table = replace(table, columns=tuple(replace(c, values=c.values[:LOOKED])
                                              for c in table.columns))
         self.table, self.originals = _renamed(table, answers.columns)
-        self.settings, self.answers = settings, answers
-        self.needs_constants = constants
+        self.settings, self.answers, self.needs_constants = settings, answers, constants
         self.columns = {column.name: column for column in self.table.columns}
         self.assumptions: list[str] = []
-        self.questions: dict[str, OpenQuestion] = {}  # by topic
-        self.units: dict[str, str] = {}  # of the mapping, by column
-        self.constants: dict[str, float] = {}
-        self.used: set[str] = set()  # options that had an effect
-
-    def guess(self) -> Guess:
-        """Return the Guess."""
-        table, answers = self.table, self.answers
+        self.units: dict[str, str] = {}
+        self.used: set[str] = set()
         for name, unit in answers.units.items():
             if unit != NONE and not standard_unit(unit):
                 known = dict.fromkeys(u for q in vocabulary()['units'] for u in units_of(q))
                 raise InputError(f'--unit {name}={unit}: unknown unit, expected one of '
                                  + ', '.join(known))
-        time = self._time()
-        clocks = {column.clock for column in table.columns}
-        columns = [c for c in table.columns if c.name not in (*time.labels, *clocks)
-                   and (c.clock or not c.name.startswith(BESIDE))
-                   and c.values.dtype.kind in 'iuf' and np.isfinite(c.values.astype(float)).any()]
-        listed = self._meanings([c for c in columns if not c.name.startswith(BESIDE)]) + [
-            replace(meaning, label=BESIDE + meaning.label, source=SETPOINT)
-            for meaning in self._meanings([c for c in columns if c.name.startswith(BESIDE)])]
-        values = {c.name: c.values.astype(float) for c in columns}
-        varying = {name for name, x in values.items() if np.nanmax(x) > np.nanmin(x)}
-        joints = joints_of(listed)
-        joint = self._selected(joints)
-        self.constants = self._constants(joints)
-        robot = joint is None and len(joints) > 1
-        if robot and '' in joints:
-            joints.remove('')
-            alone = ', '.join(m.label for m in listed if m.moves and not m.joint)
-            self._ask('joint', f'{alone[:200]}: no joint in the name, beside those of '
-                      f'{", ".join(joints)[:200]}', '--columns with names of joints, such as q_a, '
-                      'or --joint NAME')
-        use = self._use(listed)
-        choices = [choice_of([m for m in listed if (robot or m.label in varying) and (
-            m.joint == name or not robot and joint is None)], values, name, use)
-            for name in (joints if robot else [joint or ''])]
-        for choice in choices:
-            for question in choice.questions:
-                self.questions.setdefault(question.topic, question)
-        if 'positions' not in self.questions and not any(role.endswith(('position', 'velocity'))
-                                                         for c in choices for role in c.roles):
-            still = [m.label for m in listed if m.quantity in (POSITION, VELOCITY)
-                     and m.label not in varying]
-            problem = f'{", ".join(still)[:200]} never changes' if still else 'no position or ' \
-                f'velocity among {", ".join(values)[:200] or "none"}'
-            raise InputError(f'{table.path}: {problem}, expected a motion, ' + '; '.join([
-                '--use position=COLUMN, or --map', *table.notes]))
-        prismatic = {self._axis(choice) for choice in choices} == {PRISMATIC}
-        data: dict[str, Any] = {'time': time.block, **({'kind': PRISMATIC} if prismatic else {})}
-        if robot:
-            data['joints'] = {choice.joint: self._signals(choice, time.t, True)
-                              for choice in choices}
-            self._grippers(data, choices)
-        else:
-            data['signals'] = self._signals(choices[0], time.t, False)
-        self._blanks(data, time)
+        self.time = self._time()
+        self.listed, self.values = self._meanings()
+        joints = joints_of(self.listed)
+        one = self._selected(joints)
+        self.robot = one is None and len(joints) > 1
+        self.joints = [joint for joint in joints if joint] if self.robot else ['']
+        self.constants = self._constants(joints, one)
+        self.choice = self._choice(joints, one)
+        if self.robot and '' in joints:
+            alone = ', '.join(m.label for m in self.listed if m.moves and not m.joint)
+            self.choice.ask('joint', f'{alone[:200]}: no joint in the name, beside those of '
+                            f'{", ".join(self.joints)[:200]}', '--columns with names of joints, '
+                            'such as q_a, or --joint NAME')
+        otherwise = PRISMATIC if 'kind=prismatic' in settings else ROTARY
+        self.axes = {joint: axis_of((
+            self._stated_unit(role, m) or m.unit for role, family in self.choice.roles.items()
+            if (m := family.columns.get(joint))), otherwise) for joint in self.joints}
+
+    def guess(self) -> Guess:
+        """Return the Guess."""
+        table, blocks = self.table, self._blocks()
+        data: dict[str, Any] = {'time': self.time.block, **(
+            {'kind': PRISMATIC} if set(self.axes.values()) == {PRISMATIC} else {})}
+        data |= {'joints': blocks} if self.robot else {'signals': blocks['']}
+        self._grippers(blocks)
+        self._own_clocks(blocks)
         states = states_beside(table)
-        if robot and states and 'motor' not in answers.use:
-            self._ask('motor', f'setpoints by the name of the file, {states} beside it has '
-                      'the positions of the run', f'import {states}, or --use motor=COLUMN')
-        self._require_effect(data, listed, choices, time)
-        rows = self._rows(listed, choices, time)
+        if self.robot and states and 'motor' not in self.answers.use:
+            self.choice.ask('motor', f'setpoints by the name of the file, {states} beside it has '
+                            'the positions of the run', f'import {states}, or --use motor=COLUMN')
+        self._require_effect()
+        rows = self._rows()
         unused = [row[0] for row in rows if not row[1]]
         if unused:
             self.assumptions.append(f'Not used: {", ".join(unused)[:400]}.')
         data = _as_in_file(data, dict(zip(self.columns, self.originals)))
         return Guess(table.path.name, with_settings(data, self.settings), tuple(self.assumptions),
-                     tuple(self.questions.values()), tuple(rows))
+                     tuple(self.choice.questions.values()), tuple(rows))
 
-    def _meanings(self, columns: Sequence[Column]) -> list[Meaning]:
-        return meanings([c.name.removeprefix(BESIDE) for c in columns], [
-            self.answers.units.get(c.name, c.unit) for c in columns], self.table.joints)
+    def _meanings(self) -> tuple[list[Meaning], dict[str, Array]]:
+        """Return what the columns of numbers mean, and their values by label."""
+        clocks = {column.clock for column in self.table.columns}
+        columns = [c for c in self.table.columns if c.name not in (*self.time.labels, *clocks)
+                   and (c.clock or not c.name.startswith(BESIDE))
+                   and c.values.dtype.kind in 'iuf' and np.isfinite(c.values.astype(float)).any()]
+        listed = []
+        for beside in (False, True):
+            own = [c for c in columns if c.name.startswith(BESIDE) == beside]
+            found = meanings([c.name.removeprefix(BESIDE) for c in own], [
+                self.answers.units.get(c.name, c.unit) for c in own], self.table.joints)
+            listed += [replace(m, label=BESIDE + m.label, source=SETPOINT) for m in found] \
+                if beside else found
+        return listed, {c.name: c.values.astype(float) for c in columns}
 
-    def _ask(self, topic: str, text: str, option: str) -> None:
-        self.questions.setdefault(topic, OpenQuestion(topic, text, option))
+    def _choice(self, joints: Sequence[str], one: str | None) -> Choice:
+        """Return the Choice among the columns of all `joints`, or of `one`. Raises InputError."""
+        moving = {name for name, x in self.values.items() if np.nanmax(x) > np.nanmin(x)}
+        columns = [m for m in self.listed if (
+            m.joint in self.joints if self.robot else m.label in moving and m.joint in (
+                ['', *joints] if one is None else [one]))]
+        choice = choice_of(families_of(columns, self.robot), self.values, self._use())
+        if 'positions' in choice.questions or any(
+                role.endswith(('position', 'velocity')) for role in choice.roles):
+            return choice
+        still = [m.label for m in self.listed if m.quantity in (POSITION, VELOCITY)
+                 and m.label not in moving]
+        problem = f'{", ".join(still)[:200]} never changes' if still else 'no position or ' \
+            f'velocity among {", ".join(self.values)[:200] or "none"}'
+        raise InputError(f'{self.table.path}: {problem}, expected a motion, ' + '; '.join([
+            '--use position=COLUMN, or --map', *self.table.notes]))
 
     def _is_set(self, key: str) -> bool:
         """Return whether a setting has this key."""
@@ -281,7 +288,7 @@ class _Proposal:
             return fitting[0]
         raise InputError(f'--joint {joint}: expected one of {", ".join(joints) or "none"}')
 
-    def _constants(self, joints: Sequence[str]) -> dict[str, float]:
+    def _constants(self, joints: Sequence[str], one: str | None) -> dict[str, float]:
         """Return {joint: its torque constant} as stated. Raises InputError: another number."""
         constants, joints = self.answers.torque_constants, joints or ['']
         if len(constants) not in (0, 1, len(joints)):
@@ -290,9 +297,10 @@ class _Proposal:
             raise InputError(f'--torque-constant: {len(constants)} constants '
                              f'({", ".join(f"{constant:g}" for constant in constants)}), expected '
                              f'1{names}')
-        return dict(zip(joints, constants if len(constants) > 1 else [*constants] * len(joints)))
+        own = dict(zip(joints, constants if len(constants) > 1 else [*constants] * len(joints)))
+        return own if self.robot or not own else {'': own[joints[0] if one is None else one]}
 
-    def _use(self, listed: Sequence[Meaning]) -> dict[str, str]:
+    def _use(self) -> dict[str, str]:
         """Return {role: name of its column} as the user states them. Raises InputError."""
         use = {NAMES.get(name, name): column for name, column in self.answers.use.items()
                if name != 'time'}
@@ -301,13 +309,13 @@ class _Proposal:
                 raise InputError(f'--use {name}={column}: no such role, expected one of time, '
                                  f'{", ".join(NAMES)}')
             if not (column in self.columns if name == 'time' else column == NONE or any(
-                    matches(column, m) for m in listed)):
-                stems = self.columns if name == 'time' else dict.fromkeys(m.stem for m in listed)
+                    matches(column, m) for m in self.listed)):
+                stems = self.columns if name == 'time' else dict.fromkeys(
+                    m.stem for m in self.listed)
                 raise InputError(f'--use {name}={column}: no such column, expected one of '
                                  f'{", ".join(stems)[:400]}')
         return use
 
-    # --- blocks of the mapping ------------------------------------------------------------------
     def _stated_unit(self, role: str, column: Meaning) -> str:
         """Return the unit of a column in a `role` as the user states it, '' if not."""
         names = [column.label, column.stem, column.joint, *_names_of(role)]
@@ -316,185 +324,212 @@ class _Proposal:
         foreign = name == column.joint and unit not in units_of(kind_of(role).quantity)
         return '' if foreign else unit
 
-    def _axis(self, choice: Choice) -> str:
-        return axis_of((self._stated_unit(role, c) or c.unit for role, c in choice.roles.items()),
-                       PRISMATIC if 'kind=prismatic' in self.settings else ROTARY)
+    # --- units ----------------------------------------------------------------------------------
+    def _units_of(self, role: str, family: Family) -> dict[str, str]:
+        """Return {joint: unit} of the columns in a `role`; ask where names and values leave it."""
+        quantity, units = kind_of(role).quantity, dict[str, str]()
+        for joint, m in family.columns.items():
+            axis, stated = self.axes[joint], self._stated_unit(role, m)
+            units[joint] = stated or m.unit
+            if units[joint] not in ('', *units_of(quantity, axis, 'input')):
+                if stated not in ('', m.unit):
+                    raise InputError(f'--unit: {m.label}: {stated}, expected a unit of {quantity} '
+                                     f'on a {axis} axis: {", ".join(units_of(quantity, axis))}')
+                units[joint] = ''
+        silent = [joint for joint, unit in units.items() if not unit]
+        if silent and len(silent) < len(units) and quantity == POSITION:
+            known = next(filter(None, units.values()))
+            self.choice.ask('unit', f'{family.columns[silent[0]].label}: no unit in the file, '
+                            f'beside others in {known}', f'--unit {silent[0]}={known}')
+        elif silent:
+            units |= dict.fromkeys(silent, self._unit_by_words(
+                role, [family.columns[joint] for joint in silent], self.axes[silent[0]]))
+        self.units |= {family.columns[joint].label: unit for joint, unit in units.items()}
+        return units
 
-    def _block(self, role: str, choice: Choice, key: str) -> dict[str, Any]:
-        """Return the block of a signal: its column, unit and scale, or a question about them."""
-        meaning, quantity, axis = choice.roles[role], kind_of(role).quantity, self._axis(choice)
-        column, label = self.columns[meaning.label], meaning.label
-        unit = self._stated_unit(role, meaning) or meaning.unit
-        if unit and unit not in units_of(quantity, axis, 'input'):
-            if unit != meaning.unit:
-                raise InputError(f'--unit: {label}: {unit}, expected a unit of {quantity} '
-                                 f'on a {axis} axis: {", ".join(units_of(quantity, axis))}')
-            unit = ''
-        values = choice.values[label][np.isfinite(choice.values[label])]
-        coarse = bool(np.ptp(values) > COARSE and (values == np.floor(values)).all())
+    def _unit_by_words(self, role: str, columns: Sequence[Meaning], axis: str) -> str:
+        """Return the unit of `columns` alike that state none, '' for SI or where it is asked."""
+        first, label, quantity = columns[0], columns[0].label, kind_of(role).quantity
+        values = [self._finite(m.label) for m in columns]
         strange = strange_unit(label)
-        if not unit and strange and not set(words_of(strange)) & {
-                *known_words(), *meaning.own_words}:
-            self._ask(f'unit {strange}', f'{label}: [{strange}] is no unit that is known',
-                      f'--unit {quantity}=UNIT')
-        elif not unit and quantity == EFFORT and meaning.is_input and role != 'reference_torque':
-            usual = next((u for w, u in vocabulary()['inputs'].items() if w in meaning.words), '')
-            unit = 'counts' if coarse else usual or '1'
-        elif not unit and quantity == POSITION and coarse:
-            unit = 'counts'
+        if strange and not set(words_of(strange)) & {*known_words(), *first.own_words}:
+            self.choice.ask(f'unit {strange}', f'{label}: [{strange}] is no unit that is known',
+                            f'--unit {quantity}=UNIT')
+        elif quantity == EFFORT and first.is_input and role != 'reference_torque':
+            usual = next((u for w, u in vocabulary()['inputs'].items() if w in first.words), '')
+            return 'counts' if _are_counts(values) else usual or '1'
+        elif quantity == POSITION and _are_counts(values):
             self.assumptions.append(f'{label}: whole numbers, so counts.')
-        elif not unit and quantity == POSITION and axis == ROTARY and (
-                np.ptp(np.quantile(values, USUAL)) > WIDE) and 'positions' not in self.questions:
-            self._ask('unit', f'{label}: no unit in the file, and its range of '
-                      f'{np.ptp(values):.4g} is wide for rad', '--unit position=deg (or turns, or '
-                      'rad)')
-        for bits in (16, 32) if coarse and values.min() >= 0 else ():
+            return 'counts'
+        elif quantity == POSITION and axis == ROTARY and 'positions' not in self.choice.questions:
+            width, label = max((float(np.ptp(np.quantile(x, USUAL))), m.label)
+                               for x, m in zip(values, columns))
+            if width > WIDE:
+                self.choice.ask('unit', f'{label}: no unit in the file, and its range of '
+                                f'{width:.4g} is wide for rad', '--unit position=deg (or turns, '
+                                'or rad)')
+        return ''
+
+    def _finite(self, label: str) -> Array:
+        values = self.values[label]
+        return values[np.isfinite(values)]
+
+    def _ask_signed(self, label: str, key: str) -> None:
+        """Ask whether whole numbers that jump across their range are signed ones."""
+        values = self._finite(label)
+        for bits in (16, 32) if _are_counts([values]) and values.min() >= 0 else ():
             full = 2.0 ** bits
             if values.max() < full and (np.abs(np.diff(values)) > full / 2).any() and (
                     not self._is_set(f'{key}.bits')):
-                self._ask('bits', f'{label}: whole numbers that jump between 0 and '
-                          f'{full:.0f}', f'--set {key}.bits={bits} if they are signed integers')
-        self.units[label] = unit
-        scaled = column.factor != 1.0 and unit == column.unit
-        return {'column': label, **({'unit': unit} if unit else {}), **(
-            {'scale': column.factor} if scaled else {})}
+                self.choice.ask('bits', f'{label}: whole numbers that jump between 0 and '
+                                f'{full:.0f}', f'--set {key}.bits={bits} if they are signed '
+                                'integers')
 
-    def _second_factor(self, block: dict[str, Any], role: str, choice: Choice, key: str) -> None:
+    # --- blocks of the mapping ------------------------------------------------------------------
+    def _blocks(self) -> dict[str, dict[str, dict[str, Any]]]:
+        """Return {joint: {signal: its block}} of all joints."""
+        roles = self._roles()
+        blocks: dict[str, dict[str, dict[str, Any]]] = {joint: {} for joint in self.joints}
+        for name, role in roles.items():
+            family = self.choice.roles[role]
+            for joint, unit in self._units_of(role, family).items():
+                label, first = family.columns[joint].label, next(iter(blocks[joint].values()), {})
+                if role == 'motor_setpoint':
+                    unit = unit or first.get('unit', '')
+                    if unit in COUNTS and first.get('unit') not in COUNTS:
+                        self.assumptions.append('The setpoint is in counts of no encoder that is '
+                                                'used: left out.')
+                        continue
+                key = f'joints.{joint}.{name}' if self.robot else f'signals.{name}'
+                column = self.columns[label]
+                block = blocks[joint][name] = {'column': label, **({'unit': unit} if unit else {})}
+                if column.factor != 1.0 and unit == column.unit:
+                    block['scale'] = column.factor
+                self._ask_signed(label, key)
+                self._second_factor(block, role, joint, key)
+        for name in ('position', *POSITIONS):
+            velocity = name.replace('position', 'velocity')
+            if name in roles and velocity in roles:
+                why = self._contradiction(blocks, name, velocity)
+                if why:
+                    family = self.choice.roles.pop(roles[velocity])
+                    self.choice.leave([family], f'{why}{family.stem}=UNIT')
+                    for own in blocks.values():
+                        own.pop(velocity, None)
+        if not self.robot and all(name in roles for name in POSITIONS):
+            self._ratio(blocks[''])
+        return {joint: own for joint, own in blocks.items() if own or not self.robot}
+
+    def _roles(self) -> dict[str, str]:
+        """Return {signal of the mapping: role}; of a robot's encoders that of most joints."""
+        found = self.choice.roles
+        if not self.robot:
+            return {role: role for role in sorted(found, key=lambda role: (
+                *POSITIONS, role).index(role))}
+        return {name: max(own, key=lambda role: len(found[role].columns))
+                for name, options in OF_ROBOT if (own := [r for r in options if r in found])}
+
+    def _second_factor(self, block: dict[str, Any], role: str, joint: str, key: str) -> None:
         """Add what makes SI of an input or of counts to a signal's `block`, or ask for it."""
         unit, effort = block.get('unit', ''), kind_of(role).quantity == EFFORT
-        stem, rotary = choice.roles[role].stem, self._axis(choice) == ROTARY
-        constant = self.constants.get(choice.joint, next(iter(self.constants.values()), None))
-        if role == 'motor_setpoint' or self._is_set(f'{key}.scale') or (
+        stem, rotary = self.choice.roles[role].stem, self.axes[joint] == ROTARY
+        if self._is_set(f'{key}.scale') or (
                 unit not in (units_of(EFFORT, 'input') if effort else COUNTS)):
             return
         if role == 'reference_torque':
-            self._ask('scale', f'{stem}: {unit}, and no torque of one in the file',
+            self.choice.ask('scale', f'{stem}: {unit}, and no torque of one in the file',
                       f'--set {key}.scale=K (N m per unit)')
         elif effort and not self._is_set(f'{key}.torque_constant'):
-            if constant is not None:
-                block['torque_constant'] = constant
+            if joint in self.constants:
+                block['torque_constant'] = self.constants[joint]
                 self.used.add('--torque-constant')
             elif self.needs_constants:
                 per = 'count' if unit in COUNTS else 'A' if unit in ('A', 'mA') else 'full scale'
-                self._ask('constant', f'{stem}: {unit}, and no constant in the file that makes it '
-                          f'N m (or N)', f'--torque-constant K (N m per {per}, or K1,K2,... of '
-                          'each joint; 1 keeps it, for a model with torque_constant), or '
-                          '--use effort=none')
+                self.choice.ask('constant', f'{stem}: {unit}, and no constant in the file that '
+                                f'makes it N m (or N)', f'--torque-constant K (N m per {per}, or '
+                                'K1,K2,... of each joint; 1 keeps it, for a model with '
+                                'torque_constant), or --use effort=none')
         elif not effort and not self._is_set(f'{key}.counts_per_rev'):
             if self.answers.counts and rotary:
                 block['counts_per_rev'] = self.answers.counts
                 self.used.add('--counts-per-turn')
             else:
-                self._ask('counts', f'{stem}: counts, and no resolution in the file',
+                self.choice.ask('counts', f'{stem}: counts, and no resolution in the file',
                           f'--counts-per-turn N, or --set {key}.counts_per_rev=N' if rotary else
                           f'--set {key}.scale=M (m per count)')
 
-    def _signals(self, choice: Choice, t: Array, robot: bool) -> dict[str, dict[str, Any]]:
-        """Return the blocks of the signals of a drive, or of a joint of a robot; t [N]: times."""
-        roles = {name: next(filter(choice.roles.__contains__, options), '')
-                 for name, options in OF_ROBOT} if robot else {
-            role: role for role in sorted(choice.roles, key=lambda role: (
-                *POSITIONS, role).index(role))}
-        blocks: dict[str, dict[str, Any]] = {}
-        for name, role in roles.items():
-            if role:
-                key = f'joints.{choice.joint}.{name}' if robot else f'signals.{name}'
-                blocks[name] = self._block(role, choice, key)
-                self._second_factor(blocks[name], role, choice, key)
-        positions = [name for name in ('position', *POSITIONS) if name in blocks]
-        first = blocks[positions[0]] if positions else {}
-        for name in {'setpoint', 'motor_setpoint'} & set(blocks):
-            if 'unit' in first:
-                blocks[name].setdefault('unit', first['unit'])
-            if blocks[name].get('unit') not in COUNTS:
+    def _contradiction(self, blocks: Mapping[str, dict[str, dict[str, Any]]], position: str,
+                       velocity: str) -> str:
+        """
+        Return why velocities without a unit are not used, '' if the positions agree with them.
+
+        The block of a position in a known unit gives that of its velocity this unit per second.
+        """
+        ratios = []
+        for joint, own in blocks.items():
+            if position not in own or velocity not in own or 'unit' in own[velocity]:
                 continue
-            blocks[name].update({key: first[key] for key in ('counts_per_rev',) if key in first})
-            if first.get('unit') not in COUNTS:
-                del blocks[name]
-                self.assumptions.append('The setpoint is in counts of no encoder that is used: '
-                                        'left out.')
-        for name in positions:
-            velocity = name.replace('position', 'velocity')
-            if velocity in blocks and 'unit' not in blocks[velocity]:
-                why = self._contradiction(blocks[name], blocks[velocity], choice, t)
-                if why:
-                    choice.left[choice.roles.pop(roles[velocity]).label] = why
-                    del blocks[velocity]
-        if len(positions) == 2:
-            self._ratio(blocks, choice)
-        return blocks
+            per_second = f'{own[position].get("unit")}/s'
+            if per_second in units_of(VELOCITY, self.axes[joint]):
+                own[velocity]['unit'] = per_second
+            moved = self._moved(own[position]['column'], own[velocity]['column'])
+            if moved:
+                ratios.append(moved[1] * _scale(own[velocity], VELOCITY, self.axes[joint]) / max(
+                    moved[0] * _scale(own[position], POSITION, self.axes[joint]), 1e-12))
+        ratio = median(ratios) if ratios else 1.0
+        return f'no unit, and {ratio:.3g} times the derivative of the position: --unit ' \
+            if ratio <= 1.0 / APART or ratio >= APART else ''
 
-    def _scale_of(self, block: Mapping[str, Any], quantity: str, axis: str) -> float:
-        """Return the factor of a block's column to SI, NaN: not known."""
-        factor, complete = unit_factor(block['unit'], quantity, axis) if 'unit' in block else \
-            (1.0, True)
-        if not complete:
-            factor = TURN / block.get('counts_per_rev', np.nan)
-        return float(factor * block.get('scale', 1.0))
-
-    def _contradiction(self, position: Mapping[str, Any], velocity: dict[str, Any],
-                       choice: Choice, t: Array) -> str:
-        """
-        Return why a velocity without a unit is not used, '' if the position agrees with it.
-
-        A block of a position in a known unit gives it this unit per second. t: times [N], s.
-        """
-        axis = self._axis(choice)
-        per_second = f'{position.get("unit")}/s'
-        if per_second in units_of(VELOCITY, axis):
-            velocity['unit'] = per_second
-        q, v, t = common_rows(choice.values[position['column']],
-                              choice.values[velocity['column']], t) or np.zeros((3, 1))
+    def _moved(self, position: str, velocity: str) -> tuple[float, float] | None:
+        """Return the mean speeds by two columns, in their units; None: too little motion."""
+        q, v, t = common_rows(self.values[position], self.values[velocity], self.time.t) or \
+            np.zeros((3, 1))
         step = 4 * max(1, len(q) // 2000)
         if len(q) < 10 + step or np.ptp(q) < STILL * np.median(np.abs(np.diff(q))):
-            return ''
-        moved: Array = np.abs(q[step:] - q[:-step]) / np.maximum(t[step:] - t[:-step], 1e-9)
-        ratio = float(np.mean(np.abs(v))) * self._scale_of(velocity, VELOCITY, axis) / max(
-            float(np.mean(moved)) * self._scale_of(position, POSITION, axis), 1e-12)
-        stem = next(c.stem for c in choice.roles.values() if c.label == velocity['column'])
-        return '' if not (ratio <= 1.0 / APART or ratio >= APART) else (
-            f'no unit, and {ratio:.3g} times the derivative of the position: --unit {stem}=UNIT')
+            return None
+        speed: Array = np.abs(q[step:] - q[:-step]) / np.maximum(t[step:] - t[:-step], 1e-9)
+        return float(np.mean(speed)), float(np.mean(np.abs(v)))
 
-    def _ratio(self, blocks: dict[str, dict[str, Any]], choice: Choice) -> None:
+    def _ratio(self, blocks: Mapping[str, dict[str, Any]]) -> None:
         """Ask for the gear ratio and for a sign, where the two encoders do not move alike."""
-        motor, arm = (choice.roles[role].label for role in POSITIONS)
-        slope = robust_slope(choice.values[arm], choice.values[motor])
+        motor, arm = (blocks[role]['column'] for role in POSITIONS)
+        slope = robust_slope(self.values[arm], self.values[motor])
         if slope is None:
             return
         if slope < 0.0 and not any(self._is_set(f'signals.{role}.sign') for role in POSITIONS):
-            self._ask('sign', f'{arm} runs against {motor}',
-                      '--set signals.arm_position.sign=-1 (or 1 if it does so)')
-        scales = [self._scale_of(blocks[role], POSITION, self._axis(choice)) for role in POSITIONS]
+            self.choice.ask('sign', f'{arm} runs against {motor}',
+                            '--set signals.arm_position.sign=-1 (or 1 if it does so)')
+        scales = [_scale(blocks[role], POSITION, self.axes['']) for role in POSITIONS]
         ratio = abs(slope) * scales[0] / scales[1]
         if np.isnan(ratio) or self._is_set('gear_ratio'):
             return
         unit = next((name for name, factor in units_of(POSITION, ROTARY).items() for ends in (
             factor, 1.0 / factor) if factor != 1.0 and abs(ratio / ends - 1.0) < 0.02), '')
         if unit or abs(ratio - 1.0) > GEARED:
-            self._ask('ratio', f'the motor moves {ratio:.4g} times as much as the arm' + (
+            self.choice.ask('ratio', f'the motor moves {ratio:.4g} times as much as the arm' + (
                 ', which looks like a unit' if unit else ''), f'--unit motor={unit} (or arm), or '
                 '--set gear_ratio=N' if unit else '--set gear_ratio='
                 f'{round(ratio) if ratio > 1.5 else 1} (1: both are at the output)')
 
-    def _grippers(self, data: dict[str, Any], choices: Sequence[Choice]) -> None:
+    def _grippers(self, blocks: dict[str, dict[str, dict[str, Any]]]) -> None:
         """Ask for the unit of a gripper in percent among joints whose unit was stated."""
-        for choice in choices:
-            words = set(re.findall(r'[a-z]+', choice.joint.lower()))
-            position = choice.roles.get('motor_position') or choice.roles.get('arm_position')
-            if not words & vocabulary()['grippers'] or not position or position.unit:
+        for joint in list(blocks) if self.robot else ():
+            words, block = set(re.findall(r'[a-z]+', joint.lower())), blocks[joint].get('position')
+            if not words & vocabulary()['grippers'] or not block or next(
+                    m.unit for m in self.listed if m.label == block['column']):
                 continue
-            low, high = (f(choice.values[position.label]) for f in (np.nanmin, np.nanmax))
-            if self.answers.units.get(choice.joint) == NONE:
-                del data['joints'][choice.joint]
-            elif choice.joint not in self.answers.units and low >= 0.0 and WIDE < high <= 100.0:
-                self._ask('gripper', f'{choice.joint}: from {low:.3g} to {high:.3g}, maybe '
-                          f'percent of its travel', f'--unit {choice.joint}=none (left out), or '
-                          f'--unit {choice.joint}=deg (or m)')
+            values = self._finite(block['column'])
+            low, high = values.min(), values.max()
+            if self.answers.units.get(joint) == NONE:
+                del blocks[joint]
+            elif joint not in self.answers.units and low >= 0.0 and WIDE < high <= 100.0:
+                self.choice.ask('gripper', f'{joint}: from {low:.3g} to {high:.3g}, maybe '
+                                f'percent of its travel', f'--unit {joint}=none (left out), or '
+                                f'--unit {joint}=deg (or m)')
 
-    def _blanks(self, data: dict[str, Any], time: FoundTime) -> None:
+    def _own_clocks(self, joints: Mapping[str, dict[str, dict[str, Any]]]) -> None:
         """Give each signal its own time where curves have their samples in different rows."""
-        blocks = [block for signals in (data.get('joints') or {'': data['signals']}).values()
-                  for block in signals.values()]
+        blocks = [block for own in joints.values() for block in own.values()]
         columns = [self.columns[block['column']] for block in blocks]
         clocks = [self.columns[c.clock].values for c in columns if c.clock]
         beside = found_time(self.table.path, [c for c in self.table.columns if c.name.startswith(
@@ -505,22 +540,22 @@ class _Proposal:
                     block['time'] = beside.block
         elif clocks and not all(np.array_equal(clocks[0], own) for own in clocks):
             for block, column in zip(blocks, columns):
-                block['time'] = {**time.block, 'column': column.clock or time.block['column']}
-        elif not clocks and time.named and any(
+                block['time'] = {**self.time.block,
+                                 'column': column.clock or self.time.block['column']}
+        elif not clocks and self.time.named and any(
                 np.isnan(c.values.astype(float)).mean() > BLANK for c in columns):
             for block in blocks:
-                block['time'] = dict(time.block)
+                block['time'] = dict(self.time.block)
             self.assumptions.append('Empty cells: each curve has its own samples; they are '
                                     'interpolated onto those of the first signal.')
 
-    def _require_effect(self, data: Mapping[str, Any], listed: Sequence[Meaning],
-                        choices: Sequence[Choice], time: FoundTime) -> None:
-        """Raise InputError: an answer was stated that nothing of `data` needs."""
-        answers = self.answers
-        if self.questions:  # whose answers may need it
+    def _require_effect(self) -> None:
+        """Raise InputError: an answer was stated that nothing of the mapping needs."""
+        answers, choice = self.answers, self.choice
+        if choice.questions:  # whose answers may need it
             return
-        names = {*time.labels, 'time', *(n for m in listed for n in (m.label, m.stem, m.joint)), *(
-            name for choice in choices for role in choice.roles for name in _names_of(role))}
+        names = {*self.time.labels, 'time', *(n for m in self.listed for n in (
+            m.label, m.stem, m.joint)), *(n for role in choice.roles for n in _names_of(role))}
         for name, unit in answers.units.items():
             if name not in names:
                 raise InputError(f'--unit {name}={unit}: no such role, joint or column, expected '
@@ -530,40 +565,48 @@ class _Proposal:
                  'no signal is in counts'),
                 ('--torque-constant', answers.torque_constants or None,
                  '--torque-constant' in self.used, 'no effort needs one'),
-                ('--episode', answers.episode, 'segment' in data['time'],
+                ('--episode', answers.episode, 'segment' in self.time.block,
                  'no column tells episodes apart')):
             if value is not None and not used:
                 raise InputError(f'{option}: {why}, expected no such option')
 
     # --- table ----------------------------------------------------------------------------------
-    def _rows(self, listed: Sequence[Meaning], choices: Sequence[Choice], time: FoundTime
-              ) -> list[tuple[str, str, str, str]]:
-        """Return a line for each column; of joints that are alike one for all of them."""
+    def _rows(self) -> list[tuple[str, str, str, str]]:
+        """Return a line for each column; of columns alike one for all of them."""
+        time, choice = self.time, self.choice
         rows = [(', '.join(time.labels) or 'none', 'time', f'{time.block["rate"]:g} Hz'
                  if 'rate' in time.block else str(time.block.get('unit', 's')), 'given'
                  if not time.named else time.remarks[0].partition(', ')[2])]
-        by_column = {c.label: (choice, role) for choice in choices
-                     for role, c in choice.roles.items()}
-        unused = {column: why for choice in choices for column, why in choice.left.items()}
-        families: dict[tuple[str, ...], tuple[str, list[str]]] = {}
-        for meaning in listed:
-            choice, role = by_column.get(meaning.label, (None, ''))
-            unit = meaning.unit
-            if choice is not None:
-                unit = self.units.get(meaning.label) or unit or SI[self._axis(choice)][
-                    kind_of(role).quantity]
-                unit += '' if meaning.stated else '?'
-                why = choice.reasons[role]
-            else:
-                why = unused.get(meaning.label) or (
-                    'no joint in its name' if choices[0].joint and not meaning.joint and (
-                        meaning.quantity in (POSITION, VELOCITY, EFFORT)) else
-                    f'{meaning.source} {meaning.quantity}'.strip() or 'nothing of a joint')
-            alike = re.sub(rf'\b{re.escape(meaning.joint)}\b', '', why) if meaning.joint else why
-            stem = re.sub(r'[ .]\d+$', '', meaning.stem)  # columns of one matrix
-            families.setdefault((stem, role, unit, alike), (why, []))[1].append(meaning.label)
+        roles = {c.label: (role, self.axes[joint]) for role, family in choice.roles.items()
+                 for joint, c in family.columns.items()}
+        lines: dict[tuple[str, str, str, str], list[str]] = {}
+        for m in self.listed:
+            role, axis = roles.get(m.label, ('', ''))
+            unit, why = m.unit, choice.reasons[role] if role else choice.left.get(m.label) or (
+                'no joint in its name' if self.robot and not m.joint and m.quantity in SI[ROTARY]
+                else f'{m.source} {m.quantity}'.strip() or 'nothing of a joint')
+            if role:
+                unit = (self.units.get(m.label) or unit or SI[axis][kind_of(role).quantity]) + (
+                    '' if m.stated else '?')
+            stem = VECTOR.sub('', m.stem)
+            lines.setdefault((stem, role, unit, why), []).append(m.label)
         return rows + [(labels[0] if len(labels) == 1 else f'{labels[0]} ... {labels[-1]}', role,
-                        unit, why) for (_, role, unit, _), (why, labels) in families.items()]
+                        unit, why) for (_, role, unit, why), labels in lines.items()]
+
+
+def _are_counts(columns: Sequence[Array]) -> bool:
+    """Return whether all of `columns` hold whole numbers, one of them over a wide range."""
+    return any(np.ptp(x) > COARSE for x in columns) and all(
+        (x == np.floor(x)).all() for x in columns)
+
+
+def _scale(block: Mapping[str, Any], quantity: str, axis: str) -> float:
+    """Return the factor of a block's column to SI, NaN: not known."""
+    factor, complete = unit_factor(block['unit'], quantity, axis) if 'unit' in block else \
+        (1.0, True)
+    if not complete:
+        factor = TURN / block.get('counts_per_rev', np.nan)
+    return float(factor * block.get('scale', 1.0))
 
 
 def robust_slope(x: Array, y: Array) -> float | None:

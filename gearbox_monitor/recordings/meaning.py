@@ -86,6 +86,10 @@ def unit_of_label(label: str) -> tuple[float, str]:
     if bracketed:
         unit = bracketed[1].strip()
         return (1.0, '') if unit.isdigit() else scaled_unit(unit.rstrip('?'))
+    # Within a name, 'angle [deg] raw', one letter is that of a part: 'encoder (A) position'.
+    for inside in re.findall(r'[\[(]([^\[\]()]{2,})[\])]', label):
+        if scaled_unit(inside)[1]:
+            return scaled_unit(inside)
     # Single letters after an underscore are indices more often than units.
     ending = re.search(r'[_ /-]([A-Za-z%°]{2,})$', label)
     return 1.0, standard_unit(ending[1]) if ending and ending[1] not in ('in', 'min') else ''
@@ -139,10 +143,9 @@ ACCELERATION, COUNTER, NOTHING = 'acceleration', 'counter', ''
 MEASURED, SETPOINT, FILTERED, PART, SENSOR, RELATIVE = (
     'measured', 'setpoint', 'filtered', 'part', 'sensor', 'relative')
 OF_DRIVE = (POSITION, VELOCITY, EFFORT)
-_GERMAN = re.compile(r'(?i)(?<![a-z])(ist|soll|motor|achs|gelenk)'
-                     r'(position|winkel|lage|drehzahl|geschwindigkeit|moment|strom)')
 _WORD = re.compile(r'[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+|[^\W\d_]+')
 JOINT = re.compile(r'(?i)(joint|axis|j|a)[ _]?\d+')
+SHORTEST = 3  # letters of each of several words that are written as one
 ALL = 0.8  # share of the names of a file that a product of joints and signals makes up
 
 
@@ -206,7 +209,18 @@ class Meaning:
 def words_of(label: str) -> tuple[str, ...]:
     """Return the words of a `label` in lower case; 'motorPos_rad[3]' is motor, pos, rad and 3."""
     plain = re.sub(r'(?i)feed[ _-]?back', 'feedback', _without_brackets(label))
-    return tuple(word.lower() for word in _WORD.findall(_GERMAN.sub(r'\1 \2', plain)))
+    return tuple(part for word in _WORD.findall(plain) for part in _parts_of(word.lower()))
+
+
+@lru_cache(4096)
+def _parts_of(word: str) -> tuple[str, ...]:
+    """Return the known words that a `word` is made of, 'setpos' of set and pos; else itself."""
+    cuts = () if word in known_words() else range(SHORTEST, len(word) - SHORTEST + 1)
+    for k in cuts:
+        rest = _parts_of(word[k:])
+        if word[:k] in known_words() and known_words().issuperset(rest):
+            return word[:k], *rest
+    return (word,)
 
 
 def _without_brackets(label: str) -> str:
@@ -341,7 +355,7 @@ def meanings(labels: Sequence[str], units: Sequence[str], listed: Sequence[str] 
     keys = dict(zip((c.label for c in own), _joints(own, parts)))
     result = [replace(column, key=keys.get(column.label, ()), joint=_joint_name(
         column.label, keys.get(column.label, ()))) for column in columns]
-    return _with_listed_names(_without_other_vectors(result), () if stated else listed)
+    return _with_listed_names(result, () if stated else listed)
 
 
 def joints_of(columns: Sequence[Meaning]) -> list[str]:
@@ -414,23 +428,6 @@ def _ruled(columns: Sequence[Meaning]) -> list[Meaning]:
     return result
 
 
-def _without_other_vectors(columns: Sequence[Meaning]) -> list[Meaning]:
-    """
-    Return `columns`, with no joint for the short vectors of a signal that all joints have.
-
-    'base_pos 1' to 'base_pos 3' are no joints' positions if there are 'dof_pos 1' to 'dof_pos 12'.
-    """
-    vectors: dict[tuple[str, ...], set[str]] = {}
-    own = [(column.quantity, column.source, column.side, column.stem) for column in columns]
-    joints = {column.joint for column in columns if column.joint}
-    for vector, column in zip(own, columns):
-        vectors.setdefault(vector, set()).add(column.joint)
-    whole = {vector[:3] for vector, names in vectors.items() if names >= joints}
-    return [replace(column, quantity=NOTHING, joint='', key=()) if column.joint
-            and 1 < len(vectors[vector]) < len(joints) and vector[:3] in whole
-            else column for vector, column in zip(own, columns)]
-
-
 def _joints(columns: Sequence[Meaning], parts: Sequence[tuple[str, ...]]
             ) -> list[tuple[str, ...]]:
     """
@@ -459,11 +456,13 @@ def _joints(columns: Sequence[Meaning], parts: Sequence[tuple[str, ...]]
     signals_of_word = Counter(word for word, _ in {
         (word, signal) for signal, part in zip(signals, distinct) for word in part})
     shared = [tuple(word for word in part if signals_of_word[word] > 1) for part in distinct]
-    # A word in a single column distinguishes two encoders, not two joints.
-    none: list[tuple[str, ...]] = [()] * len(columns)
-    readings = [none, *(keys for keys in (numbers, shared, distinct) if len(
+    # A word in a single column distinguishes two encoders, not two joints; but all columns have
+    # one, and some share theirs, where they are of several joints.
+    readings: list[list[tuple[str, ...]]] = [keys for keys in (numbers, shared, distinct) if len(
         set(keys) - {()}) > 1 and (len(of_signal) > 1 or len(set(keys)) > 2 or all(
-            any(map(str.isdigit, key)) for key in keys)))]
+            any(map(str.isdigit, key)) for key in keys))]
+    if not readings or not (all(numbers) or all(distinct) and any(shared)):
+        readings.insert(0, [()] * len(columns))
     return max(readings, key=lambda keys: round(_filled(keys, signals), 9))
 
 

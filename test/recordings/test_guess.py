@@ -500,11 +500,32 @@ ROLES = [
       'motor_effort': 'state.tau_1'})]
 
 
-def test_roles_of_one_joint(new_folder):
+ROBOTS = [
+    # A joint whose own torque is missing takes no commanded one, nor that of the outside.
+    ({'q_1': ARM, 'q_2': SPEED, 'tau_J_1': TORQUE, 'tau_J_d_1': ARM, 'tau_J_d_2': ARM,
+      'tau.ext.filtered_2': ARM}, {
+        '1': {'position': 'q_1', 'effort': 'tau_J_1'}, '2': {'position': 'q_2'}}),
+    # Small counts of one joint are counts, too, and words written as one are the words.
+    ({'actualposition_1': np.rint(1e4 * ARM), 'actualposition_2': np.rint(20.0 * ARM)}, {
+        '1': {'position': 'actualposition_1', 'unit': 'counts'},
+        '2': {'position': 'actualposition_2', 'unit': 'counts'}}),
+    # Numbers in all names are of joints, however few signals each of them has.
+    ({'Axis 1 ActVelo [rad/s]': SPEED, 'Axis 2 ActPos [rad]': ARM}, {
+        '1': {'velocity': 'Axis 1 ActVelo [rad/s]', 'unit': 'rad/s'},
+        '2': {'position': 'Axis 2 ActPos [rad]', 'unit': 'rad'}})]
+
+
+def test_roles_of_one_joint_and_of_several(new_folder):
     for columns, expected in ROLES:
         folder = new_folder()
         guess = guessed(load_table(csv(folder / 'log.csv', columns)))
         assert {role: block['column'] for role, block in guess.data['signals'].items()} == expected
+    for columns, expected in ROBOTS:
+        guess = guessed(load_table(csv(new_folder() / 'log.csv', {'t': T, **columns})))
+        assert {joint.removeprefix('joint_'): {
+            name: value for role, block in own.items() for name, value in (
+                (role, block['column']), ('unit', block.get('unit'))) if value}
+            for joint, own in guess.data['joints'].items()} == expected
 
 
 def test_names_of_joints_with_words_of_signals_beside_units_and_temperatures(tmp_path):
@@ -568,4 +589,8 @@ def test_a_position_without_a_joint_among_joints_is_asked_for(tmp_path, capsys):
         'abc', 1)}, 'torque_b [N m]': TORQUE, 'torque_c [N m]': TORQUE})
     assert main(['import', str(path), str(tmp_path / 'bag')]) == 3
     assert 'enc_a [rad]: no joint in the name, beside those of b, c' in capsys.readouterr().err
+    path = csv(tmp_path / 'r.csv', {'t': T, 'q_1 [deg]': ARM, 'angle [deg] q_2': ARM, 'q_3': ARM})
+    assert main(['import', str(path), str(tmp_path / 'bag')]) == 3
+    assert 'q_3: no unit in the file, beside others in deg: --unit joint_3=deg' in \
+        capsys.readouterr().err
     assert not (tmp_path / 'bag').exists()
