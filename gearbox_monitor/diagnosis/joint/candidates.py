@@ -397,6 +397,7 @@ class Starts:
             [r.torque[span] for r, span in zip(recordings, seen)])), **{
             name: max(getattr(s, name) for s in scales)
             for name in ('torque', 'peak', 'friction', 'speed', 'twist', 'angle', 'reach')})
+        self.zero = float(np.mean([zero_and_swing(model, r)[0] for r in recordings]))
         travel = max(float(np.ptp(r.positions[:, r.channels[0]])) for r in recordings)
         # A wave of which less than a period is seen may be anything.
         self.orders = [order for order in ORDERS if order * travel >= 2.0 * math.pi]
@@ -502,10 +503,27 @@ class Starts:
             shapes = [Coordinate(-1, name, 1.0, 0.5, 1.0 / SHARPER, SHARPER, log=True,
                                  prior=self.model.sharpness_tolerance)
                       for name in SHAPES if sides[name]]
-        return [*shapes, *(Coordinate(-1, name, 0.0, min(r, scales.get(name, r)),
-                           -math.inf if name == ZERO else -0.9,
+        return [*shapes, *(Coordinate(-1, name, self.zero if name == ZERO else 0.0,
+                           min(r, scales.get(name, r)), -math.inf if name == ZERO else -0.9,
                            math.inf if name == ZERO else 10.0, prior=r)
                 for name, r in spread.items() if name not in own)]
+
+
+def zero_and_swing(model: DriveModel, recording: UniformRecording) -> tuple[float, float]:
+    """
+    Return (zero of the arm's encoder, swing of the twist), rad, where the readings tell more.
+
+    Of encoders that share no zero, the middle of the twist tells more of it than the model file;
+    the twist shows how far values may be off, also where the motion of a motor is put in.
+
+    Args:
+        model: of the drive.
+        recording: of it.
+    """
+    low, high = np.percentile(np.diff(recording.positions, axis=1), TWIST)
+    shared = model.zero_tolerance <= high - low
+    return (0.0 if shared else float(0.5 * (low + high)),
+            0.0 if shared and recording.motor is None else float(high - low))
 
 
 def _scales(model: DriveModel, recording: UniformRecording) -> Scales:
@@ -515,11 +533,8 @@ def _scales(model: DriveModel, recording: UniformRecording) -> Scales:
     position, arm = recording.positions.T
     travel = position[10:] - position[:-10]
     twist = max(t.half_gap, torque / t.stiffness, 1e-6)
-    # Of a motor whose motion is put in, the twist shows how far values may be off.
-    swing = 0.0
-    if recording.motor is not None:
-        swing = float(np.ptp(np.percentile(position - arm, TWIST)))
-        twist = max(twist, 0.5 * swing)
+    swing = zero_and_swing(model, recording)[1]
+    twist = max(twist, 0.5 * swing)
     measured = position - arm
     reach = float(np.ptp(measured) if model.zero_tolerance else np.abs(measured).max())
     values = {where: model.value(where) for where in (*NUISANCES.values(), 'delay')}

@@ -19,6 +19,7 @@ import numpy as np
 import scipy
 
 from gearbox_monitor.diagnosis.joint.shooting import Simulator
+from gearbox_monitor.diagnosis.joint.candidates import zero_and_swing
 from gearbox_monitor.estimation import innovation_filter as kernels
 from gearbox_monitor.estimation.innovation_filter import (
     COLOURED, FilterInput, FilterStart, FilterTrace, LASTING, N_FILTER, SampleSchedule)
@@ -200,6 +201,10 @@ class InnovationLikelihood:
             twist = gear.half_gap + float(np.std(recording.torque)) / gear.stiffness
             speed = float(np.std(np.gradient(self.y[:, hidden], recording.dt)))
             self.begin_variance[[hidden, 2 + hidden]] += twist ** 2, speed ** 2
+        zero, swing = zero_and_swing(model, recording)
+        if zero:
+            self._states[:, 1] -= zero
+            self.begin_variance[1] += swing * swing
         if model.transmission.kind == 'rigid':
             pairs = self._states[:, :4].reshape(-1, 2, 2)[:, :, list(recording.channels)]
             self._states[:, :4] = np.repeat(pairs.mean(axis=2), 2, axis=1)
