@@ -71,6 +71,14 @@ class Coordinate:
     log: bool = False
     prior: float = 0.0
 
+    def at(self, value: float) -> float:
+        """Return the coordinate of a `value`."""
+        return math.log(value) if self.log else value
+
+    def value(self, z: float) -> float:
+        """Return the value at the coordinate `z`."""
+        return math.exp(z) if self.log else float(z)
+
 
 @dataclass(frozen=True)
 class CandidateModel:
@@ -102,9 +110,13 @@ class CandidateModel:
         """Number of free parameters of the effects; N counts."""
         return sum(c.owner >= 0 for c in self.coordinates) + len(self.orders)
 
+    def of(self, owner: int) -> list[Coordinate]:
+        """Return the coordinates of the effect number `owner`."""
+        return [c for c in self.coordinates if c.owner == owner]
+
     def start(self) -> Array:
         """Return the coordinates' start [P]."""
-        return np.array([math.log(c.start) if c.log else c.start for c in self.coordinates])
+        return np.array([c.at(c.start) for c in self.coordinates])
 
     def start_from(self, base: 'CandidateModel', z: Array) -> Array:
         """Return the start [P] with the nominal values that `base` has at `z`."""
@@ -115,12 +127,12 @@ class CandidateModel:
     def bounded(self, z: Array) -> Array:
         """Return z [P] within the bounds."""
         low = [math.log(max(c.low, 1e-300)) if c.log else c.low for c in self.coordinates]
-        high = [math.log(c.high) if c.log else c.high for c in self.coordinates]
+        high = [c.at(c.high) for c in self.coordinates]
         return np.clip(z, low, high)
 
     def _stopped(self, z: Array) -> list[tuple[Coordinate, float]]:
         """Return the effects' coordinates that sit at a bound that is finite, and their values."""
-        rows = [(c, math.exp(v) if c.log else float(v))
+        rows = [(c, c.value(v))
                 for c, v in zip(self.coordinates, self.bounded(z)) if c.owner >= 0]
         return [(c, v) for c, v in rows if min(v - c.low, c.high - v) <= 1e-6 * max(
             c.scale, abs(v))]
@@ -135,7 +147,7 @@ class CandidateModel:
 
         A size of 0 is none: friction may have gone.
         """
-        own = [c for c in self.coordinates if c.owner == number]
+        own = self.of(number)
         sizes = own if self.ids[number] in PHASED else own[:1]
         return tuple(f'{self.ids[number]}.{c.name}' for c, v in self._stopped(z)
                      if c in sizes and abs(v) > 1e-6 * c.scale)
@@ -164,7 +176,7 @@ class CandidateModel:
         nuisances: dict[str, float] = {}
         parameters: list[dict[str, Any]] = [{} for _ in self.ids]
         for c, v in zip(self.coordinates, z):
-            v = math.exp(v) if c.log else float(v)
+            v = c.value(v)
             if c.owner < 0:
                 nuisances[c.name] = v - 1.0 if c.log else v
             else:
@@ -236,7 +248,7 @@ def probes(candidate: CandidateModel, share: float,
         share: of the scale of its coordinates.
         at: coordinates at which the effect changes nothing, see origin().
     """
-    name, free = candidate.ids[0], [c for c in candidate.coordinates if c.owner == 0]
+    name, free = candidate.ids[0], candidate.of(0)
     size = share * free[0].scale
     if name in PHASED:
         order = {'N': candidate.orders[0]} if name in PERIODIC else {}
@@ -455,7 +467,7 @@ class Starts:
                     orders[len(ids)] = candidate.orders[i]
                 ids.append(name)
                 groups.append([
-                    replace(c, start=math.exp(v) if c.log else float(v))
+                    replace(c, start=c.value(v))
                     for c, v in zip(candidate.coordinates, z) if c.owner == i])
         return replace(self._candidate(tuple(ids), groups, orders), tables=tables)
 
@@ -471,7 +483,7 @@ class Starts:
         """
         out = self._candidate(
             tuple(candidate.ids[i] for i in kept),
-            [[c for c in candidate.coordinates if c.owner == i] for i in kept],
+            list(map(candidate.of, kept)),
             {k: candidate.orders[i] for k, i in enumerate(kept) if i in candidate.orders})
         out = replace(out, tables={k: candidate.tables[i] for k, i in enumerate(kept)
                                    if i in candidate.tables})
@@ -489,24 +501,27 @@ class Starts:
 
     def _nuisances(self, ids: Sequence[str]) -> list[Coordinate]:
         own = {EFFECTS[i].parameters[0].name for i in ids if i in EFFECTS and EFFECTS[i].replaces}
-        if ENCODER_OFFSET.id in ids:
-            own.add(ZERO)
-        scales = {ZERO: 0.1 * self.scales.swing} if self.scales.swing else {}
         spread = nuisances_of(self.model)
         if self.scales.swing:
             spread.update((name, SHIFTED) for effect, name in SHIFTS.items() if effect in ids
                           and self.model.value(NUISANCES[name]))
-        shapes = []
-        if self.model.sharpness_tolerance and not self.model.friction_law.constraint:
-            sides = {'alpha': self.model.coulomb_friction > 0.0 or MOTOR_COULOMB.id in ids,
-                     'alpha_arm': ARM_COULOMB.id in ids}
-            shapes = [Coordinate(-1, name, 1.0, 0.5, 1.0 / SHARPER, SHARPER, log=True,
-                                 prior=self.model.sharpness_tolerance)
-                      for name in SHAPES if sides[name]]
-        return [*shapes, *(Coordinate(-1, name, self.zero if name == ZERO else 0.0,
-                           min(r, scales.get(name, r)), -math.inf if name == ZERO else -0.9,
-                           math.inf if name == ZERO else 10.0, prior=r)
-                for name, r in spread.items() if name not in own)]
+        zero = spread.pop(ZERO, 0.0)
+        out = [Coordinate(-1, name, 0.0, r, -0.9, 10.0, prior=r)
+               for name, r in spread.items() if name not in own]
+        if zero and ENCODER_OFFSET.id not in ids:
+            out.append(Coordinate(-1, ZERO, self.zero, min(
+                zero, 0.1 * self.scales.swing or zero), prior=zero))
+        return [*self._shapes(ids), *out]
+
+    def _shapes(self, ids: Sequence[str]) -> list[Coordinate]:
+        """Return coordinates of the shape of friction, where there is any."""
+        model = self.model
+        if not model.sharpness_tolerance or model.friction_law.constraint:
+            return []
+        sides = {'alpha': model.coulomb_friction > 0.0 or MOTOR_COULOMB.id in ids,
+                 'alpha_arm': ARM_COULOMB.id in ids}
+        return [Coordinate(-1, name, 1.0, 0.5, 1.0 / SHARPER, SHARPER, log=True,
+                           prior=model.sharpness_tolerance) for name in SHAPES if sides[name]]
 
 
 def zero_and_swing(model: DriveModel, recording: UniformRecording) -> tuple[float, float]:

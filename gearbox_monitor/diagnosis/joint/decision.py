@@ -10,10 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from gearbox_monitor.diagnosis.contest import CONTEST, contest, Search
+from gearbox_monitor.diagnosis.hypothesis import Hypothesis
 from gearbox_monitor.diagnosis.joint.candidates import SHAPES
 from gearbox_monitor.diagnosis.joint.closed_model import open_loop, SIGMA_ERROR, with_starts_of
 from gearbox_monitor.diagnosis.joint.drive_recordings import (
-    DriveRecordings, is_open, likeliest_reading)
+    DriveRecordings, likeliest_reading)
 from gearbox_monitor.diagnosis.joint.effect_scan import evidence_for
 from gearbox_monitor.diagnosis.joint.events import Burst, slip_events, SlipEvent, without_slips
 from gearbox_monitor.diagnosis.joint.innovation_evidence import InnovationEvidence
@@ -25,6 +26,7 @@ from gearbox_monitor.diagnosis.joint.thresholds import STATEMENTS
 from gearbox_monitor.diagnosis.joint.windows import misfit_of, runs_from, WindowRuns
 from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 from gearbox_monitor.plant.effects.gearbox import SLIP
 from gearbox_monitor.presentation import Said, said
@@ -54,6 +56,7 @@ class Decision:
     none: the fit without effects; fit: that of the laws; closed: the same, or with the torque map
     of a function. fits: all that were scored by one likelihood, best first. bursts, the largest
     first. remains: whether the laws leave more than noise. notes: doubts.
+    unnamed: id of what remains, where it may not be named.
     """
 
     model: DriveModel
@@ -66,6 +69,7 @@ class Decision:
     bursts: tuple[Burst, ...] = ()
     remains: bool = False
     notes: tuple[Said, ...] = ()
+    unnamed: str = ''
 
     @property
     def data(self) -> DriveRecordings:
@@ -135,6 +139,12 @@ class Decision:
         return int(np.argmax([misfit_of([run]) for run in self.compared.published]))
 
     @property
+    def nuisances(self) -> dict[str, float]:
+        """Relative changes {name: factor - 1} of nominal values, those of shapes if any."""
+        return {name: value for name, value in self.closed.candidate.values(self.closed.z)[
+            0].items() if value or name not in SHAPES}
+
+    @property
     def orders(self) -> dict[str, int]:
         """{periodic effect: its likeliest N}."""
         return {f.candidate.ids[i]: order for f in reversed(self.fits)
@@ -163,6 +173,8 @@ class Decision:
     def place(self) -> str:
         """Location class of what remains: of the member that explains it, else by free signals."""
         best, function = self.outcome.best, self.function
+        if self.unnamed:
+            return library()[self.unnamed].location
         if best.train is not None:
             return best.train.place
         if function and best.function and self.outcome.remains.worth <= CONTEST.margin:
@@ -203,36 +215,37 @@ def decide(recordings: DriveRecordings) -> Decision:
     Args:
         recordings: of one drive.
     """
-    if any(is_open(recording, recordings.model) for recording in recordings.recordings):
-        recordings = likeliest_reading(recordings)
+    recordings = likeliest_reading(recordings)
     outcome = contest(InnovationEvidence(recordings))
-    evidence, best, data = outcome.evidence, outcome.best, outcome.evidence.data
+    best, data = outcome.best, outcome.evidence.data
     bare, plain = without_slips(data), outcome.none.fit.fit
     none = _plain(bare, plain if bare is data else fitted(bare.fine, plain))
     # A train beside which something remains is a torque over time without a law.
     bursts = () if outcome.lawless else best.fit.bursts
-    laws = closed = best.fit.fit
-    if best.function is not None:
-        alone = evidence.without(best, best.members.index(best.function))
-        while (number := next((i for i, m in enumerate(alone.members) if m.bounded), None)
-               ) is not None:
-            alone = evidence.without(alone, number)
-        laws = alone.fit.fit
-    elif best.train is not None and not bursts:
-        laws = closed = evidence.moved(best).fit.fit
-    same = laws is closed
-    laws = none if not laws.candidate.ids and not bursts and bare is data else _plain(
-        best.fit.beside if bursts else data, laws)
-    closed = laws if same else closed
+    loaded = best.fit.beside if bursts else data
+    alone = best if bursts else _without_lawless(outcome.evidence, best)
+    laws = none if not alone.fit.fit.candidate.ids and loaded is bare else _plain(
+        loaded, alone.fit.fit)
+    scored = [*(h.fit.fit for h in outcome.rivals), laws, *[none] * (bare is data)]
     unique: dict[tuple[str, ...], InnovationFit] = {}
-    for fit in sorted([h.fit.fit for h in outcome.rivals] + [laws] + [none] * (bare is data),
-                      key=data.score):
+    for fit in sorted(scored, key=data.score):
         if not fit.candidate.tables:
             unique.setdefault(fit.candidate.key, fit)
     notes = (said('all_trained'),) if data.all_trained and not recordings.all_trained else ()
     return Decision(
-        recordings.model, best.fit.beside if bursts else data, outcome, none, laws, closed,
-        tuple(unique.values()), bursts, outcome.lawless, notes)
+        recordings.model, loaded, outcome, none, laws,
+        laws if best.function is None else best.fit.fit, tuple(unique.values()), bursts,
+        outcome.lawless, notes)
+
+
+def _without_lawless(evidence: InnovationEvidence, h: Hypothesis) -> Hypothesis:
+    """Return the laws of a hypothesis alone, without those at a bound of physics without it."""
+    if h.function is None:
+        return h if h.train is None else evidence.moved(h)
+    h = evidence.without(h, h.members.index(h.function))
+    while any(m.bounded for m in h.members):
+        h = evidence.without(h, next(i for i, m in enumerate(h.members) if m.bounded))
+    return h
 
 
 def unshaped(fit: InnovationFit) -> InnovationFit:

@@ -12,14 +12,14 @@ show either way may have been there.
 """
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from itertools import count
+from itertools import compress, count
 import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from gearbox_monitor.diagnosis.contest import CONTEST
-from gearbox_monitor.diagnosis.hypothesis import kind_of, NONE
+from gearbox_monitor.diagnosis.hypothesis import EFFECT, kind_of, NONE
 from gearbox_monitor.diagnosis.joint.candidates import (
     amplitude, origin, PHASED, with_effects)
 from gearbox_monitor.diagnosis.joint.decision import (
@@ -31,7 +31,7 @@ from gearbox_monitor.diagnosis.joint.parameter_ranges import between_recordings
 from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
 from gearbox_monitor.diagnosis.joint.torque_domain import driven
 from gearbox_monitor.diagnosis.joint.verdict import (
-    LATTICES, location_of, report, Verdict, without_idle_laws)
+    LATTICES, report, Verdict, without_idle_laws)
 from gearbox_monitor.diagnosis.joint.windows import typical_misfit
 from gearbox_monitor.errors import expect_list, InputError, unknown
 from gearbox_monitor.kernels.types import Values
@@ -71,13 +71,7 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     """
     expect_one_rate(recordings)
     recordings = [driven(r, model) for r in recordings]
-    chosen = chosen_ids(only, exclude)
-    reasons = {i: reason for i in library() if (reason := said('excluded') if i not in chosen else
-                                                hidden_by(i, model, recordings))}
-    ids = [i for i in chosen if i not in reasons]
-    if not ids:
-        raise InputError('effects: none remains that is visible on this drive and its encoders, '
-                         'expected at least one')
+    ids, reasons = shown_effects(chosen_ids(only, exclude), model, recordings)
     if SLIP.id in ids:
         recordings = [r.as_read() for r in recordings]
     steps = count(1)
@@ -89,39 +83,66 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     evidence = evidence_of(recordings, model, ids, jobs, reported)
     otherwise = read_as_doubted(evidence)
     decision = without_idle_laws(decide(evidence))
-    notes = [*decision.notes, *doubts(decision, otherwise),
-             *(note for r in recordings for note in r.counted_on())]
+    notes = [*decision.notes, *doubts(decision, otherwise), *_nuisance_notes(decision)]
+    same = _shown_by_each(decision)
+    if same is not None:
+        decision = same
+        notes.append(said('differs_between'))
+    coarse = evidence.quantum > THRESHOLDS.lattice * decision.recordings.level
+    lattices = list(compress(LATTICES, coarse))
+    unnamed = next(filter(exclude.__contains__, lattices), '')
+    if unnamed and not decision.ids and not decision.remains:
+        decision = replace(decision, remains=True, unnamed=unnamed)
+        notes.append(said('is_quantised', effect=unnamed))
+    decision = with_level_of_innovations(decision)
+    verdict = report(decision, list(filter(ids.__contains__, lattices)), validate, seed, notes)
+    return replace(verdict, not_tried=reasons, between_recordings=(
+        _differing(decision, recordings) if verdict.verdict == EFFECT else None))
+
+
+def _differing(decision: Decision, recordings: Sequence[UniformRecording]
+               ) -> dict[str, Any] | None:
+    """Return by how much values of effects differ between recordings, None of one alone."""
+    if len(recordings) < 2:
+        return None
+    effects = between_recordings(decision.data.recordings if decision.slips else recordings,
+                                 decision.fit.candidate, decision.fit.z, decision.recordings.level)
+    return {name: {key: asdict(value) for key, value in values.items()}
+            for name, values in effects.items()}
+
+
+def shown_effects(chosen: Sequence[str], model: DriveModel, recordings: Sequence[UniformRecording]
+                  ) -> tuple[list[str], dict[str, Said]]:
+    """
+    Return (ids of the effects that recordings show, {id: why not} of all others).
+
+    Args:
+        chosen: ids of the effects to try.
+        model: model of the drive.
+        recordings: of it.
+
+    Raises:
+        InputError: none is shown.
+    """
+    reasons = {i: reason for i in library() if (reason := said('excluded') if i not in chosen else
+                                                hidden_by(i, model, recordings))}
+    ids = [i for i in chosen if i not in reasons]
+    if not ids:
+        raise InputError('effects: none remains that is visible on this drive and its encoders, '
+                         'expected at least one')
+    return ids, reasons
+
+
+def _nuisance_notes(decision: Decision) -> list[Said]:
+    """Return notes on how recordings were read, and on torque that nothing explains."""
+    model, recordings = decision.model, decision.bare.recordings
+    notes = [note for r in recordings for note in r.counted_on()]
     stated, lasts = (m.process_torque_time for m in (model, decision.recordings.model))
     if lasts != stated:
         notes.append(said('torque_lasts', seconds=lasts, stated=stated))
     if ACTUATOR_DELAY.id in decision.ids and any(is_open(r, model) for r in recordings):
         notes.append(said('delay_is_open', ms=0.5e3 * recordings[0].dt))
-    if decision.remains and len(recordings) > 1:
-        same = _shown_by_each(decision)
-        if same is not None:
-            decision = same
-            notes.append(said('differs_between'))
-    lattices = tuple(name for i, name in enumerate(LATTICES)
-                     if evidence.quantum[i] > THRESHOLDS.lattice * decision.recordings.level[i])
-    excluded = [name for name in lattices if name in exclude]
-    if excluded and not decision.ids and not decision.remains:
-        decision = replace(decision, remains=True)
-        notes.append(said('is_quantised', effect=excluded[0]))
-    decision = with_level_of_innovations(decision)
-    verdict = replace(report(decision, [n for n in lattices if n in ids], validate, seed, notes),
-                      not_tried=reasons)
-    if excluded and verdict.verdict == 'unknown':
-        place = location_of(excluded[0])
-        verdict = replace(verdict, location=place, where={**verdict.where, 'location': place},
-                          remainder={**(verdict.remainder or {}), 'location': place})
-    if verdict.verdict == 'effect' and len(recordings) > 1:
-        fit = decision.fit
-        verdict = replace(verdict, between_recordings={
-            name: {key: asdict(value) for key, value in values.items()}
-            for name, values in between_recordings(
-                decision.data.recordings if decision.slips else recordings, fit.candidate, fit.z,
-                decision.recordings.level).items()})
-    return verdict
+    return notes
 
 
 def read_as_doubted(evidence: DriveRecordings) -> dict[int, InnovationFit]:
@@ -183,8 +204,10 @@ def _shown_by_each(decision: Decision) -> Decision | None:
     """Return the decision for the effect that explains each recording by a value of its own."""
     data = decision.data
     fit = next((f for f in decision.fits if len(f.candidate.ids) == 1), None)
+    if fit is None or not decision.remains or len(data.recordings) < 2:
+        return None
     each = [replace(data, recordings=(r,)) for r in data.recordings]
-    if fit is None or not all(explains_all(one, fitted(one.fine, fit)) for one in each):
+    if not all(explains_all(one, fitted(one.fine, fit)) for one in each):
         return None
     return replace(decision, fit=fit, closed=fit, remains=False)
 
@@ -237,19 +260,18 @@ def visible(name: str, model: DriveModel, recording: UniformRecording) -> bool:
     """
     missing = {('motor_sensor', 'arm_sensor')[i] for i in (0, 1) if i not in recording.channels}
     effect = library()[name]
-    place = effect.location
-    if effect.torque_only if model.controller else place == 'controller':
-        return False
-    if place in missing or (missing and effect.needs_both_encoders):
-        return False
-    if recording.motor is not None and (effect.slip_profile is not None or (
-            place == 'motor_sensor' and (missing or effect.lattice))):
-        return False
-    if model.axis == 'prismatic' and effect.rotary_only:
-        return False  # nothing turns with a position in m, and a weight is a constant load
-    # In a rigid drive it is indistinguishable from the same on the motor.
-    return model.transmission.kind != 'rigid' or (
-        place != 'transmission' and not effect.merges_if_rigid)
+    place, put_in = effect.location, recording.motor is not None
+    hides = (
+        effect.torque_only if model.controller else place == 'controller',
+        place in missing or missing and effect.needs_both_encoders,
+        put_in and effect.slip_profile is not None,
+        put_in and place == 'motor_sensor' and (missing or effect.lattice),
+        # Nothing turns with a position in m, and a weight is a constant load.
+        model.axis == 'prismatic' and effect.rotary_only,
+        # In a rigid drive it is indistinguishable from the same on the motor.
+        model.transmission.kind == 'rigid' and (
+            place == 'transmission' or effect.merges_if_rigid))
+    return not any(hides)
 
 
 @dataclass(frozen=True)
@@ -347,7 +369,7 @@ def diagnose_change(reference: UniformRecording, later: UniformRecording, model:
     expect_one_rate([reference, later])
     if reference.channels != later.channels:
         raise InputError(f'{later.name}: other encoders than {reference.name}, expected the same')
-    ids = [i for i in chosen_ids(None, ()) if not hidden_by(i, model, [reference, later])]
+    ids, _ = shown_effects(chosen_ids(None, ()), model, [reference, later])
     nominal = _reference_fit(reference, model, ids)
     evidence = evidence_of([later.as_read() if SLIP.id in ids else later], nominal.model, ids)
     otherwise = read_as_doubted(evidence)

@@ -89,6 +89,12 @@ class DriveRecordings:
         return self.colour[:, 0] if self.colour[:, 0].any() else None
 
     @property
+    def noise_time(self) -> list[float | None]:
+        """Correlation times [2] of the encoders' noise, s; None: white."""
+        dt = self.recordings[0].dt
+        return [float(-dt / np.log(phi)) if phi > 0.0 else None for phi in self.colour[:, 0]]
+
+    @property
     def rough(self) -> bool:
         """Whether an encoder is quantised more coarsely than its noise."""
         return bool((self.quantum > THRESHOLDS.rough_lattice * self.sigma).any())

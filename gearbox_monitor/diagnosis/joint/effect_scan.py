@@ -7,10 +7,11 @@ Further effects of a fit: score tests, their gain in one linear step, and fits o
 Fits race on long steps by successive halving: many a little, few to the end. The angles between
 signatures tell which effects a recording distinguishes.
 """
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import product
 import math
 from typing import TypeAlias
 
@@ -63,38 +64,40 @@ def scan(likelihood: JointLikelihood, starts: Starts, fit: InnovationFit,
         fit: where the model stands.
         ids: effects to try.
     """
-    tested, model = Tested.beside(likelihood, fit), fit.model
-    at = tested.at
-    trials = [(name, order, number, candidate)
-              for name in ids if name not in fit.candidate.ids and name not in NOT_FITTED
-              for order in (starts.orders if name in PERIODIC else (None,))
-              for number, candidate in enumerate(starts.candidates(name, order))]
-    out = []
-    as_it_is = (None, np.zeros(len(fit.z)))
-    for name, order, number, candidate in trials:
-        free = [c for c in candidate.coordinates if c.owner == 0]
-        at_rest = origin(model, name, order)
-        if at_rest and number:
-            # All of its starts have one derivative; what they gain themselves is exact.
-            (values,) = candidate.values(candidate.start())[1]
-            trial = with_effects(model, [{'id': name, **values}])
-            gain = at.run.deviance - likelihood.run(trial, fit.torque).deviance
-            out.append(Proposal(name, order, number, gain, (as_it_is,)))
-            continue
-        if not at_rest and name in MEMORIES and free[0].start != 0.0:
-            out.append(Proposal(name, order, number, math.inf, (as_it_is,)))
-            continue
-        columns, sizes = signature(likelihood, at, candidate)
-        gain, step, yielding = tested.step(columns)
-        # The fit may have moved the values that the effect replaces.
-        free = [replace(c, start=at_rest.get(c.name, c.start)) for c in free]
-        start, taken = _started(name, free, step * sizes, bool(at_rest))
-        rest = np.array([math.log(c.start) if c.log else c.start for c in free])
-        stays = any(at_rest.values())
-        begins = ((start, yielding @ (taken / sizes)), (rest if stays else start, as_it_is[1]))
-        out.append(Proposal(name, order, number, gain if math.isfinite(gain) else 0.0,
-                            begins if stays or begins[0][1].any() else begins[:1]))
-    return sorted(out, key=lambda p: -p.gain)
+    tested = Tested.beside(likelihood, fit)
+    return sorted((
+        _proposal(tested, name, order, number, candidate)
+        for name in ids if name not in fit.candidate.ids and name not in NOT_FITTED
+        for order in (starts.orders if name in PERIODIC else (None,))
+        for number, candidate in enumerate(starts.candidates(name, order))),
+        key=lambda p: -p.gain)
+
+
+def _proposal(tested: Tested, name: str, order: int | None, number: int,
+              candidate: CandidateModel) -> Proposal:
+    """Return the Proposal of the start `number` of an effect, the `candidate`, beside a fit."""
+    at, likelihood = tested.at, tested.likelihood
+    free = candidate.of(0)
+    at_rest = origin(at.model, name, order)
+    as_it_is = (None, np.zeros(len(at.z)))
+    if at_rest and number:
+        # All of its starts have one derivative; what they gain themselves is exact.
+        (values,) = candidate.values(candidate.start())[1]
+        trial = with_effects(at.model, [{'id': name, **values}])
+        gain = at.run.deviance - likelihood.run(trial, at.torque).deviance
+        return Proposal(name, order, number, gain, (as_it_is,))
+    if not at_rest and name in MEMORIES and free[0].start != 0.0:
+        return Proposal(name, order, number, math.inf, (as_it_is,))
+    columns, sizes = signature(likelihood, at, candidate)
+    gain, step, yielding = tested.step(columns)
+    # The fit may have moved the values that the effect replaces.
+    free = [replace(c, start=at_rest.get(c.name, c.start)) for c in free]
+    start, taken = _started(name, free, step * sizes, bool(at_rest))
+    rest = np.array([c.at(c.start) for c in free])
+    stays = any(at_rest.values())
+    begins = ((start, yielding @ (taken / sizes)), (rest if stays else start, as_it_is[1]))
+    return Proposal(name, order, number, gain if math.isfinite(gain) else 0.0,
+                    begins if stays or begins[0][1].any() else begins[:1])
 
 
 def signature(likelihood: Likelihood, at: FilteredFit,
@@ -112,7 +115,7 @@ def signature(likelihood: Likelihood, at: FilteredFit,
         of the effect's first parameter.
     """
     name, model = candidate.ids[0], at.model
-    free = [c for c in candidate.coordinates if c.owner == 0]
+    free = candidate.of(0)
     at_rest, run = origin(model, name, candidate.orders.get(0)), at.run
     # A memory must be there before its tangent is.
     if at_rest.get(free[0].name) == 0.0 and name in REMEMBERED:
@@ -152,7 +155,7 @@ def _started(name: str, free: Sequence[Coordinate], step: Array,
     else:
         at = min(max(at, first.low), first.high) if replaces else first.start
     values[0] = at
-    return (np.array([math.log(v) if c.log else v for c, v in zip(free, values)]),
+    return (np.array([c.at(v) for c, v in zip(free, values)]),
             np.array([at - first.start]))
 
 
@@ -336,26 +339,35 @@ def rivals(evidence: DriveRecordings, fit: InnovationFit, fits: Sequence[Innovat
         fits: all that were scored.
         separation_table: result of `separations`.
     """
-    ids, limit = fit.candidate.ids, THRESHOLDS.isolable
-    if evidence.model.lasting:
-        none = min((f for f in fits if not f.candidate.ids), key=evidence.score)
-        limit = max(limit, THRESHOLDS.isolable_share * (
-            evidence.score(none) - evidence.score(fit)))
+    ids = fit.candidate.ids
     lag = {f.candidate.key: evidence.score(f) - evidence.score(fit) for f in fits}
+    limit = THRESHOLDS.isolable
+    if evidence.model.lasting:
+        limit = max(limit, THRESHOLDS.isolable_share * lag.get((), 0.0))
+    alone = evidence.model.controller is None and all(
+        len(r.channels) == 1 for r in evidence.recordings)
+    pairs = [*_imitators(ids, lag, separation_table), *_exchanged(ids, lag, limit),
+             *(pair for pair in twins(alone) if pair[1] in evidence.ids)]
     out: dict[str, list[str]] = {name: [] for name in ids}
+    for name, rival in pairs:
+        if name in out and rival not in (*out[name], *ids, TORQUE_MAP.id):
+            out[name].append(rival)
+    return out
+
+
+def _imitators(ids: Sequence[str], lag: Mapping[tuple[str, ...], float],
+               separation_table: Separations) -> Iterator[tuple[str, str]]:
+    """Yield (effect, another one that imitates its evidence), the nearest first."""
     for name, (d, table) in separation_table.items():
         for rival, s2 in sorted(table.items(), key=lambda item: item[1]):
             lags = len(ids) == 1 and lag.get((rival,), -math.inf) > THRESHOLDS.isolable
             if d * s2 < THRESHOLDS.isolable and not lags:
-                out[name].append(rival)
+                yield name, rival
+
+
+def _exchanged(ids: Sequence[str], lag: Mapping[tuple[str, ...], float], limit: float
+               ) -> Iterator[tuple[str, str]]:
+    """Yield (effect, another one) of fits in which that takes its place and lags by no `limit`."""
     for key, value in lag.items():
         if len(key) == len(ids) and value < limit and (len(ids) == 1 or set(key) & set(ids)):
-            for name in set(ids) - set(key):
-                out[name] += key
-    alone = evidence.model.controller is None and all(
-        len(r.channels) == 1 for r in evidence.recordings)
-    for name, twin in twins(alone):
-        if name in ids and twin in evidence.ids:
-            out[name].append(twin)
-    return {name: list(dict.fromkeys(i for i in others if i not in (*ids, TORQUE_MAP.id)))
-            for name, others in out.items()}
+            yield from product([name for name in ids if name not in key], key)

@@ -199,24 +199,29 @@ class InnovationEvidence:
 
     def grown(self, h: Hypothesis, added: Sequence[MemberEstimate]) -> list[Hypothesis]:
         """Return `h` with each of `added`: functions, and the finalists of a race of laws."""
-        data, fit = self.data, h.fit.fit
-        out = []
-        for e in added:
-            if e.member.kind == FUNCTION and data.with_map:
+        data, starts = self.data, []
+        fit = h.fit.fit
+        for e in added if data.with_map else ():
+            if e.member.kind == FUNCTION:
                 c = lawless.with_map(fit.candidate, e.source.table, data.torque)
-                start = InnovationFit(c, np.concatenate([fit.z, e.source.values]), fit.torque)
-                out.append(self.hypothesis(fitted(data.fine, start, POLISH)))
+                starts.append(InnovationFit(c, np.concatenate([fit.z, e.source.values]),
+                                            fit.torque))
         proposals: list[Proposal] = [e.source for e in added if e.member.kind == LAW]
         if proposals:
             data.progress(f'effects beside {h.name}')
-            fits = raced(data, fit, proposals, lambda f: f.deviance + self._price_of_laws(f))
-            near = [f for i, f in enumerate(fits[:CONTEST.finalists])
-                    if not i or f.deviance < fits[0].deviance + CLOSE]
-            if not fit.candidate.ids:
-                placed = {library()[f.candidate.ids[0]].location: f for f in reversed(fits)}
-                near += [f for f in placed.values() if f not in near]
-            out += [self.hypothesis(fitted(data.fine, f, POLISH)) for f in near]
-        return out
+            starts += self._finalists(fit, raced(
+                data, fit, proposals, lambda f: f.deviance + self._price_of_laws(f)))
+        return [self.hypothesis(fitted(data.fine, start, POLISH)) for start in starts]
+
+    def _finalists(self, fit: InnovationFit, fits: Sequence[InnovationFit]
+                   ) -> list[InnovationFit]:
+        """Return the best of the `fits` of a race that began at `fit`, the first first."""
+        near = [f for i, f in enumerate(fits[:CONTEST.finalists])
+                if not i or f.deviance < fits[0].deviance + CLOSE]
+        if not fit.candidate.ids:
+            placed = {library()[f.candidate.ids[0]].location: f for f in reversed(fits)}
+            near += [f for f in placed.values() if f not in near]
+        return near
 
     # --- what remains
 
@@ -277,18 +282,22 @@ class InnovationEvidence:
         data = likeliest(data, fit)[0]
         if data.model.lasting:
             data = data.lasting_for(lasting_time(data, fit))
+        left = remains.worth > CONTEST.margin
         # Before the first law: one may imitate the error of the steps.
-        if remains.worth > CONTEST.margin or not h.members:
+        if left or not h.members:
             data = self._with_steps(data, fit, remains)
-        if remains.worth > CONTEST.margin:
-            if fit.candidate.ids and any(map(data.hides, data.recordings)):
-                data = replace(data, reference=fit)
-            if data.unseen is not None and (self._slipping(fit) is not None or (
-                    not fit.candidate.ids and self._noise_worth(data, data.fine, fit)
-                    <= CONTEST.margin < self._unseen_torque(data, fit))):
-                data = replace(data, all_trained=True)
+        if left and fit.candidate.ids and any(map(data.hides, data.recordings)):
+            data = replace(data, reference=fit)
+        if left and data.unseen is not None and self._shows_unseen(data, fit):
+            data = replace(data, all_trained=True)
         return None if data is self.data else replace(self, data=data,
                                                       about=self.about | {h.name})
+
+    def _shows_unseen(self, data: DriveRecordings, fit: InnovationFit) -> bool:
+        """Return whether what is held out shows more than what is fitted: a slip, or torque."""
+        return self._slipping(fit) is not None or not fit.candidate.ids and (
+            self._noise_worth(data, data.fine, fit) <= CONTEST.margin
+            < self._unseen_torque(data, fit))
 
     def _with_steps(self, data: DriveRecordings, fit: InnovationFit, remains: Remains
                     ) -> DriveRecordings:

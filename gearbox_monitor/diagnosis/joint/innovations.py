@@ -275,8 +275,15 @@ class InnovationLikelihood:
         return np.full(2, FIRST_NOISE * max(self._torque, 1e-3))
 
     def _start(self, model: DriveModel) -> FilterStart:
-        places, moves = [0, 1, 2, 3], list(MOVES)
-        variance = self.begin_variance.tolist()
+        t, sizes = model.transmission, self._sizes(model)
+        covariance = np.diag([*self.begin_variance, *(size * size for size in sizes.values())])
+        if t.kind == 'rigid':  # motor and arm are one
+            covariance[[0, 1, 2, 3], [1, 0, 3, 2]] = np.diag(covariance)[:4]
+        return FilterStart(self._states, np.array([0, 1, 2, 3, *sizes]), covariance, np.array(
+            [*MOVES, *(MEMORY_MOVE * size for size in sizes.values())]))
+
+    def _sizes(self, model: DriveModel) -> dict[int, float]:
+        """Return {place of a state beyond positions and speeds: its size where it begins}."""
         t, servo = model.transmission, model.folded().controller
         sizes = {LASTING: self._torque} if self.fade else {}
         sizes.update({COLOURED + c: math.sqrt(self.variance[c] * self.colour[c, 1])
@@ -289,17 +296,10 @@ class InnovationLikelihood:
         if t.kind in ('play', 'passive_play') and t.hysteresis_width > 0.0:
             sizes[4] = t.hysteresis_width * (t.stiffness if t.kind == 'play' else 1.0)
         if servo is not None:
-            delay = servo.delay + (1.0 / servo.rate if servo.rate else 0.0)
+            late = any((servo.delay, servo.rate))
             sizes.update({4 + place: self._torque for place, value in (
-                (INTEGRAL, servo.ki), (LATE_A, delay), (LATE_B, delay), (LATE_C, delay)) if value})
-        for place, size in sizes.items():
-            places.append(place)
-            moves.append(MEMORY_MOVE * size)
-            variance.append(size * size)
-        covariance = np.diag(variance)
-        if t.kind == 'rigid':  # motor and arm are one
-            covariance[[0, 1, 2, 3], [1, 0, 3, 2]] = np.diag(covariance)[:4]
-        return FilterStart(self._states, np.array(places), covariance, np.array(moves))
+                (INTEGRAL, servo.ki), (LATE_A, late), (LATE_B, late), (LATE_C, late)) if value})
+        return sizes
 
     def run(self, model: DriveModel, torque: Array) -> Filtered:
         """

@@ -120,63 +120,94 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
         InputError: names that this drive does not have; Undecided: neither search nor regression
             is a solution.
     """
-    expect_one_rate(recordings)
-    report = progress or (lambda *_: None)
-    recordings = [driven(r, model) for r in recordings]
-    model = stated = model.folded()
-    for recording in recordings:
-        if len(recording.channels) == 1 and model.transmission.kind != 'rigid':
-            raise InputError(f'{recording.name}: one encoder, expected both, or a model file with '
-                             'transmission.kind: rigid; diagnose takes it')
-    model = _with_starts(model, free or ())
-    _expect_free(model, free)
+    report = progress or _quiet
+    stated = model.folded()
+    recordings, model = _prepared(recordings, model, free or ())
     plain = replace(model, tolerance=0.0, zero_tolerance=0.0)
     evidence = evidence_of(recordings, plain, ())
     # Nothing is held out of long runs, nor of balances, which begin in no state.
     evidence = replace(evidence, all_trained=bool(seconds) or evidence.balances)
     candidate = _free_candidate(evidence.starts, plain, model, free)
-    regression = torque_regression(recordings, candidate)
-    starts = [candidate.start(), *([] if regression is None else [regression.z])]
     report(0, 2, 'fit')
-    fit = _likeliest(evidence, candidate, starts)
-    if any(is_open(recording, model) for recording in recordings):
-        evidence, fit = likeliest(evidence, fit)  # torque between the stamps of a slow log
-        recordings, starts = evidence.recordings, [fit.z]
-        regression = torque_regression(recordings, candidate)
-    if not evidence.balances and _disturbed(evidence, fit):
-        report(0.5, 2, 'how long torque lasts')
-        time = lasting_time(evidence, fit, 0.0)
-        if time != plain.process_torque_time:
-            plain = replace(plain, process_torque_time=time)
-            candidate = replace(candidate, nominal=plain)
-            evidence = evidence.lasting_for(time)
-            fit = _likeliest(evidence, candidate, starts)
-    long = _long_runs(evidence, fit, seconds) if seconds and not evidence.balances else None
+    evidence, fit, regression = _searched(evidence, candidate, report)
+    candidate, plain = fit.candidate, evidence.model
+    long = _long_runs(evidence, fit, seconds)
     if long is not None:
-        report(1, 2, f'windows of {seconds:g} s')
+        report(1, 2, 'long windows')
         fit = fitted(long.likelihood, replace(fit, torque=long.torque), ITERATIONS,
                      free_noise=False)
     z, method = _decided(fit, regression, evidence.torque,
                          lambda z: _log_residual(evidence, long, candidate.model(z)))
     fitted_model = candidate.model(z)
     report(1.5, 2, 'free runs')
-    runs = [closed_model.open_loop(r, fitted_model, evidence.sigma, seconds=seconds or SECONDS)
-            for r in recordings]
     covariance = (_covariance(evidence, fit, long) if method == 'search' or regression is None
                   else regression.covariance)
     values, correlated, covariance = _listed(candidate, z, covariance, stated)
     # No state of a window holds the zero of the encoders where the motor's motion is put in.
     base = replace(plain, zero_tolerance=model.zero_tolerance) if evidence.balances else plain
-    gap_before = None if seconds else misfit_of([
-        closed_model.open_loop(r, base, evidence.sigma) for r in recordings])
+    gap_before = None if seconds else _gap_of(evidence, base)
+    gap_after = _gap_of(evidence, fitted_model, seconds or SECONDS)
     validation = None if validate is None else closed_model.validate(
         validate, base, fitted_model, evidence.sigma)
     if model.controller is None:  # filters have a torque constant, but no gain
         fitted_model = fitted_model.with_torque_constant(start_values(fitted_model)['kt'])
     fitted_model = replace(fitted_model.folded(), tolerance=model.tolerance,
                            zero_tolerance=model.zero_tolerance)
-    return NominalFit(fitted_model, values, correlated, gap_before, misfit_of(runs), validation,
-                      method, covariance)
+    return NominalFit(fitted_model, values, correlated, gap_before, gap_after, validation, method,
+                      covariance)
+
+
+def _quiet(done: float, total: float, text: str) -> None:
+    """Report nothing."""
+
+
+def _prepared(recordings: Sequence[UniformRecording], model: DriveModel, free: Sequence[str]
+              ) -> tuple[list[UniformRecording], DriveModel]:
+    """
+    Return recordings as the model wants them, and the model with starts of the values `free`.
+
+    Raises:
+        InputError: names that this drive does not have, or one encoder that does not suffice.
+    """
+    expect_one_rate(recordings)
+    for recording in recordings:
+        if len(recording.channels) == 1 and model.transmission.kind != 'rigid':
+            raise InputError(f'{recording.name}: one encoder, expected both, or a model file with '
+                             'transmission.kind: rigid; diagnose takes it')
+    recordings = [driven(r, model) for r in recordings]
+    model = _with_starts(model.folded(), free)
+    names = [*offered(model), *_effects_of(model)]
+    for name in free:
+        if name not in names:
+            raise InputError(f'free: {name!r}, expected one of {", ".join(names)}')
+        if list(free).count(name) > 1:
+            raise InputError(f'free: {name!r} twice, expected each name once')
+    return recordings, model
+
+
+def _searched(evidence: DriveRecordings, candidate: CandidateModel, report: Callable[..., object]
+              ) -> tuple[DriveRecordings, InnovationFit, TorqueRegression | None]:
+    """Return (recordings, nuisances settled; likeliest fit; regression of the torque)."""
+    regression = torque_regression(evidence.recordings, candidate)
+    starts = [candidate.start(), *([] if regression is None else [regression.z])]
+    fit = _likeliest(evidence, candidate, starts)
+    if any(is_open(recording, evidence.model) for recording in evidence.recordings):
+        evidence, fit = likeliest(evidence, fit)  # torque between the stamps of a slow log
+        starts, regression = [fit.z], torque_regression(evidence.recordings, candidate)
+    if evidence.balances or not _disturbed(evidence, fit):
+        return evidence, fit, regression
+    report(0.5, 2, 'how long torque lasts')
+    time = lasting_time(evidence, fit, 0.0)
+    if time != evidence.model.process_torque_time:
+        evidence = evidence.lasting_for(time)
+        fit = _likeliest(evidence, replace(candidate, nominal=evidence.model), starts)
+    return evidence, fit, regression
+
+
+def _gap_of(evidence: DriveRecordings, model: DriveModel, seconds: float = SECONDS) -> float:
+    """Return the misfit of free runs of a model over windows of so many `seconds`, sigmas."""
+    return misfit_of([closed_model.open_loop(r, model, evidence.sigma, seconds=seconds)
+                      for r in evidence.recordings])
 
 
 @dataclass(frozen=True)
@@ -207,10 +238,8 @@ def balanced(recordings: Sequence[UniformRecording], model: DriveModel,
     Raises:
         InputError: names that this drive does not have. Undecided: no regression.
     """
-    expect_one_rate(recordings)
-    recordings = [driven(r, model) for r in recordings]
-    model = stated = model.folded()
-    _expect_free(model, free)
+    stated = model.folded()
+    recordings, model = _prepared(recordings, model, free or ())
     plain = replace(model, tolerance=0.0, zero_tolerance=0.0)
     candidate = _free_candidate(Starts(plain, recordings), plain, model, free)
     regression = torque_regression(recordings, candidate)
@@ -219,16 +248,6 @@ def balanced(recordings: Sequence[UniformRecording], model: DriveModel,
         raise Undecided(f'{names}: the balance of torques determines no values')
     values, _, covariance = _listed(candidate, regression.z, regression.covariance, stated)
     return BalancedValues(values, covariance, regression.before, regression.after)
-
-
-def _expect_free(model: DriveModel, free: Sequence[str] | None) -> None:
-    """Raise InputError unless `free` are names of values of a model."""
-    names = [*offered(model), *_effects_of(model)]
-    for name in free or ():
-        if name not in names:
-            raise InputError(f'free: {name!r}, expected one of {", ".join(names)}')
-        if list(free or ()).count(name) > 1:
-            raise InputError(f'free: {name!r} twice, expected each name once')
 
 
 def _free_candidate(starts: Starts, plain: DriveModel, model: DriveModel,
@@ -292,8 +311,11 @@ class _LongRuns:
     readings: int
 
 
-def _long_runs(evidence: DriveRecordings, fit: InnovationFit, seconds: float) -> _LongRuns:
+def _long_runs(evidence: DriveRecordings, fit: InnovationFit, seconds: float | None
+               ) -> _LongRuns | None:
     """Return the _LongRuns of so many `seconds`, which begin in the smoothed states of `fit`."""
+    if not seconds or evidence.balances:
+        return None
     parts, model, length = [], replace(evidence.model, process_torque_time=0.0), 0
     for recording in evidence.recordings:
         whole = InnovationLikelihood(recording, evidence.model, evidence.sigma,
@@ -377,7 +399,7 @@ def _effects_of(model: DriveModel) -> dict[str, Values]:
 def _of_effect(starts: Starts, effect: Values, owner: int) -> list[Coordinate]:
     """Return the Coordinates of `effect` of the model, from its values there."""
     return [replace(c, owner=owner, prior=WEAK * (1.0 if c.log else max(c.scale, abs(c.start))))
-            for c in starts.at(effect['id'], effect).coordinates if c.owner == 0]
+            for c in starts.at(effect['id'], effect).of(0)]
 
 
 def _covariance(evidence: DriveRecordings, fit: InnovationFit, long: _LongRuns | None) -> Array:
@@ -438,16 +460,13 @@ def _listed(candidate: CandidateModel, z: Array, covariance: Array,
         interior = not c.log or math.log(c.low) + 1e-6 < at < math.log(c.high) - 1e-6
         scale = 1.0 if c.log else c.scale
         if c.owner < 0:
-            name, unit, start, value = c.name, UNITS[c.name], starts[c.name], (
-                fitted_values[c.name])
-            if name == 'kt' and model.torque_constant == 1.0:
-                unit = ''  # a factor on efforts that are torques
+            name, unit = c.name, _unit(c.name, model)
+            start, value = starts[name], fitted_values[name]
         else:
-            effect = library()[candidate.ids[c.owner]]
-            name = candidate.parameter(c)
+            effect, name = library()[candidate.ids[c.owner]], candidate.parameter(c)
             scale = 1.0 if name == 'phi' else scale
             start, value = own_starts[c.owner][name], own_values[c.owner][name]
-            unit = next(p.unit for p in effect.parameters if p.name == name)
+            unit = {p.name: p.unit for p in effect.parameters}[name]
             name = f'{effect.id}.{name}'
         determined = interior and error < STATEMENTS.determined * scale
         values.append(FittedValue(name, on_axis(unit, model.axis), start, value,
@@ -457,6 +476,11 @@ def _listed(candidate: CandidateModel, z: Array, covariance: Array,
                   for j in range(i) if abs(r[i, j]) > STATEMENTS.correlated]
     sizes = np.array([value.error for value in values])
     return values, correlated, r * np.outer(sizes, sizes)
+
+
+def _unit(name: str, model: DriveModel) -> str:
+    """Return the unit of a value of `model`; none of a factor on efforts that are torques."""
+    return '' if name == 'kt' and model.torque_constant == 1.0 else UNITS[name]
 
 
 def start_values(model: DriveModel) -> dict[str, float]:
@@ -527,23 +551,8 @@ def adapt(recordings: Sequence[UniformRecording], model: DriveModel,
         InputError: the recordings do not suit fit_nominal or tune.
 
     """
-    report = progress or (lambda *_: None)
-    remarks = list(OPEN)
-    free: list[str] | None = None
-    fit: NominalFit | None = None
-    try:
-        while fit is None:
-            fit = fit_nominal(recordings, model, free, progress=(
-                lambda done, total, text: report(0.6 * done / total, 1.0, text)))
-            undetermined = [v.name for v in fit.values if not v.determined]
-            free = [v.name for v in fit.values if v.determined]
-            remarks += [f'{name}: not identified, as in the model file' for name in undetermined]
-            if undetermined:  # what was not determined has moved, too
-                fit = None
-            if not free:
-                raise Undecided('no value is identified')
-    except Undecided as error:
-        remarks.append(f'model file and parameters stay as they are, but for tolerances: {error}')
+    report = progress or _quiet
+    fit, remarks = _determined_fit(recordings, model, report)
     tolerances = {name: (getattr(model, name), value)
                   for name, value in _tolerances(model, fit).items()}
     adapted = (fit.model if fit else model).with_(
@@ -551,20 +560,37 @@ def adapt(recordings: Sequence[UniformRecording], model: DriveModel,
     if fit is None:
         return Adapted(adapted, None, tolerances, {}, {}, remarks)
     samples = [samples_of(recording) for recording in recordings]
-
-    def tuning_at(share: float) -> None:
-        """Report the `share` of the tuning that is done."""
-        report(0.6 + 0.35 * share, 1.0, 'tune')
-    tuning = tune(adapted, parameters, samples, speeds=False, progress=tuning_at)
+    tuning = tune(adapted, parameters, samples, speeds=False,
+                  progress=lambda share: report(0.6 + 0.35 * share, 1.0, 'tune'))
     values = dict(tuning['parameters'])
-    if not {'K', 'b'} <= {v.name for v in fit.values}:
-        return Adapted(adapted, fit, tolerances, values, tuning, remarks)
-    values['tau_k_model_std'] = 0.0
-    report(0.95, 1.0, 'torque over twist')
-    strays = [_off_the_curve(adapted, parameters.replace(**values), one) for one in samples]
-    stray, variance = (np.concatenate(column) for column in zip(*strays))
-    values['tau_k_model_std'] = float(f'{widened(stray, variance):.4g}') if len(stray) else 0.0
+    if {'K', 'b'} <= {v.name for v in fit.values}:
+        report(0.95, 1.0, 'torque over twist')
+        values['tau_k_model_std'] = 0.0
+        strays = [_off_the_curve(adapted, parameters.replace(**values), one) for one in samples]
+        stray, variance = (np.concatenate(column) for column in zip(*strays))
+        if len(stray):
+            values['tau_k_model_std'] = float(f'{widened(stray, variance):.4g}')
     return Adapted(adapted, fit, tolerances, values, tuning, remarks)
+
+
+def _determined_fit(recordings: Sequence[UniformRecording], model: DriveModel,
+                    report: Callable[..., object]) -> tuple[NominalFit | None, list[str]]:
+    """Return (the fit of the values that recordings determine, None without any; remarks)."""
+    free, remarks = None, list(OPEN)
+    try:
+        while True:
+            fit = fit_nominal(recordings, model, free, progress=(
+                lambda done, total, text: report(0.6 * done / total, 1.0, text)))
+            free = [v.name for v in fit.values if v.determined]
+            if len(free) == len(fit.values):  # what is not determined has moved, too
+                return fit, remarks
+            remarks += [f'{v.name}: not identified, as in the model file'
+                        for v in fit.values if not v.determined]
+            if not free:
+                raise Undecided('no value is identified')
+    except Undecided as error:
+        remarks.append(f'model file and parameters stay as they are, but for tolerances: {error}')
+    return None, remarks
 
 
 def samples_of(recording: UniformRecording) -> Samples:
@@ -579,10 +605,11 @@ def samples_of(recording: UniformRecording) -> Samples:
 def _tolerances(model: DriveModel, fit: NominalFit | None) -> dict[str, float]:
     usual = {f.name: f.default for f in fields(DriveModel) if f.name in TOLERANCES}
     result = {name: max(getattr(model, name), usual[name]) for name in TOLERANCES}
-    by_name = {v.name: v for v in fit.values} if fit else {}
+    if fit is None:
+        return result
     for name, of in VALUES_OF.items():
-        values = [by_name[v] for v in of if v in by_name and by_name[v].value > 0.0]
-        if fit and values and all(v.determined for v in values):
+        values = [v for v in fit.values if v.name in of and v.value > 0.0]
+        if values and all(v.determined for v in values):
             # A bound either way whose uniform distribution has the deviation of the fit.
             wide = math.sqrt(3.0) * max(fit.gap_after, 1.0) * max(
                 v.error / v.value for v in values)

@@ -9,6 +9,7 @@ A random effect is a value of one drive that differs between its recordings by a
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 import math
 from typing import Any
 
@@ -23,7 +24,7 @@ from gearbox_monitor.diagnosis.joint.nominal import FittedValue
 from gearbox_monitor.diagnosis.joint.thresholds import STATEMENTS
 from gearbox_monitor.diagnosis.joint.torque_domain import likelihood_of
 from gearbox_monitor.errors import expect_whole, InputError
-from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.presentation import Saved, Shown
 from gearbox_monitor.signals.uniform import UniformRecording
@@ -164,38 +165,9 @@ def ranges_of(estimates: Sequence[UnitEstimate], notes: Sequence[str] = ()) -> P
         InputError: no estimate, or no parameter that all have; numbers that are no estimate, or
             units that differ.
     """
-    if not estimates:
-        raise InputError('estimates: none, expected one or several')
-    for estimate in estimates:
-        _check(estimate)
-    names = [name for name in estimates[0].values
-             if all(name in estimate.values for estimate in estimates)]
-    dropped = list(dict.fromkeys(name for estimate in estimates for name in estimate.values
-                                 if name not in names))
-    remarks = list(notes)
-    if dropped:
-        remarks.append(f'{", ".join(dropped)}: not in every estimate, no range')
-    if not names:
-        raise InputError(f'{", ".join(e.name for e in estimates)}: no parameter in common, '
-                         'expected estimates of the same parameters')
-    if len(estimates) == 1:
-        remarks.append('one estimate: the range is that of its error, and says nothing about '
-                       'other drives')
+    names, remarks = _common_names(estimates)
     units = [_common_unit(estimates, name) for name in names]
-    places = [[list(e.values).index(name) for name in names] for e in estimates]
-    values = np.array([[e.values[name] for name in names] for e in estimates], float)
-    covariances = np.array([np.asarray(e.covariance, float)[np.ix_(at, at)]
-                            for e, at in zip(estimates, places)])
-    positive = np.array([not is_signed(name) for name in names])
-    logarithmic = positive & (values > 0.0).all(axis=0)
-    slope = np.where(logarithmic, np.where(logarithmic, values, 1.0), 1.0)
-    y = np.where(logarithmic, np.log(np.where(logarithmic, values, 1.0)), values)
-    covariances = covariances / (slope[:, :, None] * slope[:, None, :])
-    # Parameters that may be negative: in shares of their size, so that directions compare.
-    errors = np.sqrt(np.einsum('njj->nj', covariances).mean(axis=0))
-    size = np.where(logarithmic, 1.0, np.maximum(np.abs(values).max(axis=0), errors))
-    size = np.where(size > 0.0, size, 1.0)
-    y, covariances = y / size, covariances / np.outer(size, size)
+    y, covariances, size, logarithmic = _comparable(estimates, names)
     spread, directions = np.linalg.eigh(covariances.mean(axis=0))
     unknown = spread > STATEMENTS.determined ** 2
     along, variance = directions[:, unknown], spread[unknown]
@@ -214,8 +186,7 @@ def ranges_of(estimates: Sequence[UnitEstimate], notes: Sequence[str] = ()) -> P
     centre = y.mean(axis=0) @ (along @ along.T)
     turned = y @ across
     quantiles = np.empty((len(LEVELS), len(names)))
-    between = np.full(len(names), math.nan)
-    deviation = np.empty(len(names))
+    between, deviation = np.full((2, len(names)), math.nan)
     for j in range(len(names)):
         means, differences, errors_left, between[j] = mixture(turned[:, j], rotated[:, j, j])
         variances = differences + errors_left
@@ -230,13 +201,54 @@ def ranges_of(estimates: Sequence[UnitEstimate], notes: Sequence[str] = ()) -> P
                                  + rotated.mean(axis=0) / len(estimates))
         correlation = _normalised(determined * np.outer(deviation, deviation) + open_covariance)
     quantiles *= size
-    cut = positive & ~logarithmic
+    cut = ~logarithmic & ~np.array(list(map(is_signed, names)))
     quantiles[:, cut] = np.maximum(quantiles[:, cut], 0.0)
     low, middle, high = (_at(quantiles, level, logarithmic) for level in (0.05, 0.5, 0.95))
     return ParameterRanges(
-        tuple(names), tuple(units), tuple(bool(v) for v in logarithmic), middle, low, high,
+        tuple(names), tuple(units), tuple(map(bool, logarithmic)), middle, low, high,
         np.sqrt(between ** 2 + single) * size, correlation, _combinations(names, along, variance),
-        tuple(e.name for e in estimates), tuple(remarks), quantiles)
+        tuple(e.name for e in estimates), (*notes, *remarks), quantiles)
+
+
+def _common_names(estimates: Sequence[UnitEstimate]) -> tuple[list[str], list[str]]:
+    """Return (names of the parameters that all estimates have, remarks on what they lack)."""
+    if not estimates:
+        raise InputError('estimates: none, expected one or several')
+    for estimate in estimates:
+        _check(estimate)
+    remarks, every = [], dict.fromkeys(chain(*(e.values for e in estimates)))
+    names = [name for name in every if all(name in e.values for e in estimates)]
+    dropped = [name for name in every if name not in names]
+    if dropped:
+        remarks.append(f'{", ".join(dropped)}: not in every estimate, no range')
+    if not names:
+        raise InputError(f'{", ".join(e.name for e in estimates)}: no parameter in common, '
+                         'expected estimates of the same parameters')
+    if len(estimates) == 1:
+        remarks.append('one estimate: the range is that of its error, and says nothing about '
+                       'other drives')
+    return names, remarks
+
+
+def _comparable(estimates: Sequence[UnitEstimate], names: Sequence[str]
+                ) -> tuple[Array, Array, Array, Flags]:
+    """
+    Return (values [N, P], covariances [N, P, P], their sizes [P], which are logarithms [P]).
+
+    Parameters that may be negative are in shares of their size, so that directions compare.
+    """
+    places = [[list(e.values).index(name) for name in names] for e in estimates]
+    values = np.array([[e.values[name] for name in names] for e in estimates], float)
+    covariances = np.array([np.asarray(e.covariance, float)[np.ix_(at, at)]
+                            for e, at in zip(estimates, places)])
+    logarithmic = ~np.array(list(map(is_signed, names))) & (values > 0.0).all(axis=0)
+    slope = np.where(logarithmic, values, 1.0)
+    y = np.where(logarithmic, np.log(slope), values)
+    covariances = covariances / (slope[:, :, None] * slope[:, None, :])
+    errors = np.sqrt(np.einsum('njj->nj', covariances).mean(axis=0))
+    size = np.where(logarithmic, 1.0, np.maximum(np.abs(values).max(axis=0), errors))
+    size = np.where(size > 0.0, size, 1.0)
+    return y / size, covariances / np.outer(size, size), size, logarithmic
 
 
 def is_signed(name: str) -> bool:

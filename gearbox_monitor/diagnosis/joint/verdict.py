@@ -13,7 +13,7 @@ import scipy
 
 from gearbox_monitor.diagnosis.contest import of_rival
 from gearbox_monitor.diagnosis.hypothesis import (
-    Finding, INCOMPLETE, kind_of, NONE, Remainder, UNDECIDED, UNKNOWN)
+    Finding, kind_of, NONE, Remainder, UNDECIDED, UNKNOWN)
 from gearbox_monitor.diagnosis.joint import closed_model, localisation
 from gearbox_monitor.diagnosis.joint.candidates import (
     CandidateModel, GAINS, NUISANCES, replaced_value, SHAPES, with_effects, ZERO)
@@ -125,78 +125,110 @@ def report(decision: Decision, lattices: Sequence[str], validate: UniformRecordi
         seed: seed of the random numbers.
         notes: on the search.
     """
-    closed, remains, data = decision.closed, decision.outcome.remains, decision.data
-    candidate, z, runs = decision.fit.candidate, decision.fit.z, decision.compared
-    effects = [*decision.ids]
-    if not decision.remains and len(effects) < 2:
-        effects += lattices[:2 if not effects else 1]
+    data, candidate = decision.data, decision.fit.candidate
+    effects = _named(decision, lattices)
     kind = kind_of(bool(effects), decision.remains)
     unseen = decision.outcome.evidence.hidden(decision.outcome.none) if kind == NONE else []
     kind = UNDECIDED if unseen else kind
-    where, remaining = localisation.NOWHERE, None
-    locations = [location_of(i) for i in effects]
-    if effects:  # they name the place; what free signals explain illustrates it
-        where = localisation.places(runs.none, illustrates=True)
-    if decision.remains:
-        places_left = localisation.places(runs.laws)
-        remaining = decision.place
-        if kind == UNKNOWN:
-            locations, where = [remaining], {**places_left, 'location': remaining}
-    nuisances = {name: value for name, value in closed.candidate.values(closed.z)[0].items()
-                 if value or name not in SHAPES}
-    model, params = closed.model, {
-        name: {k: float(v) for k, v in values.items()}
-        for name, values in decision.values.items() if not library()[name].is_event}
-    for i, name in enumerate(LATTICES):
-        if name in effects:
-            params[name] = {'q': float(decision.recordings.quantum[i])}
-            model = with_effects(model, [*model.effects, {'id': name, **params[name]}])
-    errors, condition = standard_errors(data, closed)
+    params, model = _closed(decision, effects)
+    errors, condition = standard_errors(data, decision.closed)
     torque_map = _torque_map(model, decision, errors)
     if torque_map is not None:
         model = with_effects(model, [torque_map])
-    if not set(candidate.ids) <= set(errors):
-        errors = standard_errors(data, decision.fit)[0] | errors
-    errors = {name: values for name, values in errors.items() if name in candidate.ids}
+    errors = {name: errors[name] for name in candidate.ids}
     others = rivals(data, decision.fit, decision.fits,
                     separations(data, decision.fit, decision.fits, decision.orders))
     shares = explained_shares(decision)
     findings = tuple(_finding(decision, name, params.get(name, {}), errors.get(name, {}),
                               shares.get(name, (None, None)), others) for name in effects)
-    gains = decision.gains
-    ranked = sorted(gains, key=lambda name: -gains[name])
-    dt, colour = data.recordings[0].dt, decision.recordings.colour[:, 0]
-    times = [float(-dt / np.log(phi)) if phi > 0.0 else None for phi in colour]
-    channels = sorted({i for r in data.recordings for i in r.channels})
     return Verdict(
-        verdict=kind, effect='+'.join(effects) or None,
-        location=NONE if not locations else locations[0] if len(locations) == 1 else locations,
-        findings=findings,
-        ranked=list(dict.fromkeys([*effects, *(i for name in ranked for i in name.split('+'))])),
-        confusable=list(dict.fromkeys(chain(*others.values()))) if effects else [],
-        params=params, **_closure(decision, seed), standard_errors=errors, condition=condition,
-        at_bound=candidate.at_bound(z),
-        sigma=[float(s) if i in channels else None for i, s in enumerate(data.level)],
-        noise_time=times, nominal=co_estimated(decision.model, nuisances),
-        process_torque=None if decision.recordings.balances else float(decision.fit.torque[0]),
-        gains={name: round(gain, 1) for name, gain in gains.items() if math.isfinite(gain)},
-        misfit={**{name: float(worth) if math.isfinite(worth) else None for name, worth in (
-                    ('torque', remains.torque), ('memory', remains.memory))},
-                'follows': None if decision.follows is None else {
-                    name: getattr(decision.follows, name) for name in ('place', 'over', 'gain')}},
-        where=where,
-        remainder=None if remaining is None else remainder(decision, remaining, torque_map),
-        warnings=[*notes, *warnings(decision, kind, nuisances, times)],
-        bursts=[asdict(burst) for burst in decision.bursts],
-        slips=[asdict(slip) for slip in decision.slips],
+        verdict=kind, effect='+'.join(effects) or None, findings=findings,
+        confusable=list(dict.fromkeys(chain(*others.values() if effects else ()))),
+        params=params, standard_errors=errors, condition=condition,
+        at_bound=candidate.at_bound(decision.fit.z),
+        remainder=remainder(decision, torque_map) if decision.remains else None,
+        warnings=[*notes, *warnings(decision, kind)],
+        bursts=[*map(asdict, decision.bursts)], slips=[*map(asdict, decision.slips)],
         equivalent=equivalents(findings, decision.model),
         model_values=model_values(params, decision.model), model=model, basis=decision,
-        questions=[asdict(q) for q in (*unseen, *(
-            of_rival(*data.asked(name), rival, 0.0)
-            for name in effects for rival in others.get(name, ())))],
-        nominal_shift=shifts(closed.candidate, nuisances) if nuisances else None,
+        questions=[*map(asdict, unseen), *_questions(decision, findings)],
         validation=None if validate is None else closed_model.validate(
-            validate, decision.model, model, data.level))
+            validate, decision.model, model, data.level),
+        **_located(decision, kind, effects), **_closure(decision, seed), **_noise(decision),
+        **_ranked(decision, effects), **_nominal(decision))
+
+
+def _questions(decision: Decision, findings: Sequence[Finding]) -> list[dict[str, Any]]:
+    """Return which motion would tell findings from their rivals."""
+    return [asdict(of_rival(*decision.data.asked(finding.effect), rival, 0.0))
+            for finding in findings for rival in finding.confusable]
+
+
+def _named(decision: Decision, lattices: Sequence[str]) -> list[str]:
+    """Return the effects that a decision names, with `lattices` beside one that is alone."""
+    effects = [*decision.ids]
+    if not decision.remains and len(effects) < 2:
+        effects += lattices[:1 if effects else 2]
+    return effects
+
+
+def _located(decision: Decision, kind: str, effects: Sequence[str]) -> dict[str, Any]:
+    """Return where the gap lies; where `effects` name the place, free signals illustrate it."""
+    runs, places = decision.compared, [location_of(i) for i in effects]
+    where = localisation.places(runs.none, illustrates=True) if effects else localisation.NOWHERE
+    if kind == UNKNOWN:
+        places = [decision.place]
+        where = {**localisation.places(runs.laws), 'location': decision.place}
+    return {'location': places if len(places) > 1 else (*places, NONE)[0], 'where': where}
+
+
+def _closed(decision: Decision, effects: Sequence[str]
+            ) -> tuple[dict[str, dict[str, float]], DriveModel]:
+    """Return ({effect: {parameter: value}} of `effects`, the model that closes the gap)."""
+    model, params = decision.closed.model, {
+        name: {k: float(v) for k, v in values.items()}
+        for name, values in decision.values.items() if not library()[name].is_event}
+    for name, step in zip(LATTICES, decision.recordings.quantum):
+        if name in effects:
+            params[name] = {'q': float(step)}
+            model = with_effects(model, [*model.effects, {'id': name, **params[name]}])
+    return params, model
+
+
+def _noise(decision: Decision) -> dict[str, Any]:
+    """Return the noise of encoders and torque, and what of it remains unexplained."""
+    data, remains, follows = decision.data, decision.outcome.remains, decision.follows
+    channels = {i for r in data.recordings for i in r.channels}
+    worth = {'torque': remains.torque, 'memory': remains.memory}
+    return {
+        'sigma': [float(s) if i in channels else None for i, s in enumerate(data.level)],
+        'noise_time': decision.recordings.noise_time,
+        'process_torque': None if data.balances else float(decision.fit.torque[0]),
+        'misfit': {name: _finite(value) for name, value in worth.items()} | {
+            'follows': follows and {name: getattr(follows, name)
+                                    for name in ('place', 'over', 'gain')}}}
+
+
+def _finite(value: float) -> float | None:
+    """Return a number, None where it is not finite."""
+    return float(value) if math.isfinite(value) else None
+
+
+def _ranked(decision: Decision, effects: Sequence[str]) -> dict[str, Any]:
+    """Return the gains of all that was scored, and effects by their gains, those named first."""
+    gains = decision.gains
+    ranked = sorted(gains, key=lambda name: -gains[name])
+    return {'ranked': list(dict.fromkeys([
+        *effects, *chain.from_iterable(name.split('+') for name in ranked)])),
+            'gains': {name: round(gain, 1) for name, gain in gains.items()
+                      if math.isfinite(gain)}}
+
+
+def _nominal(decision: Decision) -> dict[str, Any]:
+    """Return the nominal values that were estimated along, and by how many deviations."""
+    nuisances = decision.nuisances
+    return {'nominal': co_estimated(decision.model, nuisances),
+            'nominal_shift': shifts(decision.closed.candidate, nuisances) if nuisances else None}
 
 
 def _closure(decision: Decision, seed: int) -> dict[str, Any]:
@@ -315,14 +347,12 @@ def _without(run: WindowRuns, nominal: DriveModel, name: str) -> Array:
     return run.data.residual(bare, states, run.memory)
 
 
-def remainder(decision: Decision, place: str, torque_map: Mapping[str, Any] | None
-              ) -> dict[str, Any]:
+def remainder(decision: Decision, torque_map: Mapping[str, Any] | None) -> dict[str, Any]:
     """
     Return the remainder: its place, the reading that shows it, its size there, over what.
 
     Args:
         decision: what the search found.
-        place: location class of what remains.
         torque_map: effect that closes a part of it, None if none does.
     """
     squares, counts = np.zeros(2), np.zeros(2)
@@ -332,7 +362,7 @@ def remainder(decision: Decision, place: str, torque_map: Mapping[str, Any] | No
     reduced = squares / np.maximum(counts, 1)
     at = int(np.argmax(reduced))
     unexplained = Remainder(
-        place, decision.data.recordings[0].readings[at],
+        decision.place, decision.data.recordings[0].readings[at],
         float(decision.data.level[at]) * math.sqrt(max(0.0, float(reduced[at]) - 1.0)),
         None if decision.follows is None else decision.follows.over,
         times=tuple((b.t0, b.t0 + b.duration) for b in decision.bursts))
@@ -423,40 +453,37 @@ def shifts(candidate: CandidateModel, nuisances: Mapping[str, float]) -> dict[st
             for name, value in nuisances.items()}
 
 
-def warnings(decision: Decision, kind: str, nuisances: Mapping[str, float],
-             times: Sequence[float | None]) -> list[Said]:
+def warnings(decision: Decision, kind: str) -> list[Said]:
     """
     Return what weakens the verdict.
 
     Args:
         decision: what the search found.
         kind: of the verdict.
-        nuisances: relative changes of nominal values by name.
-        times: correlation times of the encoder noise [2], s; None: white.
     """
     model, candidate, z = decision.model, decision.fit.candidate, decision.fit.z
+    nuisances = decision.nuisances
     out = [said('noise_lasts', side=name, ms=1e3 * time)
-           for name, time in zip(('motor', 'arm'), times) if time]
+           for name, time in zip(('motor', 'arm'), decision.recordings.noise_time) if time]
     sharpness = co_estimated(model, nuisances)
     out += [said('friction_shape', side=side, sharpness=sharpness[name], stated=value)
             for name, side, value in (('alpha', 'motor', model.friction_sharpness),
                                       ('alpha_arm', 'arm', model.arm_sharpness))
-            if name in nuisances and abs(np.log1p(nuisances[name])) > STATEMENTS.shape]
-    law = candidate.nominal.friction_law.kind
-    if law != model.friction_law.kind:
-        out.append(said('friction_law', law=law, stated=model.friction_law.kind))
+            if abs(np.log1p(nuisances.get(name, 0.0))) > STATEMENTS.shape]
+    law, stated = candidate.nominal.friction_law.kind, model.friction_law.kind
     published, closed = (misfit_of(runs) for runs in (
         decision.compared.published, decision.compared.closed))
-    if kind == NONE and published > THRESHOLDS.misfit * closed:
-        out.append(said('file_misses', misfit=published))
     bound = candidate.at_bound(z)
-    one_encoder = all(len(r.channels) == 1 for r in decision.data.recordings)
-    if kind in (UNKNOWN, INCOMPLETE) and one_encoder and model.transmission.kind != 'rigid':
-        out.append(said('one_encoder'))
-    if bound and kind != NONE:
-        out.append(said('at_bounds', names=', '.join(bound)))
-    if nuisances and candidate.penalty(z) > THRESHOLDS.isolable:
-        shift = shifts(candidate, candidate.values(z)[0])
-        farthest = max(shift, key=lambda n: abs(shift[n]))
-        out.append(said('beyond_tolerance', name=farthest, shift=shift[farthest]))
+    shift = shifts(candidate, candidate.values(z)[0])
+    farthest = max(shift, key=lambda n: abs(shift[n]), default='')
+    for applies, note in (
+            (law != stated, said('friction_law', law=law, stated=stated)),
+            (kind == NONE and published > THRESHOLDS.misfit * closed,
+             said('file_misses', misfit=published)),
+            (decision.remains and all(map(decision.data.hides, decision.data.recordings)),
+             said('one_encoder')),
+            (bound and kind != NONE, said('at_bounds', names=', '.join(bound))),
+            (nuisances and candidate.penalty(z) > THRESHOLDS.isolable,
+             said('beyond_tolerance', name=farthest, shift=shift.get(farthest, 0.0)))):
+        out += [note] if applies else []
     return out
