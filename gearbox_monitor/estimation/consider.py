@@ -33,7 +33,7 @@ import numpy as np
 from gearbox_monitor.estimation.filter_kind import places, Reading, sensitivities
 from gearbox_monitor.estimation.process_model import (
     advance_beside, BESIDE, curve_count, EIGENVALUE, ENCODER_DELAY_STD, FACTOR_DELAY, FACTOR_GAIN,
-    FACTORS, N_FACTORS, N_LANE, TAU_K, torque_slopes, UNIFORM, USUAL, X1, X2, X3, X4)
+    FACTORS, N_FACTORS, N_LANE, TAU_K, torque_slopes, UNIFORM, WALKS, X1, X2, X3, X4)
 from gearbox_monitor.kernels.kernel import apart, folded, inline
 from gearbox_monitor.kernels.types import Array, Layout, Triple, Vector
 from gearbox_monitor.plant.drive import (
@@ -122,7 +122,7 @@ def restart(companions: Companions) -> None:
     companions.s[-1] = math.nan
 
 
-@folded(*USUAL)
+@folded(*WALKS)
 @apart
 def accompany(layout: Layout, companions: Companions, z: Array, reading: Reading,
               p: Array, record: Array) -> bool:

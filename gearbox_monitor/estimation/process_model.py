@@ -174,9 +174,11 @@ ALONG = (X1, X3, X4, TAU_K)  # columns of the tangent that go along with the sta
 Column: TypeAlias = tuple[float, float, float, float, float]
 Columns: TypeAlias = tuple[Column, ...]
 Pairs: TypeAlias = tuple[Pair, ...]
-# Layouts that are folded into kernels: with an unknown load, without one, and those of the curves.
+# Layouts that are folded into kernels: with an unknown load on the arm, and without one; of walks,
+# and of a curve by the number of its states.
 WALKS = (Layout(6, False, -1, False), Layout(5, False, -1, False))
-USUAL = (*WALKS, Layout(6, False, 0, False), Layout(10, False, 4, False))
+USUAL = tuple(Layout(walk.n + max(curve, 0), False, curve, False)
+              for curve in (-1, 0, 1, 4) for walk in WALKS)
 
 
 class _Stage(NamedTuple):
