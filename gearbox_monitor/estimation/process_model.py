@@ -638,12 +638,11 @@ def advance_beside(layout: Layout, lanes: Array, count: int, differ: bool | None
     share = 1.0 if p[LOAD_AT] > 0.0 else 0.0
     # Of numbers the compiler knows that writing a state does not change them.
     drive = tuple(p[i] for i in range(K_P + 1))
-    for i in range(width):
-        lanes[at_load + i] = torques[1]
-        if n > 5:
-            lanes[at_load + i] += share * lanes[TAU_ARM * BESIDE + i]
-        for q in range(4):
-            lanes[at_error + q * BESIDE + i] = 0.0
+    if n > 5:
+        for i in range(width):
+            lanes[at_load + i] = torques[1] + share * lanes[TAU_ARM * BESIDE + i]
+            for q in range(4):
+                lanes[at_error + q * BESIDE + i] = 0.0
     for _ in range(n_substeps):
         if n > 5 and friction_at > 0:
             for i in range(width):
@@ -677,9 +676,9 @@ def _stage(layout: Layout, lanes: Array, width: int, q: int, part: float, differ
             x3, x4 = z[last + LANE_X3 * BESIDE], z[last + LANE_X4 * BESIDE]
             x = (x[0] + part * x3, x[1] + part * x4, x[2] + part * z[last + LANE_F * BESIDE],
                  x[3] + part * z[last + LANE_G * BESIDE], x[4] + part * drive[K_P] * (x3 - x4))
+        load = z[(n + LANE_LOAD) * BESIDE + i] if n > 5 else torques[1]
         f, g = _accelerations(layout, _bearing(layout, x, (memory, law)),
-                              u - z[at + LANE_ERROR * BESIDE], z[(n + LANE_LOAD) * BESIDE + i],
-                              drive)
+                              u - (z[at + LANE_ERROR * BESIDE] if n > 5 else 0.0), load, drive)
         z[at + LANE_X3 * BESIDE], z[at + LANE_X4 * BESIDE] = x[2], x[3]
         z[at + LANE_F * BESIDE], z[at + LANE_G * BESIDE] = f, g
 

@@ -142,14 +142,13 @@ def _mirrored(out: Array, n: int, i: int, j: int, value: float) -> None:
 
 
 @inline
-def add_transposed_product(layout: Layout, a: Array, b: Array, length: int,
-                           out: Array) -> None:
-    """Add a' b to `out` [n * n]; a, b [length * n], by rows; `layout` of n states."""
+def add_transposed_product(layout: Layout, a: Array, b: Array, out: Array) -> None:
+    """Add a' b to `out`; all [n * n], by rows; `layout` of n states."""
     n = layout.n
-    for i in range(n):
+    for i in unrolled(n):
         row = _added(n, 1.0, out, i * n, ZEROS)
-        for k in range(length):
-            row = _added(n, a[k * n + i], b, k * n, row)
+        for k in unrolled(n):
+            row = _fused(n, a[k * n + i], b, k * n, row)
         _put(n, row, out, i * n)
 
 

@@ -22,6 +22,7 @@ from gearbox_monitor.estimation.filter_kind import Belief, FilterKind, places, R
 from gearbox_monitor.estimation.filters.ekf import healthy, update
 from gearbox_monitor.estimation.process_model import (
     advance_beside, BESIDE, EIGENVALUE, N_LANE, noise, UKF_ALPHA, UKF_BETA, UKF_KAPPA, WALKS)
+from gearbox_monitor.kernels.elementary import fma
 from gearbox_monitor.kernels.kernel import apart, folded, inline
 from gearbox_monitor.kernels.linalg import add_transposed_product
 from gearbox_monitor.kernels.types import Array, Layout, unrolled, Vector
@@ -59,23 +60,30 @@ def cholesky(layout: Layout, a: Array, out: Array) -> bool:
 
     """
     n = layout.n
+    # L D L' first, as no root is waited for: below the diagonal L D, above it L'.
     for j in unrolled(n):
         s = a[j * n + j]
         for k in unrolled(n):
             if k < j:
-                s -= out[j * n + k] * out[j * n + k]
+                s = fma(-out[j * n + k], out[k * n + j], s)
         if not s > 0.0:
             return False
-        root = math.sqrt(s)
-        out[j * n + j] = root
-        inverse = 1.0 / root
+        out[j * n + j] = s
+        inverse = 1.0 / s
         for i in unrolled(n):
             if i > j:
                 s = a[i * n + j]
                 for k in unrolled(n):
                     if k < j:
-                        s -= out[i * n + k] * out[j * n + k]
-                out[i * n + j] = s * inverse
+                        s = fma(-out[i * n + k], out[k * n + j], s)
+                out[i * n + j] = s
+                out[j * n + i] = s * inverse
+    for j in unrolled(n):
+        root = math.sqrt(out[j * n + j])
+        out[j * n + j] = root
+        for i in unrolled(n):
+            if i > j:
+                out[i * n + j] = out[j * n + i] * root
                 out[j * n + i] = 0.0
     return True
 
@@ -114,17 +122,17 @@ def transform(layout: Layout, z: Array, factor: Array, reading: Reading, p: Arra
     for _ in range(counted):
         advance_beside(layout, lanes, 2 * n + 1, None, (reading.u, reading.load, 0.0),
                        dt / counted, 1, p)
-    for j in range(n):
+    for j in unrolled(n):
         at, centre = j * BESIDE, lanes[j * BESIDE + 2 * n]
         bends = 0.0
-        for i in range(n):
+        for i in unrolled(n):
             plus, minus = lanes[at + i] - centre, lanes[at + n + i] - centre
             bend = 0.5 * (plus + minus)
             rows[i, j] = 0.5 * root * (plus - minus)
             rows[n + i, j] = bend
             bends += bend
         z[j] = centre + weight * bends
-        for i in range(n):
+        for i in unrolled(n):
             rows[n + i, j] = root * (rows[n + i, j] - shared * bends)
 
 
@@ -154,7 +162,7 @@ def cross_covariance(layout: Layout, rows: Array, factor: Array, P: Array, slope
                     s -= slope[k * n + r] * factor[k * n + j]
             slope[j * n + r] = s * inverse
     out[:] = 0.0
-    add_transposed_product(layout, slope, P, n, out)
+    add_transposed_product(layout, slope, P, out)
 
 
 @folded(*WALKS)
@@ -202,8 +210,8 @@ def predict(layout: Layout, belief: Belief, reading: Reading, p: Array, scratch:
     P_pred[:] = 0.0
     for i in range(n):
         P_pred[i * n + i] = 0.5 * dt * noise(z, p, i)
-    flat = matrices[2:4].reshape(2 * n * n)
-    add_transposed_product(layout, flat, flat, 2 * n, P_pred)
+    add_transposed_product(layout, matrices[2], matrices[2], P_pred)
+    add_transposed_product(layout, matrices[3], matrices[3], P_pred)
     return True
 
 
