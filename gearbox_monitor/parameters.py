@@ -152,7 +152,8 @@ class ParameterSet:
 
     def replace(self, **changes: object) -> Self:
         """Return a checked copy with `changes`. Raises InputError."""
-        return self.from_mapping({**self.to_dict(), **changes})
+        checked = check_values(table_of(type(self)), changes, 'parameters')
+        return type(self)(**{**self.to_dict(), **checked})
 
     def to_dict(self) -> dict[str, Any]:
         """Return {name: value} of plain values: sequences as lists, as YAML and ROS take them."""

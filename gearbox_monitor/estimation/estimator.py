@@ -86,8 +86,11 @@ PAIR = struct.Struct('=2d')  # faster than numpy takes two numbers
 Observer = Callable[[Batch], None]
 
 
-def unsmoothed(parameters: EstimatorParameters | Values | None) -> Values:
+def unsmoothed(
+        parameters: EstimatorParameters | Values | None) -> EstimatorParameters | Values:
     """Return `parameters` of an Estimator without the smoother."""
+    if isinstance(parameters, EstimatorParameters):
+        return parameters.replace(smoother_lag=0.0)
     return {**values_of(parameters), 'smoother_lag': 0.0}
 
 

@@ -302,7 +302,8 @@ def likelihood(model: DriveModel, parameters: EstimatorParameters, samples: Samp
         samples: the recording.
     """
     estimates, diverged = run_unsmoothed(model.exact(), parameters, samples)
-    rows = estimates.rows
+    rows, counted = estimates.rows, settled(estimates.stamp_ns)
+    criterion = float(estimates.loglik[counted].sum()) if counted.any() else DIVERGED
     variance = rows[:, [E_INNOVATION_STD_MOTOR, E_INNOVATION_STD_ARM]] ** 2
     white = rows[:, [E_WHITE_1, E_WHITE_2]]
     variance[:, 1] -= np.where(np.isfinite(white[:, 0]), rows[:, E_INNOVATION_COVARIANCE] ** 2
@@ -310,8 +311,8 @@ def likelihood(model: DriveModel, parameters: EstimatorParameters, samples: Samp
     variance = np.where(np.isfinite(white), variance, np.nan)
     features = np.column_stack([white * np.sqrt(variance), np.log(variance)])
     weights = np.column_stack([variance ** -0.5, np.full_like(variance, math.sqrt(0.5))])
-    features[~settled(estimates.stamp_ns)] = math.nan
-    return Trial(score(estimates, diverged=diverged).criterion, bool(diverged),
+    features[~counted] = math.nan
+    return Trial(criterion - DIVERGENCE_COST * diverged, bool(diverged),
                  *by_sample(estimates, features, weights))
 
 
