@@ -8,7 +8,6 @@ Their likelihood is the balance of torques in weak form.
 """
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-import math
 
 import numpy as np
 import scipy
@@ -188,7 +187,7 @@ class Balanced:
 
     innovation, variance [R, 2]: rows of the balances of the drive, N m, and of the twist, rad,
     and their variances; read [R, 2]: whether a row counts; deviance: -2 log L; left [2]: rms of
-    the residuals, N m and rad; readings: number of rows that count.
+    the residuals, N m and rad.
     """
 
     innovation: Array
@@ -196,16 +195,6 @@ class Balanced:
     read: Flags
     deviance: float
     left: Array
-    readings: int
-
-    @property
-    def gap(self) -> float:
-        """
-        Geometric mean of what each band of each balance leaves.
-
-        Of two models, it has the ratio that the rms residuals of runs would have.
-        """
-        return math.exp(0.5 * self.deviance / self.readings)
 
     @property
     def residual(self) -> Array:
@@ -274,7 +263,7 @@ class BalanceLikelihood:
                 deviance += count * np.log(own) + power / own
             left[i] = np.sqrt((r[:, i] ** 2).sum() / self._samples[i])
         r[:, [i for i in (0, 1) if i not in self.channels]] = 0.0
-        return Balanced(r, variance, self.read, deviance, left, self.readings)
+        return Balanced(r, variance, self.read, deviance, left)
 
     def change(self, run: Balanced, model: DriveModel) -> Array:
         """Return the change [R, 2] (N m) of the rows of `run` when the model is `model`."""
