@@ -32,6 +32,7 @@ ROLES = ('motor', 'arm', 'setpoint')  # of joints in a bag
 WORDS = {'t': 'time in s', 'u': 'torque in N m, or current in A with torque_constant in the model',
          'setpoint': 'setpoint in rad', 'motor': 'position of the motor in rad, on the arm side',
          'arm': 'position of the arm in rad', 'arm_torque': 'torque on the arm in N m'}
+COLUMN = {'u': 'torque'}  # that a user is told of
 EXPECTED = 't, torque (or u) or setpoint, motor or arm, arm_torque'
 SECOND = 1_000_000_000
 
@@ -291,21 +292,19 @@ def _of_arrays(source: Any, model: DriveModel | None) -> Recording:
     if not {'motor', 'arm'} & set(columns):
         missing.append('motor or arm')
     if missing:
-        words = ['torque' if name == 'u' else name for name in missing]
-        raise InputError(f'no column {", ".join(words)} in {", ".join(columns)[:80]!r}, expected '
-                         f'{EXPECTED}')
+        raise InputError(f'no column {", ".join(COLUMN.get(name, name) for name in missing)} in '
+                         f'{", ".join(columns)[:80]!r}, expected {EXPECTED}')
     stamps = _stamps(columns['t'])
-    values = {name: column(columns[name], 'torque' if name == 'u' else name, WORDS[name],
-                           len(stamps)) for name in WORDS if name in columns and name != 't'}
-    unseen = all(np.isnan(values[name]).all() for name in ('motor', 'arm') if name in values)
-    for name in (driving, *(name for name in ('motor', 'arm') if unseen and name in values)):
-        if np.isnan(values[name]).all():
-            raise InputError(f'{"torque" if name == "u" else name}: nan in all {len(stamps)} '
-                             f'samples, expected {WORDS[name]}')
+    values = {name: column(columns[name], COLUMN.get(name, name), WORDS[name], len(stamps))
+              for name in WORDS if name in columns and name != 't'}
+    sides = [name for name in ('motor', 'arm') if name in values]
+    empty = [name for name in (driving, *sides) if np.isnan(values[name]).all()]
+    if empty and (empty[0] == driving or empty == sides):
+        raise InputError(f'{COLUMN.get(empty[0], empty[0])}: nan in all {len(stamps)} samples, '
+                         f'expected {WORDS[empty[0]]}')
     ignored = [name for name in columns if name not in WORDS]
     notes = [f'ignored columns: {", ".join(ignored)}'] if ignored else []
-    notes += [f'{name}: nan in all samples, taken as not measured' for name in ('motor', 'arm')
-              if name in values and np.isnan(values[name]).all()]
+    notes += [f'{name}: nan in all samples, taken as not measured' for name in empty]
     return Recording('recording', {
         'motor': JointSignals(stamps, values.get('motor', NOT_MEASURED), side=MOTOR,
                               setpoint=values.get('setpoint', NOT_MEASURED),
