@@ -18,7 +18,7 @@ from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation, KINDS
 from gearbox_monitor.plant.simulate import Noise, Plant
-from gearbox_monitor.recordings.cdr import encode_joint_states
+from gearbox_monitor.recordings.read import block_of_frames, Frames, JOINT_STATE
 from gearbox_monitor.recordings.topics import ARM, MOTOR, PLANT_TRANSMISSION_STATE, TRANSMISSION
 from gearbox_monitor.recordings.write import BagWriter
 from gearbox_monitor.robot.arm_plant import DRIVES, HIGH, LOW
@@ -113,17 +113,16 @@ def write_example_bag(path: str | Path, model: DriveModel, motion: ExampleMotion
         SETPOINT: (setpoint * model.gear_ratio, none)}
     joints = {name: columns for name, columns in joints.items() if not np.isnan(columns).all()}
     position, effort = np.stack(list(joints.values()), axis=2)
-    topics = {topic: encode_joint_states(stamps, list(joints), position, effort=effort)}
+    frames = [Frames(topic, tuple(joints), stamps, stamps, {
+        'position': position, 'effort': effort})]
     if truth:
-        topics['/' + PLANT_TRANSMISSION_STATE] = encode_joint_states(
-            stamps, [TRANSMISSION], (x[:, 0] - x[:, 1])[:, None], (x[:, 2] - x[:, 3])[:, None],
-            tau_k[:, None])
+        frames.append(Frames(f'/{PLANT_TRANSMISSION_STATE}', (TRANSMISSION,), stamps, stamps, {
+            'position': (x[:, 0] - x[:, 1])[:, None], 'velocity': (x[:, 2] - x[:, 3])[:, None],
+            'effort': tau_k[:, None]}))
     with BagWriter(path, 'lz4') as writer:
-        for name in topics:
-            writer.add_topic(name, 'sensor_msgs/msg/JointState')
-        for stamp, *messages in zip(stamps.tolist(), *topics.values()):
-            for name, message in zip(topics, messages):
-                writer.write(name, stamp, message)
+        for part in frames:
+            writer.add_topic(part.topic, JOINT_STATE)
+        writer.write_block(block_of_frames([part.topic for part in frames], frames, whole=True))
 
 
 LOAD, AT = 2.0, np.array([0.0, 0.03, 0.08])  # kg, m: at the last link

@@ -169,14 +169,9 @@ class BagReader(AbstractContextManager['BagReader']):
     def _unpacked(self, blocks: Iterable[MessageBlock]) -> Iterator[MessageBlock]:
         """Yield `blocks` with each message unpacked."""
         for block in blocks:
-            yield from blocks_of(block.topics, map(self._unpacked_message, block.messages()))
-
-    def _unpacked_message(self, message: Message) -> Message:
-        topic, log_ns, publish_ns, raw = message
-        try:
-            return topic, log_ns, publish_ns, unpack_message(raw)
-        except InputError as error:
-            raise InputError(f'{self.path}: topic {topic}: {error}') from None
+            yield from blocks_of(block.topics, (
+                (topic, *times, unpack_message(raw, f'{self.path}: topic {topic}'))
+                for topic, *times, raw in block.messages()))
 
     def close(self) -> None:
         """Release the files."""

@@ -70,14 +70,18 @@ def unpack(packed: bytes, compression: str, size: int) -> tuple[bytes, str | Non
     return _unpack_piecewise(packed, compression, min(size, unpacked_limit(len(packed))))
 
 
-def unpack_message(packed: bytes) -> bytes:
-    """Return what the zstd frame `packed` of one message unpacks to. Raises InputError."""
+def unpack_message(packed: bytes, source: str) -> bytes:
+    """
+    Return what the zstd frame `packed` of one message unpacks to.
+
+    Raises InputError, in which `source` says where the message comes from.
+    """
     limit = unpacked_limit(len(packed))
     data, problem = _unpack_piecewise(packed, 'zstd', limit + 1)
     if len(data) > limit:
         problem = f'{len(packed)} bytes unpack to more than {limit >> 20} MB'
     if problem:
-        raise InputError(f'cannot unpack a message: {problem}')
+        raise InputError(f'{source}: cannot unpack a message: {problem}')
     return data
 
 

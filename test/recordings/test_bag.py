@@ -379,7 +379,7 @@ def test_what_unpacks_is_bounded_by_what_is_packed(compression):
         assert len(out) == min(stated, storage.unpacked_limit(len(packed)), len(data))
     if compression == 'zstd':
         with pytest.raises(InputError, match='bytes unpack to more than 16 MB'):
-            storage.unpack_message(packed)
+            storage.unpack_message(packed, 'bag')
 
 
 def test_pipes_are_refused_not_waited_for(tmp_path):
