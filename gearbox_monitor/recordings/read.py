@@ -170,8 +170,8 @@ class BagReader(AbstractContextManager['BagReader']):
         """Yield `blocks` with each message unpacked."""
         for block in blocks:
             yield from blocks_of(block.topics, (
-                (topic, *times, unpack_message(raw, f'{self.path}: topic {topic}'))
-                for topic, *times, raw in block.messages()))
+                (topic, log_ns, publish_ns, unpack_message(raw, f'{self.path}: topic {topic}'))
+                for topic, log_ns, publish_ns, raw in block.messages()))
 
     def close(self) -> None:
         """Release the files."""

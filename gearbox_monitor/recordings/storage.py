@@ -238,14 +238,14 @@ class SqliteFile:
             "SELECT name FROM sqlite_master WHERE type = 'table' AND sql LIKE 'CREATE TABLE%'")}
         if not {'topics', 'messages'} <= tables:
             raise self._unreadable('no tables topics and messages, expected a rosbag2 database')
-        for number, name, kind, count, *times in self._rows(
+        for number, name, kind, total, *times in self._rows(
                 'SELECT id, name, type, ifnull(count, 0), first, last FROM topics LEFT JOIN '
                 '(SELECT topic_id, count(*) AS count, min(timestamp) AS first, max(timestamp) AS '
                 'last FROM messages GROUP BY topic_id) ON topic_id = id ORDER BY id'):
             if not isinstance(name, str) or not isinstance(kind, str):
                 raise self._unreadable(f'topic {name!r} of type {kind!r}, expected texts')
             self._names[number] = name
-            self.topics[name] = (kind, self.topics.get(name, ('', 0))[1] + count)
+            self.topics[name] = (kind, self.topics.get(name, ('', 0))[1] + total)
             self.log_times += [time for time in times if isinstance(time, int)]
         if 'message_definitions' in tables:
             for kind, encoding, text in self._rows(
