@@ -169,7 +169,7 @@ SLOTS = {'q_std_tau_k': Q0 + TAU_K, 'r_std_motor': R1, 'r_std_arm': R2, 'viscous
          'coulomb_friction': CC, 'tau_k_stiffness': K_P, 'q_std_motor_speed': Q0 + X3,
          'q_std_arm_speed': Q0 + X4, 'q_std_tau_arm': Q0 + TAU_ARM}
 
-ALONG = (X1, X3, X4, TAU_K)  # columns of the tangent that go along with the stages
+N_ALONG = 6  # columns of the tangent that go along with the stages
 # What a stage answers: of (x1, x3, x4, tau_K, x2), and rates of (x3, x4); then of four stages.
 Column: TypeAlias = tuple[float, float, float, float, float]
 Columns: TypeAlias = tuple[Column, ...]
@@ -804,16 +804,16 @@ def _memory_row(layout: Layout, phi: Array, j: int, first: bool) -> float:
 
 
 @inline
-def _four_rates(layout: Layout, stage: _Stage, m: Columns, rows: tuple[float, ...],
-                p: Array) -> Pairs:
-    """Return `rates` of four columns; rows: how the memory of the curve answers to each."""
+def _rates_along(layout: Layout, stage: _Stage, m: Columns, rows: tuple[float, ...],
+                 p: Array) -> Pairs:
+    """Return `rates` of several columns; rows: how the memory of the curve answers to each."""
     return tuple(_stage_rates(layout, stage, m[j], stage.bend[1] * rows[j], 0.0, 0.0, p)
-                 for j in range(4))
+                 for j in range(N_ALONG))
 
 
 @inline
-def _four_along(start: Columns, a: float, m: Columns, r: Pairs, p: Array) -> Columns:
-    return tuple(along(start[j], a, m[j], r[j], p) for j in range(4))
+def _all_along(start: Columns, a: float, m: Columns, r: Pairs, p: Array) -> Columns:
+    return tuple(along(start[j], a, m[j], r[j], p) for j in range(N_ALONG))
 
 
 @inline
@@ -868,16 +868,6 @@ def _source(bend: Slopes, memory: float, own: int) -> float:
 
 
 @inline
-def _column_of_x2(layout: Layout, phi: Array, step: _Step, p: Array) -> None:
-    n = layout.n
-    if layout.loaded or layout.curve >= 0:
-        _column(layout, phi, X2, step, (0.0, 0.0, 0.0, 0.0), (0.0, 0.0), p)
-    elif step.first:  # nothing depends on x2
-        for i in range(n):
-            phi[i * n + X2] = 1.0 if i == X2 else 0.0
-
-
-@inline
 def _stage_at(layout: Layout, x: Column, elastic: tuple[float, Curve], torques: Pair,
               p: Array) -> tuple[Pair, _Stage]:
     """Return the accelerations at `x` and the _Stage; elastic: as of _advanced."""
@@ -912,10 +902,12 @@ def _rk4(layout: Layout, z: Array, phi: Array, first: bool, torques: Pair, h: fl
     u, load = torques
     half = 0.5 * h
     x1 = z[X1], z[X2], z[X3], z[X4], z[TAU_K]
-    at_curve = n - curve_count(curve)
-    law = _curve(curve, z, 1, 0, at_curve, p)
-    memory = _memory(curve, z, at_curve, x1[0] - x1[1])
-    rows = tuple(_memory_row(layout, phi, j, first) for j in ALONG)
+    count = curve_count(curve)
+    law = _curve(curve, z, 1, 0, n - count, p)
+    memory = _memory(curve, z, n - count, x1[0] - x1[1])
+    # Nothing depends on x2 without load and curve; the compiler leaves out what is not written.
+    places = (X1, X3, X4, TAU_K, X2, n - max(count, 1))
+    rows = tuple(_memory_row(layout, phi, j, first) for j in places)
     error = (0.0, 0.0, 0.0, 0.0, 0.0)
     if n > 5:
         if p[LOAD_AT] > 0.0:
@@ -923,23 +915,26 @@ def _rk4(layout: Layout, z: Array, phi: Array, first: bool, torques: Pair, h: fl
         if p[FRICTION_AT] > 0.0:
             error = decay(z[int(p[FRICTION_AT])], half, h, p)
     # Stage by stage: the state x and its accelerations f, the columns m and their rates r.
-    m1 = tuple(_begin(n, phi, j, first) for j in ALONG)
+    m1 = tuple(_begin(n, phi, j, first) for j in places)
     f1, one = _stage_at(layout, x1, (memory, law), (u - error[0], load), p)
-    r1 = _four_rates(layout, one, m1, rows, p)
-    x2, m2 = _moved(x1, half, x1, f1, p), _four_along(m1, half, m1, r1, p)
+    r1 = _rates_along(layout, one, m1, rows, p)
+    x2, m2 = _moved(x1, half, x1, f1, p), _all_along(m1, half, m1, r1, p)
     f2, two = _stage_at(layout, x2, (memory, law), (u - error[1], load), p)
-    r2 = _four_rates(layout, two, m2, rows, p)
-    x3, m3 = _moved(x1, half, x2, f2, p), _four_along(m1, half, m2, r2, p)
+    r2 = _rates_along(layout, two, m2, rows, p)
+    x3, m3 = _moved(x1, half, x2, f2, p), _all_along(m1, half, m2, r2, p)
     f3, three = _stage_at(layout, x3, (memory, law), (u - error[2], load), p)
-    r3 = _four_rates(layout, three, m3, rows, p)
-    x4, m4 = _moved(x1, h, x3, f3, p), _four_along(m1, h, m3, r3, p)
+    r3 = _rates_along(layout, three, m3, rows, p)
+    x4, m4 = _moved(x1, h, x3, f3, p), _all_along(m1, h, m3, r3, p)
     f4, four = _stage_at(layout, x4, (memory, law), (u - error[3], load), p)
-    r4 = _four_rates(layout, four, m4, rows, p)
+    r4 = _rates_along(layout, four, m4, rows, p)
     z[X1], z[X2], z[X3], z[X4], z[TAU_K] = _after((x1, x2, x3, x4), (f1, f2, f3, f4), h / 6.0, p)
-    for i, j in enumerate(ALONG):
-        _end(layout, phi, j, h, (m1[i], m2[i], m3[i], m4[i]), (r1[i], r2[i], r3[i], r4[i]), p)
+    for i, j in enumerate(places):
+        if i < 4 or (i == 5 and count > 0) or (i == 4 and (layout.loaded or curve >= 0)):
+            _end(layout, phi, j, h, (m1[i], m2[i], m3[i], m4[i]), (r1[i], r2[i], r3[i], r4[i]), p)
+        elif i == 4 and first:
+            for k in range(n):
+                phi[k * n + X2] = 1.0 if k == X2 else 0.0
     step = _Step((one, two, three, four), h, first)
-    _column_of_x2(layout, phi, step, p)
     if n > 5:
         if first:
             for i in range(5, n):
@@ -963,8 +958,6 @@ def _columns_of_curve(layout: Layout, z: Array, phi: Array, memory: float, law: 
     """Advance the columns of the curve's states, then the row of its memory; z: at the end."""
     n, count = layout.n, curve_count(layout.curve)
     at, none = n - count, (0.0, 0.0, 0.0, 0.0)
-    if count > 0:
-        _column(layout, phi, at + W, step, none, (0.0, 0.0), p)
     if count > 1:
         for i, own in ((K, 2.0), (C, 3.0), (SHIFT, 4.0)):
             _column(layout, phi, at + i, step, none, (0.0, own), p)

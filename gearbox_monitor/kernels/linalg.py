@@ -70,21 +70,21 @@ def _carry_curve(curve: int, n: int, phi: Array, P: Array, half: Array,
     the curve, behind its memory.
     """
     memory = n - curve
-    for i in range(n):
+    for i in unrolled(n):
         if not _moves(i, memory):
-            for j in range(n):
+            for j in unrolled(n):
                 cross[i * n + j] = out[i * n + j] = P[i * n + j]
             out[i * n + i] += half[i]
-    for i in range(n):
+    for i in unrolled(n):
         if _moves(i, memory):
             at = i * n
             row = ZEROS
-            for k in range(n):
+            for k in unrolled(n):
                 row = _fused(n, phi[at + k], P, k * n, row)
             _put(n, row, cross, at)
             row = _weighted(n, phi, at, half, row)
             _put(n, row, out, at)
-            for j in range(n):
+            for j in unrolled(n):
                 if not _moves(j, memory):
                     out[j * n + i] = out[at + j]
                 elif j <= i:
