@@ -57,7 +57,7 @@ OPTIONS = ('guess', 'map', 'set', 'joint_of_log', 'topic', 'use', 'unit', 'torqu
            'counts_per_turn', 'columns', 'rate', 'episode', 'stamps')
 
 
-class Guess(Action):
+class GuessOption(Action):
     """Set the option, with which BAG need not follow."""
 
     def __call__(self, parser: ArgumentParser, namespace: Namespace, values: Any,

@@ -26,7 +26,7 @@ from gearbox_monitor.estimation.filter_setup import described
 from gearbox_monitor.estimation.process_model import FRICTION_AT, STATISTICAL, X3, X4
 from gearbox_monitor.estimation.sample_loop import LoopSettings, LoopState, Output, Stream
 from gearbox_monitor.health.alert_limits import LIMITS
-from gearbox_monitor.health.checks.innovation import N_SUMS, Watch, watch
+from gearbox_monitor.health.checks.innovation import ErrorWatch, N_SUMS, watch
 from gearbox_monitor.health.elastic_regression import (
     add_row, certainty, D_FRICTION, D_RATE, D_TORQUE, D_TWIST, D_U, D_X2, D_X3, D_X4, HALF_GAP,
     N_CARRIED, N_DATA, N_SHAPE, S_GROUP, STIFFNESS, Sums)
@@ -146,7 +146,7 @@ def _step_of(loop: Any) -> Callable[..., int]:
     """Return the kernel of one sample of a `loop`, which also returns the flags of `watch`."""
     @inline
     def step(layout: Layout, settings: LoopSettings, p: Array, stream: Stream, state: LoopState,
-             belief: Belief, scratch: Scratch, output: Output, judge: Watch) -> int:
+             belief: Belief, scratch: Scratch, output: Output, judge: ErrorWatch) -> int:
         loop(layout, settings, p, stream, state, belief, scratch, output)
         return watch(output.estimates[0], output.codes[0], stream.stamps[0],
                      state.gate[sample_loop.STARTED], judge)
@@ -238,7 +238,7 @@ def _texts(estimator: Estimator) -> list[str]:
         *map(of_filter.place, (estimator._state, estimator._belief, estimator._scratch)),
         Tuple([_view('&code', one), _view('row', np.zeros((1, sample_loop.N_ESTIMATE))),
                _view('0', one[:0]), _view('0', np.zeros((0, 0)))], Output),
-        of_filter.place(Watch(np.zeros((2, N_SUMS)), np.zeros(2, np.int64)))]
+        of_filter.place(ErrorWatch(np.zeros((2, N_SUMS)), np.zeros(2, np.int64)))]
     code = _CODE.replace('@STEP@', _call(program, _step_of(sample_loop.run), values))
     code = code.replace('@INIT@', of_filter.content())
     window = ''

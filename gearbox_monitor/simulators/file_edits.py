@@ -80,7 +80,7 @@ class FileEdits:
             other.rotor or self.rotor)
 
 
-class Change(NamedTuple):
+class AttributeChange(NamedTuple):
     """One attribute that was edited: of which element, its text before ('' for none) and after."""
 
     element: str
@@ -101,7 +101,7 @@ class Patch:
     """The bytes of a patched file, its changes, what became of effects, joints of the drive."""
 
     data: bytes
-    changes: tuple[Change, ...]
+    changes: tuple[AttributeChange, ...]
     exported: tuple[Exported, ...] = ()
     joints: tuple[str, str | None] = ('', None)
 
@@ -144,13 +144,13 @@ class _Text:
 
     def __init__(self, document: XmlDocument) -> None:
         self.document = document
-        self.changes: list[Change] = []
+        self.changes: list[AttributeChange] = []
         self._edits: list[Edit] = []
 
     def put(self, element: XmlElement, values: Mapping[str, str | None], title: str = '') -> None:
         """Give an element attributes; what is there already is not edited."""
         new = differing({k: v for k, v in values.items() if k}, element.attributes)
-        self.changes += [Change(title or titled(element), name, element.attributes.get(name, ''),
+        self.changes += [AttributeChange(title or titled(element), name, element.attributes.get(name, ''),
                                 value or 'removed') for name, value in new.items()]
         self._edits += with_attributes(self.document, element, new, values.get('') or '')
 
@@ -166,7 +166,7 @@ class _Text:
     def add(self, edit: Edit, title: str, words: str = 'new') -> None:
         """Add an `edit` of the text; `title` and `words` tell people of it."""
         self._edits.append(edit)
-        self.changes.append(Change(title, '', '', words))
+        self.changes.append(AttributeChange(title, '', '', words))
 
     def patch(self, comment: str) -> Patch:
         """Return the file with all edits, and a `comment` before its root."""
@@ -274,7 +274,7 @@ def _add_elements(text: _Text, new: Iterable[NewElement]) -> None:
         else:
             inner = '\n'.join(f'  {line}' for line in words.splitlines())
             missing[section] = f'{missing.get(section, f"<{section}>")}\n{inner}'
-            text.changes.append(Change(title, '', '', 'new'))
+            text.changes.append(AttributeChange(title, '', '', 'new'))
     for section, words in missing.items():
         text._edits.append(with_child(text.document, root, f'{words}\n</{section}>'))
 

@@ -19,7 +19,7 @@ from gearbox_monitor.estimation.estimates import COLUMNS, Sample, Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, S_MOTOR_SIDE, S_TWIST, S_U, S_X3
 from gearbox_monitor.files.opening import config_path
-from gearbox_monitor.health.checks.innovation import N_SUMS, Watch, watch
+from gearbox_monitor.health.checks.innovation import ErrorWatch, N_SUMS, watch
 from gearbox_monitor.health.elastic_regression import (
     data_of, ElasticLaw, HEIGHT, N_SHAPE, normal_equations)
 from gearbox_monitor.health.monitor import Monitor
@@ -167,7 +167,7 @@ def test_a_million_samples_are_equal(tmp_path):
 @needs_gcc
 def test_flags_are_those_of_the_kernel_on_the_host(library):
     stamps, codes, flags, out = expect_equal(library, DriveModel(), OUT, 20_000)
-    carried = Watch(np.zeros((2, N_SUMS)), np.zeros(2, np.int64))
+    carried = ErrorWatch(np.zeros((2, N_SUMS)), np.zeros(2, np.int64))
     estimator = Estimator(DriveModel(), OUT)
     since = []
     _, u, y = damaged(*recording(20_000))

@@ -182,7 +182,7 @@ def due_after(stamp: int, due: int, phase: int) -> int:
     return stamp + second - (stamp - phase) % second
 
 
-class Watch(NamedTuple):
+class ErrorWatch(NamedTuple):
     """
     What firmware carries to judge prediction errors once per second; it is changed in place.
 
@@ -195,7 +195,7 @@ class Watch(NamedTuple):
 
 
 @kernel
-def watch(row: Array, code: int, stamp: int, started: int, carried: Watch) -> int:
+def watch(row: Array, code: int, stamp: int, started: int, carried: ErrorWatch) -> int:
     """
     Return what a sample and the last window broke, in bits.
 
