@@ -19,7 +19,7 @@ Public names, by module:
     backlash.locked_input: is_locked, locked_windows
     backlash.wear: when
     checks: usability
-    checks.innovation: LJUNG_BOX_LIMIT, MEAN_LIMIT, N_SUMS, ErrorWatch, watch
+    checks.innovation: ErrorWatch, LJUNG_BOX_LIMIT, MEAN_LIMIT, N_SUMS, watch
     checks.outcome: Condition, Group, Level, Outcome, outcome_of, with_more
     elastic_regression: add_row, certainty, D_FRICTION, D_RATE, D_TORQUE, D_TWIST, D_U, D_X2,
         D_X3, D_X4, HALF_GAP, N_CARRIED, N_DATA, N_SHAPE, S_GROUP, STIFFNESS, Sums

@@ -150,8 +150,9 @@ class _Text:
     def put(self, element: XmlElement, values: Mapping[str, str | None], title: str = '') -> None:
         """Give an element attributes; what is there already is not edited."""
         new = differing({k: v for k, v in values.items() if k}, element.attributes)
-        self.changes += [AttributeChange(title or titled(element), name, element.attributes.get(name, ''),
-                                value or 'removed') for name, value in new.items()]
+        self.changes += [
+            AttributeChange(title or titled(element), name, element.attributes.get(name, ''),
+                            value or 'removed') for name, value in new.items()]
         self._edits += with_attributes(self.document, element, new, values.get('') or '')
 
     def put_child(self, parent: XmlElement, tag: str, values: Mapping[str, str | None],
