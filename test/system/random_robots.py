@@ -43,6 +43,7 @@ class Case:
     slides: tuple = ()
     encoder: float = 2e-4
     noise: float = 0.01
+    servo: np.ndarray | None = None   # gains of the last log over those of the file
 
 
 def _body(rng, names, axis, size, slide=False, at=(0, 0, 0), inner=''):
@@ -274,6 +275,8 @@ def log(case, number, seconds=40.0, changed=True, setpoint=False, name='', both=
     servo = (1 + rng.uniform(-.15, .15, n)) * setpoint + (not setpoint)
     if both:
         servo = np.where(rng.random(n) < .3, rng.uniform(.6, 1.6, n), 1.0)
+    elif case.servo is not None:    # gains that the file lacks are of the robot, not of a day
+        servo = case.servo
     case.servo, damping = servo, kd * (np.ones(n) if both else servo)
     loss0, peak = model.dof_frictionloss.copy(), np.zeros(n)
     steps = len(t)
