@@ -279,12 +279,14 @@ class ConventionBalance:
     The balance of a robot's motion, in which readings of its log compete.
 
     shared [K]: deviations of the inertial parameters of the links, a load on each included, and
-    of gravity; unloaded [K]: how much surer these are without a load.
+    of gravity; unloaded [K]: how much surer these are without a load. largest [J]: power of the
+    largest effort of a joint of its kind, the same for all readings that are compared: one that
+    makes an effort small would leave the others a model without error.
     """
 
     def __init__(self, robot: RobotModel, motion: RobotMotion, setpoint: bool = False,
                  limits: tuple[Array, Array] | None = None,
-                 settled: Collection[int] = ()) -> None:
+                 settled: Collection[int] = (), largest: Array | None = None) -> None:
         self.robot, self.setpoint, self.settled = robot, setpoint, settled
         self.motion, self.tests = motion, local_cosines(motion, LIMITS.highest)
         chain = robot.chain
@@ -299,6 +301,9 @@ class ConventionBalance:
         load = LIMITS.load * mass * np.repeat([1.0, 0.3 * reach, 0.0], [1, 3, PER_LINK - 4])
         self.shared = np.hypot(bodies, np.append(np.tile(load, len(chain.links)), np.zeros(3)))
         self.unloaded = (self.shared / bodies) ** 2
+        power = np.mean(self._effort(motion) ** 2, axis=0)
+        self.largest = np.array([power[self.slides == slide].max() for slide in self.slides]
+                                ) if largest is None else largest
 
     @property
     def misfit(self) -> float:
@@ -354,7 +359,8 @@ class ConventionBalance:
         """Return the balance of the motion as `reading` has it, whose joints are settled then."""
         return ConventionBalance(self.robot, as_read(self.motion, reading, self.setpoint),
                                  self.setpoint, self.limits,
-                                 {*self.settled, *(reading.swapped or reading.joints)})
+                                 {*self.settled, *(reading.swapped or reading.joints)},
+                                 self.largest)
 
     @staticmethod
     def _accepted(reading: RobotReading, score: ReadingScore, other: ReadingScore) -> bool:
@@ -482,9 +488,7 @@ class ConventionBalance:
             grams.append(columns.transpose(0, 2, 1) @ columns)
         outside = ((q < self.limits[0] - LIMITS.zero) | (q > self.limits[1] + LIMITS.zero)
                    ).mean(axis=1)
-        largest = np.stack([power[:, self.slides == slide].max(axis=1) for slide in self.slides],
-                           axis=1)
-        floor = LIMITS.accuracy ** 2 + LIMITS.least ** 2 * largest / (power + 1e-12)
+        floor = LIMITS.accuracy ** 2 + LIMITS.least ** 2 * self.largest / (power + 1e-12)
         return _Products(tuple(grams), tests.rows, own, floor, outside)
 
     def _shared(self, q: Array, v: Array, mask: Array, slope: Array,
