@@ -207,6 +207,7 @@ def of_robot(effect: RobotEffect, recordings: Sequence[Rows]) -> list[Candidate]
             low=-math.inf if recordings[0].robot.learnt else effect.low, high=effect.high,
             possible=None if effect.possible is None else partial(
                 effect.possible, recordings[0].robot, index),
+            deviation=effect.deviation and effect.deviation(chain, index),
             values=lambda b: values(b, setting), next_setting=effect.next_setting, **where)
     if effect.place == LINK:
         indices = [i for i, link in enumerate(chain.links) if link.mass > 0.0]

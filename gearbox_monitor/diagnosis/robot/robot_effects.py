@@ -37,9 +37,10 @@ class RobotEffect:
     values(b, setting). starts(chain, index): settings to begin with; next_setting(b): what follows
     from the coefficients b, None for an effect without. low: of the first coefficient, beside a
     model file; high: of the size of all; possible(robot, index, b, deviations): whether physics
-    allows the coefficients. subject: the value by
-    which reports state it, and what it is in words. over: what tells it from another one of the
-    same id and place. shows: how it shows in data. since: version.
+    allows the coefficients; deviation(chain, index): of the coefficients by their prior, None:
+    anything goes. subject: the value by which reports state it, and what it is in words. over:
+    what tells it from another one of the same id and place. shows: how it shows in data. since:
+    version.
     """
 
     id: str
@@ -54,6 +55,7 @@ class RobotEffect:
     low: float = -math.inf
     high: float = math.inf
     possible: Callable[[RobotModel, int, Array, Array], bool] | None = None
+    deviation: Callable[[Chain, int], Array] | None = None
     subject: tuple[str, str] = ('', '')
     over: str = ''
     shows: str = ''
@@ -96,17 +98,27 @@ def centre_of(b: Array) -> Array:
     return np.clip(b[1:4] / b[0], -WIDEST, WIDEST) if abs(b[0]) > LEAST_MASS else np.zeros(3)
 
 
+def _reach(chain: Chain, link: int) -> float:
+    """Return how far from `link` a load may be, m: what hangs behind, or half of the arm."""
+    return max(chain.extent(link), 0.5 * max(chain.extent(j) for j in chain.movers[link]))
+
+
+def _load_size(chain: Chain, link: int) -> Array:
+    """Return the deviation [4] of a load at `link`: no load is heavier than the whole robot."""
+    return float(chain.theta[:, 0].sum()) * np.array([1.0, *(_reach(chain, link),) * 3])
+
+
 def _within_reach(robot: RobotModel, link: int, b: Array, deviations: Array) -> bool:
     """
     Return whether a mass may be where it seems to be, with a mass in sum that is positive.
 
-    What is carried reaches no farther than what hangs behind the link, or a tool of half the arm.
+    What is carried reaches no farther than _reach.
     """
     chain = robot.chain
     behind = sum(chain.links[k].mass for k in chain.moved_by(link))
-    if deviations[0] < abs(b[0]) and b[0] < -behind * (1.0 + robot.tolerance.max()):
+    if b[0] + 2.0 * deviations[0] < -behind * (1.0 + robot.tolerance.max()):
         return False
-    reach = max(chain.extent(link), 0.5 * max(chain.extent(j) for j in chain.movers[link]))
+    reach = _reach(chain, link)
     unsure = float(np.linalg.norm(deviations[1:]))
     return float(np.linalg.norm(b[1:])) - 2.0 * unsure < reach * (abs(b[0]) + 2.0 * deviations[0])
 
@@ -126,6 +138,7 @@ PAYLOAD = RobotEffect(
     'payload', 'a mass that the model does not have', MappingProxyType(
         {'m': 'kg', 'cx': 'm', 'cy': 'm', 'cz': 'm'}), LINK, columns=_mass, values=_mass_values,
     starts=_centres, next_setting=centre_of, low=0.0, possible=_within_reach,
+    deviation=_load_size,
     shows='All joints that carry the link need more torque: against gravity at rest, and in '
           'proportion to their acceleration.')
 LINK_INERTIA = RobotEffect(
