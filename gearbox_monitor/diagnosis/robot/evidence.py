@@ -15,14 +15,12 @@ Of a servo the setpoint is known and the gain is a nuisance. Its balance is divi
 that gains that are free do not allow the solution 0 = 0: with s, the gain of the model over the
 true one,
 
-    setpoint's effort - model = (s - 1) model + inputs + s (X beta + Z u) + e,
-
-which each round of a fit makes linear about the solution of the last one (Gauss and Newton).
+    setpoint's effort - model = (s - 1) model + inputs + s (X beta + Z u) + e.
 """
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
@@ -38,7 +36,8 @@ WEAK = 1e-7      # prior precision of a candidate's coefficient, in units of its
 SINGULAR = 1e-13  # of a candidate's own Schur complement, relative
 ROUNDED = 1.0 + 1e-11  # of a diagonal: columns that nearly agree leave it not below zero
 CANCELLED = 1e-4  # below it the difference of two sums is not accurate
-STEPS, STEADY = 24, 1e-12  # of Gauss and Newton beyond the rounds; 2 log likelihood of the last
+STEPS, STEADY = 24, 1e-6  # of Gauss and Newton, at most; 2 log likelihood of the last one
+HALVED = (1.0, 0.5, 0.25, 0.1, 0.03)  # of a step, until one helps
 LEAST_SCALE = 0.1  # gain of the model over that of a servo: it may be 10 times as large
 
 
@@ -87,7 +86,12 @@ class Servos(NamedTuple):
         """Return the gain of the model over that of each servo [J] at a solution [K+E]."""
         return np.maximum(1.0 + self.gains @ (self.mean + solution), LEAST_SCALE)
 
-    def about(self, solution: Array, joint: int, index: Integers) -> Array:
+    @property
+    def free(self) -> Flags:
+        """Which coefficients [K+E] are no gains."""
+        return ~np.any(self.gains != 0.0, axis=0)
+
+    def about(self, solution: Array, joint: int, index: Integers, held: bool = False) -> Array:
         """
         Return what makes those about a solution of columns of a joint and its target.
 
@@ -95,16 +99,19 @@ class Servos(NamedTuple):
             solution: [K+E].
             joint: the joint.
             index: of its columns [n].
+            held: whether gains stay, which makes the balance linear.
 
         Returns:
             [n+1, n+1], by which the rows of columns and target are multiplied.
         """
-        scale, known = self.scale(solution)[joint], self.gains[joint]
-        torque = ~self.inputs[index]
-        own = np.where(torque, (self.mean + solution)[index], 0.0)
-        out = np.eye(len(index) + 1)
-        out[:-1, :-1] = np.diag(np.where(torque, scale, 1.0)) + np.outer(own, known[index])
-        out[:-1, -1] = torque * (scale - 1.0) * solution[index] - (known @ self.mean) * own
+        scale = self.scale(solution)[joint]
+        torque, out = ~self.inputs[index], np.eye(len(index) + 1)
+        out[:-1, :-1] = np.diag(np.where(torque, scale, 1.0))
+        out[:-1, -1] = torque * (1.0 - scale) * self.mean[index]
+        if not held:
+            own, slope = (self.mean + solution)[index] * torque, self.gains[joint]
+            out[:-1, :-1] += np.outer(own, slope[index])
+            out[:-1, -1] += own * float(slope @ solution)
         return out
 
 
@@ -326,7 +333,7 @@ class RobotEvidence:
         weights: Sequence[Array] = [a.count / np.maximum(np.concatenate(
             [part.gram[:, -1, -1] for part in a.grams]), 1e-30) for a in self.at]
         size, servos = k + len(scale), self._servos(chosen, scale)
-        solution = np.zeros(size)
+        solution: Array = np.zeros(size)
         if begin is not None:
             weights = begin.weights
         if begin is not None and servos is not None:
@@ -336,33 +343,15 @@ class RobotEvidence:
         prior = np.zeros((size, size))
         prior[:k, :k] = self.precision
         prior[np.arange(k, size), np.arange(k, size)] = _precision(chosen, scale)
-        held, share, before = False, 1.0, math.inf
-        for step in range(rounds + STEPS):
-            matrix, right = prior.copy(), np.zeros(size)
-            seen = grams if servos is None else [[
-                part._replace(turn=servos.about(solution, j, part.columns)) for part in parts]
-                for j, parts in enumerate(grams)]
-            for parts, w in zip(seen, weights):
-                _add(matrix, right, parts, w)
-            matrix[np.arange(size), np.arange(size)] *= ROUNDED
-            factor = scipy.linalg.cho_factor(matrix, lower=True, check_finite=False)
-            new = scipy.linalg.cho_solve(factor, right, check_finite=False)
-            move = float((new - solution) @ matrix @ (new - solution))
-            # Where gain and torques both change much, whole steps swing about the minimum.
-            share *= 0.5 if move > 0.5 * before else 1.0
-            solution = new if share == 1.0 else solution + share * (new - solution)
-            squares = []
-            for parts, a in zip(seen, self.at):
-                left = np.concatenate([part.left(solution) for part in parts])
-                squares.append(self._shrunk(np.maximum(left, a.floor), a))
+        for step in range(rounds):
+            solution, factor, squares = self._solved(grams, weights, prior, servos, solution)
             updated = [a.count / s for a, s in zip(self.at, squares)]
-            held = held or step + 1 >= rounds or max(
-                np.abs(np.log(w / b)).max() for w, b in zip(updated, weights)) < 0.01
             # Weights, solution and covariance that are returned belong together: where a candidate
             # has the column of a nuisance, their difference is all of its information.
-            if held and (servos is None or move < STEADY):
+            if step + 1 == rounds or max(
+                    np.abs(np.log(w / b)).max() for w, b in zip(updated, weights)) < 0.01:
                 break
-            weights, before = (weights, move) if held else (updated, math.inf)
+            weights = updated
         offset = solution[:k]
         deviance = sum(float((a.count * np.log(s / a.count)).sum())
                        for a, s in zip(self.at, squares)) + float(
@@ -374,6 +363,68 @@ class RobotEvidence:
         return RobotFit(tuple(chosen), deviance, solution[k:] / scale, offset, inverse, scale,
                         tuple(weights), tuple(residual), np.ones(self.joints)
                         if servos is None else servos.scale(solution))
+
+    def _solved(self, grams: Sequence[Sequence[Grams]], weights: Sequence[Array], prior: Array,
+                servos: Servos | None, solution: Array) -> tuple[Array, Any, list[Array]]:
+        """
+        Return the solution that some weights make best, its factor, its sums of squares per joint.
+
+        Gains of servos multiply torques: each step of Gauss and Newton moves the gains, as far as
+        less remains, and all else follows exactly (variable projection; Golub and Pereyra, 1973).
+
+        Args:
+            grams: of all columns, per joint.
+            weights: 1 / variance per joint [C].
+            prior: precision [K+E, K+E].
+            servos: what gains scale, None without.
+            solution: to begin with [K+E].
+        """
+        def equations(x: Array, held: bool) -> tuple[Sequence[Sequence[Grams]], Array, Array]:
+            """Return the columns about `x` and their normal equations."""
+            seen = grams if servos is None else [[
+                part._replace(turn=servos.about(x, j, part.columns, held)) for part in parts]
+                for j, parts in enumerate(grams)]
+            matrix, right = prior.copy(), np.zeros(len(x))
+            for parts, w in zip(seen, weights):
+                _add(matrix, right, parts, w)
+            matrix[np.arange(len(x)), np.arange(len(x))] *= ROUNDED
+            return seen, matrix, right
+
+        def left(seen: Sequence[Sequence[Grams]], x: Array) -> list[Array]:
+            """Return the sums of squares [C] that `x` leaves at each joint."""
+            return [np.concatenate([part.left(x) for part in parts]) for parts in seen]
+
+        def followed(x: Array, free: Flags) -> tuple[float, Array, list[Array]]:
+            """Return what `x` costs with its gains and the best of all else, that, its squares."""
+            seen, matrix, right = equations(x, True)
+            best = x.copy()
+            best[free] = np.linalg.solve(matrix[np.ix_(free, free)], right[free] - matrix[
+                np.ix_(free, ~free)] @ x[~free])
+            squares = left(seen, best)
+            return float(best @ prior @ best + sum(
+                w @ s for w, s in zip(weights, squares))), best, squares
+        if servos is None:
+            seen, matrix, right = equations(solution, True)
+            factor = scipy.linalg.cho_factor(matrix, lower=True, check_finite=False)
+            solution = scipy.linalg.cho_solve(factor, right, check_finite=False)
+            return solution, factor, self._varied(left(seen, solution))
+        cost, solution, squares = followed(solution, servos.free)
+        for _ in range(STEPS):
+            _, matrix, right = equations(solution, False)
+            factor = scipy.linalg.cho_factor(matrix, lower=True, check_finite=False)
+            move = scipy.linalg.cho_solve(factor, right, check_finite=False) - solution
+            trials = (followed(solution + share * move, servos.free) for share in HALVED)
+            trial = next((t for t in trials if t[0] < cost), None)
+            if trial is None:
+                break
+            gained, (cost, solution, squares) = cost - trial[0], trial
+            if gained < STEADY:
+                break
+        return solution, factor, self._varied(squares)
+
+    def _varied(self, squares: Sequence[Array]) -> list[Array]:
+        """Return sums of `squares` [C] per joint, above the floors and drawn together."""
+        return [self._shrunk(np.maximum(s, a.floor), a) for s, a in zip(squares, self.at)]
 
     def _seen(self, j: int, extra: Array, places: Integers, servos: Servos | None,
               solution: Array) -> tuple[Array, Integers]:

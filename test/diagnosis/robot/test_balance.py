@@ -263,6 +263,7 @@ def test_what_physics_forbids_is_no_finding():
     for centre, change, allowed in ((0.1, 1.0, True), (1.1, 1.0, False), (0.1, -1.5, False)):
         b = change * mass * np.array([1.0, 0.0, 0.0, centre * reach])
         assert payload.allows(b, sure) == allowed
+    assert payload.deviation[0] == rows.robot.chain.theta[:, 0].sum()  # or it weighs tons
     # Its centre where the motion does not say it, is no contradiction.
     assert payload.allows(mass * np.array([1.0, 0.0, 0.0, 3.0 * reach]), np.full(4, 3.0 * mass))
     inertia, size = offers['link_inertia', link, ''], mass * rows.robot.chain.extent(
@@ -425,6 +426,9 @@ def test_gains_of_a_servo_may_be_wrong(servo_offset):
         assert (finding.effect, finding.joint) == ('torque_offset', case.joints[-1])
         assert finding.values['u0'] == pytest.approx(case.truth[0]['size'], rel=0.06)
         assert len(verdict.cautions) == (count if factor == 0.5 else 0)
+        # Wherever a fit begins it ends at the same: else findings are differences of beginnings.
+        blank = verdict.evidence.fit().deviance
+        assert verdict.evidence.fit((), verdict.fit).deviance == pytest.approx(blank, abs=1.0)
 
 
 @pytest.mark.system
