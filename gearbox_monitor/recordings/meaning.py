@@ -214,13 +214,20 @@ def words_of(label: str) -> tuple[str, ...]:
 
 @lru_cache(4096)
 def _parts_of(word: str) -> tuple[str, ...]:
-    """Return the known words that a `word` is made of, 'setpos' of set and pos; else itself."""
-    cuts = () if word in known_words() else range(SHORTEST, len(word) - SHORTEST + 1)
-    for k in cuts:
+    """
+    Return the known words that a `word` is made of; else itself.
+
+    'setpos' is set and pos, 'targ' the beginning of words for setpoints alone.
+    """
+    if word in known_words() or len(word) < SHORTEST:
+        return (word,)
+    for k in range(SHORTEST, len(word) - SHORTEST + 1):
         rest = _parts_of(word[k:])
         if word[:k] in known_words() and known_words().issuperset(rest):
             return word[:k], *rest
-    return (word,)
+    begun = {source: known for source, words in vocabulary()['sources'].items()
+             for known in words if known.startswith(word)}
+    return (*begun.values(),) if len(begun) == 1 else (word,)
 
 
 def _without_brackets(label: str) -> str:
