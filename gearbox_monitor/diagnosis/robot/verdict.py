@@ -709,8 +709,9 @@ def _of_reference(knowledge: Knowledge | None) -> tuple[Said, ...]:
     if knowledge is None:
         return ()
     short = [said('one_reference', seconds=knowledge.seconds, percent=100 * SETTINGS.day)]
+    alone = [said('setpoints_compared')] * (knowledge.kind == SETPOINT)
     return (*(said('unjudged', place=name) for name in knowledge.unjudged),
-            *short * knowledge.short)
+            *short * knowledge.short, *alone)
 
 
 def _of_gains(evidence: RobotEvidence, fit: RobotFit) -> tuple[Said, ...]:
