@@ -151,7 +151,7 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
 
 
 @dataclass(frozen=True, eq=False)
-class Step:
+class TakenLaw:
     """
     A candidate that was taken: its worth and the rivals that explain the same.
 
@@ -174,7 +174,7 @@ class RobotSearch:
     """
 
     fit: RobotFit
-    steps: Sequence[Step]
+    steps: Sequence[TakenLaw]
     contest: RobotContest
     small: Contender | None
     first: Sequence[Contender]
@@ -258,9 +258,10 @@ def _search(contest: RobotContest, blank: RobotFit, laws: Sequence[Candidate],
         begin: first candidate, None for the best.
     """
     s, current, small, first = SETTINGS, blank, None, list[Contender]()
-    steps: list[Step] = []
+    steps: list[TakenLaw] = []
     if begin is not None:
-        current, steps = begin.fit, [Step(begin.worth, dict.fromkeys(begin.candidate.twins, 0.0))]
+        current = begin.fit
+        steps = [TakenLaw(begin.worth, dict.fromkeys(begin.candidate.twins, 0.0))]
     for step in range(len(steps), CONTEST.most + 1):
         small, contest = None, contest.beside(current)
         lawless = contest.entries(current, free, 6)[:1]
@@ -276,13 +277,13 @@ def _search(contest: RobotContest, blank: RobotFit, laws: Sequence[Candidate],
             elif _weighs(lawless[0].fit) and function > s.share_unknown * _gain_at(
                     contest.evidence, blank, current, where):
                 current = lawless[0].fit
-                steps.append(Step(function, {}))
+                steps.append(TakenLaw(function, {}))
                 break
             else:
                 small = lawless[0]
         if law < CONTEST.margin:
             break
-        steps.append(Step(entries[0].worth, _rivals(entries, CONTEST.margin)))
+        steps.append(TakenLaw(entries[0].worth, _rivals(entries, CONTEST.margin)))
         current = entries[0].fit
         if len(current.chosen) > 1:
             current, stayed = contest.pruned(current)
