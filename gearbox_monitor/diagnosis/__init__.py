@@ -35,7 +35,7 @@ Public names, by module:
     robot.robot_log: checked_log, continuous, CURRENT, jump, raw_log, RawLog, read_by,
         RobotLog, SETPOINT, TORQUE
     robot.rows: NuisanceColumn, RobotModel, Rows, rows_of
-    robot.servo: with_servos
+    robot.servo: SERVO, with_servos
     robot.settings: SETTINGS
     robot.verdict: effort_curves, EffortCurves, RobotVerdict, sampled_early, setpoint_lags,
         verdict_data

@@ -305,10 +305,12 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
         notes.append(str(said(code, percent=100 * model.tolerance.max(),
                               gain=100 * model.gain_tolerance)))
     verdict = balance.diagnose(model, read, knowledge, effects)
-    if read[0].of_servos is not None and knowledge is not None:
-        notes.append(str(said('setpoints_unused', why='a reference says nothing of servos')))
-    elif not effects:
-        verdict = with_servos(verdict, model, read)
+    recorded_too = [log.of_servos is not None for log in read]
+    if knowledge is None and all(recorded_too):
+        verdict = with_servos(verdict, model, read, effects)
+    elif any(recorded_too):
+        notes.append(str(said('setpoints_unused', why='a reference does not cover servos' if
+                              knowledge else 'not every log has them')))
     names = [str(path) for path in ([logs] if isinstance(logs, (str, Path)) else logs)]
     data = plain(verdict_data(verdict)) | {
         'logs': names, 'model': str(file.path), 'model_digest': file.digest,

@@ -13,6 +13,7 @@ import numpy as np
 from gearbox_monitor.diagnosis.hypothesis import UNDECIDED
 from gearbox_monitor.diagnosis.robot.conventions import NamedReading, RobotReading
 from gearbox_monitor.diagnosis.robot.robot_effects import BASE_TILT, JOINT, ROBOT_EFFECTS
+from gearbox_monitor.diagnosis.robot.servo import SERVO
 from gearbox_monitor.health.backlash.wear import when
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN
@@ -131,6 +132,8 @@ def remainder_words(remainder: Mapping[str, Any], axes: Mapping[str, str]) -> st
         times = ', '.join(f'{begin:.0f} s' + (f' of {name}' if name else '')
                           for name, (begin, _) in list(zip(names, remainder['times']))[:4])
         return say('remains_bursts', place=place, size=size, times=times)
+    if over == SERVO:
+        return say('remains_servo', place=place, size=size)
     if over is None:
         return say('remains_noise', place=place, size=size,
                    factor=number(remainder['excess'] ** 0.5))
@@ -253,7 +256,9 @@ def next_steps(data: Mapping[str, Any]) -> list[str]:
     if data['findings'] and data.get('closed'):
         steps.append(say('use_closed', file=data['closed']))
     if data['remainders']:
-        steps.append(say('look_at_joint', joint=data['remainders'][0]['joint']))
+        first = data['remainders'][0]
+        steps.append(say('state_servo' if first['over'] == SERVO else 'look_at_joint',
+                         joint=first['joint']))
     return steps
 
 

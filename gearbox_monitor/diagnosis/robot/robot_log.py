@@ -338,6 +338,9 @@ def checked_log(raw: RawLog, joints: Sequence[str]) -> RobotLog:
         raise InputError(f'{raw.name}: {t[-1] - t[0]:.3g} s in {len(ends) + 1} parts, expected '
                          f'one part without gaps of {LEAST_SECONDS:g} s or more')
     used = sum(len(section.t) for section in sections)
+    if raw.setpoint and held is None:
+        notes.append(said('setpoints_unused',
+                          why='some joint has none, or none from the beginning'))
     if len(ends):
         code = 'in_parts' if len(gaps) and len(raw.slips) else (
             'after_stamp_gaps' if len(gaps) else 'after_slips')

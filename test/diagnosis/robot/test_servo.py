@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.cli.main import main
+from gearbox_monitor.library.robot import diagnose_robot, load_robot
 
 ARM = """<mujoco><compiler angle="radian"/><option timestep="0.001" integrator="implicitfast"/>
 <default><joint damping="0.2" frictionloss="0.3" armature="0.02"/></default><worldbody>
@@ -20,8 +21,12 @@ ARM = """<mujoco><compiler angle="radian"/><option timestep="0.001" integrator="
 RATE, SECONDS = 200, 24
 
 
-def log(path, mass=1.0, kp=200, late=0):
-    """Write what the arm does with its servos: position, torque of the period and setpoint."""
+def log(path, mass=1.0, kp=200, late=0, stiff=False, joints=('shoulder', 'elbow')):
+    """
+    Write what the arm does with its servos: position, torque of the period and setpoint.
+
+    stiff: the robot has other servos, which hold it at its setpoints; joints: with a setpoint.
+    """
     mujoco = pytest.importorskip('mujoco')
     random = np.random.default_rng(5)
     m = mujoco.MjModel.from_xml_string(ARM.format(mass=mass, kp=kp))
@@ -38,9 +43,10 @@ def log(path, mass=1.0, kp=200, late=0):
             mujoco.mj_step(m, d)
             torque += d.qfrc_actuator * RATE / 1000
         rows.append([t[k], *q + random.normal(0.0, 1e-5, 2),
-                     *torque + random.normal(0.0, 0.01, 2), *setpoint[k]])
-    np.savetxt(path, rows, delimiter=',', comments='', header='t,q_shoulder,q_elbow,tau_shoulder,'
-               'tau_elbow,setpoint_shoulder,setpoint_elbow')
+                     *torque + random.normal(0.0, 0.01, 2),
+                     *(q if stiff else setpoint[k])[:len(joints)]])
+    np.savetxt(path, rows, delimiter=',', comments='', header=','.join([
+        't,q_shoulder,q_elbow,tau_shoulder,tau_elbow', *(f'setpoint_{name}' for name in joints)]))
     return str(path)
 
 
@@ -65,3 +71,26 @@ def test_setpoints_and_torques_in_one_log_are_both_used(tmp_path, capsys):
                 assert f['confirmed'] is None
         gaps = {gap['joint']: gap for gap in data['servos']}
         assert name != 'weak' or gaps['shoulder']['after'] < 0.2 * gaps['shoulder']['before']
+
+
+def test_setpoints_that_are_not_used_or_not_followed_are_said(tmp_path, capsys):
+    model = tmp_path / 'arm.xml'
+    model.write_text(ARM.format(mass=1.0, kp=200))
+    healthy, stiff, half = (log(tmp_path / f'{name}.csv', **changes) for name, changes in (
+        ('healthy', {}), ('stiff', {'stiff': True}), ('half', {'joints': ('shoulder',)})))
+
+    def diagnosed(*logs):
+        code = main(['diagnose', *logs, '--model', str(model), '--json', '-'])
+        return code, json.loads(capsys.readouterr().out)
+    code, data = diagnosed(stiff)  # not "as the model file says": its servos are others
+    assert code == 1 and data['verdict'] == 'unknown' and not data['findings']
+    assert {(r['joint'], r['place']) for r in data['remainders']} == {
+        ('shoulder', 'controller'), ('elbow', 'controller')}
+    for logs in ([half], [healthy, half], [healthy, '--reference', stiff]):
+        _, data = diagnosed(*logs)
+        assert any('not used' in note for note in data['warnings']) and not data['servos']
+    for effects in (['payload'], ['servo_gain'], None):
+        data = diagnose_robot(healthy, load_robot(model), effects=effects).data
+        tried = effects != ['payload']
+        assert data['verdict'] == 'none' and bool(data['servos']) == tried
+        assert ('servo_gain' in data['not_tried']) != tried
