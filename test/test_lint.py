@@ -14,6 +14,8 @@ ROOT = Path(__file__).parents[1]
 REPORT = ROOT / 'gearbox_monitor/report'
 SOURCES = ['gearbox_monitor', 'benchmarks', 'test', 'docs', 'setup.py']
 HEADER = '# Copyright 2026 gearbox_monitor authors\n# SPDX-License-Identifier: Apache-2.0\n'
+SCOPES = ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef
+FORKS = ast.If, ast.For, ast.While, ast.IfExp, ast.ExceptHandler
 pytestmark = pytest.mark.linter
 
 
@@ -82,12 +84,30 @@ def test_page_style_parses():
                                                 skip_comments=True)
 
 
-@pytest.mark.parametrize('script', ['page.js', 'live.js'])
-def test_page_script_parses_and_is_strict(script):
+def test_page_scripts_parse_and_are_strict():
     esprima = pytest.importorskip('esprima')
-    tree = esprima.parseScript((REPORT / 'assets' / script).read_text(encoding='utf-8'))
-    scope, = tree.body  # one function, so that nothing is global
-    assert scope.expression.callee.body.body[0].directive == 'use strict'
+    for script in ('page.js', 'live.js'):
+        tree = esprima.parseScript((REPORT / 'assets' / script).read_text(encoding='utf-8'))
+        scope, = tree.body  # one function, so that nothing is global
+        assert scope.expression.callee.body.body[0].directive == 'use strict', script
+
+
+def branch_points(function):
+    """Return how often the function forks, the functions inside it left out."""
+    inner = [node for node in ast.iter_child_nodes(function) if not isinstance(node, SCOPES)]
+    return sum(isinstance(node, FORKS) + branch_points(node) for node in inner)
+
+
+def test_functions_fork_at_most_twelve_times():
+    """All but kernels, whose loops go over indices."""
+    many = []
+    for path in sorted((ROOT / 'gearbox_monitor').rglob('*.py')):
+        for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
+            if isinstance(node, SCOPES[1:]) and branch_points(node) > 12:
+                marks = {mark.id for mark in node.decorator_list if isinstance(mark, ast.Name)}
+                if not marks & {'entry', 'kernel', 'inline', 'apart'}:
+                    many.append(f'{path.relative_to(ROOT)}:{node.lineno}: {node.name}')
+    assert not many, '\n'.join(many)
 
 
 def test_licence_headers():

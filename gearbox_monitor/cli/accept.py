@@ -130,10 +130,10 @@ def judge(fits: Sequence[Any], limits: Mapping[str, float | None],
     stiffness = combine(used, 'stiffness', LIMITS.stiffness_error)
     hysteresis = combine(used, 'hysteresis')
     lost_motion = combine(used, 'lost_motion', LIMITS.gap_error)
-    for name, value in (('gap_rad', gap), ('stiffness', stiffness), ('hysteresis', hysteresis),
-                        ('lost_motion_rad', lost_motion)):
-        if value:
-            data[name], data[name + '_std'] = value.value, value.std
+    measured = {'gap_rad': gap, 'stiffness': stiffness, 'hysteresis': hysteresis,
+                'lost_motion_rad': lost_motion}
+    data |= {name + end: number for name, value in measured.items() if value
+             for end, number in (('', value.value), ('_std', value.std))}
     data['gap_arcmin'] = math.degrees(data['gap_rad']) * 60.0
     data['gap_arcmin_std'] = math.degrees(data['gap_rad_std']) * 60.0
     data['separable'] = separable
@@ -141,8 +141,8 @@ def judge(fits: Sequence[Any], limits: Mapping[str, float | None],
     met, missed, reasons = [], [], list[Said]()
     tests = []  # key, noun, probability that the limit is met, may it pass, why not if inseparable
     if limits['max_gap'] is not None:
-        measured = gap if separable else lost_motion
-        p = _below(measured, limits['max_gap']) if measured else 0.5
+        width = gap if separable else lost_motion
+        p = _below(width, limits['max_gap']) if width else 0.5
         tests.append(('gap', 'backlash', p, True, said('lost_motion_exceeds')))
     if limits['min_stiffness'] is not None:
         p = 1.0 - _below(stiffness, limits['min_stiffness'])

@@ -261,22 +261,7 @@ def pack(model: DriveModel, parameters: EstimatorParameters) -> Array:
         p[ADAPT_START] = parameters.adapt_forgetting_start
         p[ADAPT_RATE] = parameters.adapt_forgetting_rate
         p[ADAPT_FORGETTING] = parameters.adapt_forgetting
-    std = {
-        'x1': 'q_std_motor_position', 'x2': 'q_std_arm_position', 'x3': 'q_std_motor_speed',
-        'x4': 'q_std_arm_speed', 'tau_k': 'q_std_tau_k', 'tau_arm': 'q_std_tau_arm'}
-    if parameters.tau_k_model in CURVES:
-        std['tau_k'] = 'q_std_tau_k_deviation'
-    learnt = start_deviations(model, parameters)
-    for i, name in enumerate(names):
-        if name in curve:
-            p[P0 + i] = learnt[name] ** 2
-            p[Q0 + i] = p[P0 + i] * (
-                MEMORY_NOISE if name == MEMORY else parameters.q_std_curve ** 2)
-        elif name == 'tau_e':
-            variance = parameters.friction_error_std ** 2
-            p[Q0 + i], p[P0 + i] = 2.0 * variance / p[FRICTION_TIME], variance
-        else:
-            p[Q0 + i] = getattr(parameters, std[name]) ** 2
+    _pack_noise(p, model, parameters)
     p[P0 + X1], p[P0 + X2] = p[R1], p[R2]
     p[P0 + X3] = p[P0 + X4] = parameters.p0_std_speed ** 2
     start = parameters.p0_std_torque
@@ -286,6 +271,26 @@ def pack(model: DriveModel, parameters: EstimatorParameters) -> Array:
     if 'tau_arm' in names:
         p[P0 + TAU_ARM] = parameters.p0_std_torque ** 2
     return p
+
+
+def _pack_noise(p: Array, model: DriveModel, parameters: EstimatorParameters) -> None:
+    """Put the noise of each state into p [N_PACKED], and the start variances of learnt ones."""
+    std = {
+        'x1': 'q_std_motor_position', 'x2': 'q_std_arm_position', 'x3': 'q_std_motor_speed',
+        'x4': 'q_std_arm_speed', 'tau_k': 'q_std_tau_k', 'tau_arm': 'q_std_tau_arm'}
+    if parameters.tau_k_model in CURVES:
+        std['tau_k'] = 'q_std_tau_k_deviation'
+    learnt = start_deviations(model, parameters)
+    for i, name in enumerate(state_names(model, parameters)):
+        if name in learnt:
+            p[P0 + i] = learnt[name] ** 2
+            p[Q0 + i] = p[P0 + i] * (
+                MEMORY_NOISE if name == MEMORY else parameters.q_std_curve ** 2)
+        elif name == 'tau_e':
+            variance = parameters.friction_error_std ** 2
+            p[Q0 + i], p[P0 + i] = 2.0 * variance / p[FRICTION_TIME], variance
+        else:
+            p[Q0 + i] = getattr(parameters, std[name]) ** 2
 
 
 def layout_of(p: Array, n: int) -> Layout:

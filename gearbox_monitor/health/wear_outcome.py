@@ -48,15 +48,8 @@ def outcome(health: Health, component: str) -> Outcome:
                           why=(pause.said if pause else Said('no_window'),))
     values = _measured(health, component, window) if window else {}
     says: list[Group] = []
-    if component == 'backlash' and health.over_limit:
-        width = health.width
-        says.append((Said('over_limit', {
-            'size': width_of(width.level, width.level_std),
-            'limit': health.settings.gap_limit}, Level.ERROR),))
-    if component == 'backlash' and health.slips:
-        slip, values['slips'] = health.slips[-1], len(health.slips)
-        values.update(slip_rad=slip.size, slip_rad_std=slip.std, slip_at=when(slip.stamp_ns))
-    says += [(slip,) for slip in said_of_slips(health) if component == 'backlash']
+    if component == 'backlash':
+        says = _of_width_and_slips(health, values)
     says += [(_described(health, test, values),) for test in active]
     column = _leading(health, component)
     doubt = _stale(health, column, (pause.said,) if pause else ()) or (
@@ -71,14 +64,33 @@ def outcome(health: Health, component: str) -> Outcome:
     level = Level(max(group[0].level for group in says))
     if active and health.cause:
         values['cause'] = health.cause
-    says += [(Said(f'{test}_over' if test else 'saved', {'size': percent(size)}),)
-             for test, size in health.ended.get(component, ())]
-    if component == 'backlash' and health.marks:
-        stamp_ns, note = health.marks[-1]
-        says.append((Said('mark', {'since': when(stamp_ns), 'note': note}),))
+    says += _of_the_past(health, component)
     values = {key: value for key, value in values.items()
               if not isinstance(value, float) or math.isfinite(value)}
     return Outcome(level, tuple(says), values)
+
+
+def _of_the_past(health: Health, component: str) -> list[Group]:
+    """Return the ended alerts of a `component`, and the newest mark beside its backlash."""
+    says: list[Group] = [(Said(f'{test}_over' if test else 'saved', {'size': percent(size)}),)
+                         for test, size in health.ended.get(component, ())]
+    marks = health.marks[-1:] if component == 'backlash' else ()
+    return says + [(Said('mark', {'since': when(stamp_ns), 'note': note}),)
+                   for stamp_ns, note in marks]
+
+
+def _of_width_and_slips(health: Health, values: dict[str, Any]) -> list[Group]:
+    """Return what the limit of the backlash and slips say; put the newest into `values`."""
+    says: list[Group] = []
+    if health.over_limit:
+        width = health.width
+        says.append((Said('over_limit', {
+            'size': width_of(width.level, width.level_std),
+            'limit': health.settings.gap_limit}, Level.ERROR),))
+    if health.slips:
+        slip, values['slips'] = health.slips[-1], len(health.slips)
+        values.update(slip_rad=slip.size, slip_rad_std=slip.std, slip_at=when(slip.stamp_ns))
+    return says + [(slip,) for slip in said_of_slips(health)]
 
 
 def said_of_slips(health: Health) -> list[Said]:

@@ -295,11 +295,7 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
               *(f'{log.name}: {note}' for log in read for note in log.notes)]
     read, readings = as_named(read, robot, reading, floor)
     if knowledge is not None:
-        if knowledge.kind != read[0].kind:
-            raise InputError(f'reference: learnt from {knowledge.kind}, but {read[0].name} '
-                             f'has {read[0].kind}, expected one kind of input')
-        if not 0.5 < knowledge.rate / read[0].rate < 2.0:
-            notes.append(str(said('reference_rate', reference=knowledge.rate, log=read[0].rate)))
+        notes += _notes_of_reference(knowledge, read[0])
     elif values.tolerance is None:
         code = 'taken_tolerances' if read[0].kind == SETPOINT else 'taken_tolerance'
         notes.append(str(said(code, percent=100 * model.tolerance.max(),
@@ -318,16 +314,31 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
         'references': list(knowledge.references) if knowledge else [],
         'readings': readings, 'options': '', 'warnings': notes, 'rollouts': None, 'closed': None}
     if file.compiled is not None and verdict.findings:
-        runs = data['rollouts'] = plain(rollouts(file, verdict))
-        for finding in data['findings']:
-            name = title_of(finding)
-            finding['confirmed'] = None if name in runs['without'] else name not in runs['vetoed']
-        data['cautions'] += [f'{name}: free runs in MuJoCo are farther off with it than without'
-                             for name in runs['vetoed']]
+        _confirm(data, plain(rollouts(file, verdict)))
     text, refused = closed_file(file, data['findings'], f'gearbox_monitor {__version__} diagnose')
     data['lacking'] = [f'{title}: {reason}' for title, reason in refused.items()]
     return RobotDiagnosis(verdict, robot, {'summary': robot_headline(data), **data}, text,
                           tuple(data['lacking']))
+
+
+def _notes_of_reference(knowledge: Knowledge, log: RobotLog) -> list[str]:
+    """Return where a reference and a `log` differ. Raises InputError: in the kind of input."""
+    if knowledge.kind != log.kind:
+        raise InputError(f'reference: learnt from {knowledge.kind}, but {log.name} '
+                         f'has {log.kind}, expected one kind of input')
+    if 0.5 < knowledge.rate / log.rate < 2.0:
+        return []
+    return [str(said('reference_rate', reference=knowledge.rate, log=log.rate))]
+
+
+def _confirm(data: dict[str, Any], runs: dict[str, Any]) -> None:
+    """Put free `runs` with and without each finding of a diagnosis into its `data`."""
+    data['rollouts'] = runs
+    for finding in data['findings']:
+        name = title_of(finding)
+        finding['confirmed'] = None if name in runs['without'] else name not in runs['vetoed']
+    data['cautions'] += [f'{name}: free runs in MuJoCo are farther off with it than without'
+                         for name in runs['vetoed']]
 
 
 def _remarks(file: ChainFile) -> list[Said]:

@@ -24,6 +24,7 @@ from gearbox_monitor.recordings.meaning import (
 from gearbox_monitor.recordings.si_signals import absolute_ns, LONGEST, SHORTEST
 from gearbox_monitor.recordings.table import Column, JOINT_LIST, load_table, Table
 
+ISO = 'iso8601'
 USUAL = (1e-4, 0.06)  # s: sample times of controllers and their logs
 NANO = frozenset('nsec nsecs nanosec nanosecs nanoseconds nano nanos'.split())
 SECONDS = frozenset('sec secs seconds s'.split())
@@ -116,41 +117,33 @@ def _rank(column: Column, quantity: str) -> float:
 def _as_time(path: Path, column: Column, columns: Sequence[Column], stated: str, is_named: bool,
              episode: Column | None) -> FoundTime | None:
     """Return `column` as a time in the unit that makes sense, None: in none."""
-    values, own = column.values, stated or column.unit
-    dates = values.dtype.kind == 'U'
+    values = column.values
     rows = np.isfinite(values) if values.dtype.kind == 'f' else np.full(len(values), True)
     if rows.mean() < 0.5:
         return None
-    step = float(np.median(np.diff(values[rows].astype(float)))) if (
-        values.dtype.kind in 'iuf' and rows.sum() > 1) else np.nan
-    # The unit that the file states, then those in which it is the sample time of a controller.
-    units = ['iso8601'] if dates else [own] if stated in units_of(TIME) else sorted(
-        units_of(TIME), key=lambda unit: 0 if unit == own else 2 - (
-            USUAL[0] <= step * units_of(TIME)[unit] * 1e-9 <= USUAL[1]))
-    nano = _nanoseconds_of(column, columns) if is_named and not dates else None
+    units, others = _units(column, rows, stated), dict[str, str]()
+    nano = _nanoseconds_of(column, columns) if is_named and units != [ISO] else None
+    if nano is not None:
+        units, others['nanosec'] = ['s'], nano.name
     starts = np.zeros(rows.sum() - 1, bool)
     if episode is not None and len(episode.values) == len(rows):
         starts = np.diff(episode.values[rows]) != 0
-    for unit in units if nano is None else ['s']:
-        try:
-            stamps = absolute_ns(path, values[rows], TimeMapping(unit=unit), str)
-            if nano is not None:
-                stamps = stamps + absolute_ns(path, nano.values[rows], TimeMapping(unit='ns'), str)
-        except InputError:
-            continue
-        even = _is_even(stamps.astype(float), starts, is_named)
-        if even is not None:
-            break
+        if starts.any():
+            others['segment'] = episode.name
+    for unit in units:
+        with suppress(InputError):
+            stamps = _stamps_in(path, unit, column, nano, rows)
+            even = _is_even(stamps, starts, is_named)
+            if even is not None:
+                break
     else:
         return None
-    stamps = stamps.astype(float)
-    others = {**({} if nano is None else {'nanosec': nano.name}), **(
-        {'segment': episode.name} if starts.any() and episode is not None else {})}
-    block: dict[str, Any] = {'column': column.name, **({'unit': unit} if unit != 's' else {}),
-                             **({'stamps': 'even'} if even else {}), **others}
+    block = {'column': column.name, **({'unit': unit} if unit != 's' else {}),
+             **({'stamps': 'even'} if even else {}), **others}
     how = 'name' if is_named else 'steady growth'
     remarks = [f'Time: {column.name}, by its {how}, in {unit}: one sample per '
                f'{np.median(np.diff(stamps)[~starts]) * 1e-9:.6g} s.']
+    own = stated or column.unit
     if own in units_of(TIME) and unit != own:
         remarks.append(f'Its name says {own}, at which the sample time makes no sense.')
     steps = np.where(starts, 1e9, np.diff(stamps))
@@ -158,6 +151,27 @@ def _as_time(path: Path, column: Column, columns: Sequence[Column], stated: str,
                   np.append(0.0, np.cumsum(steps)) * 1e-9)
     return FoundTime(t, block, (column.name, *others.values()), tuple(remarks),
                      float(stamps[0]) * 1e-9)
+
+
+def _units(column: Column, rows: Flags, stated: str) -> list[str]:
+    """Return the unit `stated`, else all, first those that a controller would have."""
+    values, known = column.values, units_of(TIME)
+    if values.dtype.kind == 'U':
+        return [ISO]
+    if stated in known:
+        return [stated]
+    step = float(np.median(np.diff(values[rows].astype(float)))) if (
+        values.dtype.kind in 'iuf' and rows.sum() > 1) else np.nan
+    return sorted(known, key=lambda unit: 0 if unit == (stated or column.unit) else 2 - (
+        USUAL[0] <= step * known[unit] * 1e-9 <= USUAL[1]))
+
+
+def _stamps_in(path: Path, unit: str, column: Column, nano: Column | None, rows: Flags) -> Array:
+    """Return the `rows` of a column in a unit, with nanoseconds, in ns. Raises InputError."""
+    stamps = absolute_ns(path, column.values[rows], TimeMapping(unit=unit), str)
+    if nano is not None:
+        stamps = stamps + absolute_ns(path, nano.values[rows], TimeMapping(unit='ns'), str)
+    return stamps.astype(float)
 
 
 def _nanoseconds_of(column: Column, columns: Sequence[Column]) -> Column | None:

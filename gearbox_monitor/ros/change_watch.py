@@ -363,15 +363,7 @@ class ChangeWatch:
             return Outcome.of(Level.OK if over else Level.WARN, 'change_problem', values,
                               over=over, change=_in_words(self._alert), problem=self._problem)
         if self._verdict is not None:
-            verdict = self._verdict
-            values |= {
-                'verdict': verdict['verdict'],
-                'effect': '+'.join(f['effect'] for f in verdict['findings']),
-                'model_holds': int(verdict['model_holds']), 'cpu_s': float(verdict['cpu_s'])}
-            none = bool(over) or verdict['verdict'] == NONE
-            return Outcome.of(Level.OK if none else Level.WARN, 'change_named', values, over=over,
-                              text=verdict['text'],
-                              since='' if none else f', since {verdict["since"]}')
+            return _named(self._verdict, over, values)
         if self._buffer is None:
             return Outcome.of(Level.OK, 'changes_not_named', values, why=self._lacking())
         if self._reference is None:
@@ -379,6 +371,16 @@ class ChangeWatch:
                                  seconds=HEALTHY)
             return outcome.followed_by('as_written', text=self.note) if self.note else outcome
         return Outcome.of(Level.OK, 'no_alert', values)
+
+
+def _named(verdict: Mapping[str, Any], over: str, values: dict[str, Any]) -> Outcome:
+    values |= {
+        'verdict': verdict['verdict'],
+        'effect': '+'.join(f['effect'] for f in verdict['findings']),
+        'model_holds': int(verdict['model_holds']), 'cpu_s': float(verdict['cpu_s'])}
+    none = bool(over) or verdict['verdict'] == NONE
+    return Outcome.of(Level.OK if none else Level.WARN, 'change_named', values, over=over,
+                      text=verdict['text'], since='' if none else f', since {verdict["since"]}')
 
 
 def _in_words(alert: NamingAlert | None) -> str:

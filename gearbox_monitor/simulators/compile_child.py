@@ -91,6 +91,25 @@ def without_shapes(spec: Any, mujoco: Any, root: Path) -> None:
     Meshes stay where they make the inertia of a body; they are looked at before they are opened.
     spec, mujoco: MjSpec and its module. root: folder that file names count from.
     """
+    needed = _heavy_meshes(spec, mujoco)
+    for material in spec.materials:
+        material.textures = [''] * len(material.textures)
+    for kind in ('pairs', 'skins', 'hfields', 'tuples', 'textures'):
+        for element in list(getattr(spec, kind)):
+            spec.delete(element)
+    for sensor in list(spec.sensors):
+        if sensor.type != mujoco.mjtSensor.mjSENS_JOINTPOS:
+            spec.delete(sensor)
+    for mesh in list(spec.meshes):
+        if mesh.name not in needed and Path(mesh.file).stem not in needed:
+            spec.delete(mesh)
+        elif mesh.file:
+            for base in ('', spec.meshdir):
+                checked(Path(base) / mesh.file, root, mesh.file)
+
+
+def _heavy_meshes(spec: Any, mujoco: Any) -> set[str]:
+    """Delete all geoms of meshes and terrain but those that make inertia; return their meshes."""
     automatic = spec.compiler.inertiafromgeom != mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
     moving: set[str] = set()
     for body in spec.bodies:  # a parent before its children
@@ -110,22 +129,7 @@ def without_shapes(spec: Any, mujoco: Any, root: Path) -> None:
             spec.delete(geom)
         else:
             needed.add(geom.meshname)
-    for kind in ('pairs', 'skins', 'hfields', 'tuples'):
-        for element in list(getattr(spec, kind)):
-            spec.delete(element)
-    for sensor in list(spec.sensors):
-        if sensor.type != mujoco.mjtSensor.mjSENS_JOINTPOS:
-            spec.delete(sensor)
-    for material in spec.materials:
-        material.textures = [''] * len(material.textures)
-    for texture in list(spec.textures):
-        spec.delete(texture)
-    for mesh in list(spec.meshes):
-        if mesh.name not in needed and Path(mesh.file).stem not in needed:
-            spec.delete(mesh)
-        elif mesh.file:
-            for base in ('', spec.meshdir):
-                checked(Path(base) / mesh.file, root, mesh.file)
+    return needed
 
 
 def compiled_without(locked: dict[str, float], spec: Any, mujoco: Any) -> Any:

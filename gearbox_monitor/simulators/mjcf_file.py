@@ -120,6 +120,12 @@ class MjcfDrive:
         return self.arm or self.motor
 
     @property
+    def friction_law(self) -> FrictionLaw:
+        """The law of friction of its joints, by the motor where it has friction."""
+        motor, arm = self.motor, self.arm_joint
+        return motor.law if motor.frictionloss or not arm.frictionloss else arm.law
+
+    @property
     def half_of_inertia(self) -> bool:
         """Whether the motor has no inertia of its own in the file: half of the joint's counts."""
         return self.arm is None and self.motor.armature <= 0.0
@@ -621,40 +627,38 @@ def values_in(drive: MjcfDrive) -> MjcfValues:
     Args:
         drive: in the file; what it has and no model can is its refusals().
     """
-    motor, arm, tendon, law = drive.motor, drive.arm, drive.tendon, drive.actuator
-    offset = motor.constant + (law.constant if law is not None else 0.0)
-    passive = [p for p, _ in drive.passive]
-    if drive.arm_joint.slide:
-        mean = float(load_over_position(drive, drive.arm_joint).mean())
-        if arm is None:
-            offset -= mean
-        elif mean:
-            passive.append(steady(-mean))
-    zero = 0.0
-    if tendon is not None:
-        zero = -0.5 * tendon.sign * (tendon.low + tendon.high)
-        zero = 0.0 if abs(zero) < 1e-9 else zero
-    whole = motor.inertia + motor.armature
-    inertias = ((motor.armature, motor.inertia) if arm is None
-                else (whole, arm.inertia + arm.armature))
+    motor, arm, law = drive.motor, drive.arm, drive.actuator
+    whole, limit = motor.inertia + motor.armature, _limit(drive, law)
+    values = MjcfValues(
+        motor.armature, motor.inertia, motor.damping, 0.0, motor.frictionloss, 0.0,
+        (100.0, 100.0), drive.friction_law, motor.stiffness, weight(drive), arm is None,
+        0.0, 0.0, 0.0, offset=motor.constant, limit=limit,
+        passive=tuple(p for p, _ in drive.passive), late=_late(drive))
+    mean = float(load_over_position(drive, drive.arm_joint).mean()) if motor.slide else 0.0
+    if arm is not None:
+        values = replace(
+            values, motor_inertia=whole, arm_inertia=arm.inertia + arm.armature,
+            arm_damping=arm.damping, arm_friction=arm.frictionloss,
+            passive=values.passive + ((steady(-mean),) if mean else ()))
+    else:
+        values = replace(values, offset=values.offset - mean)
     if drive.half_of_inertia:
-        inertias = 0.5 * whole, 0.5 * whole
-    limit, servo = _limit(drive, law), None
-    if law is not None and law.setpoint:
-        servo = Servo(law.spring, law.damper, limit)
-        limit = math.inf
-    return MjcfValues(
-        *inertias, motor.damping, arm.damping if arm else 0.0,
-        motor.frictionloss, arm.frictionloss if arm else 0.0, (100.0, 100.0),
-        motor.law if motor.frictionloss or arm is None or not arm.frictionloss else arm.law,
-        motor.stiffness, weight(drive) * cmath.rect(1.0, zero), arm is None,
-        tendon.stiffness[0] if tendon else 0.0,
-        0.5 * (tendon.high - tendon.low) if tendon else 0.0, tendon.damping if tendon else 0.0,
-        tendon.stiffness[2] if tendon else 0.0,
-        (drive.hysteresis.stiffness[0], drive.hysteresis.springyield)
-        if drive.hysteresis else None, offset=offset, limit=limit,
-        lag=law.lag if law else 0.0, delay=law.delay if law else 0.0,
-        passive=tuple(passive), late=_late(drive), zero=zero, servo=servo)
+        values = replace(values, motor_inertia=0.5 * whole, arm_inertia=0.5 * whole)
+    if law is not None:
+        values = replace(values, offset=values.offset + law.constant, lag=law.lag, delay=law.delay)
+        if law.setpoint:
+            values = replace(values, servo=Servo(law.spring, law.damper, limit), limit=math.inf)
+    if drive.hysteresis is not None:
+        values = replace(values, yielding=(drive.hysteresis.stiffness[0],
+                                           drive.hysteresis.springyield))
+    if drive.tendon is None:
+        return values
+    low, high = drive.tendon.low, drive.tendon.high
+    zero = -0.5 * drive.tendon.sign * (low + high)
+    zero = 0.0 if abs(zero) < 1e-9 else zero
+    return replace(values, stiffness=drive.tendon.stiffness[0], cubic=drive.tendon.stiffness[2],
+                   half_gap=0.5 * (high - low), damping=drive.tendon.damping, zero=zero,
+                   weight=weight(drive) * cmath.rect(1.0, zero))
 
 
 def _limit(drive: MjcfDrive, law: ActuatorLaw | None) -> float:
@@ -692,19 +696,10 @@ def model_of(drive: MjcfDrive, given: Mapping[str, Any] | None = None) -> DriveM
 
     """
     given, joint = dict(given or {}), drive.motor
-    where = f'{drive.path}: joint {joint.name}'
     problems = drive.refusals()
     if problems:
         raise InputError(*(f'{drive.path}: joint {row.joint}: {row}' for row in problems))
-    if drive.arm is None and 'transmission' in given:
-        if drive.half_of_inertia and 'motor_inertia' not in given:
-            raise InputError(f'{where}: armature: 0, expected the inertia of the motor times the '
-                             'square of its gear, or motor_inertia in a file of --values')
-        if 'damping' not in given:
-            raise InputError(f'{where}: has no transmission, expected its damping beside '
-                             'transmission in the file of --values')
-    if drive.arm is not None and 'transmission' not in given:
-        _expect_gearbox(drive)
+    _expect_transmission(drive, given)
     values = model_values(values_in(drive))
     if drive.half_of_inertia and 'motor_inertia' in given and 'arm_inertia' not in given:
         values['arm_inertia'] = joint.inertia
@@ -730,8 +725,7 @@ def model_of(drive: MjcfDrive, given: Mapping[str, Any] | None = None) -> DriveM
 
 def _steps(drive: MjcfDrive) -> dict[str, Any]:
     """Return friction law, timestep and integrator of MuJoCo. Raises InputError."""
-    motor, arm = drive.motor, drive.arm_joint
-    law = motor.law if motor.frictionloss or not arm.frictionloss else arm.law
+    motor, arm, law = drive.motor, drive.arm_joint, drive.friction_law
     if motor.frictionloss and arm.frictionloss and not (
             np.allclose(motor.law.solref, arm.law.solref)
             and np.allclose(motor.law.solimp, arm.law.solimp, rtol=1e-3)):
@@ -744,8 +738,18 @@ def _steps(drive: MjcfDrive) -> dict[str, Any]:
             'timestep': drive.timestep, 'integrator': INTEGRATOR_OF.get(name, name)}
 
 
-def _expect_gearbox(drive: MjcfDrive) -> None:
-    """Raise InputError unless a tendon of a drive with two joints is a transmission."""
+def _expect_transmission(drive: MjcfDrive, given: Mapping[str, Any]) -> None:
+    """Raise InputError unless a tendon of two joints, or `given` values are a transmission."""
+    where = f'{drive.path}: joint {drive.motor.name}'
+    if drive.arm is None and 'transmission' in given:
+        if drive.half_of_inertia and 'motor_inertia' not in given:
+            raise InputError(f'{where}: armature: 0, expected the inertia of the motor times the '
+                             'square of its gear, or motor_inertia in a file of --values')
+        if 'damping' not in given:
+            raise InputError(f'{where}: has no transmission, expected its damping beside '
+                             'transmission in the file of --values')
+    if drive.arm is None or 'transmission' in given:
+        return
     tendon, names = drive.tendon, f'{drive.motor.name}, {drive.arm_joint.name}'
     if tendon is None or not tendon.stiffness[0]:
         raise InputError(f'{drive.path}: joints {names}: no '

@@ -142,11 +142,9 @@ def features_of(log: RobotLog, robot: RobotModel, knowledge: Knowledge, groups: 
     rows = replace(rows, nuisance=(*rows.nuisance, *states))
     evidence = RobotEvidence([rows], prior, variance)
     fit = evidence.fit()
-    posterior, load = evidence.posterior(fit, knowledge.dispersion), dict[str, Deviation]()
-    for k in carrying.carries:
-        name = robot.chain.links[k].name
-        at = [i for i, label in enumerate(posterior.labels) if label.startswith(f'load {name} ')]
-        load[name] = posterior.mean[at], posterior.covariance[np.ix_(at, at)]
+    posterior = evidence.posterior(fit, knowledge.dispersion)
+    load = {name: _load_on(name, posterior)
+            for name in (robot.chain.links[k].name for k in carrying.carries)}
     deviations, gains = _deviations(evidence, fit, candidates)
     if any(b @ np.linalg.solve(c, b) > WATCH_SETTINGS.taken for b, c in load.values()):
         rival = max(x for x, g in zip(gains, groups) if g.kind != WEIGHT)
@@ -172,6 +170,11 @@ def features_of(log: RobotLog, robot: RobotModel, knowledge: Knowledge, groups: 
     left = [np.sum(a.count / w) / np.sum(a.count * of_joint[a.band])
             for a, w, of_joint in zip(evidence.at, fit.weights, variance)]
     return Features(tuple(deviations), gains, tuple(sizes), tuple(own), load, np.array(left))
+
+
+def _load_on(link: str, posterior: Prior) -> Deviation:
+    at = [i for i, label in enumerate(posterior.labels) if label.startswith(f'load {link} ')]
+    return posterior.mean[at], posterior.covariance[np.ix_(at, at)]
 
 
 def _weight_instead(evidence: RobotEvidence, prior: Prior, fit: RobotFit,

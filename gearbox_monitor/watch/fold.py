@@ -416,21 +416,24 @@ def _with_states(watch: Watch, features: Features, groups: Sequence[Group]) -> W
     joints = []
     for joint in watch.joints:
         own = tuple(states.get(joint.name, ()))
-        why = ''
-        if joint.name in watch.locked:
-            why = joint.why
-        elif joint.name in watch.knowledge.unjudged:
-            why = 'the description leaves more than half of its effort unexplained'
-        elif joint.name in astray:
-            why = 'its newest torques are not as learnt; no change is sure yet'
-        elif unknown := [NOUNS[x.kind] for x in own if x.kind in NOUNS and not x.judged]:
-            why = f'{" and ".join(unknown)} not known yet'
+        why = joint.why if joint.name in watch.locked else _unknown(
+            joint.name in watch.knowledge.unjudged, joint.name in astray, own)
         level = Level.WARN if joint.name in bad else None if why else Level.OK
         joints.append(replace(joint, states=own, level=level, why=why))
     # While one joint is unknown, the robot is unknown, too.
     levels = [j.level for j in joints if j.name not in watch.locked or _whole(j)]
     level = Level.WARN if bad else Level.OK if levels and None not in levels else None
     return replace(watch, joints=tuple(joints), tilt=states[BASE][0], level=level)
+
+
+def _unknown(unjudged: bool, astray: bool, states: Sequence[StateHealth]) -> str:
+    """Return why a joint with `states` is not judged, '' if it is."""
+    if unjudged:
+        return 'the description leaves more than half of its effort unexplained'
+    if astray:
+        return 'its newest torques are not as learnt; no change is sure yet'
+    unknown = [NOUNS[x.kind] for x in states if x.kind in NOUNS and not x.judged]
+    return f'{" and ".join(unknown)} not known yet' if unknown else ''
 
 
 def _with_payloads(watch: Watch, features: Features, begin_ns: int) -> Watch:

@@ -38,6 +38,7 @@ CASTS = {int: 'i', np.int64: 'i', np.uint64: 'u', float: 'f', np.float64: 'f'}
 # Of the C library; a filter needs none of them but sqrt and log.
 MATH = ('sqrt', 'exp', 'log', 'sin', 'cos', 'tan', 'atan', 'atan2', 'tanh', 'sinh', 'cosh', 'asin',
         'acos', 'hypot', 'pow', 'copysign', 'expm1', 'log1p', 'fabs')
+BUILT_IN = {len: 'length', bool: 'truth', abs: '_absolute', tuple: '_tuple', range: '_turns_of'}
 MAX_POWER, FOREIGN = 16, ('numpy', 'scipy')
 
 
@@ -344,25 +345,12 @@ class Expressions(Arrays):
             return self._named_tuple(called, dict(zip(called._fields, values)) | named)
         if named:
             raise Refused(f'a name in a call of {called}')
-        if called is len:
-            return self.length(values[0])
-        if called is tuple:
-            return self.tuple_of(self.items(values[0]))
-        if called is range:
-            bounds = [self.number(v).constant for v in values]
-            if any(b is OPEN for b in bounds):
-                raise Refused('a range whose bounds are no constants')
-            return self.tuple_of([constant(i) for i in range(*bounds)])
+        if called in BUILT_IN:
+            made: Value = getattr(self, BUILT_IN[called])(*values)
+            return made
         if called in (min, max):
             return self._extreme(called, values[0].items if isinstance(
                 values[0], Tuple) else values)
-        if called is bool:
-            return self.truth(values[0])
-        if called is abs:
-            number = self.number(values[0])
-            if number.type.kind == 'f':
-                return Scalar(FLOAT, f'gm_fabs({number.c})')
-            return Scalar(NATURAL, f'gm_abs_i({self.cast(number, "i")})')
         if called in CASTS:
             return self._as(CASTS[called], self.number(values[0]), called)
         if called in (math.isfinite, math.isnan, math.isinf):
@@ -373,6 +361,21 @@ class Expressions(Arrays):
             return Scalar(FLOAT, f'gm_{called.__name__}({self._reals(values)})')
         raise Refused(f'a call of {getattr(called, "__module__", "")}.'
                       f'{getattr(called, "__name__", called)}, which is no kernel')
+
+    def _absolute(self, value: Value) -> Scalar:
+        number = self.number(value)
+        if number.type.kind == 'f':
+            return Scalar(FLOAT, f'gm_fabs({number.c})')
+        return Scalar(NATURAL, f'gm_abs_i({self.cast(number, "i")})')
+
+    def _tuple(self, value: Value) -> Tuple:
+        return self.tuple_of(self.items(value))
+
+    def _turns_of(self, *values: Value) -> Tuple:
+        bounds = [self.number(v).constant for v in values]
+        if any(b is OPEN for b in bounds):
+            raise Refused('a range whose bounds are no constants')
+        return self.tuple_of([constant(i) for i in range(*bounds)])
 
     def _named_tuple(self, made_of: Any, given: dict[str, Value]) -> Value:
         defaults = made_of._field_defaults.items()
