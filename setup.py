@@ -88,8 +88,6 @@ setup(
         'fleet': ['dask>=2024.1', 'distributed>=2024.1', 'pyarrow>=14.0.1'],
         # "export", and models read from MJCF files; no rosdep key
         'mujoco': ['mujoco>=4.0'],
-        # "demo", PNG files of "diagnose", "simulate", "compare"; the nodes do not need it
-        'pictures': ['matplotlib>=3.6'],
         # to_frame of results
         'frames': ['pandas>=2.0'],
         # "import" of HDF5 and MATLAB 7.3 files
@@ -105,7 +103,6 @@ setup(
             'filterpy>=1.4',
             'flake8-import-order>=0.18',
             'h5py>=3.10',
-            'matplotlib>=3.6',
             'mcap-ros2-support>=0.5',
             'mujoco>=4.0',
             'mypy>=1.11,<3',

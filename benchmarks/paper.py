@@ -11,11 +11,11 @@ assumptions. R and Q are tuned by innovation likelihood on other seeds, never on
 
 usage examples:
   python -m benchmarks paper
-  python -m benchmarks paper --seeds 25 --json paper.json --png paper.png
+  python -m benchmarks paper --seeds 25 --json paper.json
 """
 import argparse
 from collections.abc import Callable, Mapping
-from typing import Any, TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -23,7 +23,6 @@ from benchmarks import paper_adaptive, paper_curve
 from benchmarks.harness import (
     add_json_option, bar_lines, BarRow, BarTable, finish, progress_line, require_whole)
 from benchmarks.steps import cpu_per_step, stepper
-from gearbox_monitor.errors import expect_matplotlib
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.interval_smoother import smooth_interval
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K, smoother_parameters
@@ -35,10 +34,6 @@ from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate, Trajectory
-from gearbox_monitor.report.chart import LoopSlice, Plane
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 DT, SECONDS, BURN_IN = 1e-3, 20.0, 0.5
 T0 = 1_000_000_000
@@ -80,7 +75,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of this benchmark to `parser`."""
     parser.add_argument('--seeds', type=int, default=25, help='runs per case (default: 25)')
     add_json_option(parser)
-    parser.add_argument('--png', metavar='FILE', help='draw Figures 3 and 4')
 
 
 def drive(case: str) -> tuple[DriveModel, Noise, Array]:
@@ -285,41 +279,11 @@ twist grows) the coupling supplies energy in case A, which no gearbox does; a
 real one absorbs it (transmission kind passive_play)."""
 
 
-def picture(data: Mapping[str, Any]) -> 'Figure':
-    """Return a Figure of torque over twist, true and estimated, of both cases in `data`."""
-    from gearbox_monitor.report.plots import figure
-    rows = []
-    for case in CASES:
-        model, noise, u = drive(case)
-        trajectory = simulate(model, u, DT, noise, 0)
-        samples, first = run_samples(trajectory), round(BURN_IN / DT)
-        parameters = data['cases'][case]['parameters']
-        true = (trajectory.x[first:, 0] - trajectory.x[first:, 1], trajectory.tau_k[first:])
-        loops = []
-        for name in ('EKF', 'UKF'):
-            e = Monitor(model, {**parameters, **FILTERS[name]}).run(samples)
-            loops.append((f'{name}, filtered', e.twist[first:], e.tau_k[first:]))
-        e = Monitor(model, {**parameters, 'smoother_lag': 0.1}).run(samples)
-        loops.append(('EKF, smoothed with a lag of 0.1 s', e.smoothed[first:, 0],
-                      e.smoothed[first:, S_TAU_K]))
-        rows.append([Plane(f'{case}: {name}', [
-            LoopSlice(name, (twist, tau_k)),
-            LoopSlice('true', (np.empty(0), np.empty(0)), [true])],
-                           'twist, motor - arm (rad)', 'torque (N m)')
-                     for name, twist, tau_k in loops])
-    return figure(rows, 'Torque over twist: Figures 3 (A) and 4 (B) of the paper')
-
-
 def run(args: argparse.Namespace) -> int:
     """Run the benchmark with the options `args`; returns 1 if a bar is missed."""
     require_whole('--seeds', args.seeds)
-    if args.png:
-        expect_matplotlib('--png')
-    for path in (args.json, args.png):
-        expect_folder_of(path)
+    expect_folder_of(args.json)
     progress = progress_line()
     data = evaluate(args.seeds, progress)
     progress('')
-    if args.png:
-        picture(data).savefig(args.png, dpi=100)
     return finish(data, text(data), args.json)

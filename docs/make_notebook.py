@@ -11,7 +11,7 @@ SECTIONS = ('A recording', 'Torque, trust, backlash', 'A verdict', 'A closed mod
 TITLE = """\
 # gearbox_monitor in a notebook
 
-From a recording to a verdict, a plot and a closed model. [python.md](python.md) explains it."""
+From a recording to a verdict and a closed model. [python.md](python.md) explains it."""
 
 
 def cells(page: str) -> list[dict[str, object]]:

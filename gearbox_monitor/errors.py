@@ -11,7 +11,6 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence, S
 from difflib import get_close_matches
 from functools import cache
 from importlib.resources import files
-from importlib.util import find_spec
 from numbers import Integral
 import re
 import tomllib
@@ -56,13 +55,6 @@ class Undecided(InputError):
 
     Command lines end with exit code 3.
     """
-
-
-def expect_matplotlib(what: str) -> None:
-    """Raise InputError if `what`, which draws a picture, lacks matplotlib."""
-    if find_spec('matplotlib') is None:
-        raise InputError(f'{what}: matplotlib is not installed, expected '
-                         f'{installed_by("pictures")}')
 
 
 def expect_whole(value: object, name: str, lowest: int = 0) -> None:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Results that show themselves, as a line, table, picture or page; codes that become sentences.
+Results that show themselves, as a line, table or page; codes that become sentences.
 
 What they show is made in `library.views`, and the sentence of a code in `report.sentences`. Both
 are imported when a result is first shown: the core computes, and neither words nor draws.
@@ -15,8 +15,9 @@ import re
 from types import MappingProxyType
 from typing import Any, NamedTuple, TYPE_CHECKING
 
+from gearbox_monitor.errors import refusal
+
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
     import pandas as pd
 
 
@@ -72,6 +73,10 @@ class Shown:
         """Return what a notebook shows."""
         return str(_views().html(self))
 
+    if not TYPE_CHECKING:
+        def __getattr__(self, name: str) -> Any:
+            raise AttributeError(f'{type(self).__name__}: {name}: {refusal(name)}')
+
     def to_frame(self) -> 'pd.DataFrame':
         """Return the result as a pandas DataFrame. Raises InputError without pandas."""
         return _views().frame(self)
@@ -88,17 +93,8 @@ class Saved:
         return written
 
 
-class Drawn(Shown):
-    """A result with a picture."""
-
-    def plot(self) -> 'Figure':
-        """Return a matplotlib Figure of the result. Raises InputError without matplotlib."""
-        figure: Figure = _views().figure(self)
-        return figure
-
-
 class Paged(Shown):
-    """A result with a page of its own."""
+    """A result with a page of its own, which a notebook shows."""
 
     def to_html(self, path: str | Path) -> Path:
         """

@@ -31,7 +31,6 @@ THIRD_PARTY = {
     'jinja2': ('python3-jinja2', 'Jinja2'),
     'lz4': ('mcap-ros2-support', 'mcap'),
     'markupsafe': ('python3-jinja2', 'Jinja2'),  # a dependency of it
-    'matplotlib': ('python3-matplotlib', 'matplotlib'),
     'mcap': ('mcap-ros2-support', 'mcap'),
     'mujoco': (None, 'mujoco'),  # optional: the extra that reads and checks its files
     'numpy': ('python3-numpy', 'numpy'),

@@ -13,7 +13,7 @@ from gearbox_monitor.estimation.process_model import X2, X4
 from gearbox_monitor.estimation.rts_smoother import (
     S_TWIST, S_TWIST_RATE, S_TWIST_RATE_STD, S_TWIST_STD, S_X2, S_X4)
 from gearbox_monitor.kernels.types import Array, Integers, table
-from gearbox_monitor.presentation import Drawn
+from gearbox_monitor.presentation import Shown
 
 # Columns that mean nothing without an arm encoder.
 ARM_COLUMNS = [sample_loop.E_X2, sample_loop.E_X4, sample_loop.E_TWIST, sample_loop.E_TWIST_RATE,
@@ -57,7 +57,7 @@ class Samples:
 
 
 @dataclass(frozen=True, repr=False)
-class Estimates(Drawn):
+class Estimates(Shown):
     """
     M estimates: stamp_ns int64 [M], rows [M, sample_loop.N_ESTIMATE] (columns sample_loop.E_*).
 

@@ -24,13 +24,13 @@ from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.library.recording import DriveRecording, SECOND
 from gearbox_monitor.parameters import EstimatorParameters, SETTINGS, values_of
 from gearbox_monitor.plant.drive import DriveModel, expect_model
-from gearbox_monitor.presentation import Drawn
+from gearbox_monitor.presentation import Paged
 
 Parameters = EstimatorParameters | Mapping[str, object] | str | Path | None
 
 
 @dataclass(frozen=True, repr=False)
-class RecordingEstimates(Estimates):
+class RecordingEstimates(Estimates, Paged):
     """
     Estimates of a recording, and the outcomes of a Monitor at its end.
 
@@ -62,7 +62,7 @@ class RecordingEstimates(Estimates):
 
 
 @dataclass(frozen=True, repr=False)
-class BacklashWindows(Drawn):
+class BacklashWindows(Paged):
     """
     The backlash of a recording: `fits` of its windows, each alone.
 

@@ -17,7 +17,7 @@ from gearbox_monitor.kernels.types import Array, column, Integers
 from gearbox_monitor.library.simulator_file import expect_path
 from gearbox_monitor.plant.drive import DriveModel, expect_model
 from gearbox_monitor.plant.simulate import Trajectory
-from gearbox_monitor.presentation import Drawn, FileLimits, NO_LIMITS, Said, said
+from gearbox_monitor.presentation import FileLimits, NO_LIMITS, Paged, Said, said
 from gearbox_monitor.recordings.from_bag import drive_recording, robot_recording
 from gearbox_monitor.recordings.joint_input import find_input
 from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOptions
@@ -38,7 +38,7 @@ SECOND = 1_000_000_000
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DriveRecording(Drawn):
+class DriveRecording(Paged):
     """
     The recording of a drive, as its model refers it to the arm side.
 

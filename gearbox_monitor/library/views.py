@@ -1,11 +1,13 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What results show: a line, words, a table, a picture, a page, a file; one entry per result."""
+"""What results show: a line, words, a table, a page, a file; one entry per result."""
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from html import escape
+from itertools import islice
 from pathlib import Path
-from typing import Any, TYPE_CHECKING, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -13,13 +15,12 @@ from gearbox_monitor import __version__
 from gearbox_monitor.diagnosis.joint.nominal import Adapted, NominalFit
 from gearbox_monitor.diagnosis.joint.parameter_ranges import ParameterRanges
 from gearbox_monitor.diagnosis.joint.verdict import Verdict
-from gearbox_monitor.errors import expect_matplotlib, InputError, installed_by
+from gearbox_monitor.errors import InputError, installed_by
 from gearbox_monitor.estimation.estimates import COLUMNS, Estimates, SMOOTHED_COLUMNS
 from gearbox_monitor.files.knowledge_file import save_watch
 from gearbox_monitor.files.opening import plain, write_new
 from gearbox_monitor.files.yaml_files import save_model, write_parameters
-from gearbox_monitor.health.backlash.features import NotExcited
-from gearbox_monitor.health.backlash.features import width_of
+from gearbox_monitor.health.backlash.features import Backlash, NotExcited, width_of
 from gearbox_monitor.library.estimation import BacklashWindows, RecordingEstimates
 from gearbox_monitor.library.identify import TunedParameters, write_adapted
 from gearbox_monitor.library.recording import DriveRecording
@@ -29,16 +30,17 @@ from gearbox_monitor.library.simulator_file import expect_path, SimulatorFile
 from gearbox_monitor.plant.drive import DriveModel, expect_model
 from gearbox_monitor.presentation import credible, number, on_axis, Quantity
 from gearbox_monitor.recordings.joint_input import match_stamps
+from gearbox_monitor.report.builder import Page, page_summary, render_page, Section
+from gearbox_monitor.report.chart import Chart, Drawing, Panel, Plane, Trace
 from gearbox_monitor.report.diagnosis_page import diagnosis_page, gather
+from gearbox_monitor.report.recording_page import backlash_chart, overview
 from gearbox_monitor.report.robot_gap_page import robot_gap_page
 from gearbox_monitor.report.robot_words import robot_text, watch_headline, watch_text
 from gearbox_monitor.report.sentences import of_fit, of_noise, of_unit, summary, told
+from gearbox_monitor.report.timeline import measured, Timeline, timeline_of
 from gearbox_monitor.report.words import value_rows
 from gearbox_monitor.simulators.randomisation import randomisation
 from gearbox_monitor.watch.record import Watch
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 ROWS = 10  # of a long table in a notebook
 Columns = Mapping[str, Any]  # {name: values [N]}
@@ -233,7 +235,7 @@ def frame(result: Any) -> Any:
 
 
 def html(result: Any) -> str:
-    """Return words and table of the `result` as HTML, for a notebook."""
+    """Return words and table of the `result` as HTML, and its page, for a notebook."""
     table = columns(result)
     names = [name for name in table if not isinstance(result, Estimates) or name in (
         't', 'stamp_ns', 'tau_k', 'tau_k_std', 'twist', 'nis')]
@@ -244,7 +246,10 @@ def html(result: Any) -> str:
     head = ''.join(f'<th>{escape(name)}</th>' for name in names)
     footer = f'<p>{count} rows</p>' if count > ROWS else ''
     text = '<br>'.join(escape(line) for line in words(result).splitlines())
-    return f'<p>{text}</p><table><tr>{head}</tr>{body}</table>{footer}'
+    pages = (PAGES[kind](result) for kind in type(result).__mro__ if kind in PAGES)
+    framed = ''.join(f'<iframe srcdoc="{escape(page)}" style="width:100%;height:40em;border:0">'
+                     '</iframe>' for page in islice(pages, 1))
+    return f'<p>{text}</p><table><tr>{head}</tr>{body}</table>{footer}{framed}'
 
 
 def _cell(value: Any) -> str:
@@ -257,20 +262,49 @@ def _rms(value: Any) -> float:
     return float(np.sqrt(np.nanmean(np.square(value))))
 
 
-# ---------------------------------------------------------------------- pictures
-
-def figure(result: Any) -> 'Figure':
-    """Return the picture of the `result`. Raises InputError without matplotlib."""
-    expect_matplotlib('plot')
-    from gearbox_monitor.library import pictures
-    return pictures.picture(result)
-
-
 # ---------------------------------------------------------------------- pages and files
 
 def page(result: Any) -> str:
     """Return the page of the `result` as HTML."""
     return _entry(PAGES, result)(result)
+
+
+def _charts_page(result: Any, title: str, axis: str, charts: Iterable[Drawing | None]) -> str:
+    parts = [Section('recording/loops.html', {'plane': chart}, chart.title)
+             if isinstance(chart, Plane) else
+             Section('recording/chart.html', {'chart': replace(chart, title='')}, chart.title)
+             for chart in charts if chart is not None]
+    return render_page(Page(title, page_summary('', brief(result)), parts, axis))
+
+
+def _recorded_page(recording: DriveRecording) -> str:
+    axis = recording.model.axis
+    driving = 'torque' if recording.model.controller is None else 'setpoint'
+    unit = on_axis('N m' if driving == 'torque' else 'rad', axis)
+    return _charts_page(recording, recording.name, axis, [Chart('Signals', [
+        Panel(f'{driving} ({unit})', [
+            Trace(recording.t, getattr(recording, driving), driving, 'recording')]),
+        Panel(on_axis('position (rad)', axis), [
+            Trace(recording.t, recording.motor, 'motor', 'closed'),
+            Trace(recording.t, recording.arm, 'arm', 'signal')])], 'time (s)')])
+
+
+def _estimated_page(estimates: RecordingEstimates) -> str:
+    recording = estimates.recording
+    line = timeline_of(estimates, estimates.backlash, estimates.outcomes['backlash'].values,
+                       estimates.parameters)
+    return _charts_page(estimates, recording.name, recording.model.axis,
+                        overview(line, recording.model.axis))
+
+
+def _windows_page(windows: BacklashWindows) -> str:
+    line, stamps = Timeline(1.0), windows.recording.stamp_ns
+    line.add_inputs(stamps, np.full(len(stamps), np.nan))
+    for fit in windows.fits:
+        if isinstance(fit, Backlash):
+            line.add_window(fit.stamp_ns, measured(fit, {}))
+    axis = windows.model.axis
+    return _charts_page(windows, windows.recording.name, axis, [backlash_chart(line, axis)])
 
 
 def _verdict_page(verdict: Verdict) -> str:
@@ -280,7 +314,8 @@ def _verdict_page(verdict: Verdict) -> str:
 
 
 PAGES: dict[type, Callable[[Any], str]] = {
-    Verdict: _verdict_page,
+    DriveRecording: _recorded_page, RecordingEstimates: _estimated_page,
+    BacklashWindows: _windows_page, Verdict: _verdict_page,
     RobotDiagnosis: lambda diagnosis: robot_gap_page(diagnosis.data, diagnosis.context())}
 
 

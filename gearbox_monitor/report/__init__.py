@@ -4,20 +4,19 @@
 """
 Words, charts and pages: here results become sentences.
 
-In go verdicts, outcomes and time lines; out come lines of text, pictures and HTML pages. A page is
+In go verdicts, outcomes and time lines; out come lines of text and HTML pages. A page is
 one file that loads nothing.
 
 Public names, by module:
 
     .: words
     builder: Page, page_summary, render_page, Section
-    chart: Chart, Panel, Trace
-    diagnosis_page: diagnosis_page, gather, shows_place, window_chart
+    chart: Chart, Drawing, Panel, Plane, Trace
+    diagnosis_page: diagnosis_page, gather, shows_place
     explanation: ALL_CONDITIONS, Explanation, explanations
     fleet_page: CSV_NAME, fleet_csv, fleet_page, headline, joint_name, robots_headline,
         robots_page
     live_page: GearboxHistory, live_frame, LivePage, WatchNews
-    plots: figure
     recording_page: backlash_chart, figures, headline, overview, recording_page, robot_page
     robot_gap_page: by_effect, robot_gap_page, RobotContext
     robot_words: finding_words, reading_words, robot_headline, robot_text, watch_data,

@@ -4,7 +4,7 @@
 """
 Charts as data: panels of curves, levels over time, loops, bars.
 
-A figure is described once. svg.py draws it on pages, plots.py draws it by matplotlib.
+A figure is described once; svg.py draws it on pages.
 """
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace

@@ -118,7 +118,7 @@ def gather(verdict: Verdict, model: DriveModel) -> DiagnosisEvidence:
         model: the nominal model.
 
     Returns:
-        Arrays that the page and the pictures show.
+        Arrays that the page shows.
 
     """
     data = verdict.basis.data

@@ -4,7 +4,7 @@
 """
 The page of a recording, with its charts, and that of a robot: its gearboxes, each with a page.
 
-The charts are those of pictures and of the live page, too.
+The charts are those of results in a notebook and of the live page, too.
 """
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -227,22 +227,10 @@ def input_chart(timeline: Timeline) -> Chart:
               band=(low, high)),), None, 110, (0.0,))])
 
 
-# ---------------------------------------------------------------------- pictures
-
-
-def overview(timeline: Timeline, axis: str = 'rotary') -> list[list[Drawing]]:
-    """
-    Return the charts of a picture, row by row: loop and backlash, torque, prediction errors.
-
-    Args:
-        timeline: of the recording.
-        axis: of the drive, for units.
-
-    """
-    rows: list[list[Drawing | None]] = [
-        [loop_plane(timeline, axis), backlash_chart(timeline, axis)],
-        [torque_chart(timeline, axis), errors_chart(timeline, axis)]]
-    return [row for row in ([part for part in row if part] for row in rows) if row]
+def overview(timeline: Timeline, axis: str) -> list[Drawing | None]:
+    """Return torque, loops, backlash and prediction errors of `timeline`, in units of `axis`."""
+    return [torque_chart(timeline, axis), loop_plane(timeline, axis),
+            backlash_chart(timeline, axis), errors_chart(timeline, axis)]
 
 
 TRUST = ('observability', 'prediction error', 'covariance', 'model', 'input', LIVE_NODE)

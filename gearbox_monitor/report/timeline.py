@@ -544,22 +544,22 @@ class MonitorFollower:
 
 
 def timeline_of(estimates: Estimates, windows: Iterable[Backlash], values: Mapping[str, Any],
-                parameters: EstimatorParameters | None = None) -> Timeline:
+                parameters: EstimatorParameters) -> Timeline:
     """
-    Return the time line of estimates that are at hand, for their picture.
+    Return the time line of estimates that are at hand, for their page.
 
     Args:
         estimates: all of a recording.
         windows: its measurements of backlash.
         values: of the newest outcome on backlash, for its limits.
-        parameters: of the estimator, None: all twists count as measured.
+        parameters: of the estimator.
 
     """
     stamps = estimates.stamp_ns
     seconds = float(np.ptp(stamps)) / SECOND_NS if len(stamps) else 0.0
     timeline = Timeline(max(seconds / PICTURE_LOOPS, 1e-3))
     timeline.add_inputs(stamps, np.full(len(stamps), np.nan))
-    timeline.add_estimates(estimates, twist_std(parameters) if parameters else math.inf)
+    timeline.add_estimates(estimates, twist_std(parameters))
     for window in windows:
         timeline.add_window(window.stamp_ns, measured(window, values))
     timeline.finish()

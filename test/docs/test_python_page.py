@@ -22,9 +22,8 @@ MODULES = sorted({f'gearbox_monitor.{module}' for module in gm._PUBLIC.values()}
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """Work in an empty folder, where pandas and matplotlib are installed."""
+    """Work in an empty folder, where pandas is installed."""
     pytest.importorskip('pandas')
-    pytest.importorskip('matplotlib')
     monkeypatch.chdir(tmp_path)
     return tmp_path
 

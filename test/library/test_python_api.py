@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """The library as a user imports it: from a file or arrays to results, and bad input in words."""
+from html import escape
+
 import numpy as np
 import pytest
 
@@ -109,11 +111,15 @@ def test_backlash_stands_alone_in_each_window():
     np.testing.assert_allclose(windows.ends, [3.0, 6.0, 10.0], atol=0.5)
 
 
-def test_pictures_are_drawn_of_all_results(verdict, trajectory):
-    pytest.importorskip('matplotlib')
+def test_a_notebook_shows_the_pages_of_results(verdict, trajectory, tmp_path):
     run = gm.load_recording(trajectory, gm.DriveModel())
-    for result in (run, gm.estimate(run), gm.backlash(run, window=3.0), verdict):
-        assert result.plot().axes[0].has_data()
+    for result in (run, gm.estimate(run), gm.backlash(run, window=3.0),
+                   verdict):
+        written = result.to_html(tmp_path / f'{type(result).__name__}.html')
+        page = written.read_text(encoding='utf-8')
+        assert '<path class="' in page and f'srcdoc="{escape(page)}"' in result._repr_html_()
+    with pytest.raises(AttributeError, match='plot: gone since 0.3; to_html'):
+        run.plot()
 
 
 def test_a_recording_for_validation_is_read_for_the_model(verdict, trajectory):
