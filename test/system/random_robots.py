@@ -44,6 +44,7 @@ class Case:
     encoder: float = 2e-4
     noise: float = 0.01
     servo: np.ndarray | None = None   # gains of the last log over those of the file
+    inertia: np.ndarray | None = None  # that the file's gains go by
 
 
 def _body(rng, names, axis, size, slide=False, at=(0, 0, 0), inner=''):
@@ -114,8 +115,6 @@ def make(seed, pair=False, change=None, rate=None):
         data.qvel[:], data.qacc[:] = rng.normal(0, .8, model.nv), rng.normal(0, 2, model.nv)
         mujoco.mj_inverse(model, data)
         sizes += data.qfrc_inverse ** 2 / 60
-    inertia = np.zeros((model.nv, model.nv))
-    mujoco.mj_fullM(model, inertia, data.qM) if hasattr(data, 'qM') else None
     sizes = np.sqrt(sizes) + .3
     for i, j in enumerate(joints):
         loss, damp = sizes[i] * rng.uniform(.08, .25), sizes[i] * rng.uniform(.05, .2)
@@ -262,16 +261,15 @@ def log(case, number, seconds=40.0, changed=True, setpoint=False, name='', both=
     day = 1 + rng.uniform(-.08, .08, n) * (case.real['friction'] is not None)
     data.qpos[:], data.qvel[:] = r[0], rd[0]
     mujoco.mj_forward(nominal, file_state)
-    # Gains from the inertia in the middle posture: 5 Hz, well damped.
-    full = np.zeros((n, n))
-    file_state.qpos[:] = r.mean(0)
-    mujoco.mj_forward(nominal, file_state)
-    for i in range(n):
-        unit = np.zeros(n)
-        unit[i] = 1
-        mujoco.mj_mulM(nominal, file_state, full[i], unit)
-    m_eff = np.diag(full)
-    kp, kd = m_eff * 31 ** 2, m_eff * 40
+    # Gains from the inertia in the middle posture of the robot's first log: 5 Hz, well damped.
+    if case.inertia is None:
+        full = np.zeros((n, n))
+        file_state.qpos[:] = r.mean(0)
+        mujoco.mj_forward(nominal, file_state)
+        for row, unit in zip(full, np.eye(n)):
+            mujoco.mj_mulM(nominal, file_state, row, unit)
+        case.inertia = np.diag(full)
+    kp, kd = case.inertia * 31 ** 2, case.inertia * 40
     servo = (1 + rng.uniform(-.15, .15, n)) * setpoint + (not setpoint)
     if both:
         servo = np.where(rng.random(n) < .3, rng.uniform(.6, 1.6, n), 1.0)
