@@ -28,14 +28,14 @@ Public names, by module:
     robot.conventions: columns_as_read, LIMITS, log_as_read, misfit, named_readings,
         NamedReading, ReadingScore, RobotReading
     robot.evidence: Prior, RobotEvidence, RobotFit
-    robot.knowledge: another_day_of, farther, Knowledge, learn, States, VERSION, Visits,
-        with_unvisited
+    robot.knowledge: another_day_of, farther, Knowledge, learn, ServoKnowledge, States,
+        VERSION, Visits, with_unvisited
     robot.robot_effects: BASE, BASE_TILT, INERTIA_NAMES, JOINT, LINK_INERTIA, PAYLOAD,
         ROBOT_EFFECTS, RobotEffect, tilted
     robot.robot_log: checked_log, continuous, CURRENT, jump, raw_log, RawLog, read_by,
         RobotLog, SETPOINT, TORQUE
     robot.rows: NuisanceColumn, RobotModel, Rows, rows_of
-    robot.servo: SERVO, with_servos
+    robot.servo: SERVO, with_learnt_servos, with_servos
     robot.settings: SETTINGS
     robot.verdict: effort_curves, EffortCurves, RobotVerdict, sampled_early, setpoint_lags,
         verdict_data

@@ -21,7 +21,7 @@ from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.diagnosis.robot.robot_log import (
     checked_log, RawLog, RobotLog, SETPOINT, TORQUE)
 from gearbox_monitor.diagnosis.robot.rows import RobotModel, rows_of
-from gearbox_monitor.diagnosis.robot.servo import with_servos
+from gearbox_monitor.diagnosis.robot.servo import with_learnt_servos, with_servos
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.diagnosis.robot.verdict import effort_curves, RobotVerdict, verdict_data
 from gearbox_monitor.diagnosis.robot.zeros import zeros_in
@@ -240,7 +240,8 @@ def _learnt(logs: str | Path | Sequence[str | Path], robot: Robot,
         raise InputError('; '.join(doubts))
     model = robot_model(robot.file, robot.values, True)
     with reported('learn', progress) as report:
-        result = knowledge.learn(model, read, robot.file.digest, progress=report)
+        result = with_learnt_servos(knowledge.learn(
+            model, read, robot.file.digest, progress=report), model, read)
     notes, floor = [f'{log.name}: {note}' for log in read for note in log.notes], 0.0
     if robot.file.drive is None:  # no known load gives the torque of a drive a scale
         stated = robot_model(robot.file, robot.values, False)
@@ -302,11 +303,11 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
                               gain=100 * model.gain_tolerance)))
     verdict = balance.diagnose(model, read, knowledge, effects)
     recorded_too = [log.of_servos is not None for log in read]
-    if knowledge is None and all(recorded_too):
-        verdict = with_servos(verdict, model, read, effects)
-    elif any(recorded_too):
-        notes.append(str(said('setpoints_unused', why='a reference does not cover servos' if
-                              knowledge else 'not every log has them')))
+    if any(recorded_too) and not (all(recorded_too) and (
+            knowledge is None or knowledge.servos)):
+        notes.append(str(said('setpoints_unused', why='not every log has them' if not all(
+            recorded_too) else 'the reference has none')))
+    verdict = with_servos(verdict, model, read, effects, knowledge)
     names = [str(path) for path in ([logs] if isinstance(logs, (str, Path)) else logs)]
     data = plain(verdict_data(verdict)) | {
         'logs': names, 'model': str(file.path), 'model_digest': file.digest,

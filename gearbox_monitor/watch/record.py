@@ -16,7 +16,8 @@ import numpy as np
 
 from gearbox_monitor.diagnosis.robot.conventions import NamedReading, ReadingScore, RobotReading
 from gearbox_monitor.diagnosis.robot.evidence import Prior
-from gearbox_monitor.diagnosis.robot.knowledge import Knowledge, States, Visits
+from gearbox_monitor.diagnosis.robot.knowledge import (
+    Knowledge, ServoKnowledge, States, Visits)
 from gearbox_monitor.diagnosis.robot.robot_log import RawLog, TORQUE
 from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.kernels.types import Array, Integers
@@ -307,4 +308,4 @@ class Watch(Shown, Saved):
 
 CLASSES = classes_of(
     Block, Change, Convention, Held, JointWatch, Knowledge, Level, Levels, NamedReading, HeldLoad,
-    Prior, ReadingScore, RobotReading, StateHealth, States, Visits, Watch)
+    Prior, ReadingScore, RobotReading, ServoKnowledge, StateHealth, States, Visits, Watch)

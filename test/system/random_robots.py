@@ -246,7 +246,7 @@ def log(case, number, seconds=40.0, changed=True, setpoint=False, name='', both=
     Return (RobotLog, (t [N], oracle [E, N, J] of each change), (kp, kd)) of one recording.
 
     A change with a `start` acts from then on. both: torques and setpoints; case.servo [J] are the
-    true gains over those of the model.
+    true gains over those of the model, in a pair over those of the reference.
     """
     setpoint = setpoint or both
     rng = np.random.default_rng(case.seed * 1000 + number)
@@ -271,11 +271,17 @@ def log(case, number, seconds=40.0, changed=True, setpoint=False, name='', both=
         case.inertia = np.diag(full)
     kp, kd = case.inertia * 31 ** 2, case.inertia * 40
     servo = (1 + rng.uniform(-.15, .15, n)) * setpoint + (not setpoint)
-    if both:
+    if both and changed:
         servo = np.where(rng.random(n) < .3, rng.uniform(.6, 1.6, n), 1.0)
+    elif both:
+        servo = np.ones(n)
     elif case.servo is not None:    # gains that the file lacks are of the robot, not of a day
         servo = case.servo
-    case.servo, damping = servo, kd * (np.ones(n) if both else servo)
+    if changed or not both:
+        case.servo = servo
+    if both and case.real['friction'] is not None:  # of a pair, whose file may have other gains
+        servo = servo * np.random.default_rng(case.seed).uniform(.7, 1.4, n)
+    damping = kd * (np.ones(n) if both else servo)
     loss0, peak = model.dof_frictionloss.copy(), np.zeros(n)
     steps = len(t)
     log_q, log_u = np.empty((steps, n)), np.empty((steps, n))

@@ -29,7 +29,7 @@ from script import run_script
 from gearbox_monitor.diagnosis.robot.candidates import Candidate, library
 from gearbox_monitor.diagnosis.robot.knowledge import learn
 from gearbox_monitor.diagnosis.robot.rows import RobotModel
-from gearbox_monitor.diagnosis.robot.servo import with_servos
+from gearbox_monitor.diagnosis.robot.servo import with_learnt_servos, with_servos
 from gearbox_monitor.diagnosis.robot.verdict import diagnose
 from gearbox_monitor.simulators.robot_model import chain_of_compiled
 
@@ -88,18 +88,19 @@ def case_of(seed, pair=False, setpoint=False, change=None, rate=None, both=False
     n = len(case.joints)
     log, oracle, (kp, kd) = random_robots.log(case, 1, 40.0, True, setpoint, '', both)
     case.begin = log.sections[0].t[0]
-    reference = random_robots.log(case, 2, 60.0, False, setpoint)[0] if pair else None
+    reference = random_robots.log(case, 2, 60.0, False, setpoint, '', both)[0] if pair else None
     began = time.process_time()
     knowledge, learnt = None, 0.0
     servo = {'kp': kp, 'kd': kd, 'compensated': True} if setpoint or both else {}
     if pair:
         robot = RobotModel(chain, np.full(n, .4), 0.0, learnt=True, **servo)
-        knowledge = learn(robot, [reference])
+        knowledge = with_learnt_servos(learn(robot, [reference]), robot, [reference])
         learnt = time.process_time() - began
     else:
         robot = RobotModel(chain, np.full(n, .05), .05, **servo)
     verdict = diagnose(robot, [log], knowledge)
-    servos = with_servos(verdict, robot, [log]).findings[len(verdict.findings):] if both else ()
+    servos = with_servos(verdict, robot, [log], knowledge=knowledge).findings[
+        len(verdict.findings):] if both else ()
     spent = time.process_time() - began - learnt
     kinds = [f.effect for f in verdict.findings]
     out = {

@@ -287,10 +287,18 @@ def worst_segments(evidence: RobotEvidence, fit: RobotFit) -> Array:
     return out
 
 
-VERSION = 7
+VERSION = 8
 MOST_PARTS = 12
 CALMED = 0.9  # the shapes have made parts alike where their over-dispersion falls to this
 MOST_PASSES = 4
+
+
+@dataclass(frozen=True, eq=False)
+class ServoKnowledge:
+    """What references with setpoints and torques teach of servos: prior, over-dispersion [J]."""
+
+    prior: Prior
+    dispersion: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -306,7 +314,8 @@ class Knowledge:
     left, per row: a part of it is no noise, and other recordings have it as well.
     joints, kind, measured, rate: of the logs; references: their names; seconds: their length;
     model: hash of the file; parts: number of parts compared. states: of all joints at once.
-    unjudged: joints of whose effort the references leave more than half unexplained.
+    unjudged: joints of whose effort the references leave more than half unexplained. servos: that
+    made the torques, None where setpoints are not recorded, too.
     """
 
     prior: Prior
@@ -327,6 +336,7 @@ class Knowledge:
     states: States
     unjudged: tuple[str, ...] = ()
     model: str = ''
+    servos: ServoKnowledge | None = None
     version: int = VERSION
 
     @property

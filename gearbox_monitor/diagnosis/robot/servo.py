@@ -17,6 +17,9 @@ from gearbox_monitor.diagnosis.hypothesis import Remainder
 from gearbox_monitor.diagnosis.robot.candidates import Candidate, library
 from gearbox_monitor.diagnosis.robot.contest import smallest_visible
 from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence
+from gearbox_monitor.diagnosis.robot.knowledge import (
+    another_day, Knowledge, scattered, ServoKnowledge)
+from gearbox_monitor.diagnosis.robot.motion import motion_of
 from gearbox_monitor.diagnosis.robot.robot_log import RobotLog
 from gearbox_monitor.diagnosis.robot.rows import HELD, nuisance_of, RobotModel, Rows, rows_of
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
@@ -32,7 +35,8 @@ CONTROLLER = [e.id for e in EFFECTS.values() if e.column is not None
 
 
 def with_servos(verdict: RobotVerdict, robot: RobotModel, logs: Sequence[RobotLog],
-                effects: Sequence[str] | None = None) -> RobotVerdict:
+                effects: Sequence[str] | None = None, knowledge: Knowledge | None = None
+                ) -> RobotVerdict:
     """
     Return a verdict on torques with findings on the servos that made them from setpoints.
 
@@ -41,19 +45,18 @@ def with_servos(verdict: RobotVerdict, robot: RobotModel, logs: Sequence[RobotLo
         robot: its model, with the servos of the file.
         logs: recordings; without setpoints in each of them the verdict stays as it is.
         effects: ids to try, None for all.
+        knowledge: of references that taught the servos, too; None, the servos of the file.
     """
-    of_servos = [log.of_servos for log in logs]
     tried = [name for name in CONTROLLER if effects is None or name in effects]
-    if robot.kp is None or not np.all(robot.kp > 0.0) or None in of_servos or not tried:
-        return verdict
+    servos = knowledge.servos if knowledge else None
     # A tolerance of gains is wide where a load looks like a gain. Beside a torque none does.
-    robot = replace(robot, gain_tolerance=min(robot.gain_tolerance, SETTINGS.tolerance))
-    recordings = [_rows(rows_of(log, robot), torques.motion.input) for log, torques in zip(
-        (log for log in of_servos if log is not None), verdict.evidence.recordings)]
+    recordings = _servo_rows(robot, logs, min(robot.gain_tolerance, SETTINGS.tolerance))
+    if not recordings or not tried or (knowledge and not servos):
+        return verdict
     laws = _laws(recordings, tried)
-    evidence = RobotEvidence(recordings)
+    evidence = RobotEvidence(recordings, servos.prior if servos else None)
     blank = evidence.fit()
-    search = contested(evidence, blank, laws)
+    search = contested(evidence, blank, laws, servos.dispersion if servos else None)
     gaps = sorted(ranked(evidence, blank, search.fit), key=lambda gap: gap.after - gap.before)
     others = _others(search)
     return replace(
@@ -65,6 +68,39 @@ def with_servos(verdict: RobotVerdict, robot: RobotModel, logs: Sequence[RobotLo
         not_tried={name: why for name, why in verdict.not_tried.items() if name not in tried},
         visible={**verdict.visible, **smallest_visible(search.contest, blank, laws)},
         servos=tuple(gaps))
+
+
+def with_learnt_servos(knowledge: Knowledge, robot: RobotModel, logs: Sequence[RobotLog]
+                       ) -> Knowledge:
+    """
+    Return `knowledge` with what its references teach of the servos.
+
+    Args:
+        knowledge: of `logs`.
+        robot: its model, with the servos of the file, whose gains may be any.
+        logs: references; without setpoints in each of them the knowledge stays as it is.
+    """
+    recordings = _servo_rows(robot, logs, ANY_GAIN)
+    if not recordings:
+        return knowledge
+    evidence = RobotEvidence(recordings)
+    fit = evidence.fit()
+    dispersion = scattered(evidence, fit, _laws(recordings, CONTROLLER))[1]
+    return replace(knowledge, servos=ServoKnowledge(
+        another_day(evidence, fit, dispersion), dispersion))
+
+
+ANY_GAIN = 1.0  # deviation of a gain that a reference teaches, of that in the file
+
+
+def _servo_rows(robot: RobotModel, logs: Sequence[RobotLog], tolerance: float) -> list[Rows]:
+    """Return rows of the servos with a `tolerance` of gains, none without servos or setpoints."""
+    of_servos = [log.of_servos for log in logs]
+    if robot.kp is None or not np.all(robot.kp > 0.0) or None in of_servos:
+        return []
+    robot = replace(robot, gain_tolerance=tolerance)
+    return [_rows(rows_of(log, robot), motion_of(torques).input)
+            for log, torques in zip(of_servos, logs) if log is not None]
 
 
 SERVO = 'setpoint'  # of a remainder, in place of a variable

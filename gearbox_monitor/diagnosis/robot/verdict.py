@@ -28,7 +28,7 @@ from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN, TORQUE_OFFSET
 from gearbox_monitor.plant.effects.balance_column import COMMAND
-from gearbox_monitor.plant.effects.controller import SERVO_LIMIT
+from gearbox_monitor.plant.effects.controller import SERVO_GAIN, SERVO_LIMIT
 from gearbox_monitor.plant.effects.motor_side import COULOMB_ASYMMETRY, MOTOR_COULOMB
 from gearbox_monitor.presentation import Quantity, Said, said
 
@@ -180,7 +180,8 @@ class RobotSearch:
     first: Sequence[Contender]
 
 
-def contested(evidence: RobotEvidence, blank: RobotFit, laws: Sequence[Candidate]) -> RobotSearch:
+def contested(evidence: RobotEvidence, blank: RobotFit, laws: Sequence[Candidate],
+              dispersion: Array | None = None) -> RobotSearch:
     """
     Return what a contest among laws alone takes.
 
@@ -188,8 +189,12 @@ def contested(evidence: RobotEvidence, blank: RobotFit, laws: Sequence[Candidate
         evidence: of the recordings.
         blank: fit without candidates.
         laws: candidates.
+        dispersion: [J], between parts of references; None without any.
     """
-    return _judged(RobotContest.between(evidence, laws, (), None), blank, laws, (), None, ())
+    contest = RobotContest.between(evidence, laws, (), None)
+    if dispersion is not None:
+        contest = replace(contest, dispersion=dispersion)
+    return _judged(contest, blank, laws, (), None, ())
 
 
 def _judged(contest: RobotContest, blank: RobotFit, laws: Sequence[Candidate],
@@ -418,6 +423,11 @@ def findings_of(search: RobotSearch) -> tuple[Finding, ...]:
             # A limit is a torque, in the scale of the model's gain.
             by = np.append(1.0, fit.gain[list(c.columns)])
             b, spread = b / by, spread / np.outer(by, by)
+        if c.effect == SERVO_GAIN.id:
+            # A factor is of the file's gain, or of the one that references taught.
+            k = evidence.labels.index(f'kp {c.joint}')
+            by = 1.0 + evidence.mean[k] * evidence.deviation[k]
+            b, spread = b / by, spread / by ** 2
         values = _values(c, b)
         deviations = _deviations(c, b, spread, determined)
         values, deviations = _with_totals(evidence, c, values, deviations)
@@ -710,9 +720,8 @@ def _of_reference(knowledge: Knowledge | None) -> tuple[Said, ...]:
     if knowledge is None:
         return ()
     short = [said('one_reference', seconds=knowledge.seconds, percent=100 * SETTINGS.day)]
-    alone = [said('setpoints_compared')] * (knowledge.kind == SETPOINT)
     return (*(said('unjudged', place=name) for name in knowledge.unjudged),
-            *short * knowledge.short, *alone)
+            *short * knowledge.short)
 
 
 def _of_gains(evidence: RobotEvidence, fit: RobotFit) -> tuple[Said, ...]:

@@ -21,14 +21,15 @@ ARM = """<mujoco><compiler angle="radian"/><option timestep="0.001" integrator="
 RATE, SECONDS = 200, 24
 
 
-def log(path, mass=1.0, kp=200, late=0, stiff=False, joints=('shoulder', 'elbow')):
+def log(path, mass=1.0, kp=200, late=0, stiff=False, joints=('shoulder', 'elbow'), seed=5):
     """
     Write what the arm does with its servos: position, torque of the period and setpoint.
 
-    stiff: the robot has other servos, which hold it at its setpoints; joints: with a setpoint.
+    stiff: the robot has other servos, which hold it at its setpoints; joints: with a setpoint;
+    seed: of motion and noise.
     """
     mujoco = pytest.importorskip('mujoco')
-    random = np.random.default_rng(5)
+    random = np.random.default_rng(seed)
     m = mujoco.MjModel.from_xml_string(ARM.format(mass=mass, kp=kp))
     d, t = mujoco.MjData(m), np.arange(RATE * SECONDS) / RATE
     setpoint = np.column_stack([sum(a * np.sin(2.0 * np.pi * f * t + p) for a, f, p in zip(
@@ -73,6 +74,21 @@ def test_setpoints_and_torques_in_one_log_are_both_used(tmp_path, capsys):
         assert name != 'weak' or gaps['shoulder']['after'] < 0.2 * gaps['shoulder']['before']
 
 
+def test_servos_are_compared_with_those_of_a_reference(tmp_path, capsys):
+    model, taught = tmp_path / 'arm.xml', str(tmp_path / 'arm.knowledge')
+    model.write_text(ARM.format(mass=1.0, kp=200))
+    stated = ['--model', str(model), '--json', '-']
+    reference = log(tmp_path / 'reference.csv', kp=260, seed=6)
+    assert main(['learn', reference, '--model', str(model), '--out', taught]) == 0
+    capsys.readouterr()
+    for kp, expected in ((260, set()), (180, {('servo_gain', 'shoulder')})):
+        main(['diagnose', log(tmp_path / 'log.csv', kp=kp), *stated, '--reference', taught])
+        data = json.loads(capsys.readouterr().out)
+        found = {(f['effect'], f['joint']): f['values'] for f in data['findings']}
+        assert set(found) == expected
+    assert abs(found['servo_gain', 'shoulder']['kp_factor'] - 180 / 260) < 0.02
+
+
 def test_setpoints_that_are_not_used_or_not_followed_are_said(tmp_path, capsys):
     model = tmp_path / 'arm.xml'
     model.write_text(ARM.format(mass=1.0, kp=200))
@@ -86,7 +102,7 @@ def test_setpoints_that_are_not_used_or_not_followed_are_said(tmp_path, capsys):
     assert code == 1 and data['verdict'] == 'unknown' and not data['findings']
     assert {(r['joint'], r['place']) for r in data['remainders']} == {
         ('shoulder', 'controller'), ('elbow', 'controller')}
-    for logs in ([half], [healthy, half], [healthy, '--reference', stiff]):
+    for logs in ([half], [healthy, half], [healthy, '--reference', half]):
         _, data = diagnosed(*logs)
         assert any('not used' in note for note in data['warnings']) and not data['servos']
     for effects in (['payload'], ['servo_gain'], None):
