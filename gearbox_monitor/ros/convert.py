@@ -11,20 +11,19 @@ import importlib.util
 import math
 from pathlib import Path
 import re
-from typing import Any, TypeAlias
+import struct
+from typing import Any, NamedTuple, TypeAlias
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-import numpy as np
+from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import JointState
-from std_msgs.msg import Header
 
 from gearbox_monitor.estimation.estimates import Estimate, Sample
 from gearbox_monitor.health.checks.outcome import Outcome
-from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.recordings.cdr import encode_joint_states
-from gearbox_monitor.recordings.topics import joint_values, Signal, TRANSMISSION
+from gearbox_monitor.recordings.cdr import FIELDS, MAX_LAYOUTS, read_layout
+from gearbox_monitor.recordings.topics import joint_values, Signal
 from gearbox_monitor.ros.diagnostic_keys import published
 
 NAN = math.nan
@@ -48,32 +47,49 @@ def stamp_of(message: JointState | DiagnosticArray) -> int:
     return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
 
 
-def joint_values_of(message: JointState, joint: str) -> tuple[float, float] | None:
-    """Return (position, effort) of `joint` in `message`; None if it does not name the joint."""
-    if joint not in message.name:
-        return None
-    index = message.name.index(joint)
-    return _at(message.position, index), _at(message.effort, index)
+class Joints(NamedTuple):
+    """What a JointState tells: stamp_ns; position and effort may be shorter than the names."""
+
+    stamp_ns: int
+    name: Sequence[str]
+    position: Sequence[float]
+    effort: Sequence[float]
+
+    def of(self, joint: str) -> tuple[float, float] | None:
+        """Return (position, effort) of `joint`; None if the message does not name it."""
+        if joint not in self.name:
+            return None
+        index = self.name.index(joint)
+        return _at(self.position, index), _at(self.effort, index)
 
 
-def to_paired(stamp_ns: int, joints: Sequence[str], motor: tuple[float, float],
-              arm: tuple[float, float] | None) -> JointState:
-    """
-    Return the JointState of motor and arm.
+class JointReader:
+    """Unpacks serialised JointStates: layouts that came before at once, by their bytes."""
 
-    Args:
-        stamp_ns: of the message, ns.
-        joints: names of motor and arm.
-        motor: position (rad) and effort (N m).
-        arm: position and effort; None = not measured.
+    def __init__(self) -> None:
+        # Newest first: bits that decide and what they are, values, number of positions, names.
+        self._layouts: list[tuple[int, int, struct.Struct, int, tuple[str, ...]]] = []
 
-    Returns:
-        The message.
-
-    """
-    position, effort = zip(motor, arm or (NAN, NAN))
-    return JointState(header=Header(stamp=to_time(stamp_ns)), name=list(joints),
-                      position=array('d', position), effort=array('d', effort))
+    def __call__(self, raw: bytes) -> Joints:
+        """Return the Joints of a message; raises RMWError or UnicodeDecodeError for others."""
+        number = int.from_bytes(raw, 'little')
+        for mask, fixed, values, count, names in self._layouts:
+            if number & mask == fixed and len(raw) >= values.size:
+                sec, nanosec, *numbers = values.unpack_from(raw)
+                return Joints(sec * 1_000_000_000 + nanosec, names, numbers[:count],
+                              numbers[count:])
+        message = deserialize_message(raw, JointState)
+        if (layout := read_layout(raw)) is not None:
+            mask = fixed = 0
+            for start, bits, word in zip(*(column.tolist() for column in (
+                    layout.starts, layout.mask, layout.fixed))):
+                mask, fixed = mask | bits << 8 * start, fixed | word << 8 * start
+            (begin, _, end), (count, _, efforts) = layout.offsets, layout.counts
+            values = struct.Struct(f'<4xiI{begin - 12}x{count}d{end - begin - 8 * count}x'
+                                   f'{efforts}d')
+            self._layouts.insert(0, (mask, fixed, values, count, layout.names))
+            del self._layouts[MAX_LAYOUTS:]
+        return Joints(stamp_of(message), message.name, message.position, message.effort)
 
 
 class SampleReader:
@@ -90,17 +106,13 @@ class SampleReader:
         self.motor_joint, self.arm_joint = motor_joint, arm_joint
         self._robot_joints, self._robot = robot_joints, [-1 for _ in robot_joints]
         self._gear_ratio, self._effort_scale = model.gear_ratio, model.effort_scale
-        self._names: list[str] | None = None
+        self._names: Sequence[str] | None = None
         self._motor = self._arm = -1
 
-    def sample(self, message: JointState, stamp_ns: int) -> tuple[Sample, RawSample] | None:
-        """
-        Return the Sample of a message, and what it is made of; None if it names neither joint.
-
-        message: the JointState; stamp_ns: its stamp.
-        """
+    def sample(self, message: Joints) -> tuple[Sample, RawSample] | None:
+        """Return the Sample of a `message` and what it is made of; None without both joints."""
         if message.name != self._names:
-            self._names = names = list(message.name)
+            self._names = names = message.name
             self._motor, self._arm, *self._robot = (
                 names.index(joint) if joint in names else -1
                 for joint in (self.motor_joint, self.arm_joint, *self._robot_joints))
@@ -110,7 +122,8 @@ class SampleReader:
         position, effort = message.position, message.effort
         x1, x2, u, load = (_at(position, motor), _at(position, arm), _at(effort, motor),
                            _at(effort, arm))
-        return (Sample(stamp_ns, (u * self._effort_scale, load), (x1 / self._gear_ratio, x2),
+        return (Sample(message.stamp_ns, (u * self._effort_scale, load),
+                       (x1 / self._gear_ratio, x2),
                        tuple([_at(position, k) for k in self._robot])),
                 (x1, x2, u, load))
 
@@ -128,68 +141,54 @@ class GearboxNames:
 
 
 def to_joint_states(signal: Signal, estimates: Iterable[tuple[GearboxNames, Estimate]]
-                    ) -> list[JointState]:
+                    ) -> list[bytes]:
     """
     Return the JointStates of `signal` for the `estimates` of one sample of several gearboxes.
 
-    Values with the same stamp are in one message, in the order of the gearboxes.
+    Serialised. Values with the same stamp are in one message, in the order of the gearboxes.
     """
-    parts: dict[int, tuple[list[str], list[float], list[float], list[float]]] = {}
+    parts: dict[int, tuple[list[Any], ...]] = {}
     for names, estimate in estimates:
         for stamp_ns, row in (estimate.smoothed if signal.smoothed
                               else ((estimate.stamp_ns, estimate.row),)):
             part = parts.setdefault(stamp_ns, ([], [], [], []))
-            joints, *fields = joint_values(signal, row, names.joints, names.gear_ratio)
-            part[0].extend(joints)
-            for whole, values in zip(part[1:], fields):
+            found: tuple[list[Any], ...] = joint_values(
+                signal, row, names.joints, names.gear_ratio)
+            for whole, values in zip(part, found):
                 whole.extend(values)
-    messages = []
-    for stamp_ns, (joints, position, velocity, effort) in parts.items():
-        message = JointState()
-        message.header.stamp = to_time(stamp_ns)
-        message.name = joints
-        message.position = array('d', position)
-        message.velocity = array('d', velocity)
-        message.effort = array('d', effort)
-        messages.append(message)
-    return messages
+    return [joint_state(stamp_ns, *part) for stamp_ns, part in parts.items()]
 
 
-def serialised(signal: Signal, estimates: Sequence[tuple[GearboxNames, Estimate]]
-               ) -> Sequence[JointState | bytes]:
+def joint_state(stamp_ns: int, joints: Sequence[str], position: Sequence[float],
+                velocity: Sequence[float], effort: Sequence[float]) -> bytes:
     """
-    Return what to_joint_states makes of a `signal` of several gearboxes, serialised at once.
+    Return a serialised JointState.
 
-    As JointStates where a joint was not measured or the stamps differ; `estimates` as there.
+    Args:
+        stamp_ns: of the header, ns.
+        joints: their names.
+        position: of each, rad; all three may be empty.
+        velocity: likewise, rad/s.
+        effort: likewise, N m.
     """
-    if signal.smoothed:
-        stamps = [stamp_ns for stamp_ns, _ in estimates[0][1].smoothed]
-        if any([stamp_ns for stamp_ns, _ in e.smoothed] != stamps for _, e in estimates):
-            return to_joint_states(signal, estimates)
-        if not stamps:
-            return []
-        rows = np.array([[row for _, row in e.smoothed] for _, e in estimates]).swapaxes(0, 1)
-    else:
-        stamps = [estimates[0][1].stamp_ns]
-        if any(e.stamp_ns != stamps[0] for _, e in estimates):
-            return to_joint_states(signal, estimates)
-        rows = np.array([[e.row for _, e in estimates]])
-    position = signal.positions(rows)
-    if TRANSMISSION not in signal.joints and np.isnan(position).any():
-        return to_joint_states(signal, estimates)
-    joints, scale = _joints(signal, *[names for names, _ in estimates])
-    return encode_joint_states(
-        stamps, joints, position * scale,
-        rows[..., signal.velocity] * scale if signal.velocity else None,
-        rows[..., signal.effort] if signal.effort else None)
+    form, texts = _form(tuple(joints), len(position), len(velocity), len(effort))
+    return form.pack(texts[0], *divmod(stamp_ns, 1_000_000_000), texts[1], *position, texts[2],
+                     *velocity, texts[3], *effort, texts[4])
 
 
 @lru_cache(maxsize=256)
-def _joints(signal: Signal, *gearboxes: GearboxNames) -> tuple[tuple[str, ...], Array]:
-    """Return the joints of `gearboxes` in a message of `signal`, and the scale of each."""
-    return tuple(names.joints[joint] for names in gearboxes for joint in signal.joints), np.array([
-        [signal.scale(joint, names.gear_ratio) for joint in signal.joints]
-        for names in gearboxes])
+def _form(joints: tuple[str, ...], *counts: int) -> tuple[struct.Struct, list[bytes]]:
+    """Return the form of a JointState with so many values, and the bytes in it that stay."""
+    raw = serialize_message(JointState(
+        name=joints, **{field: array('d', bytes(8 * n)) for field, n in zip(FIELDS, counts)}))
+    layout = read_layout(raw)
+    assert layout is not None  # up to MAX_JOINTS
+    form, texts, end = '<4siI', [raw[:4]], 12
+    for offset, count in zip(layout.offsets, counts):
+        form += f'{offset - end}s{count}d'
+        texts.append(raw[end:offset])
+        end = offset + 8 * count
+    return struct.Struct(f'{form}{len(raw) - end}s'), [*texts, raw[end:]]
 
 
 def key_values(component: str, values: Mapping[str, Any]) -> list[KeyValue]:

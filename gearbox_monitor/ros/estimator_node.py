@@ -10,6 +10,7 @@ file moves messages in and out, of one gearbox or of all gearboxes of a robot.
   ros2 run gearbox_monitor estimator_node --ros-args --params-file estimator.yaml
 """
 from collections.abc import Awaitable, Callable, Mapping, Sequence
+from importlib import import_module
 import sys
 from typing import Any
 
@@ -27,7 +28,7 @@ from gearbox_monitor.parameters import SETTINGS
 from gearbox_monitor.recordings.topics import DIAGNOSTICS, DRIFT_ALERTS, JOINT_STATES, SIGNALS
 from gearbox_monitor.ros.black_box import KEEP
 from gearbox_monitor.ros.change_watch import ChangeNamer
-from gearbox_monitor.ros.convert import serialised, to_diagnostics, to_joint_states
+from gearbox_monitor.ros.convert import to_diagnostics, to_joint_states
 from gearbox_monitor.ros.gearbox_input import JointSubscriptions, TakenSamples
 from gearbox_monitor.ros.monitored_gearbox import (
     declare_gearboxes, GearboxSettings, located, MonitoredGearbox)
@@ -48,7 +49,8 @@ class EstimatorNode(TableNode):
     def __init__(self, **node: Any) -> None:
         super().__init__('estimator', **node)
         settings = declare_gearboxes(self)
-        installed()  # the first sample must not wait for it
+        installed()  # the first sample must not wait for it,
+        import_module('scipy.special')  # nor those while trust is first judged
         self._outputs = [
             (signal, advertise(self, JointState, signal.topic, OUTPUT_DEPTH))
             for signal in SIGNALS]
@@ -99,10 +101,9 @@ class EstimatorNode(TableNode):
             if estimate is not None:
                 estimates.append((gearbox, estimate))
         pairs = [(gearbox.names, estimate) for gearbox, estimate in estimates]
-        convert = serialised if len(pairs) > 1 else to_joint_states
         for signal, publisher in self._outputs:
             if publisher.get_subscription_count():
-                for message in convert(signal, pairs):
+                for message in to_joint_states(signal, pairs):
                     publisher.publish(message)
         for gearbox, estimate in estimates:
             gearbox.published(estimate)

@@ -16,7 +16,6 @@ from typing import Any, TypeAlias
 
 from rclpy.node import Node
 from rclpy.qos import qos_check_compatible, QoSCompatibility
-from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 
 from gearbox_monitor.errors import InputError
@@ -28,7 +27,7 @@ from gearbox_monitor.presentation import Said
 from gearbox_monitor.recordings.joint_input import Joiner
 from gearbox_monitor.recordings.topics import JOINT_STATES, PAIRED_JOINT_STATES
 from gearbox_monitor.ros.convert import (
-    joint_values_of, RawSample, SampleReader, stamp_of, to_paired)
+    joint_state, JointReader, Joints, NAN, RawSample, SampleReader)
 from gearbox_monitor.ros.runtime import (
     advertise, alone, Arrivals, best_effort, drain, RMWError, subscribe)
 
@@ -69,7 +68,8 @@ class JointPublishers:
             self.changes += not self._are_two
             self._changed_ns = now_ns
         self._last = number
-        return not (self.are_two(now_ns) or self._changed_within(HOLD, now_ns))
+        return self._changed_ns is None or not (
+            self.are_two(now_ns) or self._changed_within(HOLD, now_ns))
 
     def are_two(self, now_ns: int) -> bool:
         """Return whether two publishers deliver the joint at `now_ns`."""
@@ -133,10 +133,11 @@ class GearboxInput:
         self._reader = SampleReader(*self.joints, model, robot_joints)
         self.foreign = 0
         self._foreign_names: Sequence[str] = ()
-        self._names: list[str] | None = None
+        self._names: Sequence[str] | None = None
         self._warnings: set[str] = set()
         self._unreadable = 0
         self._refused = 0  # messages while two publishers deliver a joint
+        self._changes = 0  # of all publishers
         self._reported_loss = 0
         self.joiner: Joiner[Any] | None = None
         self.motor_topic: str = node.resolve_topic_name(JOINT_STATES)
@@ -167,49 +168,49 @@ class GearboxInput:
 
     # ------------------------------------------------------------------ messages
 
-    def samples(self, message: JointState, info: Info) -> Iterator[TakenSample]:
+    def samples(self, message: Joints, info: Info) -> Iterator[TakenSample]:
         """Yield the samples that `message` with `info` of the motor's topic completes."""
         if message.name != self._names:
             self._names = message.name
             self._check_joints(message)
         if not self._takes(message, info, self.motor_topic):
             return
-        stamp_ns, (motor, arm) = stamp_of(message), self.joints
         if self.joiner is None:
-            sample = self._reader.sample(message, stamp_ns)
-            if sample is not None:
+            if (sample := self._reader.sample(message)) is not None:
                 yield sample
             return
-        if (values := joint_values_of(message, motor)) is not None:
-            yield from self._joined(self.joiner.motor(stamp_ns, values))
-        if not self.separate_arm and (values := joint_values_of(message, arm)) is not None:
-            yield from self._joined(self.joiner.arm(stamp_ns, values))
+        motor, arm = map(message.of, self.joints)
+        if motor is not None:
+            yield from self._joined(self.joiner.motor(message.stamp_ns, motor))
+        if not self.separate_arm and arm is not None:
+            yield from self._joined(self.joiner.arm(message.stamp_ns, arm))
 
-    def arm_samples(self, message: JointState, info: Info) -> Iterator[TakenSample]:
+    def arm_samples(self, message: Joints, info: Info) -> Iterator[TakenSample]:
         """Yield the samples that `message` with `info` of the arm's own topic completes."""
         if self.joiner is None or self.arm_topic is None:
             return
         if self._takes(message, info, self.arm_topic):
-            values = joint_values_of(message, self.joints[1])
+            values = message.of(self.joints[1])
             assert values is not None
-            yield from self._joined(self.joiner.arm(stamp_of(message), values))
+            yield from self._joined(self.joiner.arm(message.stamp_ns, values))
 
     def count_unreadable(self) -> None:
         """Count a message that is too long, or no joint states at all."""
         self._unreadable += 1
 
-    def _takes(self, message: JointState, info: Info, topic: str) -> bool:
+    def _takes(self, message: Joints, info: Info, topic: str) -> bool:
         """Return whether `message` on `topic` has joints of ours, from one publisher each."""
         now_ns = info['received_timestamp'] or time.time_ns()
         number = info['publication_sequence_number']
         publishers = [publishers for joint, publishers in self._publishers[topic].items()
                       if joint in message.name]
-        changes = sum(p.changes for p in publishers)
         admitted = [p.admit(number, now_ns) for p in publishers]
         if not all(admitted):
             self._refused += 1
             self._losses[topic].forget()  # a refused message is not lost
-            if sum(p.changes for p in publishers) > changes:
+            changes, self._changes = self._changes, sum(
+                p.changes for watched in self._publishers.values() for p in watched.values())
+            if self._changes > changes:
                 self.clear()
                 self._changed()
             return False
@@ -221,14 +222,15 @@ class GearboxInput:
 
     def _joined(self, pairs: Iterable[tuple[int, Any, Any]]) -> Iterator[TakenSample]:
         for stamp_ns, motor, arm in pairs:
-            message = to_paired(stamp_ns, self.joints, motor, arm)
-            self._paired.publish(message)
-            if (sample := self._reader.sample(message, stamp_ns)) is not None:
+            position, effort = zip(motor, arm or (NAN, NAN))
+            self._paired.publish(joint_state(stamp_ns, self.joints, position, (), effort))
+            if (sample := self._reader.sample(
+                    Joints(stamp_ns, self.joints, position, effort))) is not None:
                 yield sample
 
     # ------------------------------------------------------------------ words
 
-    def _check_joints(self, message: JointState) -> None:
+    def _check_joints(self, message: Joints) -> None:
         """Warn once per arrangement of joints if `message` is incomplete for an estimate."""
         motor, arm = self.joints
         names = list(message.name)
@@ -361,7 +363,7 @@ class JointSubscriptions:
 
     def __init__(self, node: Node, inputs: Sequence[GearboxInput],
                  take: Callable[[TakenSamples], None]) -> None:
-        self._inputs, self._take = inputs, take
+        self._inputs, self._take, self._read = inputs, take, JointReader()
         self._main = subscribe(node, JointState, JOINT_STATES, self._on_message,
                                best_effort(DEPTH), raw=True)
         arm_topic = inputs[0].separate_arm  # only a single gearbox may have one
@@ -403,11 +405,11 @@ class JointSubscriptions:
             if time.monotonic() > end:
                 break
 
-    def _unpacked(self, raw: bytes) -> JointState | None:
-        """Return the JointState of the bytes `raw`; None if they are none or too many."""
+    def _unpacked(self, raw: bytes) -> Joints | None:
+        """Return what the bytes `raw` tell; None if they are no JointState or too many."""
         if len(raw) <= MAX_BYTES:
             try:
-                return deserialize_message(raw, JointState)
+                return self._read(raw)
             except (RMWError, UnicodeDecodeError):
                 pass  # anybody can publish any bytes
         for joint_input in self._inputs:
