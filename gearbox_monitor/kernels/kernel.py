@@ -33,6 +33,7 @@ INTERPRETED = os.environ.get('GEARBOX_MONITOR_KERNELS', '') == 'python'
 # What decides the last bits of a result.
 KERNELS = f'{"interpreted" if INTERPRETED else "C"} on {platform.machine()}'
 RESULT = 64  # bytes ahead of the arguments
+NOTHING = ctypes.c_char * 0
 SCALARS: dict[Any, Type] = {float: FLOAT, int: INT, bool: BOOL, type(None): Known(None)}
 
 
@@ -133,15 +134,17 @@ def _flatten(kinds: Sequence[Type], values: Sequence[Any], slots: list[Any],
     """Append `values` to `slots`; to `copies` (copy, original) of what is not contiguous."""
     for kind, value in zip(kinds, values, strict=True):
         if isinstance(kind, Array):
-            if type(value) is not np.ndarray or (value.ndim, value.dtype.str[1:]) != (
-                    kind.ndim, kind.element):
+            if type(value) is not np.ndarray or value.ndim != kind.ndim or (
+                    value.dtype != kind.dtype):
                 raise TypeError(f'{getattr(value, "dtype", type(value).__name__)} '
                                 f'{getattr(value, "shape", "")}, expected {kind.element} of '
                                 f'{kind.ndim} dimensions')
             if not value.flags.c_contiguous:
                 copies.append((np.ascontiguousarray(value), value))
                 value = copies[-1][0]
-            slots.append(value.__array_interface__['data'][0])
+            # The interface of an array takes longer than most kernels.
+            slots.append(ctypes.addressof(NOTHING.from_buffer(value)) if value.flags.writeable
+                         else value.__array_interface__['data'][0])
             slots += value.shape
         elif isinstance(kind, Record):
             _flatten(kind.items, value, slots, copies)

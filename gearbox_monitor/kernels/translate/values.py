@@ -5,7 +5,7 @@
 import ast
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 import linecache
 import math
 from types import FunctionType
@@ -43,6 +43,11 @@ class Array:
     element: str
     ndim: int
     contiguous: bool = True
+
+    @cached_property
+    def dtype(self) -> 'np.dtype[Any]':
+        """Its elements as numpy has them."""
+        return np.dtype(self.element)
 
 
 @dataclass(frozen=True)
