@@ -28,6 +28,8 @@ from gearbox_monitor.watch.levels import Levels
 from gearbox_monitor.watch.settings import DATED, SECOND, WATCH_SETTINGS
 
 DESCRIBE, LEARN, WATCH = PHASES = ('describe', 'learn', 'watch')
+LENGTHS = tuple(round(seconds * SECOND) for seconds in (
+    WATCH_SETTINGS.block, WATCH_SETTINGS.late, WATCH_SETTINGS.back))
 Row = tuple[int, Sequence[str], Sequence[float], Sequence[float], Sequence[float]]
 
 
@@ -81,8 +83,7 @@ class Cutter:
             velocity: of each, rad/s or m/s; empty or NaN: none.
             effort: of each, N m, N or A; empty or NaN: none.
         """
-        length, late, back = (round(seconds * SECOND) for seconds in (
-            WATCH_SETTINGS.block, WATCH_SETTINGS.late, WATCH_SETTINGS.back))
+        length, late, back = LENGTHS
         out: list[Block] = []
         stamp = stamp_ns + self._later
         if self._begin is not None and stamp < self._begin:
@@ -133,11 +134,15 @@ def _block(begin_ns: int, rows: Sequence[Row]) -> Block:
     place = {name: k for k, name in enumerate(joints)}
     stamps, at = np.unique([r[0] for r in rows], return_inverse=True)
     values = np.full((3, len(stamps), len(joints)), np.nan)
-    for row, (_, names, *columns) in zip(at.tolist(), rows):
-        where = [place[name] for name in names]
-        for table, x in zip(values, columns):
-            if len(x) == len(where):
-                table[row, where] = x
+    alike: dict[tuple[object, ...], list[int]] = {}     # rows of the same joints and quantities
+    for k, (_, names, *columns) in enumerate(rows):
+        alike.setdefault((*names, *map(len, columns)), []).append(k)
+    for part in alike.values():
+        names = rows[part[0]][1]
+        where = np.ix_(at[part], np.array([place[name] for name in names]))
+        for table, *columns in zip(values, *(rows[k][2:] for k in part)):
+            if len(columns[0]) == len(names):
+                table[where] = columns
     there = np.isfinite(values).any(axis=(0, 1))    # a recording names joints of all its messages
     return Block(begin_ns, tuple(name for name, x in zip(joints, there) if x),
                  stamps.astype(np.int64), *values[:, :, there])
