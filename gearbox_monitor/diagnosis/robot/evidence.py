@@ -19,6 +19,7 @@ true one,
 """
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 import math
 from typing import Any, NamedTuple
 
@@ -141,6 +142,15 @@ class JointRows:
     def spread(self, per_cell: Array) -> Array:
         """Return the values [R] of cells `per_cell` [C]."""
         return np.repeat(per_cell, [c.stop - c.start for c in self.cells])
+
+    @cached_property
+    def close(self) -> Array:
+        """How near the bands of two cells of one recording are [C, C]; 0 of a cell itself."""
+        place = np.arange(len(self.count))
+        distance = np.abs(np.subtract.outer(place, place))
+        same = np.equal.outer(self.recording, self.recording)
+        result: Array = np.exp(-distance / 1.5) * (distance > 0) * same
+        return result
 
 
 @dataclass(frozen=True, eq=False)
@@ -477,11 +487,8 @@ class RobotEvidence:
         """
         count = a.count
         log = np.log(squares / count)
-        distance = np.abs(np.subtract.outer(np.arange(len(count)), np.arange(len(count))))
-        same = np.equal.outer(a.recording, a.recording)
-        close = np.exp(-distance / 1.5) * (distance > 0) * same
-        total = close @ count
-        smooth = np.where(total > 0.0, close @ (log * count) / np.maximum(total, 1e-9), log)
+        total = a.close @ count
+        smooth = np.where(total > 0.0, a.close @ (log * count) / np.maximum(total, 1e-9), log)
         shrink = SETTINGS.shrink
         return count * np.exp((count * log + shrink * smooth) / (count + shrink))
 

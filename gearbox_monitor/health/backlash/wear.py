@@ -136,7 +136,7 @@ class Posterior:
         """Return the Fit of the wear that has these `columns`."""
         o, c = self.observations, columns
         weighted = o.weight[:, :, c.feature].transpose(2, 0, 1) * c.values[:, :, None]
-        reach = np.einsum('fcb,tcf->tfb', o.design, weighted, optimize=True).reshape(
+        reach = (weighted.transpose(2, 0, 1) @ o.design).transpose(1, 0, 2).reshape(
             len(c.feature), self.mean.size)
         gram = np.einsum('tcu,uc->tu', weighted[:, :, c.feature], c.values) \
             - reach @ self.covariance @ reach.T
