@@ -36,8 +36,8 @@ class Stream:
         self.steps = 0
 
     def go(self, seconds, scale=1.0, offset=0.0):
-        t = 1e-3 * (self.steps + np.arange(round(seconds * 1e3)))
-        out = self.plant.run(offset + scale * Excitation().torque(t), 1e-3)
+        t = 2e-3 * (self.steps + np.arange(round(seconds * 500)))
+        out = self.plant.run(offset + scale * Excitation().torque(t), 2e-3)
         self.steps += len(t)
         stamps = 10 ** 18 + np.round(t * 1e9).astype(np.int64)
         u = np.stack([out.u, np.full(len(t), np.nan)], axis=1)
@@ -86,7 +86,7 @@ def test_gap_and_stiffness_of_case_b():
     source = Stream(CASE_B, NOISE_B, TUNED)
     source.go(2.0)
     rows = source.go(100.0).smoothed
-    windows = [features.fit(rows[k:k + 9900], CASE_B, 0) for k in range(0, 98000, 9900)][:10]
+    windows = [features.fit(rows[k:k + 4950], CASE_B, 0) for k in range(0, 49_000, 4950)][:10]
     gap, gap_std, stiffness, stiffness_std = (
         np.array([getattr(w, name) for w in windows])
         for name in ('gap', 'gap_std', 'stiffness', 'stiffness_std'))

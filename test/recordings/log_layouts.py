@@ -14,7 +14,7 @@ import numpy as np
 import pyarrow as pa
 from pyarrow import parquet
 
-RATE, SAMPLES = 200.0, 700
+RATE, SAMPLES = 200.0, 500
 
 
 @dataclass

@@ -89,7 +89,7 @@ def test_a_change_that_lasts_is_raised_at_its_joint_and_ends(
         settled, arm, kind, attribute, joint, factor, size):
     begun = arm.number
     getattr(arm, attribute)[joint] = factor
-    watch, events = watched(settled[1], messages(arm, 9))
+    watch, events = watched(settled[1], messages(arm, 6))
     raised, = (e for e in events if e.kind == 'raised')
     change, = watch.standing
     assert (change.kind, change.place, raised.place) == (kind, NAMES[joint], NAMES[joint])
@@ -99,19 +99,19 @@ def test_a_change_that_lasts_is_raised_at_its_joint_and_ends(
         Level.WARN if k == joint else Level.OK for k in range(3)] and watch.level == Level.WARN
     assert not save_baseline(watch).standing
     getattr(arm, attribute)[joint] = 1.0
-    watch, events = watched(watch, messages(arm, 9))
+    watch, events = watched(watch, messages(arm, 6))
     assert [e.place for e in events if e.kind == 'over'] == [NAMES[joint]] and not watch.standing
 
 
 def test_a_weight_near_the_end_is_no_load(settled, arm):
     """A load of another centre explains nearly as much of it; a true load is one all the same."""
     arm.added = 0.6
-    watch, events = watched(settled[1], messages(arm, 6))
+    watch, events = watched(settled[1], messages(arm, 5))
     change, = watch.standing
     assert (change.kind, change.place) == (WEIGHT, NAMES[1]) and change.size > 0.1
     assert not [e for e in events if e.kind == 'payload']
     arm.load = LOAD
-    watch, _ = watched(watch, messages(arm, 6))
+    watch, _ = watched(watch, messages(arm, 4))
     held, = watch.payloads
     assert abs(held.mass - LOAD) < 3.0 * held.mass_std + 0.01 and watch.standing == (
         replace(change, size=watch.standing[0].size, std=watch.standing[0].std),)
@@ -203,7 +203,7 @@ def test_a_step_that_does_not_last_is_no_change(settled, arm):
         arm.friction[1] = 2.0
         watch, _ = watched(watch, messages(arm, length))
         arm.friction[1] = 1.0
-        watch, _ = watched(watch, messages(arm, 9))
+        watch, _ = watched(watch, messages(arm, 6))
     assert not watch.changes
 
 
@@ -213,7 +213,7 @@ def test_what_does_not_move_or_drowns_in_noise_is_not_judged(settled, arm):
     assert [j.level for j in watch.joints] == [None, Level.OK, Level.OK] and watch.level is None
     assert watch_data(watch)['summary'] == '2 joints as learnt; 1 not judged.'
     arm.still, arm.noise = (), 40.0
-    watch, _ = watched(watch, messages(arm, 9))
+    watch, _ = watched(watch, messages(arm, 6))
     assert [j.level for j in watch.joints] == [None] * 3 and watch.level is None
     assert not watch.changes
 
@@ -229,13 +229,13 @@ def test_a_dead_sensor_of_a_joint_is_never_ok(settled, arm, quantity, value):
         watch, _ = watched(watch, stream)
         assert watch.level is None
     assert quantity == 'position' or watch.notes == ('no position or no effort of joint2',)
-    watch, _ = watched(watch, messages(arm, 9))
+    watch, _ = watched(watch, messages(arm, 6))
     assert watch.level == Level.OK and not watch.changes
 
 
 def test_a_friction_that_comes_and_goes_is_never_ok(settled, arm):
     watch = settled[1]
-    for number in range(18):
+    for number in range(12):
         arm.friction[1] = 1.0 if number % 3 else 1.8
         watch, _ = watched(watch, arm.block())
         assert watch.level != Level.OK or number in (1, 2)
@@ -284,7 +284,7 @@ def test_a_load_counts_from_the_first_block_although_others_taught():
     arm.noise = 2.0
     stream = messages(arm, 2)
     arm.noise, arm.load = 0.1, LOAD
-    watch, _ = watched(begin(urdf()), stream + messages(arm, 13))
+    watch, _ = watched(begin(urdf()), stream + messages(arm, 10))
     held, = watch.payloads
     assert watch.empty[0].covariance.any() and not watch.changes
     assert abs(held.mass - LOAD) < 3.0 * held.mass_std < 0.5 * LOAD

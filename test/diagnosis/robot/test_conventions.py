@@ -32,9 +32,9 @@ def arm():
                  np.array([0.0, 0.0, -9.81]))
 
 
-def raw(payload=0.0, seed=0):
+def raw(payload=0.0, seed=0, seconds=15.0):
     """Return the columns of a healthy arm, or of one that carries a payload (kg)."""
-    rng, chain, t = np.random.default_rng(seed), arm(), np.arange(0.0, 25.0, 0.01)
+    rng, chain, t = np.random.default_rng(seed), arm(), np.arange(0.0, seconds, 0.01)
     f, phase = rng.uniform(0.1, 0.6, (3, 3, 1)), rng.uniform(0.0, 2.0 * math.pi, (3, 3, 1))
     wave, turn = 2.0 * math.pi * f, 2.0 * math.pi * f * t + phase
     q = (0.4 * np.sin(turn).sum(axis=1) + [[0.1], [0.3], [-0.5]]).T
@@ -133,7 +133,7 @@ def test_commands_read_a_robot_as_it_is_named_and_learn_refuses_it(tmp_path, cap
                                                    (2.0, 2.0, 1.0))))
     text = text.replace('effort="100"', 'effort="0"', 1)
     (tmp_path / 'arm.urdf').write_text(text)
-    columns = raw(1.0)
+    columns = raw(1.0, seconds=25.0)
     table = np.column_stack([columns.t, *(x for j in JOINTS for x in (
         columns.position[j], columns.input[j]))])
     table[:, 5:7] *= -1.0
