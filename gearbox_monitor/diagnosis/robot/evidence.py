@@ -144,6 +144,11 @@ class JointRows:
         return np.repeat(per_cell, [c.stop - c.start for c in self.cells])
 
     @cached_property
+    def rows(self) -> float:
+        """The effective number of all rows."""
+        return float(self.count.sum())
+
+    @cached_property
     def close(self) -> Array:
         """How near the bands of two cells of one recording are [C, C]; 0 of a cell itself."""
         place = np.arange(len(self.count))
@@ -293,7 +298,7 @@ class RobotEvidence:
 
     def rows_in(self, candidate: Candidate) -> float:
         """Return the effective number of rows that a candidate acts on."""
-        return float(sum(self.at[j].count.sum() for j in candidate.columns))
+        return sum(self.at[j].rows for j in candidate.columns)
 
     def _columns(self, chosen: Sequence[Candidate]) -> tuple[list[Array], list[Integers], Array]:
         """Return columns [R, E_j] and their places of each joint, and their scale [E]."""
@@ -515,24 +520,28 @@ class RobotEvidence:
                 score = np.zeros(c.width)
                 for j, own_rows in columns.items():
                     score += own_rows.T @ (weight[j] * fit.residual[j])
-                out[i] = _estimate(c, score, *self._schur(
-                    fit, columns, full, index, weight, grams))
+                schur, squares = self._schur(fit, columns, full, index, weight, grams)
+                out[i], = _estimates([c], score[None], schur[None], squares[None])
         for j, numbers in single.items():
             x: Array = np.concatenate(
                 [self._in_part(candidates[i], j, fit, part) for i in numbers], axis=1)
             xw = x * weight[j][:, None]
             score, xz = xw.T @ fit.residual[j], xw.T @ full[j]
             inner = xz @ fit.covariance[index[j][:, None], index[j]]
-            begin = 0
-            for i in numbers:
-                own = slice(begin, begin + candidates[i].width)
-                begin = own.stop
-                xx = xw[:, own].T @ x[:, own]
-                schur: Array = xx - inner[own] @ xz[own].T
-                size = np.sqrt(np.diag(xx)) + 1e-30
-                if np.linalg.eigvalsh(schur / np.outer(size, size))[0] < CANCELLED:
-                    schur, _ = self._schur(fit, {j: x[:, own]}, full, index, weight, grams)
-                out[i] = _estimate(candidates[i], score[own], schur, np.diag(xx))
+            widths = np.array([candidates[i].width for i in numbers])
+            for width in np.unique(widths):     # at once: M of one width
+                own = np.flatnonzero(widths == width)
+                at = (np.cumsum(widths) - widths)[own, None] + np.arange(width)     # [M, width]
+                xx = xw.T[at] @ x.T[at].transpose(0, 2, 1)
+                schurs: Array = xx - inner[at] @ xz[at].transpose(0, 2, 1)
+                squares = np.diagonal(xx, axis1=1, axis2=2)
+                for k in np.flatnonzero(np.linalg.eigvalsh(
+                        schurs / _products(np.sqrt(squares) + 1e-30))[:, 0] < CANCELLED):
+                    schurs[k], _ = self._schur(fit, {j: x[:, at[k]]}, full, index, weight, grams)
+                of = [numbers[k] for k in own]
+                for i, e in zip(of, _estimates([candidates[i] for i in of], score[at], schurs,
+                                               squares)):
+                    out[i] = e
         return [e for e in out if e is not None]
 
     def _in_part(self, c: Candidate, joint: int, fit: RobotFit, part: Sequence[Array] | None
@@ -665,12 +674,28 @@ def _precision(chosen: Sequence[Candidate], scale: Array) -> Array:
     return out + (scale * known) ** -2.0
 
 
-def _estimate(candidate: Candidate, score: Array, schur: Array, squares: Array) -> AddedEstimate:
-    """Return coefficients of a linear step, made safe where columns are not excited."""
-    size = np.sqrt(squares) + 1e-30
-    inner = schur / np.outer(size, size) + SINGULAR * np.eye(len(size))
-    if candidate.deviation is not None:
-        inner += np.diag((size * candidate.deviation) ** -2.0)
-    covariance = np.linalg.inv(inner) / np.outer(size, size)
-    values = covariance @ score
-    return AddedEstimate(values, covariance, float(score @ values))
+def _products(x: Array) -> Array:
+    """Return the outer products [M, k, k] of each row of `x` [M, k] with itself."""
+    return x[:, :, None] * x[:, None]
+
+
+def _estimates(candidates: Sequence[Candidate], score: Array, schur: Array, squares: Array
+               ) -> list[AddedEstimate]:
+    """
+    Return coefficients of linear steps, made safe where columns are not excited.
+
+    Args:
+        candidates: of one width k, each alone.
+        score: [M, k].
+        schur: complements [M, k, k].
+        squares: of the columns [M, k].
+    """
+    size, diagonal = np.sqrt(squares) + 1e-30, np.arange(schur.shape[1])
+    inner = schur / _products(size)
+    inner[:, diagonal, diagonal] += SINGULAR
+    for c, s, own in zip(candidates, size, inner):
+        if c.deviation is not None:
+            own[diagonal, diagonal] += (s * c.deviation) ** -2.0
+    covariance = np.linalg.inv(inner) / _products(size)
+    values = (covariance @ score[:, :, None])[:, :, 0]
+    return [AddedEstimate(b, c, float(s @ b)) for b, c, s in zip(values, covariance, score)]
