@@ -40,7 +40,7 @@ CASES = {
 }
 
 
-def record(effects, seconds=4, seed=1, std=SIGMA, u=None, model=None, dt=DT):
+def record(effects, seconds=3, seed=1, std=SIGMA, u=None, model=None, dt=DT):
     """Return a recording of the paper's drive with `effects` under a sum of sines."""
     t = np.arange(round(seconds / dt)) * dt
     if u is None:
@@ -77,7 +77,7 @@ def cases():
     """Return {id: (DriveRecordings, fit without, fit of the id)} of all cases."""
     out = {}
     for name, (values, _) in CASES.items():
-        evidence = evidence_of(record([{'id': name, **values}]), ids=[name])
+        evidence = evidence_of(record([{'id': name, **values}], 4), ids=[name])
         out[name] = evidence, without(evidence), from_truth(evidence, name, values)
     return out
 
@@ -573,7 +573,7 @@ def test_a_change_of_what_the_model_has_begins_there(changed):
 
 def test_two_changes_one_of_what_the_model_has():
     has, scale = {'id': 'gravity', 'G': 0.68, 'phi': 0.0}, {'id': 'torque_gain', 'g': 0.06}
-    evidence = evidence_of(record([{**has, 'G': 0.6}, scale]), model=DriveModel().with_(
+    evidence = evidence_of(record([{**has, 'G': 0.6}, scale], 4), model=DriveModel().with_(
         effects=(has,)), ids=['gravity', 'torque_gain', 'arm_inertia'])
     decision = decide(evidence)
     assert set(decision.ids) == {'gravity', 'torque_gain'} and not decision.remains
