@@ -103,8 +103,8 @@ def test_linear_drive_equals_the_kalman_filter(kind, rows):
 
 
 def test_equals_filterpy_ukf():
-    """Textbook weights, the last with a centre that counts less in the covariance."""
-    for alpha, beta, kappa in ((0.5, 2.0, 1.0), (1.3, 0.5, 0.5)):
+    """Textbook weights; in the covariance the last centre counts less, then not at all."""
+    for alpha, beta, kappa in ((0.5, 2.0, 1.0), (1.3, 0.5, 0.5), (1.0, 0.0, 0.0)):
         p, constants, n = setup(
             'unknown load', ukf_alpha=alpha, ukf_beta=beta, ukf_kappa=kappa,
             **{k: v for k, v in TUNED.items() if k != 'arm_load'})

@@ -112,7 +112,8 @@ def transform(layout: Layout, z: Array, factor: Array, reading: Reading, p: Arra
     spread = math.sqrt(alpha2 * (n + p[UKF_KAPPA]))
     root = 1.0 / spread
     weight = root * root
-    shared = (1.0 - math.sqrt(1.0 + (p[UKF_BETA] - alpha2) * n * weight)) / n
+    # Rounding alone makes it negative, where the centre weighs nothing.
+    shared = (1.0 - math.sqrt(max(1.0 + (p[UKF_BETA] - alpha2) * n * weight, 0.0))) / n
     for j in range(n):  # n points ahead, n behind, the centre, and idle ones
         at, centre = j * BESIDE, z[j]
         lanes[at:at + BESIDE] = centre
