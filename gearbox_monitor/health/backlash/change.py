@@ -11,6 +11,7 @@ the wear is, since when, and when a limit will be reached.
 """
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 import math
 from typing import NamedTuple, Self
 
@@ -404,7 +405,7 @@ class Tracker:
                 for share, change in ((viscous, shift), (1.0 - viscous, -shift))]
         return rows[0], rows[1]
 
-    @property
+    @cached_property
     def point_windows(self) -> int:
         """Number of windows at the operating point of the newest one."""
         return self.data.count(self.point) if self.point >= 0 else 0

@@ -64,7 +64,7 @@ def test_no_convention_stands_for_a_payload():
 
 NAMED = [
     (2, 'reversed'), (1, 'effort:-1'), (1, 'effort:0.1'), (1, 'zero:1.571'),
-    (2, 'deg'), (1, 'reversed,effort:-1')]
+    (2, 'deg'), (1, 'reversed,effort:-1'), (1, 'zero:0.37')]
 
 
 def expect_named(payload, joint, rules):
@@ -87,10 +87,8 @@ def expect_named(payload, joint, rules):
 
 def test_a_convention_is_named_with_the_option_that_undoes_it():
     """A driver that counts otherwise: the reading is the inverse of what it did."""
-    for payload in (0.0, 1.0):
-        for joint, rules in NAMED:
-            expect_named(payload, joint, rules)
-    expect_named(0.0, 1, 'zero:0.37')
+    for k, (joint, rules) in enumerate(NAMED):
+        expect_named(float(k % 2), joint, rules)
 
 
 def test_exchanged_joints_are_named():
