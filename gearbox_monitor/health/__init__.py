@@ -27,5 +27,5 @@ Public names, by module:
     judgement: accepted, CLASSES, folded, from_data, Health, serviced, SLIP, to_data
     monitor: CONDITIONS, DRIFT_SHOWS, Monitor, NO_DATA, ROW_CHECKS
     staleness: Silence
-    wear_outcome: figures, said_of_slips, sentence, worst
+    wear_outcome: figures, OF_WINDOWS, said_of_slips, sentence, worst
 """

@@ -10,7 +10,7 @@ from typing import Any
 from gearbox_monitor.health.alert_limits import LIMITS
 from gearbox_monitor.health.backlash.change import RECENT
 from gearbox_monitor.health.backlash.change_tests import (
-    ChangeTest, COMPONENTS, FEATURES, FRICTION, GAP, LOST_MOTION, MEASURED, size_name, STIFFNESS,
+    ChangeTest, COMPONENTS, FEATURES, FRICTION, GAP, LOST_MOTION, size_name, STIFFNESS,
     TESTS, tests_of, VISCOUS_SHARE, WEAR, WEAR_FEATURES)
 from gearbox_monitor.health.backlash.features import Backlash, width_of
 from gearbox_monitor.health.backlash.wear import span, when
@@ -20,8 +20,10 @@ from gearbox_monitor.health.judgement import Health
 from gearbox_monitor.presentation import percent, Quantity, Said
 
 NOUNS = tuple(feature.noun for feature in WEAR_FEATURES)
-PUBLISHED = (*(name + std for name, unit in MEASURED.items() if unit != 'rad'
-               for std in ('', '_std')), 'separable', 'flank', 'coverage')  # of a window, by name
+OF_WINDOWS = {component: tuple(  # features, published by the names of their fields
+    feature for feature in WEAR_FEATURES
+    if feature.component == component and feature.unit not in ('', 'rad'))
+    for component in COMPONENTS}
 NEVER_NS = 2 ** 62  # as late as a stamp can be
 LEADING = (GAP, LOST_MOTION, FRICTION)  # the others of a component stand beside
 SHOWN = {component: tuple(
@@ -211,19 +213,21 @@ def _against_model(health: Health, column: int) -> tuple[Said, ...]:
 
 
 def _measured(health: Health, component: str, window: Backlash) -> dict[str, Any]:
-    values: dict[str, Any]
+    values: dict[str, Any] = {
+        f.name + std: getattr(health.backlash, f.name + std)
+        for f in OF_WINDOWS[component] if health.backlash for std in ('', '_std')}
     if isinstance(window, Backlash) and component == 'backlash':
-        values = {
+        values |= {
             'gap_rad': window.gap, 'gap_std_rad': window.gap_std,
             'gap_arcmin': math.degrees(window.gap) * 60.0, 'lost_motion_rad': window.lost_motion,
-            **{name: getattr(window, name) for name in PUBLISHED},
+            **{name: getattr(window, name) for name in ('separable', 'flank', 'coverage')},
             'baseline_gap_rad': health.features[GAP].baseline,
             'baseline_stiffness': health.features[STIFFNESS].baseline,
             'growth': health.width.change, 'growth_std': health.width.change_std}
     else:
-        values = {'viscous_change': window.viscous, 'viscous_change_std': window.viscous_std,
-                  'coulomb_change': window.coulomb, 'coulomb_change_std': window.coulomb_std,
-                  'torque_gain_change': window.gain}
+        values |= {'viscous_change': window.viscous, 'viscous_change_std': window.viscous_std,
+                   'coulomb_change': window.coulomb, 'coulomb_change_std': window.coulomb_std,
+                   'torque_gain_change': window.gain}
         values['friction_change'], values['friction_change_std'] = health.growth(FRICTION)
         for name, change in zip(('viscous', 'coulomb'), health.coefficients):
             values[f'{name}_growth'], values[f'{name}_growth_std'] = change

@@ -20,6 +20,7 @@ from gearbox_monitor.estimation.estimates import COLUMNS, Estimates, SMOOTHED_CO
 from gearbox_monitor.files.knowledge_file import save_watch
 from gearbox_monitor.files.opening import plain, write_new
 from gearbox_monitor.files.yaml_files import save_model, write_parameters
+from gearbox_monitor.health.backlash.change_tests import MEASURED
 from gearbox_monitor.health.backlash.features import Backlash, NotExcited, width_of
 from gearbox_monitor.library.estimation import BacklashWindows, RecordingEstimates
 from gearbox_monitor.library.identify import TunedParameters, write_adapted
@@ -170,8 +171,7 @@ def _estimated(estimates: Estimates) -> Columns:
 
 
 def _windows(windows: BacklashWindows) -> Columns:
-    names = ('gap', 'gap_std', 'stiffness', 'stiffness_std', 'hysteresis', 'hysteresis_std',
-             'lost_motion', 'lost_motion_std', 'separable')
+    names = (*(name + std for name in MEASURED for std in ('', '_std')), 'separable')
     usual = dict.fromkeys(names, np.nan) | {'separable': False}
     return {'end': windows.ends, **{
         name: [getattr(fit, name, usual[name]) for fit in windows.fits] for name in names},

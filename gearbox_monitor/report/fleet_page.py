@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from gearbox_monitor.health.backlash.change_tests import MEASURED
+from gearbox_monitor.health.backlash.change_tests import MEASURED, WEAR_FEATURES
 from gearbox_monitor.health.backlash.features import width_of
 from gearbox_monitor.health.backlash.wear import when
 from gearbox_monitor.presentation import on_axis, percent
@@ -29,6 +29,8 @@ DAY, YEAR = 86400e9, 365.25 * 86400.0
 # Features with a curve: noun, unit of a rotary axis.
 CURVES = {name: ('backlash' if name == 'gap' else name.replace('_', ' '), unit)
           for name, unit in MEASURED.items()}
+# Whose change is relative to the healthy value.
+GROWING = {feature.name for feature in WEAR_FEATURES if feature.prior.logarithmic}
 # States of a robot's joint with a column and a curve.
 STATES = {'friction': 'friction', 'torque_scale': 'torque scale', 'weight': 'weight',
           'rotor': 'rotor'}
@@ -281,7 +283,7 @@ def _panel(gearbox: Gearbox, feature: str, first: float, growth: Span) -> list[P
                          for point in points])]
     x = traces[0].x
     healthy, limits = gearbox['features'][feature]['baseline'], None
-    if healthy is not None and feature != 'hysteresis':  # held until the next bag: a jump is one
+    if healthy is not None and feature in GROWING:  # held until the next bag: a jump is one
         judged = healthy * (1.0 + np.array([point['changes'][feature] for point in points]))
         traces.append(Trace(np.append(x, x[-1]), judged, 'as judged', 'nominal', step=True))
     if healthy:

@@ -6,12 +6,13 @@ The table of key/values on /diagnostics and drift_alerts.
 
 Nodes publish by it, in its order; docs/messages.md is made of it. All keys are snake_case.
 """
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from gearbox_monitor.estimation.consider import ERROR_NAMES
-from gearbox_monitor.health.backlash.change_tests import ChangeTest, MEASURED, size_name, TESTS
+from gearbox_monitor.health.backlash.change_tests import ChangeTest, size_name, TESTS
 from gearbox_monitor.health.monitor import ROW_CHECKS
+from gearbox_monitor.health.wear_outcome import OF_WINDOWS
 from gearbox_monitor.parameters import CURVES, ESTIMATOR, RANDOM_WALK
 from gearbox_monitor.report.sentences import CHANGES
 
@@ -42,6 +43,13 @@ def _of_test(test: ChangeTest) -> tuple[DiagnosticKey, ...]:
         *(() if size == 'growth' else ((size, '-', 'size of the change, while there is one'),)),
         (f'{size}_std', '-', 'its standard deviation'),
         (f'{size}_since', '', 'when it began'))
+
+
+def _features(component: str) -> Iterator[tuple[str, str, str]]:
+    """Yield the rows of the features of `component` in the newest window."""
+    for feature in OF_WINDOWS[component]:
+        yield feature.name, feature.unit, f'{feature.name} of the newest window'
+        yield f'{feature.name}_std', feature.unit, 'its deviation'
 
 
 _KEPT = ('recording', '', 'outcome of the recording of its newest ERROR, with `keep_folder`')
@@ -159,9 +167,7 @@ DIAGNOSTIC_KEYS = (
          ('gap_rad', 'rad', 'backlash of the newest window'),
          ('gap_std_rad', 'rad', 'its deviation'),
          ('gap_arcmin', 'arcmin', 'the backlash in arcmin'),
-         *(row for name, unit in MEASURED.items() if unit != 'rad' for row in (
-             (name, unit, f'{name} of the newest window'),
-             (f'{name}_std', unit, 'its deviation'))),
+         *_features('backlash'),
          ('lost_motion_rad', 'rad', 'twist moving up minus twist moving down'),
          ('separable', '0/1', 'whether backlash and compliance are distinguishable'),
          ('flank', '-', 'share of the samples on the less visited flank'),
@@ -188,7 +194,7 @@ DIAGNOSTIC_KEYS = (
          ('viscous_growth_std', '-', 'its deviation'),
          ('coulomb_growth', '-', 'Coulomb friction against the baseline'),
          ('coulomb_growth_std', '-', 'its deviation'),
-         _KEPT, *_POINT),
+         *_features('friction'), _KEPT, *_POINT),
     *_of('diagnosis', _CODES,
          ('alert', '', 'what raised the newest one'),
          ('since', '', 'when that began'),
