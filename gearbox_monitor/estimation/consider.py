@@ -33,7 +33,7 @@ import numpy as np
 from gearbox_monitor.estimation.filter_kind import places, Reading, sensitivities
 from gearbox_monitor.estimation.process_model import (
     advance_beside, BESIDE, curve_count, EIGENVALUE, ENCODER_DELAY_STD, FACTOR_DELAY, FACTOR_GAIN,
-    FACTORS, N_FACTORS, N_LANE, TAU_K, torque_slopes, UNIFORM, WALKS, X1, X2, X3, X4)
+    FACTORS, N_FACTORS, N_LANE, TAU_K, torque_slopes, UNIFORM, USUAL, X1, X2, X3, X4)
 from gearbox_monitor.kernels.kernel import apart, folded, inline
 from gearbox_monitor.kernels.types import Array, Layout, Triple, Vector
 from gearbox_monitor.plant.drive import (
@@ -51,8 +51,7 @@ class Companions(NamedTuple):
     The c filters beside a filter of n states; their arrays are changed in place.
 
     number: c. s [c * n + 1]: sensitivities one by one, and the last motor torque, NaN after a
-    start. lanes: as of process_model.advance_beside, the filter's own drive first, then the c
-    others.
+    start. lanes: as of process_model.advance_beside, the c drives, then the filter's own.
     """
 
     number: int
@@ -94,7 +93,7 @@ def companions_of(drive: DriveModel, n: int) -> Companions:
     s[-1] = math.nan
     companions = Companions(len(changes), s, np.ones((n + N_LANE + N_FACTORS) * BESIDE))
     companions.factors[FACTOR_DELAY] = 0.0
-    for lane, (_, row, value) in enumerate(changes, 1):
+    for lane, (_, row, value) in enumerate(changes):
         companions.factors[row, lane] = value
     return companions
 
@@ -122,7 +121,7 @@ def restart(companions: Companions) -> None:
     companions.s[-1] = math.nan
 
 
-@folded(*WALKS)
+@folded(*USUAL)
 @apart
 def accompany(layout: Layout, companions: Companions, z: Array, reading: Reading,
               p: Array, record: Array) -> bool:
@@ -149,23 +148,24 @@ def accompany(layout: Layout, companions: Companions, z: Array, reading: Reading
     for j in range(n):
         lanes[j * BESIDE:(j + 1) * BESIDE] = z[j]
         for i in range(count):
-            lanes[j * BESIDE + 1 + i] += s[i * n + j]
+            lanes[j * BESIDE + i] += s[i * n + j]
     advance_beside(layout, lanes, count + 1, True, (reading.u, reading.load, rate), reading.dt,
                    substeps(reading.dt, p[EIGENVALUE]), p)
     _, _, _, _, _, _, _, at_K, _ = places(n)
     _, at_predicted, at_updated, _ = sensitivities(n, record.shape[0])
     good = True
     for i in range(count):
-        at = i * n
-        e1, e2 = lanes[X1 * BESIDE + 1 + i] - lanes[X1 * BESIDE], (
-            lanes[X2 * BESIDE + 1 + i] - lanes[X2 * BESIDE])
+        at, rest = i * n, 0.0
+        e1, e2 = lanes[X1 * BESIDE + i] - lanes[X1 * BESIDE + count], (
+            lanes[X2 * BESIDE + i] - lanes[X2 * BESIDE + count])
         for j in range(n):
-            value = lanes[j * BESIDE + 1 + i] - lanes[j * BESIDE]
+            value = lanes[j * BESIDE + i] - lanes[j * BESIDE + count]
             record[at_predicted + at + j] = value
             value -= record[at_K + 2 * j] * e1 + record[at_K + 2 * j + 1] * e2
             record[at_updated + at + j] = value
             s[at + j] = value
-            good = good and math.isfinite(value)
+            rest += value - value
+        good = good and rest == 0.0  # all are finite
     return good
 
 

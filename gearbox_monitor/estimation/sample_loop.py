@@ -18,9 +18,9 @@ from gearbox_monitor.estimation.filter_kind import (
 from gearbox_monitor.estimation.filters import aekf
 from gearbox_monitor.estimation.process_model import (
     begin_curve, curve_count, EIGENVALUE, FRICTION_AT, K_P, learned_length, LOAD_AT, motor_side,
-    P0, Q0, R1, R2, TAU_ARM, TAU_K, TAU_K_MODEL_STD, torque_of, X1, X2, X3, X4)
+    P0, Q0, R1, R2, TAU_ARM, TAU_K, TAU_K_MODEL_STD, torque_of, WALKS, X1, X2, X3, X4)
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K_NOISE_STD, S_TAU_K_STD, smooth, Span
-from gearbox_monitor.kernels.kernel import apart, entry, inline, kernel
+from gearbox_monitor.kernels.kernel import apart, entry, folded, inline, kernel
 from gearbox_monitor.kernels.types import Array, Integers, Layout, Matrix, Vector
 from gearbox_monitor.parameters import FILTER_NAMES
 from gearbox_monitor.plant.drive import INVERSE_M2
@@ -529,6 +529,7 @@ def noise_share(clock: Array) -> float:
     return max(min(1.0 + max(clock[NOW], clock[WHILE]), 1.0), 0.0)
 
 
+@folded(*WALKS)
 @apart
 def _write_estimate(layout: Layout, belief: Belief, record: Array, reading: Reading, p: Array,
                     share: float, row: Array) -> None:

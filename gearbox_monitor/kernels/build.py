@@ -36,6 +36,10 @@ EVERYTHING = (
     'robot.arm_plant', 'robot.dynamics')
 FLAGS = ('-std=c99', '-O2', '-fPIC', '-ffp-contract=off', '-fno-math-errno',
          '-fno-trapping-math', '-w')
+# Of GCC alone. On x86 a copy of two numbers must not wait until both were written.
+X86 = platform.machine() in ('x86_64', 'AMD64')
+ITS_FLAGS = ('-fvect-cost-model=dynamic', *(
+    ('-mtune-ctrl=^sse_unaligned_load_optimal',) if X86 else ()))
 
 
 def compiler() -> list[str]:
@@ -83,10 +87,10 @@ def compile_(text: str, path: Path, *flags: str) -> None:
         InputError: there is no compiler, or it fails.
     """
     command, newer = [*compiler(), *FLAGS, *flags], path.stem.endswith(library.STEMS[0])
-    version = subprocess.run([*command, '--version'], capture_output=True, text=True, check=False)
-    if 'Free Software Foundation' in version.stdout:  # other compilers than GCC refuse it
-        command.append('-fvect-cost-model=dynamic')
-    if platform.machine() in ('x86_64', 'AMD64'):
+    if not subprocess.run([*command, *ITS_FLAGS, '-Werror', '-E', '-xc', os.devnull],
+                          capture_output=True, check=False).returncode:
+        command += ITS_FLAGS
+    if X86:
         command.append(('-mcpu=x86_64' if 'ziglang' in command else '-march=x86-64') + (
             ('_v3' if 'ziglang' in command else '-v3') if newer else ''))
     path.parent.mkdir(0o700, parents=True, exist_ok=True)
@@ -104,7 +108,7 @@ def compile_(text: str, path: Path, *flags: str) -> None:
 
 def digest_of(text: str) -> str:
     """Return a digest of C and of what compiles it."""
-    return hashlib.sha256(str((text, FLAGS, compiler())).encode()).hexdigest()[:24]
+    return hashlib.sha256(str((text, FLAGS, ITS_FLAGS, compiler())).encode()).hexdigest()[:24]
 
 
 def compiled(text: str, folder: Path) -> Path:
