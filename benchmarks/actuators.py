@@ -38,12 +38,12 @@ from gearbox_monitor.diagnosis.robot.rows import RobotModel, Rows, rows_of
 from gearbox_monitor.diagnosis.robot.verdict import rms_in_motion
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.kernels.types import Array
+from gearbox_monitor.library.ranges import ranges_data
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.reading import read_signals, ReadOptions
 from gearbox_monitor.robot.chain import Chain
 from gearbox_monitor.signals.examine import admitted
 from gearbox_monitor.signals.uniform import at_one_rate, UniformRecording
-from gearbox_monitor.simulators.randomisation import ranges_data
 from gearbox_monitor.simulators.robot_model import read_robot
 
 FREE = ('m1', 'Cv', 'Cc', 'u0', 'kt')

@@ -16,9 +16,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from gearbox_monitor.diagnosis.joint.candidates import Starts
-from gearbox_monitor.diagnosis.joint.innovation_fit import (
-    coordinate_columns, evaluated, InnovationFit)
-from gearbox_monitor.diagnosis.joint.innovations import halves, InnovationLikelihood
+from gearbox_monitor.diagnosis.joint.innovations import (
+    coordinate_columns, evaluated, halves, InnovationFit, InnovationLikelihood)
 from gearbox_monitor.diagnosis.joint.shooting import shooting_windows, Simulator
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel

@@ -26,14 +26,12 @@ from typing import Any
 import numpy as np
 
 from benchmarks.harness import add_drawn_options, bar_lines, BarTable, finish, require_drawn
+from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.health.backlash.change_tests import (
     FRICTION, GAIN, GAP, HYSTERESIS, PRIORS, STIFFNESS, tests_of, VISCOUS_SHARE)
 from gearbox_monitor.health.backlash.features import Backlash
-from gearbox_monitor.health.checks.outcome import Level
-from gearbox_monitor.health.health_record import (
-    ERRORS_LARGER, HealthSettings, TRUSTED, Window)
-from gearbox_monitor.health.judgement import accepted, from_data, Health, judge, to_data
-from gearbox_monitor.health.wear_outcome import outcomes
+from gearbox_monitor.health.health_record import ERRORS_LARGER, HealthSettings, TRUSTED, Window
+from gearbox_monitor.health.judgement import accepted, from_data, Health, judge, outcomes, to_data
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 

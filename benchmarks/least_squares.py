@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from gearbox_monitor.diagnosis.joint.candidates import CandidateModel, Starts
-from gearbox_monitor.diagnosis.joint.torque_regression import torque_regression
+from gearbox_monitor.diagnosis.joint.torque_domain import torque_regression
 from gearbox_monitor.diagnosis.robot.candidates import Candidate, library as effects_of_robot
 from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence
 from gearbox_monitor.diagnosis.robot.rows import rows_of
@@ -25,7 +25,7 @@ from gearbox_monitor.files.knowledge_file import load_knowledge
 from gearbox_monitor.library.recording import load_recording
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
-from gearbox_monitor.plant.effects.balance_column import SETPOINT
+from gearbox_monitor.plant.effects.effect import SETPOINT
 from gearbox_monitor.recordings.from_bag import load_log, load_values, robot_model
 from gearbox_monitor.signals.examine import admitted
 from gearbox_monitor.signals.uniform import UniformRecording

@@ -27,7 +27,7 @@ from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.interval_smoother import smooth_interval
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K, smoother_parameters
 from gearbox_monitor.estimation.tune import tuned as tune
-from gearbox_monitor.files.yaml_files import expect_folder_of
+from gearbox_monitor.files.user_files import expect_folder_of
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.parameters import EstimatorParameters

@@ -41,7 +41,7 @@ from benchmarks.harness import (
 from benchmarks.least_squares import Cause, ranked_of_drive, ranked_of_robot
 from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.errors import InputError, unknown
-from gearbox_monitor.files.yaml_files import load_model, load_yaml, Yaml
+from gearbox_monitor.files.user_files import load_model, load_yaml, Yaml
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.robot.description import SUFFIXES
 

@@ -23,8 +23,7 @@ from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.player import Player
 from gearbox_monitor.recordings.read import open_bag
-from gearbox_monitor.recordings.replay import ReplaySummary
-from gearbox_monitor.recordings.replay_output import BagOutput, CsvTable, ParquetTable
+from gearbox_monitor.recordings.replay import BagOutput, CsvTable, ParquetTable, ReplaySummary
 from gearbox_monitor.recordings.write import BagWriter
 
 RATE = 1000.0  # Hz

@@ -30,7 +30,7 @@ from benchmarks.paper import drive, DT
 from benchmarks.replay_cost import FIXED
 from benchmarks.steps import cpu_per_step, estimator, stepper
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.yaml_files import expect_folder_of
+from gearbox_monitor.files.user_files import expect_folder_of
 from gearbox_monitor.plant.simulate import simulate
 
 SAMPLES, FEW = 5000, 300  # of our filters, and of filterpy's

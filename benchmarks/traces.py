@@ -25,7 +25,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 import gearbox_monitor as gm
-from gearbox_monitor.files.opening import config_path
+from gearbox_monitor.files.user_files import config_path
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.recordings.examples import simulated

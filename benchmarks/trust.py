@@ -29,7 +29,7 @@ from benchmarks.harness import (
     add_json_option, bar_lines, BarTable, finish, interval_text, progress_line, require_whole)
 from benchmarks.steps import cpu_per_step, stepper
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.yaml_files import expect_folder_of
+from gearbox_monitor.files.user_files import expect_folder_of
 from gearbox_monitor.health.backlash.features import Backlash
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.types import Values

@@ -11,9 +11,9 @@ from benchmarks.trust_runs import DT, DT_NS, SimulatedDrive, T0, watch
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.sample_loop import E_HALF_GAP, E_HYSTERESIS
-from gearbox_monitor.health import wear_outcome
+from gearbox_monitor.health import judgement
+from gearbox_monitor.health.alarms import Level, Outcome
 from gearbox_monitor.health.backlash.features import Backlash, NotExcited
-from gearbox_monitor.health.checks.outcome import Level, Outcome
 from gearbox_monitor.health.health_record import HealthSettings, Window
 from gearbox_monitor.health.judgement import folded, Health, judge
 from gearbox_monitor.kernels.types import Array
@@ -145,7 +145,7 @@ def false_alarms(health: Health, windows: Sequence[Features]) -> int:
     alarms = [False]
     for window in windows:
         health = judge(health, Window(window))
-        alarms.append(any(x.level > Level.OK for x in wear_outcome.outcomes(health).values()))
+        alarms.append(any(x.level > Level.OK for x in judgement.outcomes(health).values()))
     return sum(current and not previous for previous, current in zip(alarms, alarms[1:]))
 
 
@@ -193,7 +193,7 @@ def delays(drive: SimulatedDrive, learnt: Mapping[str, Health], growth: float,
                     shift_ns = round(learnt[name].stamp_ns - T0)
                     known[name] = judge(known[name], Window(
                         replace(window, stamp_ns=window.stamp_ns + shift_ns)))
-                    if raised(wear_outcome.outcomes(known[name])):
+                    if raised(judgement.outcomes(known[name])):
                         hits[name] = since
             return len(hits) == len(known)
         watch(drive, start + (RAMP_TIME if ramp else JUMP_TIME), seed + 1 + run, faults, SMOOTHED,

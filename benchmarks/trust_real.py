@@ -18,9 +18,9 @@ from benchmarks.harness import BarTable
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.interval_smoother import smooth_interval
-from gearbox_monitor.health import wear_outcome
+from gearbox_monitor.health import judgement
+from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.health.backlash.features import Backlash, fit, NotExcited
-from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.health.health_record import HealthSettings, Window
 from gearbox_monitor.health.judgement import Health, judge
 from gearbox_monitor.kernels.types import Array
@@ -100,7 +100,7 @@ def follow(runs: Iterable[str], windows: Sequence[Backlash | NotExcited],
     was_alerted = False
     for name, window_of_run in zip(runs, windows):
         health = judge(health, Window(window_of_run))
-        level = wear_outcome.outcomes(health)['backlash'].level
+        level = judgement.outcomes(health)['backlash'].level
         is_alerted = level > Level.OK and bool(health.alerts)
         if is_alerted and not was_alerted:
             alerted.append(name)

@@ -18,10 +18,9 @@ from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.process_model import pack, TAU_K
 from gearbox_monitor.estimation.tune import tuned
-from gearbox_monitor.health.alert_limits import LIMITS
+from gearbox_monitor.health.alarms import Level, LIMITS
 from gearbox_monitor.health.backlash.features import Backlash
 from gearbox_monitor.health.checks import innovation, observability
-from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
 from gearbox_monitor.parameters import PlantParameters

@@ -35,8 +35,7 @@ import numpy as np
 from benchmarks.harness import add_json_option, bar_lines, BarTable, finish, write_json
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.watch.fold import begin, step
-from gearbox_monitor.watch.record import Block, WATCH, Watch
-from gearbox_monitor.watch.settings import SECOND, WATCH_SETTINGS
+from gearbox_monitor.watch.record import Block, SECOND, WATCH, Watch, WATCH_SETTINGS
 
 AXES = ('0 0 1', '0 1 0', '0 1 0', '1 0 0', '0 1 0', '1 0 0', '0 0 1')
 SIZES = {'friction': 0.3, 'torque_scale': -0.15, 'weight': 0.3, 'rotor': 0.5, 'ripple': 0.05}

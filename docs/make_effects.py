@@ -12,10 +12,9 @@ sys.path.insert(0, str(ROOT))
 
 from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS  # noqa: E402
 from gearbox_monitor.plant.effects import EFFECTS, LOCATIONS  # noqa: E402
-from gearbox_monitor.report.explanation import (  # noqa: E402
-    explained_effect, explained_robot_effect)
+from gearbox_monitor.report.explanation import explained_effect, explained_robot_effect  # noqa: E402
+from gearbox_monitor.simulators.drive_patch import in_urdf  # noqa: E402
 from gearbox_monitor.simulators.mjcf import expression_of  # noqa: E402
-from gearbox_monitor.simulators.urdf_patch import in_urdf  # noqa: E402
 
 PAGE = ROOT / 'docs/effects.md'
 HEAD = """\

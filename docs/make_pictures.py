@@ -32,19 +32,17 @@ DOCS = Path(__file__).resolve().parent
 sys.path.insert(0, str(DOCS.parent))
 
 from gearbox_monitor.estimation.estimates import Estimates, Samples  # noqa: E402
-from gearbox_monitor.files.opening import config_path, load_robot  # noqa: E402
+from gearbox_monitor.files.user_files import config_path, load_robot  # noqa: E402
 from gearbox_monitor.health.monitor import Monitor  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
 from gearbox_monitor.plant.faults import Excitation, Faults, FaultyPlant  # noqa: E402
 from gearbox_monitor.plant.simulate import Noise  # noqa: E402
 from gearbox_monitor.recordings.topics import signal_values, SIGNALS  # noqa: E402
-from gearbox_monitor.report.live_page import (  # noqa: E402
-    GearboxHistory, live_frame, LivePage)
+from gearbox_monitor.report.live_page import GearboxHistory, live_frame, LivePage  # noqa: E402
 from gearbox_monitor.report.recording_page import recording_page  # noqa: E402
-from gearbox_monitor.report.timeline import (  # noqa: E402
-    MonitorFollower, RecordingFacts, State, Timeline)
-from gearbox_monitor.report.watch_page import watch_page  # noqa: E402
+from gearbox_monitor.report.robot_pages import watch_page  # noqa: E402
 from gearbox_monitor.report.robot_words import watch_data  # noqa: E402
+from gearbox_monitor.report.timeline import MonitorFollower, RecordingFacts, State, Timeline  # noqa: E402
 from gearbox_monitor.robot.arm_plant import GapGrowth, WorkingArm  # noqa: E402
 from gearbox_monitor.ros.diagnostic_keys import published  # noqa: E402
 from gearbox_monitor.ros.live_node import EventServer  # noqa: E402

@@ -76,7 +76,7 @@ _PUBLIC = {
     'ReportPages': 'library.recording_report', 'load_robot': 'library.robot',
     'learn_robot': 'library.robot',
     'diagnose_robot': 'library.robot', 'Robot': 'library.robot',
-    'RobotDiagnosis': 'library.robot', 'watch_robot': 'library.watch', 'Watch': 'watch.record',
+    'RobotDiagnosis': 'library.robot', 'watch_robot': 'library.robot', 'Watch': 'watch.record',
     'ranges': 'library.ranges',
     'ParameterRanges': 'diagnosis.joint.parameter_ranges',
     'load_actuator': 'library.simulator_file', 'CatalogueActuator': 'library.simulator_file',

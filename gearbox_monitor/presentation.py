@@ -34,7 +34,7 @@ class Said(NamedTuple):
     One thing that a result says: a code of the table of sentences, and its numbers.
 
     numbers: of the sentence, by name; tuples of Said are parts of it. level: of this alone, as of
-    health.checks.outcome.Level.
+    health.alarms.Level.
     """
 
     code: str

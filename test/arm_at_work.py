@@ -8,8 +8,7 @@ from scipy.interpolate import CubicSpline
 from gearbox_monitor.robot.chain import chain_of, inertial
 from gearbox_monitor.robot.description import parse
 from gearbox_monitor.watch.fold import step
-from gearbox_monitor.watch.record import Cutter
-from gearbox_monitor.watch.settings import SECOND
+from gearbox_monitor.watch.record import Cutter, SECOND
 
 AXES, LENGTH, MASS = ('0 0 1', '0 1 0', '0 1 0'), (0.15, 0.4, 0.35), (8.0, 6.0, 3.0)
 NAMES = ['joint1', 'joint2', 'joint3']

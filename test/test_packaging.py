@@ -171,7 +171,7 @@ def test_everything_is_installed(installed):
 def test_installed_copy_finds_its_own_configuration(installed, tmp_path):
     prefix, library = installed
     env = {**os.environ, 'PYTHONPATH': str(library), 'AMENT_PREFIX_PATH': '/nowhere'}
-    code = ('from gearbox_monitor.files.opening import config_path\n'
+    code = ('from gearbox_monitor.files.user_files import config_path\n'
             'print(config_path("drive.yaml"), config_path("import/emps.yaml"))')
     result = subprocess.run([sys.executable, '-c', code], cwd=tmp_path, env=env, check=True,
                             capture_output=True, text=True)
@@ -198,7 +198,7 @@ def test_installed_copy_renders_a_page(installed, tmp_path):
 
 def test_missing_configuration_is_one_line(tmp_path):
     from gearbox_monitor.errors import InputError
-    from gearbox_monitor.files.opening import config_path
+    from gearbox_monitor.files.user_files import config_path
     with pytest.raises(InputError, match='^nothing.yaml: not found, expected in .*config$'):
         config_path('nothing.yaml')
 

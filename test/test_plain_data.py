@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.plain_data import classes_of, from_data, to_data
 
 

@@ -37,19 +37,19 @@ from gearbox_monitor.cli.options import (
     wrapped)
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.noise_search import MIN_SAMPLES, MIN_SECONDS
-from gearbox_monitor.health.alert_limits import LIMITS
+from gearbox_monitor.health.alarms import LIMITS
 from gearbox_monitor.library.progress import count_bar
 from gearbox_monitor.library.robot import check_robot
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.presentation import on_axis, Said, said
-from gearbox_monitor.recordings.joint_input import bag_arguments, find_input
+from gearbox_monitor.recordings.joint_input import (
+    bag_arguments, find_input, innovation_topics, nis_of, sample_parts)
 from gearbox_monitor.recordings.read import BagReader
-from gearbox_monitor.recordings.recorded_samples import innovation_topics, nis_of, sample_parts
 from gearbox_monitor.recordings.table import is_log_of_xml
 from gearbox_monitor.report.sentences import told
+from gearbox_monitor.robot.compiled_model import implausible, implausible_limits
 from gearbox_monitor.robot.description import SUFFIXES
-from gearbox_monitor.robot.plausibility import implausible, implausible_limits
 from gearbox_monitor.signals.examine import (
     Examination, examine, examined, joined, SAMPLES, WINDOWS)
 from gearbox_monitor.signals.finding import BAD, DataFinding, hurts, judged, OK, PURPOSES, WARN

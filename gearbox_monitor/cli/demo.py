@@ -33,8 +33,7 @@ from typing import Any
 import yaml
 
 from gearbox_monitor.errors import InputError, installed_by
-from gearbox_monitor.files.opening import config_path, load_robot
-from gearbox_monitor.files.yaml_files import save_model
+from gearbox_monitor.files.user_files import config_path, load_robot, save_model
 from gearbox_monitor.library.progress import Bar, count_bar
 from gearbox_monitor.parameters import RecorderParameters
 from gearbox_monitor.presentation import number
@@ -188,7 +187,7 @@ class Demo:
     def watcher(self, domain: int) -> Any:
         """Return a node that watches the others in `domain`. Raises InputError."""
         try:
-            from gearbox_monitor.ros.watcher import Watcher
+            from gearbox_monitor.ros.live_node import Watcher
         except ImportError as error:
             raise InputError(f'rclpy: {error}; expected a sourced ROS 2 or an installation with '
                              f'{installed_by("ros")}') from None

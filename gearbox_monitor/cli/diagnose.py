@@ -38,14 +38,13 @@ from gearbox_monitor import __version__
 from gearbox_monitor.cli.options import (
     entries, ids_in, joint_of, labelled, load_recordings, names_of, reading_of_robot, refuse,
     robot_of, robot_options, show, wrapped, write_folder, written_options)
-from gearbox_monitor.diagnosis.hypothesis import NONE, UNDECIDED
+from gearbox_monitor.diagnosis.contest import NONE, UNDECIDED
 from gearbox_monitor.diagnosis.joint import closed_model
 from gearbox_monitor.diagnosis.joint.diagnose import chosen_ids
 from gearbox_monitor.diagnosis.joint.verdict import Verdict
 from gearbox_monitor.errors import expect_whole, InputError, unknown
 from gearbox_monitor.files.knowledge_file import save_knowledge, SUFFIX
-from gearbox_monitor.files.opening import dump, plain
-from gearbox_monitor.files.yaml_files import expect_new_file, model_text
+from gearbox_monitor.files.user_files import dump, expect_new_file, model_text, plain
 from gearbox_monitor.library.identify import diagnose
 from gearbox_monitor.library.progress import progress_bar
 from gearbox_monitor.library.robot import (
@@ -54,7 +53,7 @@ from gearbox_monitor.library.simulator_file import export_model, written_model
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.presentation import number, on_axis, percent, Quantity, Said, said
 from gearbox_monitor.report.diagnosis_page import diagnosis_page, gather, shows_place
-from gearbox_monitor.report.robot_gap_page import robot_gap_page
+from gearbox_monitor.report.robot_pages import robot_gap_page
 from gearbox_monitor.report.robot_words import robot_text
 from gearbox_monitor.report.sentences import summary
 from gearbox_monitor.report.words import (

@@ -30,8 +30,8 @@ from pathlib import Path
 
 from gearbox_monitor.cli.options import show
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.opening import config_path
-from gearbox_monitor.files.yaml_files import expect_outside_of_bag, load_model, save_model
+from gearbox_monitor.files.user_files import (
+    config_path, expect_outside_of_bag, load_model, save_model)
 from gearbox_monitor.plant.simulate import Noise
 from gearbox_monitor.recordings.examples import (
     ExampleMotion, NOISE, process_torque, write_example_bag, write_robot_pair)

@@ -44,16 +44,14 @@ import sys
 from gearbox_monitor.cli.options import (
     estimator_options, joint_of, refuse, wrapped, write_or_print)
 from gearbox_monitor.errors import InputError, refusal
-from gearbox_monitor.files.opening import write_new
-from gearbox_monitor.files.yaml_files import expect_new, expect_new_file
-from gearbox_monitor.library.ranges import ranges
+from gearbox_monitor.files.user_files import expect_new, expect_new_file, write_new
+from gearbox_monitor.library.ranges import randomisation, ranges, WRITERS
 from gearbox_monitor.library.simulator_file import (
-    CatalogueActuator, export_model, is_actuator, load_actuator, load_model, NAMES,
-    SimulatorFile, SIMULATORS, TARGETS, with_backlash)
+    CatalogueActuator, export_model, is_actuator, load_actuator, load_model, NAMES, SimulatorFile,
+    SIMULATORS, TARGETS, with_backlash)
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.simulators.c99 import firmware
 from gearbox_monitor.simulators.file_edits import Patch
-from gearbox_monitor.simulators.randomisation import randomisation, WRITERS
 from gearbox_monitor.simulators.xml_edit import difference
 
 CHOICES = (*TARGETS, 'c', *WRITERS)

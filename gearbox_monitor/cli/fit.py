@@ -44,17 +44,14 @@ from gearbox_monitor.cli.options import (
 from gearbox_monitor.diagnosis.joint.nominal import FittedValue
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.tune import tune
-from gearbox_monitor.files.opening import plain
-from gearbox_monitor.files.yaml_files import (
-    error_words, expect_new_file, expect_outside_of_bag, load_parameters,
-    save_model, write_parameters)
+from gearbox_monitor.files.user_files import (
+    error_words, expect_new_file, expect_outside_of_bag, load_parameters, plain, save_model,
+    write_parameters)
 from gearbox_monitor.library.identify import adapt, fit, write_adapted
 from gearbox_monitor.library.progress import progress_bar
 from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, MIXED, MODEL as MODEL_VALUES
-from gearbox_monitor.presentation import (
-    credible, number, on_axis, percent)
-from gearbox_monitor.recordings.joint_input import find_input
-from gearbox_monitor.recordings.recorded_samples import NO_MODEL, samples_of
+from gearbox_monitor.presentation import credible, number, on_axis, percent
+from gearbox_monitor.recordings.joint_input import find_input, NO_MODEL, samples_of
 from gearbox_monitor.report.sentences import of_fit, of_noise, of_unit, say, told, UNITS
 from gearbox_monitor.signals.examine import measured_samples
 

@@ -39,10 +39,9 @@ from typing import Any
 from gearbox_monitor.cli.main import INTERRUPTED, UNDECIDED
 from gearbox_monitor.cli.options import entries, estimator_options, refuse, show, wrapped
 from gearbox_monitor.errors import expect_whole, InputError, installed_by
-from gearbox_monitor.files.opening import read_text
-from gearbox_monitor.files.yaml_files import expect_outside_of_bag, load_model
+from gearbox_monitor.files.user_files import expect_outside_of_bag, load_model, read_text
 from gearbox_monitor.library.progress import count_bar
-from gearbox_monitor.recordings.recorded_samples import NO_MODEL, NO_SERIAL
+from gearbox_monitor.recordings.joint_input import NO_MODEL, NO_SERIAL
 from gearbox_monitor.ros.middleware import cores, Interrupt
 
 MAX_SERVICES = 1 << 24  # bytes of a file
@@ -55,8 +54,7 @@ def run(args: Namespace) -> int:
     robots = _of_robots(args)
     try:
         from gearbox_monitor.fleet.fleet_run import (
-            at_home, on_cluster, pending_of, robot_bags, run as run_fleet, run_robots)
-        from gearbox_monitor.fleet.fleet_table import FleetFolder
+            at_home, FleetFolder, on_cluster, pending_of, robot_bags, run as run_fleet, run_robots)
         from gearbox_monitor.fleet.job import find_bags
     except ModuleNotFoundError as error:
         raise InputError(f'{error.name} is not installed, expected '
@@ -170,7 +168,7 @@ def _settings(args: Namespace, robots: bool) -> Any:
     """Return the JobSettings of the options; `robots`: whether the bags are of robots."""
     from gearbox_monitor.fleet.job import JobSettings
     if robots:
-        from gearbox_monitor.library.watch import urdf_in
+        from gearbox_monitor.library.robot import urdf_in
         return JobSettings(robot=urdf_in(args.model) if args.model else '', topic=args.topic,
                            gearbox=args.gearbox, max_seconds=args.max_seconds)
     from gearbox_monitor.diagnosis.joint.diagnose import chosen_ids
@@ -199,7 +197,7 @@ def finish(folder: Any, rows: Sequence[dict[str, Any]], key: str, results: Mappi
         The summary as plain data.
 
     """
-    from gearbox_monitor.fleet.fleet_table import gearboxes, joints
+    from gearbox_monitor.fleet.fleet_run import gearboxes, joints
     from gearbox_monitor.report.fleet_page import (
         CSV_NAME, fleet_csv, fleet_page, headline, robots_headline, robots_page)
     boxes = joints(rows) if robots else gearboxes(rows, services)

@@ -40,17 +40,15 @@ import yaml
 from gearbox_monitor import __version__
 from gearbox_monitor.cli.options import reading_of, show, stated, table_text
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.yaml_files import expect_outside_of_bag, load_parameters
+from gearbox_monitor.files.user_files import expect_outside_of_bag, load_parameters
 from gearbox_monitor.library.progress import count_bar
 from gearbox_monitor.parameters import resolve, SETTINGS
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.guess import Unsettled
-from gearbox_monitor.recordings.messages import converted_bag, paired_bag
 from gearbox_monitor.recordings.read import BagReader, open_bag
-from gearbox_monitor.recordings.reading import is_bag, read_mapping
-from gearbox_monitor.recordings.recovery import recover, Recovery
+from gearbox_monitor.recordings.reading import converted_bag, is_bag, paired_bag, read_mapping
 from gearbox_monitor.recordings.si_signals import bag_of_table
-from gearbox_monitor.recordings.write import BagWriter
+from gearbox_monitor.recordings.write import BagWriter, recover, Recovery
 
 # Options that not all ways of importing use.
 OPTIONS = ('guess', 'map', 'set', 'joint_of_log', 'topic', 'use', 'unit', 'torque_constant',

@@ -256,7 +256,7 @@ def _parse(argv: Sequence[str], command: str | None) -> argparse.Namespace:
             sub.set_defaults(run=run, parser=sub)
     args = parsed_whole(parser, subparsers, argv)
     if file := getattr(args, 'json', None):
-        from gearbox_monitor.files.yaml_files import expect_new_file
+        from gearbox_monitor.files.user_files import expect_new_file
         expect_new_file(file)
     return args
 

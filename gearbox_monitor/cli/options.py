@@ -20,20 +20,17 @@ from types import MappingProxyType
 from typing import Any, TYPE_CHECKING
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.opening import dump, plain, write_new
-from gearbox_monitor.files.yaml_files import (
-    load_model, load_parameters)
+from gearbox_monitor.files.user_files import dump, load_model, load_parameters, plain, write_new
 from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.parameters import EstimatorParameters, resolve, SETTINGS
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.presentation import on_axis, Said
 from gearbox_monitor.recordings.from_bag import ANY
 from gearbox_monitor.recordings.guess import Answers, Guess
-from gearbox_monitor.recordings.joint_input import JointInput
+from gearbox_monitor.recordings.joint_input import (
+    JointInput, NO_MODEL, read_snapshots, recorded_settings)
 from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.reading import open_recording, ReadOptions
-from gearbox_monitor.recordings.recorded_samples import (
-    NO_MODEL, read_snapshots, recorded_settings)
 from gearbox_monitor.report.sentences import title
 from gearbox_monitor.signals.uniform import UniformRecording
 

@@ -20,10 +20,9 @@ from gearbox_monitor.cli.main import UNDECIDED
 from gearbox_monitor.cli.options import reading_of, show
 from gearbox_monitor.errors import InputError, installed_by
 from gearbox_monitor.files.knowledge_file import save_watch
-from gearbox_monitor.files.opening import write_new
-from gearbox_monitor.files.yaml_files import expect_new_file
-from gearbox_monitor.library.watch import watch_robot
-from gearbox_monitor.report.watch_page import watch_page
+from gearbox_monitor.files.user_files import expect_new_file, write_new
+from gearbox_monitor.library.robot import watch_robot
+from gearbox_monitor.report.robot_pages import watch_page
 from gearbox_monitor.report.robot_words import watch_data, watch_text
 
 

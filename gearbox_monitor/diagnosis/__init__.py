@@ -9,19 +9,18 @@ one drive by the innovations of a filter, `robot` all joints by the balance of t
 
 Public names, by module:
 
-    contest: CONTEST
-    hypothesis: Finding, INCOMPLETE, kind_of, NONE, Remainder, UNDECIDED, UNKNOWN
+    contest: CONTEST, Finding, INCOMPLETE, kind_of, NONE, Remainder, THRESHOLDS, UNDECIDED,
+        UNKNOWN
     joint: closed_model, diagnose, nominal
     joint.candidates: CandidateModel, Coordinate, NUISANCES, sine_and_cosine, with_effects
     joint.closed_model: closed_of, gap_of, ModelRun, Overlay, overlay
     joint.diagnose: chosen_ids, diagnose, diagnose_change
-    joint.innovation_fit: coordinate_columns, evaluated, FilteredFit, fitted, InnovationFit
-    joint.innovations: halves, InnovationLikelihood, noise_floor
+    joint.innovations: coordinate_columns, evaluated, FilteredFit, fitted, halves,
+        InnovationFit, InnovationLikelihood, noise_floor
     joint.nominal: Adapted, fit_nominal, FittedValue, NominalFit, samples_of
     joint.parameter_ranges: Combination, LEVELS, NORMAL, ParameterRanges, ranges_of,
         UnitEstimate
     joint.shooting: ShootingWindows, Simulator
-    joint.thresholds: THRESHOLDS
     joint.verdict: Verdict
     robot: knowledge, verdict
     robot.candidates: Candidate

@@ -22,7 +22,7 @@ from zlib import crc32
 
 from gearbox_monitor import __version__
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.opening import open_file, read_bytes
+from gearbox_monitor.files.user_files import open_file, read_bytes
 from gearbox_monitor.health.health_record import HealthSettings
 from gearbox_monitor.health.judgement import from_data, Health, to_data
 

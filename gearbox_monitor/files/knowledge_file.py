@@ -16,7 +16,7 @@ import numpy as np
 from gearbox_monitor.diagnosis.robot.knowledge import Knowledge, VERSION
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.baselines import write_whole
-from gearbox_monitor.files.opening import read_bytes, write_new
+from gearbox_monitor.files.user_files import read_bytes, write_new
 from gearbox_monitor.plain_data import from_data, to_data
 from gearbox_monitor.watch.record import CLASSES, Watch
 

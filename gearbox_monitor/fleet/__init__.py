@@ -11,7 +11,7 @@ row as a Parquet file, which says that this bag is done, and writes the table of
 
 Public names, by module:
 
-    fleet_run: at_home, on_cluster, pending_of, robot_bags, run, run_robots
-    fleet_table: FleetFolder, gearboxes, joints
+    fleet_run: at_home, FleetFolder, gearboxes, joints, on_cluster, pending_of, robot_bags,
+        run, run_robots
     job: find_bags, JobSettings
 """

@@ -25,21 +25,21 @@ from gearbox_monitor.diagnosis.joint.diagnose import diagnose
 from gearbox_monitor.errors import InputError, refusal
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.files.knowledge_file import watch_bytes, watch_from
-from gearbox_monitor.files.opening import plain
+from gearbox_monitor.files.user_files import plain
 from gearbox_monitor.health.backlash.change_tests import MEASURED
 from gearbox_monitor.health.backlash.features import (
     Backlash, combine, NotExcited, reason_of, separable_of)
 from gearbox_monitor.health.health_record import Window
 from gearbox_monitor.kernels.kernel import KERNELS
-from gearbox_monitor.library.watch import description_in, watch_robot
+from gearbox_monitor.library.robot import description_in, watch_robot
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plain_data import to_data
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.cdr import joined, rows_of
+from gearbox_monitor.recordings.joint_input import NO_MODEL, NO_SERIAL, samples_of
 from gearbox_monitor.recordings.player import Player
 from gearbox_monitor.recordings.read import natural
 from gearbox_monitor.recordings.reading import open_recording
-from gearbox_monitor.recordings.recorded_samples import NO_MODEL, NO_SERIAL, samples_of
 from gearbox_monitor.recordings.storage import FILE_NAME
 from gearbox_monitor.report.robot_words import watch_data
 from gearbox_monitor.signals.examine import admitted
@@ -170,7 +170,7 @@ def content_hash(path: Path) -> str:
 FORMAT = 7  # of the rows and of the states of a watch in them
 DIAGNOSED = 14_000_000_000  # ns of a bag that are diagnosed
 TRUST = ('observability', 'prediction error', 'covariance', 'input')
-Row: TypeAlias = dict[str, Any]  # plain data, some of fleet_table.SCHEMA
+Row: TypeAlias = dict[str, Any]  # plain data, some of fleet_run.SCHEMA
 
 
 @dataclass(frozen=True)

@@ -9,23 +9,20 @@ same samples give the same outcomes, live and offline.
 
 Public names, by module:
 
-    .: wear_outcome
-    alert_limits: LIMITS
+    .: judgement
+    alarms: Condition, Group, Level, LIMITS, Outcome, outcome_of, with_more
     backlash: change_tests
     backlash.change_tests: ChangeTest, COMPONENTS, FEATURES, FRICTION, MEASURED, size_name,
         TESTS, WEAR, WEAR_FEATURES
-    backlash.features: Backlash, combine, Combined, NotExcited, reason_of, separable_of,
-        width_of
-    backlash.locked_input: is_locked, locked_windows
+    backlash.features: Backlash, combine, Combined, is_locked, locked_windows, NotExcited,
+        reason_of, separable_of, width_of
     backlash.wear: when
-    checks: usability
+    checks: observability
     checks.innovation: ErrorWatch, LJUNG_BOX_LIMIT, MEAN_LIMIT, N_SUMS, watch
-    checks.outcome: Condition, Group, Level, Outcome, outcome_of, with_more
     elastic_regression: add_row, certainty, D_FRICTION, D_RATE, D_TORQUE, D_TWIST, D_U, D_X2,
         D_X3, D_X4, HALF_GAP, N_CARRIED, N_DATA, N_SHAPE, S_GROUP, STIFFNESS, Sums
     health_record: FeatureHealth, GROSS, HealthSettings, Window
-    judgement: accepted, CLASSES, folded, from_data, Health, serviced, SLIP, to_data
+    judgement: accepted, CLASSES, figures, folded, from_data, Health, OF_WINDOWS,
+        said_of_slips, sentence, serviced, SLIP, to_data, worst
     monitor: CONDITIONS, DRIFT_SHOWS, Monitor, NO_DATA, ROW_CHECKS
-    staleness: Silence
-    wear_outcome: figures, OF_WINDOWS, said_of_slips, sentence, worst
 """

@@ -6,6 +6,8 @@ Trust and drift: a Monitor judges the estimates of its Estimator once per second
 
 The live node, replay and the tests call the same Monitor, sample by sample (`step`) or in arrays
 (`run`): same samples in, same outcomes out.
+
+Trust reads the newest estimates and smoothed rows once per second, from a RowHistory.
 """
 from collections import deque
 from collections.abc import Iterable, Sequence
@@ -21,18 +23,15 @@ from gearbox_monitor.estimation.estimates import Batch, Estimate, Estimates, Sam
 from gearbox_monitor.estimation.estimator import Estimator, snapshot_errors
 from gearbox_monitor.estimation.process_model import P0, R1, R2, TAU_K
 from gearbox_monitor.estimation.rts_smoother import S_TWIST_NOISE_STD
-from gearbox_monitor.health import wear_outcome
-from gearbox_monitor.health.alert_limits import LIMITS
+from gearbox_monitor.health import judgement
+from gearbox_monitor.health.alarms import (
+    Alarm, Condition, joined, Level, LIMITS, Outcome, outcome_of, with_more)
 from gearbox_monitor.health.backlash import features
 from gearbox_monitor.health.backlash.wear import when
-from gearbox_monitor.health.checks import (
-    covariance, elastic_curve, innovation, model_mismatch, observability, usability)
-from gearbox_monitor.health.checks.outcome import (
-    Alarm, Condition, joined, Level, Outcome, outcome_of, with_more)
-from gearbox_monitor.health.checks.row_check import middle, PASSIVITY, thinned, TWIST_RANGE
+from gearbox_monitor.health.checks import innovation, observability, row_checks
+from gearbox_monitor.health.checks.row_checks import middle, PASSIVITY, thinned, TWIST_RANGE
 from gearbox_monitor.health.health_record import (
     AT_ODDS, ERRORS_LARGER, HealthSettings, TRUSTED, Window)
-from gearbox_monitor.health.history import RowHistory
 from gearbox_monitor.health.judgement import from_data, Health, judge, to_data
 from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
 from gearbox_monitor.parameters import CURVES, EstimatorParameters, PAYLOAD
@@ -69,16 +68,78 @@ IN_TIME = (sample_loop.ESTIMATE, sample_loop.START, sample_loop.NO_EFFORT,
            sample_loop.NO_MEASUREMENT)
 AT_BOUND = Condition('at_bound', 'covariance', Level.WARN, ('adapted_...',))
 # Checks of smoothed torque and twist, reported with the prediction errors.
-ROW_CHECKS = (PASSIVITY, TWIST_RANGE, elastic_curve.CHECK)
+ROW_CHECKS = (PASSIVITY, TWIST_RANGE, row_checks.CURVE)
 CONDITIONS = (
-    *usability.CONDITIONS, *observability.CONDITIONS, *innovation.CONDITIONS,
+    *observability.INPUT_CONDITIONS, *observability.CONDITIONS, *innovation.CONDITIONS,
     *(condition for check in ROW_CHECKS for condition in check.conditions),
-    *covariance.CONDITIONS, AT_BOUND, *model_mismatch.CONDITIONS)
+    *innovation.COVARIANCE_CONDITIONS, AT_BOUND, *innovation.MODEL_CONDITIONS)
 ROWS_KEPT = round(max(check.window for check in ROW_CHECKS) * SECOND)  # ns
 ESTIMATES_KEPT = round(LIMITS.error_window * SECOND)
 
 WINDOWS_KEPT = 1000
 Outcomes = dict[str, Outcome]  # by component
+BLOCK = 512  # rows of room, at least
+ROOM = 1.25  # of what is kept: rows move when it is full
+
+
+class RowHistory:
+    """
+    Rows in order of time, in one array.
+
+    Rows that are older than the newest one replace all others: the clock was set back.
+    """
+
+    def __init__(self) -> None:
+        self._stamps, self._rows = np.empty(0, np.int64), np.empty((0, 0))
+        self._end = 0
+
+    def __len__(self) -> int:
+        return self._end
+
+    @property
+    def stamps(self) -> Integers:
+        """Stamps of the rows, int64 [N] ns; not to keep."""
+        return self._stamps[:self._end]
+
+    def clear(self) -> None:
+        """Forget all rows."""
+        self._end = 0
+
+    def add(self, stamps: Integers, rows: Array, keep_ns: int) -> None:
+        """
+        Add rows; older ones make room for them.
+
+        Args:
+            stamps: of the rows, int64 [N > 0] ns, ascending.
+            rows: [N, M].
+            keep_ns: rows stamped before it may go.
+
+        """
+        n = len(stamps)
+        if self._end and stamps[0] < self._stamps[self._end - 1]:
+            self.clear()
+        if self._end + n > len(self._stamps):
+            rows_in_memory = slice(int(np.searchsorted(self.stamps, keep_ns)), self._end)
+            count = rows_in_memory.stop - rows_in_memory.start
+            size = max(round(ROOM * (count + n)), BLOCK)
+            old = self._stamps[rows_in_memory], self._rows[rows_in_memory]
+            self._stamps, self._rows = np.empty(size, np.int64), np.empty((size, rows.shape[1]))
+            if count:
+                self._stamps[:count], self._rows[:count] = old
+            self._end = count
+        part = slice(self._end, self._end + n)
+        self._stamps[part], self._rows[part] = stamps, rows
+        self._end = part.stop
+
+    def between(self, first_ns: int, end_ns: int) -> tuple[Integers, Array]:
+        """Return (stamps, rows) with `first_ns` <= stamp < `end_ns`; not to keep."""
+        part = slice(*np.searchsorted(self.stamps, (first_ns, end_ns)))
+        return self._stamps[part], self._rows[part]
+
+    def after(self, stamp_ns: int) -> Array:
+        """Return the rows [N, M] stamped after `stamp_ns`; not to keep."""
+        first = int(np.searchsorted(self.stamps, stamp_ns, 'right'))
+        return self._rows[first:self._end]
 
 
 class Monitor:
@@ -149,7 +210,7 @@ class Monitor:
         """Go on from `health`: a baseline was saved, or a cause was named."""
         self.health = health
         if health.stamp_ns:
-            self.outcomes = {**self.outcomes, **wear_outcome.outcomes(health)}
+            self.outcomes = {**self.outcomes, **judgement.outcomes(health)}
             for component, stages in health.stages().items():
                 if stages != self._stages.get(component, {}):
                     self.alerts.append((self.stamp_ns, component, self.outcomes[component]))
@@ -173,7 +234,7 @@ class Monitor:
         # Healthy median of the stated deviation of tau_K (N m), once that many are known.
         self._reference: float | None = None
         self._references: list[float] = []
-        self._systematic = model_mismatch.Systematic()
+        self._systematic = innovation.Systematic()
         self.outcomes = {**self.outcomes, **dict.fromkeys((*JUDGED, 'input'), NO_DATA)}
         self._alarms = {name: Alarm() for name in (*JUDGED, 'input')}
         # Of each of ROW_CHECKS: its alarm, its evaluations, those that reached a result, and the
@@ -379,12 +440,12 @@ class Monitor:
             self._said['last_refusal'] = max(refused, key=lambda name: refused[name])
         second = stamps[np.searchsorted(stamps, stamp_ns - SECOND, 'right'):]
         values = {
-            **{usability.key_of(reason): count
+            **{observability.key_of(reason): count
                for reason, count in _by_reason(self.counts).items()},
             **self._said, 'samples': self.input_count,
             'rate_hz': float(len(second)),
             'longest_gap_s': float(np.diff(second).max() * 1e-9) if len(second) > 1 else 0.0}
-        return usability.check(_by_reason(new), int(new[sample_loop.ESTIMATE]), values)
+        return observability.judge_input(_by_reason(new), int(new[sample_loop.ESTIMATE]), values)
 
     def _check_observability(self, stamps: Integers, rows: Array) -> Outcome:
         rows = rows[-_count_after(stamps, int(stamps[-1]), LIMITS.information_window):]
@@ -448,7 +509,7 @@ class Monitor:
             self._references.append(std)
             if len(self._references) >= LIMITS.reference_evaluations:
                 self._reference = float(np.median(self._references))
-        return self._with_adaptation(covariance.check(stated, std, self._reference))
+        return self._with_adaptation(innovation.judge_covariance(stated, std, self._reference))
 
     def _with_adaptation(self, outcome: Outcome) -> Outcome:
         """Return `outcome` with the adapted values; a warning if one is at its bound."""
@@ -469,11 +530,11 @@ class Monitor:
                   and outcomes['input'].level < Level.ERROR)
         systematic = judged and innovation.systematic(outcomes['prediction error'].values)
         self._systematic.add(stamp_ns, systematic)
-        outcome = model_mismatch.check(
+        outcome = innovation.judge_model(
             self._systematic, stamp_ns, self.parameters.model_gap_after,
             self.estimator.drive.arm_load == 'unknown')
         values = self.estimator.learned_curve()
-        broken = model_mismatch.learned_curve(values, self.estimator.drive, self.parameters)
+        broken = innovation.learned_curve(values, self.estimator.drive, self.parameters)
         values.update({f'undetected_{name}': error for name, error in
                        self.estimator.undetected_errors().items()})
         if broken:

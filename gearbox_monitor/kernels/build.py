@@ -31,8 +31,8 @@ from gearbox_monitor.kernels.translate.values import form
 # Whose imports have all entries of the package.
 EVERYTHING = (
     'estimation.innovation_filter', 'estimation.score',
-    'health.checks.elastic_curve', 'health.checks.innovation', 'health.checks.observability',
-    'health.elastic_regression', 'plant.batch', 'plant.equivalent_torque', 'recordings.cdr',
+    'health.checks.row_checks', 'health.checks.innovation', 'health.checks.observability',
+    'health.elastic_regression', 'plant.batch', 'recordings.cdr',
     'robot.arm_plant', 'robot.dynamics')
 FLAGS = ('-std=c99', '-O2', '-fPIC', '-ffp-contract=off', '-fno-math-errno',
          '-fno-trapping-math', '-w')

@@ -11,12 +11,11 @@ Public names, by module:
 
     identify: adapt, diagnose, fit, uniform, write_adapted
     progress: Bar, count_bar, progress_bar, shown_time
-    ranges: ranges
+    ranges: randomisation, ranges, WRITERS
     recording: DriveRecording, load_recording
     recording_report: write_report
-    robot: check_robot, diagnose_robot, learn_robot, load_robot, recorded_names, Robot,
-        robot_effects, RobotDiagnosis
+    robot: check_robot, description_in, diagnose_robot, learn_robot, load_robot,
+        recorded_names, Robot, robot_effects, RobotDiagnosis, urdf_in, watch_robot
     simulator_file: CatalogueActuator, export_model, is_actuator, load_actuator, load_model,
         NAMES, SimulatorFile, SIMULATORS, TARGETS, with_backlash, written_model
-    watch: description_in, urdf_in, watch_robot
 """

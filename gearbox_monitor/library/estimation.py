@@ -13,11 +13,10 @@ import numpy as np
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Estimates, Samples
 from gearbox_monitor.files.baselines import earlier
-from gearbox_monitor.files.yaml_files import load_parameters
-from gearbox_monitor.health.alert_limits import LIMITS
+from gearbox_monitor.files.user_files import load_parameters
+from gearbox_monitor.health.alarms import LIMITS, Outcome
 from gearbox_monitor.health.backlash.features import (
     Backlash, combine, Combined, NotExcited, reason_of, separable_of)
-from gearbox_monitor.health.checks.outcome import Outcome
 from gearbox_monitor.health.judgement import Health
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.types import Array

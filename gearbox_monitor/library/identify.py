@@ -14,7 +14,7 @@ from gearbox_monitor.diagnosis.joint.verdict import Verdict
 from gearbox_monitor.errors import expect_list, expect_whole, InputError
 from gearbox_monitor.estimation.score import run_score
 from gearbox_monitor.estimation.tune import tune as tuned
-from gearbox_monitor.files.yaml_files import save_model, write_parameters
+from gearbox_monitor.files.user_files import save_model, write_parameters
 from gearbox_monitor.library.estimation import estimator_values, expect_recording, Parameters
 from gearbox_monitor.library.progress import Progress, reported
 from gearbox_monitor.library.recording import all_of, DriveRecording

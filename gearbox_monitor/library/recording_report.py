@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.opening import plain, write_new
-from gearbox_monitor.files.yaml_files import expect_new_file, gearboxes_of, load_parameters
+from gearbox_monitor.files.user_files import (
+    expect_new_file, gearboxes_of, load_parameters, plain, write_new)
 from gearbox_monitor.library.progress import Progress, reported
 from gearbox_monitor.library.simulator_file import expect_path, load_model
 from gearbox_monitor.parameters import SETTINGS

@@ -1,9 +1,15 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""A whole robot: its file, logs, healthy reference, and diagnosis of all joints."""
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+"""
+A whole robot: its file, logs, healthy reference, diagnosis of all joints, and watch.
+
+A watch folds recordings as the live node does, to the same bits.
+"""
+from collections import deque
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from datetime import datetime, UTC
 from difflib import unified_diff
 from pathlib import Path
 from typing import Any
@@ -11,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor import __version__
-from gearbox_monitor.diagnosis.hypothesis import Finding, Remainder
+from gearbox_monitor.diagnosis.contest import Finding, Remainder
 from gearbox_monitor.diagnosis.robot import knowledge, verdict as balance
 from gearbox_monitor.diagnosis.robot.conventions import (
     LIMITS as CONVENTION_LIMITS, log_as_read, misfit, named_readings)
@@ -26,8 +32,8 @@ from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.diagnosis.robot.verdict import effort_curves, RobotVerdict, verdict_data
 from gearbox_monitor.diagnosis.robot.zeros import zeros_in
 from gearbox_monitor.errors import InputError, unknown
-from gearbox_monitor.files.knowledge_file import load_knowledge, SUFFIX
-from gearbox_monitor.files.opening import plain
+from gearbox_monitor.files.knowledge_file import load_knowledge, load_watch, SUFFIX
+from gearbox_monitor.files.user_files import plain
 from gearbox_monitor.library.progress import Progress, reported
 from gearbox_monitor.library.recording import load_recording
 from gearbox_monitor.library.simulator_file import expect_path
@@ -35,17 +41,21 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.presentation import as_written, Paged, Said, said, Saved
 from gearbox_monitor.recordings.from_bag import (
-    ANY, load_locked, load_log, load_values, robot_model, RobotValues)
-from gearbox_monitor.recordings.reading import BY_NAMES, ReadOptions
+    ANY, load_locked, load_log, load_values, names_in_log, robot_model, RobotValues)
+from gearbox_monitor.recordings.joint_input import find_topic
+from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOptions
 from gearbox_monitor.recordings.topics import JOINT_STATES
-from gearbox_monitor.report.robot_gap_page import by_effect, RobotContext
+from gearbox_monitor.report.robot_pages import by_effect, RobotContext
 from gearbox_monitor.report.robot_words import finding_words, reading_words, robot_headline
 from gearbox_monitor.report.words import counted
-from gearbox_monitor.robot.description import SUFFIXES
+from gearbox_monitor.robot.description import LONGEST, SUFFIXES
 from gearbox_monitor.signals.finding import BAD, DataFinding, hurts, judged, WARN
 from gearbox_monitor.signals.recording import conventions_of
+from gearbox_monitor.signals.stamps import require_stamps
 from gearbox_monitor.simulators.robot_model import ChainFile, MODEL_FILES, read_robot
 from gearbox_monitor.simulators.robot_patch import closed_file, rollouts, title_of
+from gearbox_monitor.watch.fold import begin, step
+from gearbox_monitor.watch.record import Block, Cutter, DATED, SECOND, Watch, WATCH_SETTINGS
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -87,7 +97,7 @@ class RobotDiagnosis(Paged, Saved):
 
     @property
     def kind(self) -> str:
-        """One of diagnosis.hypothesis.KINDS."""
+        """One of diagnosis.contest.KINDS."""
         return self.verdict.kind
 
     @property
@@ -446,3 +456,145 @@ def expect_robot(robot: object) -> Robot:
         return robot
     raise InputError(f'robot: {type(robot).__name__} {str(robot)[:40]!r}, expected a Robot, as '
                      "load_robot('robot.xml') returns it")
+
+
+DESCRIPTION = 'robot_description'
+STRING = 'std_msgs/msg/String'
+
+
+def watch_robot(recordings: str | Path | Sequence[str | Path], model: str | Path | None = None, *,
+                state: Watch | str | Path | None = None, topic: str = JOINT_STATES,
+                reading: ReadOptions = BY_NAMES,
+                progress: Progress | None = None) -> Watch:
+    """
+    Return what is known of a robot after recordings of its joint states.
+
+    Recordings without a date follow one another.
+
+    Args:
+        recordings: of any kind, in order of time.
+        model: URDF file; None: a message on robot_description in one of the recordings.
+        state: of an earlier watch of this robot, or its file, which goes on; None: it begins to
+            learn.
+        topic: of the joint states.
+        reading: how columns are read whose names and units do not say it.
+        progress: called with (recordings done, recordings); None shows a bar or, in a pipe, lines.
+
+    Raises:
+        InputError: a recording cannot be read, or there is no description.
+    """
+    given = [recordings] if isinstance(recordings, (str, Path)) else recordings
+    paths = [Path(path) for path in given]
+    if not paths:
+        raise InputError('recordings: none, expected at least one')
+    known = load_watch(state) if isinstance(state, (str, Path)) else state
+    text = urdf_in(model) if model is not None else description_in(paths, reading)
+    if known is None and text is None:
+        raise InputError(f'{paths[0]}: no message on {DESCRIPTION}, expected one or --model FILE')
+    if known is None:
+        known = begin(str(text))
+    elif text not in (None, known.description):
+        raise InputError('state: another robot_description than in the recordings, expected the '
+                         'same robot; without a state, watch learns the robot again')
+    cutter, assumed = Cutter(known.stamp_ns), list[str]()     # a block may end in the next one
+    with reported('watch', progress) as report:
+        for number, path in enumerate(paths):
+            report(number, len(paths))
+            for item in _taken(path, cutter, topic, reading, known, assumed):
+                known = _after(known, item, model is None)
+        for block in cutter.end():
+            known, _ = step(known, block)
+    return replace(known, notes=tuple(dict.fromkeys((*known.notes, *assumed))))
+
+
+def _after(known: Watch, item: Block | str, described: bool) -> Watch:
+    """Return the watch after a block, or a description if the recordings are `described`."""
+    if isinstance(item, Block):
+        return step(known, item)[0]
+    return known if not described or item == known.description else begin(item)
+
+
+def _renamed(path: Path, recorded: Sequence[str], known: Watch, assumed: list[str]) -> list[str]:
+    """
+    Return the names of joints in a recording; where it has none of the robot's, read by number.
+
+    Args:
+        path: of the recording.
+        recorded: names in it.
+        known: watch of the robot.
+        assumed: takes a sentence on the names that were read by number or prefix.
+
+    Raises:
+        InputError: neither numbers nor one prefix tell the joints.
+    """
+    joints = [j.name for j in known.joints]
+    if not recorded or set(joints) & set(recorded):
+        return list(recorded)
+    try:
+        found, notes = names_in_log(str(path), recorded, [
+            j.name for j in known.joints if not j.fixed], {}, hint='')
+    except InputError:
+        raise InputError(f'{path}: joints {", ".join(recorded)}, expected those of the '
+                         f'description: {", ".join(joints)}') from None
+    assumed += notes
+    own = {name: joint for joint, name in found.items()}
+    return [own.get(name, name) for name in recorded]
+
+
+def _taken(path: Path, cutter: Cutter, topic: str, reading: ReadOptions, known: Watch,
+           assumed: list[str]) -> Iterator[Block | str]:
+    """
+    Yield the descriptions in a recording, and the blocks that it completes, as a node takes them.
+
+    Args:
+        path: of the recording.
+        cutter: that takes its messages.
+        topic: of the joint states.
+        reading: how columns are read.
+        known: before it.
+        assumed: see _renamed.
+
+    Raises:
+        InputError: it has no such topic, no message is stamped, or it begins more than a block
+            before the end of the last.
+    """
+    described, after_ns = deque(_descriptions(path, reading)), known.stamp_ns
+    with open_recording(path, reading, topic) as reader:
+        topic = find_topic(reader, topic)
+        recorded = reader.joint_names(topic)
+        states = reader.joint_states(topic, recorded)
+    require_stamps(str(path), states.stamp_ns)
+    names = _renamed(path, recorded, known, assumed)
+    first = int(states.stamp_ns.min()) if len(states.stamp_ns) else after_ns
+    if DATED <= first < after_ns - WATCH_SETTINGS.block_ns:    # the last block was cut short
+        begins, taken = (datetime.fromtimestamp(ns / SECOND, UTC) for ns in (first, after_ns))
+        raise InputError(f'{path}: begins at {begins:%Y-%m-%d %H:%M:%S} UTC, expected a time '
+                         f'after what was taken, {taken:%Y-%m-%d %H:%M:%S}')
+    yield from cutter.before(first)
+    for row, (stamp, logged) in enumerate(zip(states.stamp_ns.tolist(), states.log_ns.tolist())):
+        while described and described[0][0] <= logged:
+            yield described.popleft()[1]
+        yield from cutter.take(stamp, names, states.position[row], states.velocity[row],
+                               states.effort[row])
+    yield from (text for _, text in described)
+
+
+def description_in(paths: Sequence[Path], reading: ReadOptions = BY_NAMES) -> str | None:
+    """Return the first description in `paths`, read as `reading` says, None without any."""
+    return next((text for path in paths for _, text in _descriptions(path, reading)), None)
+
+
+def _descriptions(path: Path, reading: ReadOptions) -> Iterator[tuple[int, str]]:
+    """Yield (when it was recorded, ns; URDF) of each description in a recording."""
+    with open_recording(path, reading) as reader:
+        found = [t for t in reader.topics if t.rpartition('/')[2] == DESCRIPTION]
+        for _, logged, _, raw in reader.messages(found[:1]) if found else ():
+            yield logged, str(reader.decode(STRING, raw).data)
+
+
+def urdf_in(model: str | Path) -> str:
+    """Return the URDF in the file `model`. Raises InputError."""
+    try:
+        return Path(model).read_bytes()[:LONGEST + 1].decode('utf-8', 'replace')
+    except OSError as error:
+        raise InputError(f'{model}: {error.strerror}, expected a URDF file') from None

@@ -14,18 +14,16 @@ import scipy
 from gearbox_monitor.diagnosis.joint.parameter_ranges import (
     Combination, LEVELS, NORMAL, ParameterRanges)
 from gearbox_monitor.errors import InputError, most_similar, refusal, unknown
-from gearbox_monitor.files import yaml_files
-from gearbox_monitor.files.opening import config_path
-from gearbox_monitor.files.yaml_files import load_yaml
+from gearbox_monitor.files import user_files
+from gearbox_monitor.files.user_files import config_path, load_yaml
 from gearbox_monitor.plant.drive import DriveModel, expect_model, model_from_dict
 from gearbox_monitor.plant.effects.arm_side import ARM_COULOMB
 from gearbox_monitor.presentation import FileLimits, ModelOrigin, NO_LIMIT, said, Saved, Shown
+from gearbox_monitor.simulators.drive_patch import patched, patched_urdf
 from gearbox_monitor.simulators.file_edits import Patch
 from gearbox_monitor.simulators.mjcf import Exported, model_values, refused, values_of
 from gearbox_monitor.simulators.mjcf_file import (
     drive_of, MjcfDrive, model_of, read_file, read_mjcf, values_in)
-from gearbox_monitor.simulators.mjcf_patch import patched
-from gearbox_monitor.simulators.urdf_patch import patched_urdf
 from gearbox_monitor.simulators.xml_edit import difference
 
 SIMULATORS, MODEL_FILES = ('.xml', '.urdf'), ('.yaml', '.yml')
@@ -55,7 +53,7 @@ def load_model(path: str | Path, joint: str | None = None, *, arm_joint: str | N
     Raises:
         InputError: naming file, key, value and the expectation.
 
-    >>> from gearbox_monitor.files.opening import config_path
+    >>> from gearbox_monitor.files.user_files import config_path
     >>> load_model(config_path('drive.yaml')).transmission.kind
     'dead_zone'
     """
@@ -67,7 +65,7 @@ def load_model(path: str | Path, joint: str | None = None, *, arm_joint: str | N
         if values is not None:
             raise InputError(f'values: without joint (--joint), expected the file of a simulator, '
                              f'not {path}')
-        return replace(yaml_files.load_model(path), origin=ModelOrigin(path.name))
+        return replace(user_files.load_model(path), origin=ModelOrigin(path.name))
     if path.suffix.lower() in MODEL_FILES:
         raise InputError(f'{path}: a model file, expected the file of a simulator with joint '
                          '(--joint)')
@@ -241,7 +239,7 @@ def export_model(model: DriveModel, to: str, into: str | Path, *, joint: str,
     Raises:
         InputError: naming what is missing from the file, or unknown to any model.
 
-    >>> from gearbox_monitor.files.opening import config_path
+    >>> from gearbox_monitor.files.user_files import config_path
     >>> model = DriveModel().with_(kind='rigid', position_gain=0.0)
     >>> export_model(model, 'urdf', config_path('arm6.urdf'), joint='joint6').lacking
     ()

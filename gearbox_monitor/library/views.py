@@ -18,12 +18,12 @@ from gearbox_monitor.diagnosis.joint.verdict import Verdict
 from gearbox_monitor.errors import InputError, installed_by
 from gearbox_monitor.estimation.estimates import COLUMNS, Estimates, SMOOTHED_COLUMNS
 from gearbox_monitor.files.knowledge_file import save_watch
-from gearbox_monitor.files.opening import plain, write_new
-from gearbox_monitor.files.yaml_files import save_model, write_parameters
+from gearbox_monitor.files.user_files import plain, save_model, write_new, write_parameters
 from gearbox_monitor.health.backlash.change_tests import MEASURED
 from gearbox_monitor.health.backlash.features import Backlash, NotExcited, width_of
 from gearbox_monitor.library.estimation import BacklashWindows, RecordingEstimates
 from gearbox_monitor.library.identify import TunedParameters, write_adapted
+from gearbox_monitor.library.ranges import randomisation
 from gearbox_monitor.library.recording import DriveRecording
 from gearbox_monitor.library.recording_report import ReportPages
 from gearbox_monitor.library.robot import RobotDiagnosis
@@ -35,12 +35,11 @@ from gearbox_monitor.report.builder import Page, page_summary, render_page, Sect
 from gearbox_monitor.report.chart import Chart, Drawing, Panel, Plane, Trace
 from gearbox_monitor.report.diagnosis_page import diagnosis_page, gather
 from gearbox_monitor.report.recording_page import backlash_chart, overview
-from gearbox_monitor.report.robot_gap_page import robot_gap_page
+from gearbox_monitor.report.robot_pages import robot_gap_page
 from gearbox_monitor.report.robot_words import robot_text, watch_headline, watch_text
 from gearbox_monitor.report.sentences import of_fit, of_noise, of_unit, summary, told
 from gearbox_monitor.report.timeline import measured, Timeline, timeline_of
 from gearbox_monitor.report.words import value_rows
-from gearbox_monitor.simulators.randomisation import randomisation
 from gearbox_monitor.watch.record import Watch
 
 ROWS = 10  # of a long table in a notebook

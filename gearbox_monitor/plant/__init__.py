@@ -26,22 +26,21 @@ Public names, by module:
         TORQUE_RIPPLE
     effects.arm_side: ARM_COULOMB, ARM_INERTIA, ARM_VISCOUS, burst, DISTURBANCE, GRAVITY,
         LOAD_TORQUE
-    effects.balance_column: BalanceColumn, COMMAND, dissipated, JointMotion, moved,
-        not_negative, one, SCALE, SETPOINT, TORQUE, waves
     effects.composition: actuator, arm_error, COMMAND_PLACES, DELAY1, DELAY2, lead,
         motor_error, steady_command
     effects.controller: SERVO_DELAY, SERVO_GAIN, SERVO_INTEGRATOR, SERVO_LIMIT, SETPOINT_DELAY
-    effects.effect: Torques
+    effects.effect: BalanceColumn, COMMAND, dissipated, JointMotion, moved, not_negative, one,
+        SCALE, SETPOINT, TORQUE, Torques, waves
     effects.encoder: ENCODER_OFFSET
     effects.gearbox: BACKLASH_GAP, SLIP, slipped
     effects.motor_side: COGGING, COULOMB_ASYMMETRY, LOAD_FRICTION, LUGRE, MOTOR_COULOMB,
         MOTOR_INERTIA, MOTOR_VISCOUS, STRIBECK
     effects.registry: INTEGRAL, LATE_A, LATE_B, LATE_C
     effects.torque_map: QUANTITIES, TORQUE_MAP
-    equivalent_torque: equivalent_torque, gains, imbalance, imbalance_with, true_motion
     faults: EncoderFault, Excitation, Faults, FaultyPlant, JOINTS, KINDS
-    simulate: N_STATE, Noise, packed_drive, PackedDrive, Plant, plugin_of, read_all, rebuilt,
-        Schedule, simulate, Trajectory
+    simulate: equivalent_torque, gains, imbalance, imbalance_with, N_STATE, Noise,
+        packed_drive, PackedDrive, Plant, plugin_of, read_all, rebuilt, Schedule, simulate,
+        Trajectory, true_motion
     transmission: ATAN, dead_zone, dead_zone_torque, elastic_torque, FrictionLaw, IMPEDANCES,
         play, RIGID, side, TWO_OVER_PI
 """

@@ -15,22 +15,20 @@ Public names, by module:
     from_bag: ANY, drive_recording, load_locked, load_log, load_values, names_in_log,
         robot_model, robot_recording, RobotValues
     guess: Answers, Guess, Unsettled
-    joint_input: bag_arguments, DIAGNOSTIC_ARRAY, find_input, find_topic, GEARBOX, Joiner,
-        JointInput, match_stamps, PAYLOAD_CHANGE, recorded_inputs, topics_called
-    messages: converted_bag, paired_bag
+    joint_input: bag_arguments, DIAGNOSTIC_ARRAY, find_input, find_topic, GEARBOX,
+        innovation_topics, Joiner, JointInput, match_stamps, nis_of, NO_MODEL, NO_SERIAL,
+        PAYLOAD_CHANGE, read_snapshots, recorded_inputs, recorded_settings, sample_parts,
+        samples_of, topics_called
     player: Player
     read: BagReader, natural, open_bag
-    reading: BY_NAMES, is_bag, open_recording, read_mapping, ReadOptions
-    recorded_samples: innovation_topics, nis_of, NO_MODEL, NO_SERIAL, read_snapshots,
-        recorded_settings, sample_parts, samples_of
-    recovery: recover, Recovery
-    replay: Comparison, Replay, replay, summarised
-    replay_output: BagOutput, CsvTable, ParquetTable
+    reading: BY_NAMES, converted_bag, is_bag, open_recording, paired_bag, read_mapping,
+        ReadOptions
+    replay: BagOutput, Comparison, CsvTable, ParquetTable, Replay, replay, summarised
     si_signals: bag_of_table
     storage: FILE_NAME, next_free, qos_profile
     table: is_log_of_xml
     topics: ARM, DIAGNOSIS, DIAGNOSTICS, DRIFT_ALERTS, FINDINGS, JOINT_STATES, joint_values,
         MOTOR, PAIRED_JOINT_STATES, PAYLOAD, PAYLOAD_STD, PLANT_TRANSMISSION_STATE,
         ROBOT_DESCRIPTION, Signal, SIGNALS, SNAPSHOT, TRANSMISSION
-    write: BagWriter, WriteError
+    write: BagWriter, recover, Recovery, WriteError
 """

@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.opening import config_path
+from gearbox_monitor.files.user_files import config_path
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation, KINDS

@@ -21,7 +21,7 @@ from gearbox_monitor.diagnosis.robot.rows import RobotModel
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.errors import (
     expect, expect_choice, expect_keys, InputError, number_check, Undecided, unknown)
-from gearbox_monitor.files.yaml_files import load_yaml
+from gearbox_monitor.files.user_files import load_yaml
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.presentation import as_written, Said, said
 from gearbox_monitor.recordings.joint_input import find_input, find_topic, topics_called

@@ -23,11 +23,9 @@ from gearbox_monitor.recordings.meaning import (
     PRISMATIC, ROTARY, SETPOINT, SI, standard_unit, strange_unit, unit_factor, unit_of_label,
     units_of, VELOCITY, vocabulary, words_of)
 from gearbox_monitor.recordings.roles import (
-    Choice, choice_of, common_rows, families_of, Family, matches, NAMES, NONE, OpenQuestion,
-    VECTOR)
+    at_rate, BESIDE, Choice, choice_of, common_rows, families_of, Family, found_time, FoundTime,
+    matches, NAMES, NONE, OpenQuestion, states_beside, VECTOR)
 from gearbox_monitor.recordings.table import Table
-from gearbox_monitor.recordings.times import (
-    at_rate, BESIDE, found_time, FoundTime, states_beside)
 
 COARSE = 100.0  # whole numbers over a wider range are counts
 WIDE = 4.0 * np.pi  # rad: a joint turns less; a wider range without a unit may be degrees

@@ -15,8 +15,7 @@ from typing import Any, NamedTuple
 
 from gearbox_monitor.errors import (
     Check, expect, expect_choice, expect_keys, expect_values, InputError, number_check, Problems)
-from gearbox_monitor.files.opening import config_path
-from gearbox_monitor.files.yaml_files import load_yaml
+from gearbox_monitor.files.user_files import config_path, load_yaml
 from gearbox_monitor.recordings.meaning import (
     axis_of, EFFORT, POSITION, PRISMATIC, ROTARY, TIME, unit_factor, units_of, VELOCITY)
 from gearbox_monitor.recordings.text import format_of, FOUND, TextFormat

@@ -31,11 +31,10 @@ import zstandard
 
 from gearbox_monitor import __version__
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.opening import open_file
+from gearbox_monitor.files.user_files import open_file
 from gearbox_monitor.recordings.cdr import (
     CHANNELS, empty_index, find_messages, gathered, MESSAGE, MESSAGE_HEAD, MessageBlock)
-from gearbox_monitor.recordings.storage import (
-    BagTopic, MAX_UNPACKED, Part, unpack, unpacked_limit)
+from gearbox_monitor.recordings.storage import BagTopic, MAX_UNPACKED, Part, unpack, unpacked_limit
 
 MAGIC = b'\x89MCAP0\r\n'
 RECORD = struct.Struct('<BQ')

@@ -21,7 +21,7 @@ from gearbox_monitor.estimation.estimator import (
     Estimator, snapshot_errors, SnapshotError, unsmoothed)
 from gearbox_monitor.estimation.sample_loop import SECOND
 from gearbox_monitor.files.baselines import earlier
-from gearbox_monitor.files.opening import load_robot
+from gearbox_monitor.files.user_files import load_robot
 from gearbox_monitor.health.health_record import Window
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.kernel import KERNELS
@@ -30,10 +30,10 @@ from gearbox_monitor.parameters import PAYLOAD
 from gearbox_monitor.plain_data import classes_of, from_data
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.cdr import joined, JointStates, MessageBlock, rows_of
-from gearbox_monitor.recordings.joint_input import find_input, PAYLOAD_CHANGE
+from gearbox_monitor.recordings.joint_input import (
+    find_input, NO_MODEL, NO_SAMPLES, PAYLOAD_CHANGE, read_snapshots, recorded_settings,
+    RecordedSnapshot, samples_of)
 from gearbox_monitor.recordings.read import BagReader
-from gearbox_monitor.recordings.recorded_samples import (
-    NO_MODEL, NO_SAMPLES, read_snapshots, recorded_settings, RecordedSnapshot, samples_of)
 from gearbox_monitor.robot.description import RobotDescription
 from gearbox_monitor.signals.stamps import unstamped
 

@@ -26,8 +26,7 @@ import yaml
 import zstandard
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.opening import open_file, read_text
-from gearbox_monitor.files.yaml_files import parse_yaml
+from gearbox_monitor.files.user_files import open_file, parse_yaml, read_text
 from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.recordings.cdr import Message
 

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.opening import BoundedGzip, open_unpacked
+from gearbox_monitor.files.user_files import BoundedGzip, open_unpacked
 from gearbox_monitor.kernels.types import AnyArray, Integers
 from gearbox_monitor.recordings import container_child
 from gearbox_monitor.recordings.meaning import (

@@ -23,7 +23,7 @@ import zlib
 import numpy as np
 
 from gearbox_monitor.errors import Check, expect_values, InputError, number_check
-from gearbox_monitor.files.opening import LONGEST_LINE, open_unpacked
+from gearbox_monitor.files.user_files import LONGEST_LINE, open_unpacked
 from gearbox_monitor.kernels.types import AnyArray, Array
 from gearbox_monitor.recordings.meaning import number_with_unit, scaled_unit
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from gearbox_monitor.estimation import rts_smoother, sample_loop
 from gearbox_monitor.estimation.estimates import Estimates
-from gearbox_monitor.health.alert_limits import LIMITS
+from gearbox_monitor.health.alarms import LIMITS
 from gearbox_monitor.kernels.types import Array, Integers
 
 TRANSMISSION = 'transmission'

@@ -18,12 +18,11 @@ Public names, by module:
         robots_page
     live_page: GearboxHistory, live_frame, LivePage, WatchNews
     recording_page: backlash_chart, figures, headline, overview, recording_page, robot_page
-    robot_gap_page: by_effect, robot_gap_page, RobotContext
+    robot_pages: by_effect, robot_gap_page, RobotContext, watch_page
     robot_words: finding_words, reading_words, robot_headline, robot_text, watch_data,
         watch_headline, watch_text
     sentences: CHANGES, of_fit, of_noise, of_unit, say, summary, title, told, UNITS
     timeline: measured, recorded_timeline, RecordingFacts, state_of, Timeline, timeline_of
-    watch_page: watch_page
     words: change_sentence, counted, NAMING, next_steps, NO_FILES, NOTHING, place_text,
         torque_map_of, undefined, unit_of, UserFiles, value_rows
 """

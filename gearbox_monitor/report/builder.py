@@ -22,7 +22,7 @@ from markupsafe import escape, Markup
 
 from gearbox_monitor import __version__
 from gearbox_monitor.presentation import on_axis
-from gearbox_monitor.report.svg import bar_views, chart_view, plane_view
+from gearbox_monitor.report.chart import bar_views, chart_view, plane_view
 
 
 # Parts of texts that no line break divides: options, dates, values with their deviations.

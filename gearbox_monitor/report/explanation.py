@@ -11,14 +11,14 @@ from dataclasses import dataclass
 import math
 
 from gearbox_monitor.diagnosis.robot.robot_effects import BASE, JOINT, ROBOT_EFFECTS, RobotEffect
+from gearbox_monitor.health.alarms import Condition, Level
 from gearbox_monitor.health.backlash import change_tests
-from gearbox_monitor.health.checks.outcome import Condition, Level
 from gearbox_monitor.health.monitor import CONDITIONS
 from gearbox_monitor.plant.effects import Effect, EFFECTS, library, Parameter
 from gearbox_monitor.report.sentences import PLACES, TABLE, title
 from gearbox_monitor.report.words import sentence, SEPARATES
+from gearbox_monitor.simulators.drive_patch import in_urdf
 from gearbox_monitor.simulators.mjcf import CONSTRUCT, expression_of, NATIVE, REFUSED
-from gearbox_monitor.simulators.urdf_patch import in_urdf
 
 OF_EFFECT = ('What it is', 'In the data', 'Confused with', 'In simulators', 'Since')
 OF_CONDITION = ('What it says', 'When', 'Window', 'Values', 'What to do', 'Read more')

@@ -20,8 +20,8 @@ from gearbox_monitor.report.chart import Chart, Mark, Panel, range_of, SIGMAS, S
 from gearbox_monitor.report.sentences import say
 from gearbox_monitor.report.words import answer, GEARBOXES, JOINTS
 
-Gearbox: TypeAlias = Mapping[str, Any]  # of fleet.fleet_table.gearboxes
-Joint: TypeAlias = Mapping[str, Any]    # of fleet.fleet_table.joints
+Gearbox: TypeAlias = Mapping[str, Any]  # of fleet.fleet_run.gearboxes
+Joint: TypeAlias = Mapping[str, Any]    # of fleet.fleet_run.joints
 Bag: TypeAlias = Mapping[str, Any]      # a row of the table of bags
 DRAWN = 24    # with a chart
 LISTED = 500  # bags in the table of those that need a look
@@ -46,7 +46,7 @@ def fleet_page(gearboxes: Sequence[Gearbox], bags: Sequence[Bag], counts: Mappin
     Return the page of a fleet as HTML.
 
     Args:
-        gearboxes: fleet_table.gearboxes(bags), the most urgent first.
+        gearboxes: fleet_run.gearboxes(bags), the most urgent first.
         bags: rows of the table of bags.
         counts: {status: bags}.
         other_settings: analysed bags with other settings than the last run.
@@ -70,7 +70,7 @@ def robots_page(joints: Sequence[Joint], bags: Sequence[Bag], counts: Mapping[st
     Return the page of a fleet of robots as HTML.
 
     Args:
-        joints: fleet_table.joints(bags), those with findings first.
+        joints: fleet_run.joints(bags), those with findings first.
         bags: rows of the table of bags.
         counts: {status: bags}.
         other_settings: analysed bags with other settings than the last run.

@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.health.alert_limits import LIMITS
+from gearbox_monitor.health.alarms import LIMITS
 from gearbox_monitor.health.backlash.features import width_of
 from gearbox_monitor.health.backlash.wear import when
-from gearbox_monitor.health.wear_outcome import worst
+from gearbox_monitor.health.judgement import worst
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.parameters import ESTIMATOR, ParameterRow
 from gearbox_monitor.presentation import number, on_axis

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.hypothesis import UNDECIDED
+from gearbox_monitor.diagnosis.contest import UNDECIDED
 from gearbox_monitor.diagnosis.robot.conventions import NamedReading, RobotReading
 from gearbox_monitor.diagnosis.robot.robot_effects import BASE_TILT, JOINT, ROBOT_EFFECTS
 from gearbox_monitor.diagnosis.robot.servo import SERVO
@@ -22,8 +22,8 @@ from gearbox_monitor.presentation import change, credible, number, on_axis, perc
 from gearbox_monitor.report.sentences import say, TABLE
 from gearbox_monitor.report.words import answer, counted, JOINTS, motion_words, sentence
 from gearbox_monitor.watch.record import (
-    Change, DESCRIBE, HeldLoad, JointWatch, LEARN, StateHealth, WATCH, Watch)
-from gearbox_monitor.watch.settings import FRICTION, RIPPLE, ROTOR, SCALE, TILT, WEIGHT
+    Change, DESCRIBE, FRICTION, HeldLoad, JointWatch, LEARN, RIPPLE, ROTOR, SCALE, StateHealth,
+    TILT, WATCH, Watch, WEIGHT)
 
 OF_CHANGES = {'Cc_change': 'N m', 'Cv_change': 'N m s/rad', 'm1_change': 'kg m^2',
               'T_change': 's', 'kp_factor': '', 'Ca': 'N m', 'moment': 'kg m', 'moved': 'm'}

@@ -18,17 +18,16 @@ from typing import Any, NamedTuple, TYPE_CHECKING
 
 from gearbox_monitor.estimation.noise_search import BLUNT
 from gearbox_monitor.estimation.score import LAGS, MIN_SAMPLES
-from gearbox_monitor.health.alert_limits import LIMITS as ALERT
+from gearbox_monitor.health.alarms import Group, LIMITS as ALERT
 from gearbox_monitor.health.backlash.change_tests import TESTS, WEAR, WEAR_FEATURES
 from gearbox_monitor.health.checks.innovation import LJUNG_BOX_LIMIT, MEAN_LIMIT
-from gearbox_monitor.health.checks.outcome import Group
 from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 from gearbox_monitor.plant.effects.gearbox import SLIP
 from gearbox_monitor.presentation import (
     change, credible, EXACT, number, on_axis, percent, Quantity, Said, said)
-from gearbox_monitor.signals.recording_limits import LIMITS as RECORDING
+from gearbox_monitor.signals.finding import LIMITS as RECORDING
 
 if TYPE_CHECKING:
     from gearbox_monitor.diagnosis.joint.nominal import Adapted, FittedValue, NominalFit

@@ -14,18 +14,17 @@ from gearbox_monitor.estimation.estimates import Estimates, Samples
 from gearbox_monitor.estimation.rts_smoother import (
     S_TAU_K, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_RATE)
 from gearbox_monitor.estimation.sample_loop import REASONS
+from gearbox_monitor.health.alarms import Outcome
 from gearbox_monitor.health.backlash.change_tests import COMPONENTS, TESTS
 from gearbox_monitor.health.backlash.features import Backlash
-from gearbox_monitor.health.checks.outcome import Outcome
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.kernels.kernel import KERNELS
 from gearbox_monitor.kernels.types import Array, Integers, Values
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.recordings.joint_input import DIAGNOSTIC_ARRAY
+from gearbox_monitor.recordings.joint_input import DIAGNOSTIC_ARRAY, read_snapshots
 from gearbox_monitor.recordings.player import Player
 from gearbox_monitor.recordings.read import BagReader
-from gearbox_monitor.recordings.recorded_samples import read_snapshots
 from gearbox_monitor.recordings.topics import DIAGNOSTICS, SNAPSHOT
 
 SECOND_NS = 1e9

@@ -10,8 +10,8 @@ are thin shells around `health.monitor.Monitor`.
 Public names, by module:
 
     .: live_node
+    live_node: Watcher
     middleware: Child, ChildFailed, cores, Interrupt, own_domain
-    watcher: Watcher
 """
 import os
 

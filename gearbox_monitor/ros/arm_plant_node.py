@@ -16,7 +16,7 @@ from typing import Any
 
 from std_msgs.msg import String
 
-from gearbox_monitor.files.opening import config_path, load_robot
+from gearbox_monitor.files.user_files import config_path, load_robot
 from gearbox_monitor.parameters import ARM_PLANT, ArmPlantParameters
 from gearbox_monitor.recordings.topics import ROBOT_DESCRIPTION
 from gearbox_monitor.robot.arm_plant import GapGrowth, WorkingArm

@@ -23,13 +23,13 @@ import sys
 from threading import Lock
 from typing import Any
 
-from gearbox_monitor.diagnosis.hypothesis import kind_of, NONE
+from gearbox_monitor.diagnosis.contest import kind_of, NONE
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.baselines import (
     BaselineRecording, check_belongs, load_recording, set_aside, StateFile)
+from gearbox_monitor.health.alarms import Level, Outcome
 from gearbox_monitor.health.backlash.change_tests import FRICTION
 from gearbox_monitor.health.backlash.wear import when
-from gearbox_monitor.health.checks.outcome import Level, Outcome
 from gearbox_monitor.health.judgement import SLIP
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import model_from_dict

@@ -20,7 +20,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import JointState
 
 from gearbox_monitor.estimation.estimates import Estimate, Sample
-from gearbox_monitor.health.checks.outcome import Outcome
+from gearbox_monitor.health.alarms import Outcome
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.cdr import FIELDS, MAX_LAYOUTS, read_layout
 from gearbox_monitor.recordings.topics import joint_values, Signal

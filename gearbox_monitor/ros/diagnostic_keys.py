@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 from gearbox_monitor.estimation.consider import ERROR_NAMES
 from gearbox_monitor.health.backlash.change_tests import ChangeTest, size_name, TESTS
+from gearbox_monitor.health.judgement import OF_WINDOWS
 from gearbox_monitor.health.monitor import ROW_CHECKS
-from gearbox_monitor.health.wear_outcome import OF_WINDOWS
 from gearbox_monitor.parameters import CURVES, ESTIMATOR, RANDOM_WALK
 from gearbox_monitor.report.sentences import CHANGES
 

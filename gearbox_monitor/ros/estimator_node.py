@@ -26,12 +26,12 @@ from gearbox_monitor.kernels.kernel import KERNELS
 from gearbox_monitor.kernels.library import installed
 from gearbox_monitor.parameters import SETTINGS
 from gearbox_monitor.recordings.topics import DIAGNOSTICS, DRIFT_ALERTS, JOINT_STATES, SIGNALS
-from gearbox_monitor.ros.black_box import KEEP
 from gearbox_monitor.ros.change_watch import ChangeNamer
 from gearbox_monitor.ros.convert import to_diagnostics, to_joint_states
 from gearbox_monitor.ros.gearbox_input import JointSubscriptions, TakenSamples
 from gearbox_monitor.ros.monitored_gearbox import (
     declare_gearboxes, GearboxSettings, located, MonitoredGearbox)
+from gearbox_monitor.ros.recording_export import KEEP
 from gearbox_monitor.ros.runtime import advertise, latched, on_change, spin_node, TableNode
 
 SECOND = 1_000_000_000

@@ -20,7 +20,7 @@ from sensor_msgs.msg import JointState
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Sample
-from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.presentation import Said

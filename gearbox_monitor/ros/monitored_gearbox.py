@@ -22,28 +22,29 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Estimate, Sample
 from gearbox_monitor.estimation.filter_setup import described
+from gearbox_monitor.estimation.sample_loop import REASONS, SECOND
 from gearbox_monitor.files.baselines import (
     AGAIN, Damaged, earlier, health_text, load_state, save_baseline, set_aside, STATE, StateFile)
-from gearbox_monitor.files.opening import config_path, load_robot, TOPIC
-from gearbox_monitor.files.yaml_files import load_model
-from gearbox_monitor.health.checks import usability
-from gearbox_monitor.health.checks.outcome import Level, Outcome, outcome_of, with_more
+from gearbox_monitor.files.user_files import config_path, load_model, load_robot, TOPIC
+from gearbox_monitor.health.alarms import Level, LIMITS, Outcome, outcome_of, with_more
+from gearbox_monitor.health.checks import observability
 from gearbox_monitor.health.health_record import FeatureHealth
 from gearbox_monitor.health.judgement import accepted
 from gearbox_monitor.health.monitor import Monitor, NO_DATA
-from gearbox_monitor.health.staleness import Silence
 from gearbox_monitor.kernels.kernel import KERNELS
+from gearbox_monitor.kernels.types import Integers
 from gearbox_monitor.parameters import (
     ESTIMATOR, EstimatorParameters, FIXED, MODEL, PAYLOAD, ROBOT, RobotParameters, SETTINGS, Table)
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.presentation import Said
 from gearbox_monitor.recordings.joint_input import GEARBOX, PAYLOAD_CHANGE
 from gearbox_monitor.recordings.topics import ARM, DIAGNOSIS, MOTOR, SNAPSHOT, TRANSMISSION
 from gearbox_monitor.robot.description import parse, RobotDescription
-from gearbox_monitor.ros.black_box import BlackBox, KEEP
 from gearbox_monitor.ros.change_watch import ChangeNamer, ChangeWatch
 from gearbox_monitor.ros.convert import (
     GearboxNames, RawSample, to_diagnostics, to_snapshot, to_status)
 from gearbox_monitor.ros.gearbox_input import GearboxInput
+from gearbox_monitor.ros.recording_export import BlackBox, KEEP
 from gearbox_monitor.ros.runtime import (
     advertise, best_effort, declare, latched, subscribe, TableNode)
 
@@ -173,9 +174,6 @@ def located(name: str) -> Iterator[None]:
         if not name:
             raise
         raise InputError(f'{name}: {error}') from None
-
-
-SECOND = 1_000_000_000
 
 
 class MonitoredGearbox:
@@ -367,10 +365,10 @@ class MonitoredGearbox:
         if level and unpaired and not silence.why:
             outcome = replace(outcome, says=(*outcome.says, (unpaired,)))
         if rivals := self.input.rivals():
-            outcome = outcome_of([usability.TWO_PUBLISHERS.said(rivals=rivals)], None,
+            outcome = outcome_of([observability.TWO_PUBLISHERS.said(rivals=rivals)], None,
                                  outcome.values)
         if new_loss:
-            outcome = with_more(outcome, [usability.LOST.said(count=new_loss)], {})
+            outcome = with_more(outcome, [observability.LOST.said(count=new_loss)], {})
         outcomes['input'] = outcome
         return outcomes
 
@@ -491,3 +489,60 @@ class MonitoredGearbox:
 def _size(feature: FeatureHealth) -> float:
     """Return the healthy size of a feature; that of its newest window while there are few."""
     return feature.baseline if math.isfinite(feature.baseline) else feature.level
+
+
+class Silence:
+    """
+    Watches one Monitor: its stamps must advance from one look to the next.
+
+    why: codes of the reason why no usable sample arrived before the last look, '' if some did.
+    """
+
+    def __init__(self) -> None:
+        # At the last look that found new stamps: stamp, inputs, clock, and counters.
+        self._stamp = self._inputs = self._since = 0
+        self._counts: Integers | None = None
+        self.why = ''
+
+    def outcomes(self, monitor: Monitor, now_ns: int, foreign: int = 0,
+                 cause: Said | None = None) -> dict[str, Outcome]:
+        """
+        Return the outcomes of a monitor, replaced where its stream is dead.
+
+        Args:
+            monitor: the Monitor that takes the samples.
+            now_ns: time of a steady clock, ns.
+            foreign: number of messages that named none of our joints.
+            cause: what the receiver of messages says, if it knows why none of them becomes a
+                sample.
+
+        Returns:
+            {component: Outcome}; a dead stream is never OK.
+
+        """
+        if self._counts is None or monitor.stamp_ns != self._stamp:
+            self._stamp, self._inputs, self._since = monitor.stamp_ns, monitor.input_count, now_ns
+            self._counts, self.why = monitor.counts.copy(), ''
+            return dict(monitor.outcomes)
+        silent = (now_ns - self._since) / SECOND
+        if silent < LIMITS.min_silence:
+            return dict(monitor.outcomes)
+        refused = monitor.input_count - self._inputs
+        counts = {observability.key_of(reason): int(monitor.counts[code])
+                  for code, reason in REASONS.items() if monitor.counts[code]}
+        counts['messages_without_our_joints'] = foreign
+        says = [cause or observability.SILENT.said()]
+        if refused and not cause:
+            new = monitor.counts - self._counts
+            causes = observability.refused(
+                {text: int(new[code]) for code, text in REASONS.items()})
+            says = [Said('unusable', {'count': refused}, Level.OK if causes else Level.ERROR),
+                    *causes]
+        self.why = ' '.join(said.code for said in says)
+        outcomes = {name: Outcome.of(Level.WARN, 'no_data', {'lasts_s': silent})
+                    for name in monitor.outcomes}
+        # Discovery takes a while: before the first sample ever, silence is not yet an error.
+        starting = not monitor.input_count and not foreign and silent < LIMITS.start_time
+        outcomes['input'] = Outcome(Level.WARN if starting else Level.ERROR,
+                                    (tuple(says),), {**counts, 'lasts_s': silent})
+        return outcomes

@@ -24,15 +24,13 @@ from rosgraph_msgs.msg import Clock as ClockMessage
 from sensor_msgs.msg import JointState
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.opening import config_path
-from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.files.user_files import config_path, load_model
 from gearbox_monitor.parameters import PLANT, PLANT_MODEL, PlantParameters
 from gearbox_monitor.plant.drive import expect_integrable, expect_torque_input, model_from_dict
 from gearbox_monitor.plant.effects.arm_side import ARM_COULOMB, GRAVITY, LOAD_TORQUE
 from gearbox_monitor.plant.faults import EncoderFault, Excitation, Faults, FaultyPlant, JOINTS
 from gearbox_monitor.plant.simulate import Noise, Plant
-from gearbox_monitor.recordings.topics import (
-    JOINT_STATES, PLANT_TRANSMISSION_STATE, TRANSMISSION)
+from gearbox_monitor.recordings.topics import JOINT_STATES, PLANT_TRANSMISSION_STATE, TRANSMISSION
 from gearbox_monitor.ros.runtime import (
     advertise, declare, finish, on_change, spin_node, steady_timer, TableNode)
 

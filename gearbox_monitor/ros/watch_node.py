@@ -31,7 +31,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.parameters import WATCH_NODE, WatchParameters
 from gearbox_monitor.recordings.topics import (
     DIAGNOSTICS, FINDINGS, JOINT_STATES, PAYLOAD, PAYLOAD_STD, ROBOT_DESCRIPTION)

@@ -12,14 +12,12 @@ Public names, by module:
     .: SignalHandlerOptions
     examine: admitted, Examination, examine, examined, joined, measured_samples,
         require_samples, SAMPLES, WINDOWS
-    finding: BAD, DataFinding, hurts, judged, OK, PURPOSES, WARN
+    finding: BAD, DataFinding, hurts, judged, LIMITS, OK, PURPOSES, WARN
     jumps: counted_on, JumpFinding, OUTLIER, PERIODS, SLIP, strangers, TURNS, turns, wild_rows,
         without_jumps
     recording: ARM, AS_RECORDED, Convention, conventions_of, CURRENT, drive_samples,
         JointSignals, MOTOR, NOT_MEASURED, Recording, UNKNOWN
-    recording_limits: LIMITS
-    smoothed_motion: SmoothedMotion
     stamps: evened, require_stamps, unstamped
-    uniform: at_one_rate, expect_one_rate, prepare, RecordingKind, rms_of, UniformRecording,
-        usable_rows
+    uniform: at_one_rate, expect_one_rate, prepare, RecordingKind, rms_of, SmoothedMotion,
+        UniformRecording, usable_rows
 """

@@ -20,15 +20,14 @@ from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.presentation import as_written, on_axis, Said, said
-from gearbox_monitor.signals import checks, stamps, torque, wiring
+from gearbox_monitor.signals import checks, stamps, wiring
 from gearbox_monitor.signals.checks import without_slip
 from gearbox_monitor.signals.finding import (
-    BAD, DataFinding, everything, Grade, hurts, judged, OK, PURPOSES, WARN)
+    BAD, DataFinding, everything, Grade, hurts, judged, LIMITS, OK, PURPOSES, WARN)
 from gearbox_monitor.signals.jumps import OUTLIER, SLIP, strangers, TURNS, without_jumps
-from gearbox_monitor.signals.recording_limits import LIMITS
-from gearbox_monitor.signals.smoothed_motion import FITTED, HALF_WIDTHS, noise_of, SmoothedMotion
 from gearbox_monitor.signals.uniform import (
-    Doubt, held_rate, physical, prepare, RecordingKind, UniformRecording, usable_rows)
+    Doubt, FITTED, HALF_WIDTHS, held_rate, noise_of, physical, prepare, RecordingKind,
+    SmoothedMotion, UniformRecording, usable_rows)
 
 GROUPS = ('stamps', 'torque', 'motor', 'arm', 'motion', 'signs', 'model', 'filter')
 # Faults of channels, signs and units, which say how the data would have to be read.
@@ -200,7 +199,7 @@ def _moved(samples: Samples, clock: stamps.StampClock, part: UniformRecording,
     moving = len(motion) > len(part.channels)  # else the drive rests, and nothing more is said
     if moving and known and np.ptp(part.u) > 0.0:
         lines += checks.setpoint(moved)
-        lines += torque.answered(torque.answer(moved), part.dt, parameters.effort_delay, moved.i)
+        lines += checks.answered(checks.answer(moved), part.dt, parameters.effort_delay, moved.i)
     return lines
 
 

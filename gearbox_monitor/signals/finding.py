@@ -1,13 +1,216 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""A finding about a recording: how good it is for each purpose, and what to do next."""
-from collections.abc import Iterable
+"""
+A finding about a recording: how good it is for each purpose, and the limits that decide it.
+
+All limits of findings are here. Grids of a search and numbers of rows that are fitted, which
+change how accurate a measure is and not what counts as wrong, stand where they are used.
+Deviations are standard deviations.
+"""
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 import enum
+from types import MappingProxyType
 from typing import Any
 
 from gearbox_monitor.presentation import on_axis, Said
+
+
+@dataclass(frozen=True)
+class RecordingLimits:
+    """Limits that decide a finding, a repair or a refusal."""
+
+    # --- Stamps
+    # Samples without which nothing is examined.
+    min_samples: int = 100
+    # Hz of estimation, 1 % apart: below, the resonance is missed; above, a second is too much.
+    slowest: float = 100.0
+    fastest: float = 2000.0
+    # Hz below which nothing of a drive's motion is left.
+    least_rate: float = 20.0
+    # Hz of diagnosis.
+    diagnosis_slowest: float = 30.0
+    diagnosis_fastest: float = 4000.0
+    # Hz from which on positions that are held over rows are late by little.
+    held_rate: float = 200.0
+    # Share of samples with unusable stamps that nothing should rest on.
+    refused: float = 0.05
+    # Jitter over the period: worth a word; no clock of the measurement.
+    jitter_notice: float = 0.1
+    jitter_bad: float = 1.0
+    # Share of samples that are lost: worth a word; too many.
+    lost_notice: float = 0.001
+    lost_many: float = 0.1
+    # s that R and Q need.
+    length: float = 5.0
+    # Windows of drift: below, none can be measured; few.
+    drift_windows_none: int = 1
+    drift_windows_few: int = 6
+    # Changes of a value that show a rhythm.
+    least_changes: int = 50
+    # Share of changes that come in one rhythm, if values are held.
+    held: float = 0.8
+    # Spread of steps over their size: steps of a lattice are all of one size.
+    uneven: float = 0.3
+    # Of the mean step: messages that came at once; their share that makes it bursts.
+    at_once: float = 0.25
+    bursts: float = 0.4
+    # Times the longest usual step.
+    dropout: float = 3.0
+    # s: stamps farther ahead are another run, where no estimator says it and if they stay there.
+    max_gap: float = 0.25
+
+    # --- Repair of a recording
+    # s: four windows of the gap metric.
+    min_duration: float = 4.0
+    # s below which few windows remain for validation.
+    short: float = 8.0
+    # Share of samples that may be interpolated.
+    max_repaired: float = 0.01
+    # Samples in a row that may be interpolated: below the drive's own periods.
+    max_run: int = 3
+    # Relative difference of rates up to which recordings are brought to one.
+    rates_alike: float = 0.1
+    # s over which stamps are averaged: longer than what makes single ones late.
+    wander_span: float = 0.2
+    # Spread of steps, of a sample time, from which on no single step says anything.
+    jittery: float = 0.15
+    # Spreads by which a step may be longer without a lost sample.
+    latest: float = 6.0
+    # Jitter (rms) of a sample time: stamps rounded by a computer, as good as even.
+    quiet_jitter: float = 0.01
+    # Robust deviations off its neighbours of a wild reading.
+    spike: float = 12.0
+    # Periods without a sample that are not bridged.
+    cut: int = 10
+    # Least share of readings, and of torques, to work with.
+    known_readings: float = 0.05
+    known_torques: float = 0.5
+
+    # --- Encoders
+    # Share of samples without a value: worth a word; too many.
+    missing_notice: float = 0.01
+    missing_many: float = 0.2
+    # Factor between noise and parameter that the indicators of trust notice.
+    noise_off: float = 1.3
+    # Step over the twist's swing.
+    coarse: float = 0.1
+    # Samples and s on one and the same reading that are looked at.
+    stuck_samples: int = 10
+    stuck_seconds: float = 0.02
+    # Of the travel: noise, not rounding of numbers.
+    noisy: float = 1e-6
+    # Share of readings that live, to judge by them.
+    live: float = 0.05
+    # Of the travel: backlash of a drive whose model may have none.
+    own_play: float = 0.05
+    # rad, N m: no converter resolves it.
+    unphysical: float = 1e-30
+    # Messages of one side alone, and share with both: two publishers, each with its encoder.
+    least_apart: int = 100
+    one_message: float = 0.01
+
+    # --- Motion
+    # Noise over motion of the acceleration that is wanted.
+    acceleration_noise: float = 0.15
+    # Travel in deviations of the noise: a drive that moves.
+    travel: float = 10.0
+    # Deviations of a twist that is seen.
+    twist_seen: float = 4.0
+    # Speed that counts as standing: deviations of the noise, share of the top speed.
+    slow_noise: float = 5.0
+    slow_share: float = 0.02
+    # Share of the swing of the twist from the middle, or of the half gap, where a flank begins.
+    flank_swing: float = 0.35
+    flank_gap: float = 0.7
+    # Travel of the arm over that of the motor that needs no gear ratio.
+    ratio_low: float = 0.67
+    ratio_high: float = 1.5
+    # s and percentiles of a window in which the ends of the twist are taken.
+    slip_window: float = 4.0
+    slip_ends: tuple[float, float] = (2.0, 98.0)
+    # A slip over the scatter of these ends, over the swing of the twist, and over the swing that
+    # a change of the mean torque explains: motion and load move the ends, too.
+    slip_scatter: float = 3.0
+    slip_room: float = 0.1
+    slip_load: float = 2.0
+    # A slip over the change of the swing: a wider gap moves the middle by at most half of it.
+    slip_widened: float = 2.0
+    # Reversals that tell friction from load: there and back.
+    reversals: int = 2
+    # Condition number of acceleration, speed, friction and offset that counts as excited.
+    excited: float = 30.0
+    # Windows of 1 s with motion.
+    min_moving: int = 4
+
+    # --- Torque
+    # Samples in a row on the extreme; shares of all that are worth a word, and that are a relay.
+    limit_samples: int = 5
+    limit_share: float = 0.02
+    relay_share: float = 0.7
+    # Samples that effort_delay takes.
+    delay_earliest: int = -1
+    delay_latest: int = 50
+    # s on one value, and share of changes from sample to sample elsewhere: a torque sticks.
+    still: float = 0.25
+    lively: float = 0.5
+    # Noises that the drive moves meanwhile, and share of the samples.
+    stuck_travel: float = 50.0
+    least_stuck: float = 0.02
+    # Correlation with the acceleration from which on the torque is seen in it.
+    torque_seen: float = 0.3
+    # Deviation of the delay (samples) from which on it says nothing.
+    delay_vague: float = 1.0
+    # Samples: what the low pass and a controller's feedback leave in the delay.
+    delay_method: float = 0.15
+    # Of |u dx|: net work that has a sign.
+    work: float = 0.05
+    # Deviations from which on a torque, or the sign of the twist, is called wrong.
+    certain: float = 5.0
+    # Share of a position that follows its setpoint, and of its slope of 1.
+    setpoint_share: float = 0.05
+    # s that a position is behind its setpoint at most.
+    behind: float = 0.5
+    # Correlation of a position with its setpoint, at least.
+    follows: float = 0.5
+    # Times the motion: the setpoint is in another unit.
+    other_unit: float = 5.0
+    # Relative distance of a factor from one of a known unit.
+    same_factor: float = 0.3
+
+    # --- What effort and model say of each other
+    # Share of the torque's power that no drive like the model leaves; the same, worth a word.
+    implausible: float = 5.0
+    strange: float = 0.5
+    # Log likelihood ratio from which on another kind of effort is better: e^5.
+    effort_ratio: float = 5.0
+    # Factor nearer to 1 (either way): an error of the model, no current.
+    effort_near: float = 1.5
+    # Share of the torque's power that models leave, of torque and of twist.
+    torque_accuracy: float = 0.01
+    twist_accuracy: float = 0.03
+    # Independent samples at most: the error of a model does not average out.
+    model_samples: float = 20.0
+    # Relative deviations expected of inertias, stiffness, friction and offset.
+    effort_inertia: float = 0.05
+    effort_stiffness: float = 0.2
+    effort_friction: float = 1.0
+    effort_offset: float = 0.1
+    # Times, or part, of the model's inertias and stiffness that a drive may have.
+    loose: float = 3.0
+    # Share of the power that an accepted reading leaves at most.
+    explained: float = 0.12
+    # Log likelihood ratio by which another reading of the recording must be better; odd factors
+    # are many, which costs a fit more.
+    margins: Mapping[str, float] = field(default_factory=lambda: MappingProxyType(
+        {'signs': 15.0, 'swapped': 15.0, 'usual': 15.0, 'odd': 20.0}))
+    # Decades of an odd factor: loads and inertias of a model are off by several times.
+    odd_decades: float = 0.9
+
+
+LIMITS = RecordingLimits()
+
 
 PURPOSES = ('estimation', 'drift', 'diagnosis')
 

@@ -14,8 +14,7 @@ from gearbox_monitor.estimation.sample_loop import (
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.presentation import Said, said
 from gearbox_monitor.signals.finding import (
-    BAD, DataFinding, everything, Grade, hurts, judged, OK, WARN)
-from gearbox_monitor.signals.recording_limits import LIMITS
+    BAD, DataFinding, everything, Grade, hurts, judged, LIMITS, OK, WARN)
 from gearbox_monitor.signals.uniform import absent_samples, UniformRecording, usual_step
 
 _GROUP = 'stamps'

@@ -30,10 +30,8 @@ import scipy
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.presentation import Said, said
-from gearbox_monitor.signals.finding import DataFinding, everything, judged, WARN
-from gearbox_monitor.signals.recording_limits import LIMITS
-from gearbox_monitor.signals.smoothed_motion import SmoothedMotion
-from gearbox_monitor.signals.uniform import rms_of
+from gearbox_monitor.signals.finding import DataFinding, everything, judged, LIMITS, WARN
+from gearbox_monitor.signals.uniform import rms_of, SmoothedMotion
 
 GAPS = (0.33, 0.5, 0.7, 1.0, 1.4, 2.0, 3.0)  # parts of the half gap that are tried
 FEW_GAPS = (0.5, 1.0, 2.0)   # for choosing the readings that are tried with all

@@ -10,15 +10,13 @@ close the gap. All else in the file stays as the user wrote it.
 Public names, by module:
 
     c99: firmware
+    drive_patch: in_urdf, patched, patched_urdf
     file_edits: Patch
     mjcf: CONSTRUCT, Exported, expression_of, model_values, NATIVE, REFUSED, refused, values_of
     mjcf_file: compiled_file, drive_of, MjcfDrive, model_of, read_file, read_mjcf, RobotFile,
         values_in
-    mjcf_patch: patched
-    randomisation: randomisation, WRITERS
     robot_model: ChainFile, MODEL_FILES, read_robot
     robot_patch: closed_file, rollouts, title_of
-    urdf_patch: in_urdf, patched_urdf
     user_simulator: confirmation, joint_readings, JointReading, NONE, SERVO, SPEED, TORQUE,
         user_simulator, UserSimulator
     xml_edit: difference

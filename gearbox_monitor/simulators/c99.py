@@ -25,7 +25,7 @@ from gearbox_monitor.estimation.filter_kind import Belief, filter_kind, Scratch
 from gearbox_monitor.estimation.filter_setup import described
 from gearbox_monitor.estimation.process_model import FRICTION_AT, STATISTICAL, X3, X4
 from gearbox_monitor.estimation.sample_loop import LoopSettings, LoopState, Output, Stream
-from gearbox_monitor.health.alert_limits import LIMITS
+from gearbox_monitor.health.alarms import LIMITS
 from gearbox_monitor.health.checks.innovation import ErrorWatch, N_SUMS, watch
 from gearbox_monitor.health.elastic_regression import (
     add_row, certainty, D_FRICTION, D_RATE, D_TORQUE, D_TWIST, D_U, D_X2, D_X3, D_X4, HALF_GAP,

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.errors import InputError, refusal, unknown
-from gearbox_monitor.files.opening import read_bytes
+from gearbox_monitor.files.user_files import read_bytes
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.plant.effects import EFFECTS

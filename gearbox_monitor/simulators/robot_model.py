@@ -18,18 +18,16 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.files.user_files import load_model
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel, weight_of
-from gearbox_monitor.robot.chain import (
-    Chain, chain_of, inertial, Link, PER_LINK)
+from gearbox_monitor.robot.chain import Chain, chain_of, inertial, Link, PER_LINK
 from gearbox_monitor.robot.compiled_model import (
-    actuator_law, actuator_losses, actuators_on, disabled, ends_of, mujoco_module, name_of,
-    scalar_joints, tendon_forces, undecided_of_robot, Unread)
+    actuator_law, actuator_losses, actuators_on, disabled, ends_of, implausible,
+    implausible_limits, implausible_links, mujoco_module, name_of, scalar_joints, tendon_forces,
+    undecided_of_robot, Unread)
 from gearbox_monitor.robot.description import LOCKED_IN_VALUES, parse
 from gearbox_monitor.robot.dynamics import GRAVITY
-from gearbox_monitor.robot.plausibility import (
-    implausible, implausible_limits, implausible_links)
 from gearbox_monitor.simulators.compiling import compiled_model
 from gearbox_monitor.simulators.mjcf_file import read_file
 from gearbox_monitor.simulators.xml_edit import parse_xml

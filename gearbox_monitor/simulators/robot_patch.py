@@ -20,21 +20,21 @@ from gearbox_monitor.diagnosis.robot.robot_effects import (
     BASE, BASE_TILT, INERTIA_NAMES, LINK_INERTIA, PAYLOAD, ROBOT_EFFECTS, tilted)
 from gearbox_monitor.diagnosis.robot.verdict import RobotVerdict, sampled_early, setpoint_lags
 from gearbox_monitor.errors import InputError, unknown
-from gearbox_monitor.files.yaml_files import model_text
+from gearbox_monitor.files.user_files import model_text
 from gearbox_monitor.kernels.types import Array, Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
-from gearbox_monitor.plant.effects.balance_column import BalanceColumn
 from gearbox_monitor.plant.effects.controller import SERVO_GAIN
+from gearbox_monitor.plant.effects.effect import BalanceColumn
 from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_INERTIA, MOTOR_VISCOUS
 from gearbox_monitor.robot.chain import inertial
 from gearbox_monitor.robot.compiled_model import actuators_on, disabled, mujoco_module
 from gearbox_monitor.simulators.compiling import compiled_model
+from gearbox_monitor.simulators.drive_patch import servo_gains
 from gearbox_monitor.simulators.file_edits import (
     FileEdits, in_frame, mjcf_element, number, Patch, write_mjcf, write_urdf)
 from gearbox_monitor.simulators.mjcf import EXPRESSIONS, REFUSED
 from gearbox_monitor.simulators.mjcf_file import read_file
-from gearbox_monitor.simulators.mjcf_patch import servo_gains
 from gearbox_monitor.simulators.robot_model import ChainFile, servo_of
 from gearbox_monitor.simulators.xml_edit import parse_xml, XmlDocument
 

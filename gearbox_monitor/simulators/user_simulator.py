@@ -23,8 +23,8 @@ from gearbox_monitor.kernels.linear_least_squares import covariance
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import arm_side, EFFECTS, library
-from gearbox_monitor.plant.equivalent_torque import equivalent_torque
-from gearbox_monitor.plant.simulate import PackedDrive, plugin_of, read_all, Schedule
+from gearbox_monitor.plant.simulate import (
+    equivalent_torque, PackedDrive, plugin_of, read_all, Schedule)
 from gearbox_monitor.presentation import on_axis
 from gearbox_monitor.robot.compiled_model import kind_of, mujoco_module, name_of, scalar_joints
 from gearbox_monitor.signals.uniform import UniformRecording

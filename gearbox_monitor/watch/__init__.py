@@ -12,7 +12,7 @@ Public names, by module:
 
     .: fold
     fold: begin, step
-    record: Block, Change, CLASSES, Cutter, DESCRIBE, HeldLoad, JointWatch, LEARN, StateHealth,
-        WATCH, Watch
-    settings: DATED, FRICTION, RIPPLE, ROTOR, SCALE, SECOND, TILT, WATCH_SETTINGS, WEIGHT
+    record: Block, Change, CLASSES, Cutter, DATED, DESCRIBE, FRICTION, HeldLoad, JointWatch,
+        LEARN, RIPPLE, ROTOR, SCALE, SECOND, StateHealth, TILT, WATCH, Watch, WATCH_SETTINGS,
+        WEIGHT
 """

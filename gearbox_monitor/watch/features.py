@@ -23,9 +23,8 @@ from gearbox_monitor.diagnosis.robot.rows import NuisanceColumn, RobotModel, Row
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.robot.chain import PER_LINK
-from gearbox_monitor.watch.levels import Deviation, Levels, levels_of
-from gearbox_monitor.watch.settings import (
-    FRICTION, RIPPLE, ROTOR, SCALE, TILT, WATCH_SETTINGS, WEIGHT)
+from gearbox_monitor.watch.record import (
+    Deviation, FRICTION, Levels, levels_of, RIPPLE, ROTOR, SCALE, TILT, WATCH_SETTINGS, WEIGHT)
 
 # A weight without its inertia would be blamed on the next link, at whose axis a mass has one.
 WIDTHS = {FRICTION: 2, SCALE: 1, ROTOR: 1, WEIGHT: PER_LINK, TILT: 2, RIPPLE: 2}

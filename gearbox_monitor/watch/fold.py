@@ -22,20 +22,17 @@ from gearbox_monitor.diagnosis.robot.robot_log import checked_log, continuous, R
 from gearbox_monitor.diagnosis.robot.rows import RobotModel, rows_of
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.presentation import percent, Quantity
 from gearbox_monitor.robot.chain import chain_of
+from gearbox_monitor.robot.compiled_model import implausible_limits, implausible_links
 from gearbox_monitor.robot.description import own_joints, parse
-from gearbox_monitor.robot.plausibility import implausible_limits, implausible_links
-from gearbox_monitor.watch.features import (
-    Features, features_of, Group, groups_of, state_levels)
-from gearbox_monitor.watch.levels import (
-    Deviation, level_of, Levels, now, step_in, stepped, with_block)
+from gearbox_monitor.watch.features import Features, features_of, Group, groups_of, state_levels
 from gearbox_monitor.watch.record import (
-    Block, Change, DESCRIBE, Held, HeldLoad, JointWatch, LEARN, raw_log, StateHealth, WATCH, Watch,
-    WatchEvent)
-from gearbox_monitor.watch.settings import FRICTION, RIPPLE, SCALE, SECOND, TILT, WATCH_SETTINGS
+    Block, Change, DESCRIBE, Deviation, FRICTION, Held, HeldLoad, JointWatch, LEARN, level_of,
+    Levels, now, raw_log, RIPPLE, SCALE, SECOND, StateHealth, step_in, stepped, TILT, WATCH, Watch,
+    WATCH_SETTINGS, WatchEvent, with_block)
 
 SOURCE = 'robot_description'
 NOUNS = {FRICTION: 'friction', SCALE: 'torque scale'}    # of what must be known of a joint

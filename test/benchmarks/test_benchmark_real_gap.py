@@ -15,7 +15,7 @@ from benchmarks.__main__ import main
 from benchmarks.least_squares import ranked_of_robot
 from benchmarks.real_gap import Answer, answer_of, load_pairs, Runner, scores, Truth
 from gearbox_monitor.cli.main import main as run_command
-from gearbox_monitor.files.yaml_files import save_model
+from gearbox_monitor.files.user_files import save_model
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import Noise, Plant
 from gearbox_monitor.recordings.examples import ExampleMotion, write_robot_pair

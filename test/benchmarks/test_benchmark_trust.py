@@ -11,9 +11,9 @@ import pytest
 from benchmarks import intervals, trust, trust_drift, trust_runs
 from benchmarks.__main__ import main
 from benchmarks.harness import BarTable
-from gearbox_monitor.health import wear_outcome
+from gearbox_monitor.health import judgement
+from gearbox_monitor.health.alarms import Level, Outcome
 from gearbox_monitor.health.backlash.features import Backlash
-from gearbox_monitor.health.checks.outcome import Level, Outcome
 from gearbox_monitor.health.health_record import HealthSettings
 from gearbox_monitor.health.judgement import Health
 from gearbox_monitor.plant.drive import DriveModel
@@ -61,7 +61,7 @@ def test_windows_are_drawn_in_time_and_followed(monkeypatch):
         assert window.stamp_ns > health.stamp_ns
         return replace(health, stamp_ns=window.stamp_ns)
     monkeypatch.setattr(trust_drift, 'judge', judged)
-    monkeypatch.setattr(wear_outcome, 'outcomes',
+    monkeypatch.setattr(judgement, 'outcomes',
                         lambda health: {'backlash': Outcome(Level(raised.pop(0)), ())})
     assert trust_drift.false_alarms(begin, trust_drift.later(windows[:6], begin)) == 2
 

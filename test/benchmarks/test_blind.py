@@ -15,7 +15,7 @@ import yaml
 
 from benchmarks import blind
 from benchmarks.blind import generate, motions, plant, runner, scorer, sizing, window_fit
-from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.files.user_files import load_model
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.simulate import Plant

@@ -7,8 +7,8 @@ import json
 import numpy as np
 import pytest
 
-from gearbox_monitor.cli.accept import judge, limit_of
 from gearbox_monitor.cli.main import main
+from gearbox_monitor.cli.replay import judge, limit_of
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.health.backlash.features import Backlash, NotExcited
 from gearbox_monitor.plant.drive import DriveModel

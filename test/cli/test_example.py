@@ -11,8 +11,7 @@ import pytest
 import yaml
 
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.files.opening import config_path
-from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.files.user_files import config_path, load_model
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.recordings.examples import ENCODERS, MOTIONS, process_torque

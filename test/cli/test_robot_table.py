@@ -7,9 +7,9 @@ import re
 
 import pytest
 
-from gearbox_monitor.cli.main import main
 from gearbox_monitor.cli.check import doubts_of
-from gearbox_monitor.files.opening import config_path
+from gearbox_monitor.cli.main import main
+from gearbox_monitor.files.user_files import config_path
 from gearbox_monitor.simulators.mjcf_file import compiled_file, model_of, read_mjcf
 from gearbox_monitor.simulators.robot_model import read_robot
 from gearbox_monitor.watch.fold import begin

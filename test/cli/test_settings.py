@@ -7,10 +7,10 @@ import json
 import pytest
 
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.files.opening import config_path
+from gearbox_monitor.files.user_files import config_path
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.examples import ExampleMotion, write_example_bag
-from gearbox_monitor.recordings.recorded_samples import NO_MODEL
+from gearbox_monitor.recordings.joint_input import NO_MODEL
 
 COMMANDS = {
     'replay': ['--estimates-only', '--json'], 'accept': ['--max-gap', '0.3', '--json'],

@@ -18,7 +18,7 @@ from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.process_model import ADAPTABLE
 from gearbox_monitor.estimation.sample_loop import REASONS
-from gearbox_monitor.health.checks.usability import key_of
+from gearbox_monitor.health.checks.observability import key_of
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters, PlantParameters, table_of
 from gearbox_monitor.plant.drive import DriveModel

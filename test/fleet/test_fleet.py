@@ -22,7 +22,7 @@ import yaml
 from gearbox_monitor import __version__
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.fleet import job
-from gearbox_monitor.fleet.fleet_table import gearboxes
+from gearbox_monitor.fleet.fleet_run import gearboxes
 from gearbox_monitor.fleet.job import analyse
 from gearbox_monitor.health.backlash.features import Backlash, combine
 from gearbox_monitor.health.health_record import HealthSettings, Window

@@ -16,15 +16,13 @@ from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, S_TWIST, S_X4
 from gearbox_monitor.files.baselines import (
     health_text, load_baseline, load_state, save_baseline, STATE, write_whole)
 from gearbox_monitor.health import judgement
-from gearbox_monitor.health.backlash.change_tests import (
-    CONDITIONS, FEATURES, GAP, PRIORS, TESTS)
+from gearbox_monitor.health.alarms import Level
+from gearbox_monitor.health.backlash.change_tests import CONDITIONS, FEATURES, GAP, PRIORS, TESTS
 from gearbox_monitor.health.backlash.features import Backlash, lost_motion_of, NotExcited
-from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.health.health_record import (
     AT_ODDS, ERRORS_LARGER, FOUND, HealthSettings, TRUSTED, WARNED, Window)
-from gearbox_monitor.health.judgement import accepted, from_data, Health, judge, to_data
+from gearbox_monitor.health.judgement import accepted, from_data, Health, judge, outcomes, to_data
 from gearbox_monitor.health.monitor import Monitor
-from gearbox_monitor.health.wear_outcome import outcomes
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.report.sentences import TABLE

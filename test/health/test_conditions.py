@@ -10,8 +10,8 @@ import yaml
 
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.health.checks import innovation, usability
-from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.health.alarms import Level
+from gearbox_monitor.health.checks import innovation, observability
 from gearbox_monitor.health.monitor import COMPONENTS, CONDITIONS, Monitor
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
@@ -40,7 +40,7 @@ def test_every_condition_names_values_that_are_published(monitor):
         words = TABLE[c.code]
         assert c.level > Level.OK and words.when and words.window and words.remedy
         values = monitor.outcomes[c.component].values
-        if c in (usability.TWO_PUBLISHERS, usability.LOST):  # the node publishes them
+        if c in (observability.TWO_PUBLISHERS, observability.LOST):  # the node publishes them
             values = {**values, **dict.fromkeys(
                 row.key for row in DIAGNOSTIC_KEYS if row.component == 'input')}
         for key in (*c.value, *c.threshold):
@@ -57,7 +57,7 @@ def test_every_threshold_is_in_a_condition(monitor):
 
 
 def test_every_refused_sample_has_a_condition():
-    counters = [name for _, names in usability.REFUSED for name in names]
+    counters = [name for _, names in observability.REFUSED for name in names]
     others = {sample_loop.REASONS[sample_loop.START]}
     assert sorted(counters) == sorted(set(sample_loop.REASONS.values()) - others)
 
@@ -70,9 +70,9 @@ INPUTS = [
 
 def test_input():
     for new, level, word in INPUTS:
-        outcome = usability.check(new, 5, {'rate_hz': 5.0})
+        outcome = observability.judge_input(new, 5, {'rate_hz': 5.0})
         assert outcome.level == level and word in outcome.message
-        unusable = usability.check(new, 0, {'rate_hz': 0.0})
+        unusable = observability.judge_input(new, 0, {'rate_hz': 0.0})
         assert unusable.level == Level.ERROR
         assert unusable.message.endswith(outcome.message.partition(': ')[2]) or not new
 

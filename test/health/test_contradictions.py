@@ -11,7 +11,7 @@ from test_change import Gearbox
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.health.health_record import TRUSTED
 from gearbox_monitor.health.judgement import accepted, Health
 from gearbox_monitor.health.monitor import Monitor

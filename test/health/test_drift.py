@@ -11,8 +11,8 @@ import pytest
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.rts_smoother import (
     N_SMOOTHED, S_MOTOR_SIDE, S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST)
+from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.health.backlash import features
-from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.health.judgement import to_data
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel

@@ -12,7 +12,7 @@ from benchmarks import paper
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.rts_smoother import (
     N_SMOOTHED, S_MOTOR_SIDE, S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST, S_U, S_X3, S_X4)
-from gearbox_monitor.files.yaml_files import load_model, load_parameters
+from gearbox_monitor.files.user_files import load_model, load_parameters
 from gearbox_monitor.health.backlash import features
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.parameters import ESTIMATOR

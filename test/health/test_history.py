@@ -4,7 +4,7 @@
 """The newest rows, against all rows that ever came."""
 import numpy as np
 
-from gearbox_monitor.health.history import BLOCK, ROOM, RowHistory
+from gearbox_monitor.health.monitor import BLOCK, ROOM, RowHistory
 
 
 def test_rows_of_any_interval_that_is_kept():

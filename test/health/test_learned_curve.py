@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """A learned curve is compared with the model file where it is the probable one."""
-from gearbox_monitor.health.checks.model_mismatch import learned_curve
+from gearbox_monitor.health.checks.innovation import learned_curve
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.report.sentences import phrase

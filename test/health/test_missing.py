@@ -5,8 +5,8 @@
 import numpy as np
 
 from gearbox_monitor.estimation.estimates import Sample, Samples
-from gearbox_monitor.health.checks import innovation, model_mismatch
-from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.health.alarms import Level
+from gearbox_monitor.health.checks import innovation
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
@@ -78,7 +78,7 @@ def test_step_by_step_is_the_same():
 
 
 def test_seconds_are_those_of_the_window():
-    systematic = model_mismatch.Systematic()
+    systematic = innovation.Systematic()
     for k in range(100):
         systematic.add(k * SECOND, k % 2 == 0)
     assert systematic.seconds(99 * SECOND, 10.0) == 5

@@ -14,7 +14,7 @@ from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Sample, Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K
-from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.health.health_record import ERRORS_LARGER, TRUSTED
 from gearbox_monitor.health.monitor import COMPONENTS, Monitor
 from gearbox_monitor.plant.drive import DriveModel

@@ -6,9 +6,8 @@ import itertools
 
 import numpy as np
 
+from gearbox_monitor.health.alarms import Alarm, joined, Level, Outcome, outcome_of, Said
 from gearbox_monitor.health.checks.innovation import BIASED, GROSS, OUTLIERS
-from gearbox_monitor.health.checks.outcome import (
-    Alarm, joined, Level, Outcome, outcome_of, Said)
 
 SECOND = 1_000_000_000
 DEBOUNCES = [(3, 5), (2, 2), (1, 1), (4, 1), (1, 2)]

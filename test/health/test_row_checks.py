@@ -12,9 +12,9 @@ from gearbox_monitor.estimation.rts_smoother import (
     N_SMOOTHED, S_MOTOR_SIDE, S_MOTOR_SIDE_NOISE_STD, S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST,
     S_TWIST_NOISE_STD, S_TWIST_RATE_NOISE_STD, S_U, S_X2, S_X3, S_X4)
 from gearbox_monitor.health import monitor as monitor_module
-from gearbox_monitor.health.checks import elastic_curve, innovation
-from gearbox_monitor.health.checks.outcome import Level
-from gearbox_monitor.health.checks.row_check import AGAINST, passivity, RowCheck, twist_range
+from gearbox_monitor.health.alarms import Level
+from gearbox_monitor.health.checks import innovation, row_checks
+from gearbox_monitor.health.checks.row_checks import AGAINST, passivity, RowCheck, twist_range
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
@@ -43,27 +43,27 @@ def rows_of(half_gap=0.1, stiffness=25.0, zero=0.3, gain=0.0, viscous=0.0, scale
 
 
 ERRORS = [
-    ({'gain': 0.5}, 'elastic_gain', elastic_curve.OTHER_TORQUE),
-    ({'gain': -0.4}, 'elastic_gain', elastic_curve.OTHER_TORQUE),
-    ({'viscous': 0.15}, 'elastic_viscous', elastic_curve.OTHER_TORQUE),
-    ({'scale': 0.02}, 'elastic_scale', elastic_curve.OTHER_TWIST),
-    ({'delay': 0.005}, 'elastic_delay_s', elastic_curve.OTHER_TWIST)]
+    ({'gain': 0.5}, 'elastic_gain', row_checks.OTHER_TORQUE),
+    ({'gain': -0.4}, 'elastic_gain', row_checks.OTHER_TORQUE),
+    ({'viscous': 0.15}, 'elastic_viscous', row_checks.OTHER_TORQUE),
+    ({'scale': 0.02}, 'elastic_scale', row_checks.OTHER_TWIST),
+    ({'delay': 0.005}, 'elastic_delay_s', row_checks.OTHER_TWIST)]
 
 
 def test_each_error_is_found_with_its_size():
     for error, key, condition in ERRORS:
-        broken, values = elastic_curve.check(rows_of(**error), MODEL)
+        broken, values = row_checks.check(rows_of(**error), MODEL)
         assert broken == [condition.said()]
         assert values[key] == pytest.approx(next(iter(error.values())), rel=0.1)
 
 
 def test_an_estimated_friction_is_no_error_but_a_gain_and_an_encoder_are():
     """tau_K is then what the twist says; friction, within reason, stands in the other state."""
-    for error, condition in (({'viscous': 0.3}, None), ({'gain': 0.5}, elastic_curve.OTHER_TORQUE),
-                             ({'delay': 0.02}, elastic_curve.OTHER_TWIST)):
+    for error, condition in (({'viscous': 0.3}, None), ({'gain': 0.5}, row_checks.OTHER_TORQUE),
+                             ({'delay': 0.02}, row_checks.OTHER_TWIST)):
         rows = rows_of(**error)
         rows[:, S_TAU_K] -= error.get('viscous', 0.0) * rows[:, S_X3] + 1e-3
-        assert list(elastic_curve.check(rows, MODEL)[0]) == (
+        assert list(row_checks.check(rows, MODEL)[0]) == (
             [] if condition is None else [condition.said()])
 
 
@@ -86,13 +86,13 @@ def hysteretic(kind, worn=1.0, **errors):
 def test_hysteresis_of_the_model_is_no_delay_and_a_delay_is_found_beside_it():
     for kind in ('play', 'passive_play'):
         drive, rows = hysteretic(kind)
-        assert elastic_curve.check(rows, drive)[0] == []
-        assert elastic_curve.check(rows, MODEL.with_(half_gap=0.05))[0]
+        assert row_checks.check(rows, drive)[0] == []
+        assert row_checks.check(rows, MODEL.with_(half_gap=0.05))[0]
         worn, rows = hysteretic(kind, worn=1.2)
-        assert elastic_curve.check(rows, worn)[0] == []
+        assert row_checks.check(rows, worn)[0] == []
         drive, rows = hysteretic(kind, delay=0.005)
-        broken, values = elastic_curve.check(rows, drive)
-        assert broken == [elastic_curve.OTHER_TWIST.said()]
+        broken, values = row_checks.check(rows, drive)
+        assert broken == [row_checks.OTHER_TWIST.said()]
         assert values['elastic_delay_s'] == pytest.approx(0.005, rel=0.1)
 
 
@@ -112,12 +112,12 @@ def slow(arm=1.5, **errors):
 
 
 def test_slow_motion_does_not_tell_delay_from_friction_but_that_one_of_them_is_wrong():
-    both = {elastic_curve.OTHER_TORQUE.code, elastic_curve.OTHER_TWIST.code}
+    both = {row_checks.OTHER_TORQUE.code, row_checks.OTHER_TWIST.code}
     for error in ({'delay': 0.01}, {'viscous': 0.3}):
-        broken, _ = elastic_curve.check(slow(**error), MODEL)
+        broken, _ = row_checks.check(slow(**error), MODEL)
         assert broken and {said.code for said in broken} <= both, error
     for error in ({}, {'delay': 0.001}, {'viscous': 0.02}):  # within the tolerances
-        assert not elastic_curve.check(slow(**error), MODEL)[0], error
+        assert not row_checks.check(slow(**error), MODEL)[0], error
 
 
 def test_an_error_in_slow_motion_is_certain_once_several_windows_agree():
@@ -125,16 +125,16 @@ def test_an_error_in_slow_motion_is_certain_once_several_windows_agree():
     rows[:, S_MOTOR_SIDE] += 0.5 * rows[:, S_U] + 0.2 * np.random.default_rng(5).standard_normal(
         len(T))
     rows[:, S_TAU_K] = rows[:, S_MOTOR_SIDE]
-    broken, values = elastic_curve.check(rows, MODEL)
+    broken, values = row_checks.check(rows, MODEL)
     assert broken == []
 
     def earlier(*factors):
         return [{**values, 'elastic_gain': k * values['elastic_gain']} for k in factors]
 
-    assert elastic_curve.check(rows, MODEL, earlier(1.05, 0.95))[0] == []
-    assert elastic_curve.check(rows, MODEL, earlier(1.05, 0.95, 1.0))[0] == [
-        elastic_curve.OTHER_TORQUE.said()]
-    assert elastic_curve.check(rows, MODEL, earlier(0.0, 2.0, -1.0))[0] == []
+    assert row_checks.check(rows, MODEL, earlier(1.05, 0.95))[0] == []
+    assert row_checks.check(rows, MODEL, earlier(1.05, 0.95, 1.0))[0] == [
+        row_checks.OTHER_TORQUE.said()]
+    assert row_checks.check(rows, MODEL, earlier(0.0, 2.0, -1.0))[0] == []
 
 
 WORN = [{}, {'half_gap': 0.14}, {'stiffness': 20.0}, {'zero': -2.0}]
@@ -142,23 +142,23 @@ WORN = [{}, {'half_gap': 0.14}, {'stiffness': 20.0}, {'zero': -2.0}]
 
 def test_wear_and_another_zero_are_no_error():
     for worn in WORN:
-        for check in (elastic_curve.check, twist_range):
+        for check in (row_checks.check, twist_range):
             assert check(rows_of(**worn), MODEL)[0] == []
 
 
 def test_torque_without_a_curve():
     rows = rows_of()
     rows[:, S_MOTOR_SIDE] = 3.0 * np.sign(np.sin(29.0 * T))
-    assert elastic_curve.NO_CURVE.said() in elastic_curve.check(rows, MODEL)[0]
+    assert row_checks.NO_CURVE.said() in row_checks.check(rows, MODEL)[0]
 
 
 def test_without_contact_or_rows_the_curve_abstains():
     rows = rows_of()
-    assert elastic_curve.check(rows[:150:5], MODEL) is None
+    assert row_checks.check(rows[:150:5], MODEL) is None
     rows[:, S_TWIST], rows[:, S_MOTOR_SIDE] = 0.02 * np.sin(T), 0.0
-    assert elastic_curve.check(rows, MODEL) is None
+    assert row_checks.check(rows, MODEL) is None
     hardening = {'id': 'hardening', 'K3': 100.0}
-    assert elastic_curve.check(rows_of(), MODEL.with_(effects=[hardening])) is None
+    assert row_checks.check(rows_of(), MODEL.with_(effects=[hardening])) is None
 
 
 def test_a_spring_that_unwinds_makes_no_power_but_one_that_pulls_along_does():

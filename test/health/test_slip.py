@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.estimation.estimates import Samples
+from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.health.backlash.features import Backlash
-from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.health.health_record import HealthSettings, Window
-from gearbox_monitor.health.judgement import accepted, from_data, Health, judge, to_data
+from gearbox_monitor.health.judgement import (
+    accepted, from_data, Health, judge, outcomes, sentence, to_data)
 from gearbox_monitor.health.monitor import Monitor
-from gearbox_monitor.health.wear_outcome import outcomes, sentence
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation

@@ -14,9 +14,8 @@ from benchmarks.trust_runs import significant
 from gearbox_monitor.estimation import process_model, sample_loop
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.score import LAGS, ljung_box, WHITE_LIMIT
-from gearbox_monitor.health.alert_limits import LIMITS
-from gearbox_monitor.health.checks import covariance, elastic_curve, innovation, observability
-from gearbox_monitor.health.checks.outcome import Level, Outcome
+from gearbox_monitor.health.alarms import Level, LIMITS, Outcome
+from gearbox_monitor.health.checks import innovation, observability, row_checks
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
@@ -234,7 +233,7 @@ def test_thresholds_have_the_stated_odds():
     alpha = LIMITS.error_significance
     assert innovation.MEAN_LIMIT == pytest.approx(stats.norm.isf(alpha / 4))
     assert innovation.LJUNG_BOX_LIMIT == pytest.approx(stats.chi2.isf(alpha / 2, LAGS))
-    assert LIMITS.curve_often == pytest.approx(stats.t.ppf(0.95, elastic_curve.BLOCKS - 1))
+    assert LIMITS.curve_often == pytest.approx(stats.t.ppf(0.95, row_checks.BLOCKS - 1))
     assert WHITE_LIMIT == pytest.approx(stats.chi2.isf(0.025, LAGS))
     for dof in (200.0, 4000.0):
         low, high = innovation.nis_limits(dof)
@@ -325,13 +324,13 @@ def test_prediction_error_names_the_fault():
 
 def found(monitor, component, data):
     """Return the raw outcomes of a check while `data` is run."""
-    raw, judge = [], {'prediction error': innovation, 'covariance': covariance}[component]
-    original = judge.check
+    raw, name = [], {'prediction error': 'check', 'covariance': 'judge_covariance'}[component]
+    original = getattr(innovation, name)
     try:
-        judge.check = lambda *a: raw.append(original(*a)) or raw[-1]
+        setattr(innovation, name, lambda *a: raw.append(original(*a)) or raw[-1])
         monitor.run(data)
     finally:
-        judge.check = original
+        setattr(innovation, name, original)
     return raw
 
 
@@ -356,10 +355,10 @@ def test_faults_of_the_drive_are_found():
 
 
 def test_covariance_bounds():
-    assert covariance.check(9.0, 1.0, None).level == Level.OK
+    assert innovation.judge_covariance(9.0, 1.0, None).level == Level.OK
     for std, level in ((1.0, Level.OK), (0.81, Level.OK), (0.79, Level.WARN),
                        (1.29, Level.OK), (1.31, Level.WARN)):
-        assert covariance.check(9.0, std, 1.0).level == level
+        assert innovation.judge_covariance(9.0, std, 1.0).level == level
     data = default_samples(16.0)
     data.y[10000:, 0] = np.nan
     raw = found(Monitor(DriveModel()), 'covariance', data)

@@ -11,11 +11,10 @@ import numpy as np
 import pytest
 from test_change import alarmed, Gearbox, read_again, settings
 
+from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.health.backlash.change_tests import FEATURES
-from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.health.health_record import GROSS, WARNED
-from gearbox_monitor.health.judgement import accepted, Health
-from gearbox_monitor.health.wear_outcome import outcomes
+from gearbox_monitor.health.judgement import accepted, Health, outcomes
 
 FRICTION = 0.1 + 0.27 / 18.0  # of the model, at the speed of the windows: N m s/rad
 COULOMB = 0.27 / 18.0 / FRICTION  # its share of it

@@ -15,9 +15,9 @@ from benchmarks.actuators import SOURCES
 import gearbox_monitor as gm
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.opening import config_path
+from gearbox_monitor.files.user_files import config_path
+from gearbox_monitor.library.ranges import ranges_data
 from gearbox_monitor.library.simulator_file import NAMES
-from gearbox_monitor.simulators.randomisation import ranges_data
 
 
 def test_catalogue_has_the_entries_of_its_folder():

@@ -12,10 +12,9 @@ import yaml
 import gearbox_monitor as gm
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.files.baselines import save_baseline
-from gearbox_monitor.health.checks.outcome import Level
-from gearbox_monitor.health.judgement import accepted, to_data
+from gearbox_monitor.health.alarms import Level
+from gearbox_monitor.health.judgement import accepted, outcomes, sentence, to_data
 from gearbox_monitor.health.monitor import Monitor
-from gearbox_monitor.health.wear_outcome import outcomes, sentence
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.write import BagWriter
 from gearbox_monitor.report.live_page import GearboxHistory, live_summary

@@ -11,9 +11,8 @@ from gearbox_monitor.library.estimation import (
     backlash, BacklashWindows, estimate, RecordingEstimates)
 from gearbox_monitor.library.identify import adapt, diagnose, fit, tune, TunedParameters
 from gearbox_monitor.library.recording import DriveRecording, load_recording
-from gearbox_monitor.library.robot import diagnose_robot, load_robot, RobotDiagnosis
+from gearbox_monitor.library.robot import diagnose_robot, load_robot, RobotDiagnosis, watch_robot
 from gearbox_monitor.library.simulator_file import export_model, load_model, SimulatorFile
-from gearbox_monitor.library.watch import watch_robot
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.watch.record import Watch
 

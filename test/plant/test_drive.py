@@ -10,8 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.opening import config_path
-from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.files.user_files import config_path, load_model
 from gearbox_monitor.plant.drive import DriveModel, fastest_eigenvalue, substeps, Transmission
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, Plant, simulate, TOLERANCE

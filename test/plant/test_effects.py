@@ -20,7 +20,7 @@ from gearbox_monitor.diagnosis.joint.decision import decide
 from gearbox_monitor.diagnosis.joint.drive_recordings import DriveRecordings
 from gearbox_monitor.diagnosis.joint.shooting import shooting_windows, Simulator
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.yaml_files import load_model, save_model
+from gearbox_monitor.files.user_files import load_model, save_model
 from gearbox_monitor.plant import effects
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.effects import EFFECTS

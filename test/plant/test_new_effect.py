@@ -24,7 +24,7 @@ PAGE = ROOT / 'docs/extend.md'
 RECORD = """
 from dataclasses import replace
 import numpy as np
-from gearbox_monitor.files.yaml_files import save_model
+from gearbox_monitor.files.user_files import save_model
 from gearbox_monitor.diagnosis.joint.shooting import N_MEMORY, shooting_windows, Simulator
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.yaml_files import load_model, save_model
+from gearbox_monitor.files.user_files import load_model, save_model
 from gearbox_monitor.plant.drive import fastest_eigenvalue, model_from_dict
 from gearbox_monitor.plant.effects.torque_map import interpolated, packed, QUANTITIES
 from gearbox_monitor.plant.faults import Excitation

@@ -27,15 +27,14 @@ import zstandard
 
 from gearbox_monitor import __version__
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.yaml_files import load_yaml
+from gearbox_monitor.files.user_files import load_yaml
 from gearbox_monitor.recordings import cdr, mcap_file, storage
 from gearbox_monitor.recordings.cdr import block_of
 from gearbox_monitor.recordings.mcap_file import RecordFile
 from gearbox_monitor.recordings.read import open_bag
 from gearbox_monitor.recordings.reading import open_recording
-from gearbox_monitor.recordings.recovery import recover
 from gearbox_monitor.recordings.storage import BagTopic, qos_profile
-from gearbox_monitor.recordings.write import BagWriter, WriteError
+from gearbox_monitor.recordings.write import BagWriter, recover, WriteError
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 JOINT_STATE = 'sensor_msgs/msg/JointState'

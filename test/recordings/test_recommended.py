@@ -8,7 +8,7 @@ from log_layouts import LAYOUTS
 import pytest
 
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.files.yaml_files import save_model
+from gearbox_monitor.files.user_files import save_model
 from gearbox_monitor.plant.drive import DriveModel, Transmission
 
 # The simulated robots of log_layouts.

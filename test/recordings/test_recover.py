@@ -20,13 +20,12 @@ import zstandard
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.recordings import recovery as module
+from gearbox_monitor.recordings import write as module
 from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.examples import ExampleMotion, write_example_bag
 from gearbox_monitor.recordings.read import open_bag
-from gearbox_monitor.recordings.recovery import recover
 from gearbox_monitor.recordings.storage import qos_profile
-from gearbox_monitor.recordings.write import BagWriter
+from gearbox_monitor.recordings.write import BagWriter, recover
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 BASE_NS = 1_700_000_000_000_000_000

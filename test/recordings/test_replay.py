@@ -17,9 +17,9 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.recordings.cdr import encode_joint_states
+from gearbox_monitor.recordings.joint_input import RecordedSnapshot
 from gearbox_monitor.recordings.player import recorded_robot
 from gearbox_monitor.recordings.read import open_bag
-from gearbox_monitor.recordings.recorded_samples import RecordedSnapshot
 from gearbox_monitor.recordings.replay import replay, truth_of
 from gearbox_monitor.recordings.write import BagWriter
 

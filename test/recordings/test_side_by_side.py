@@ -13,7 +13,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Sample, Samples
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K
 from gearbox_monitor.estimation.sample_loop import E_INNOVATION_MOTOR, E_INNOVATION_STD_MOTOR
-from gearbox_monitor.files.yaml_files import load_parameters
+from gearbox_monitor.files.user_files import load_parameters
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.parameters import SETTINGS
 from gearbox_monitor.plant.drive import DriveModel

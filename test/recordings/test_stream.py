@@ -24,7 +24,7 @@ from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
-from gearbox_monitor.recordings import cdr, joint_input, read, replay_output
+from gearbox_monitor.recordings import cdr, joint_input, read, replay as replay_output
 from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.joint_input import match_stamps, StampMatcher
 from gearbox_monitor.recordings.player import Player

@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from gearbox_monitor.report import svg
+from gearbox_monitor.report import chart as charts
 from gearbox_monitor.report.chart import (
     Chart, Lane, LoopSlice, Mark, Panel, Plane, thinned_rows, Trace)
 
@@ -29,7 +29,7 @@ def example(n):
 @pytest.mark.filterwarnings('error')
 def test_few_or_no_values_are_drawn():
     for (chart, plane), in (example(20_000), example(2), example(0)):
-        assert 'nan' not in str(svg.chart_view(chart)['panels']) + str(svg.plane_view(plane))
+        assert 'nan' not in str(charts.chart_view(chart)['panels']) + str(charts.plane_view(plane))
 
 
 def test_long_curves_are_thinned_and_keep_their_extremes():

@@ -11,12 +11,12 @@ import pytest
 import yaml
 
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.files.user_files import load_model
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import simulate
 from gearbox_monitor.report import diagnosis_page as evidence_of
-from gearbox_monitor.report.svg import Axis
+from gearbox_monitor.report.chart import Axis
 
 MODEL = DriveModel()
 TRUE = {'id': 'arm_coulomb', 'Cac': 0.05}

@@ -6,7 +6,7 @@ import re
 
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
-from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.plant.effects import Effect, EFFECTS, Parameter
 from gearbox_monitor.report.explanation import (
     ALL_CONDITIONS, explained_effect, explanations, OF_CONDITION, OF_EFFECT, OF_LEVEL, rivals)

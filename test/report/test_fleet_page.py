@@ -1,7 +1,7 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The page of a fleet, of rows as fleet.fleet_table makes them."""
+"""The page of a fleet, of rows as fleet.fleet_run makes them."""
 import csv
 import re
 

@@ -17,8 +17,7 @@ from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.write import BagWriter
 from gearbox_monitor.report import recording_page
-from gearbox_monitor.report.chart import LoopSlice, Plane
-from gearbox_monitor.report.svg import plane_view
+from gearbox_monitor.report.chart import LoopSlice, Plane, plane_view
 from gearbox_monitor.report.timeline import (
     Envelope, loop_of, RecordingFacts, State, Timeline, WindowBacklash)
 

@@ -10,7 +10,7 @@ import pytest
 from test_live_page import gearbox, judged
 
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.files.opening import config_path, load_robot
+from gearbox_monitor.files.user_files import config_path, load_robot
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel

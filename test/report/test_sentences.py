@@ -10,21 +10,19 @@ from string import Formatter
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.hypothesis import Finding
+from gearbox_monitor.diagnosis.contest import Finding
 from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
+from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.health.backlash.change_tests import FEATURES, limits_of, TESTS
 from gearbox_monitor.health.backlash.features import Backlash, NotExcited
-from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.health.health_record import Alert, FeatureHealth, HealthSettings, Window
-from gearbox_monitor.health.judgement import Health
-from gearbox_monitor.health.wear_outcome import outcomes, worst
+from gearbox_monitor.health.judgement import Health, outcomes, worst
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.presentation import Quantity, Said
 from gearbox_monitor.report.robot_words import change_words, finding_words, payload_words
 from gearbox_monitor.report.sentences import message, PARTS, phrase, summary, TABLE, title
-from gearbox_monitor.watch.record import Change, HeldLoad
-from gearbox_monitor.watch.settings import KINDS
+from gearbox_monitor.watch.record import Change, HeldLoad, KINDS
 
 QUANTITIES = ('size', 'std', 'limit', 'viscous', 'coulomb')
 UNITS = ('', '-', 'rad', 'N m', 'kg m^2', '%', '°', 'N m s/rad')

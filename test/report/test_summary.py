@@ -4,7 +4,7 @@
 """The first sentence of a verdict: what differs, by how much, and what that explains."""
 import math
 
-from gearbox_monitor.diagnosis.hypothesis import Finding, Remainder
+from gearbox_monitor.diagnosis.contest import Finding, Remainder
 from gearbox_monitor.diagnosis.joint.nominal import FittedValue
 from gearbox_monitor.diagnosis.joint.verdict import model_values
 from gearbox_monitor.health.backlash.features import width_of
@@ -12,8 +12,7 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.presentation import Quantity
 from gearbox_monitor.report.robot_words import finding_words, robot_headline
 from gearbox_monitor.report.sentences import largest_change, of_noise, summary, told
-from gearbox_monitor.report.words import (
-    next_steps, sentence, UserFiles, value_rows)
+from gearbox_monitor.report.words import next_steps, sentence, UserFiles, value_rows
 
 MODEL = DriveModel(arm_inertia=0.0235, torque_offset=0.2)
 HEAVY = Finding('arm_inertia', 'arm_side', {'m2': 0.033}, {'m2': 1e-4}, 900.0, share=0.93)

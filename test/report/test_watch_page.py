@@ -10,17 +10,17 @@ import numpy as np
 from pages import overflowing
 import pytest
 
-from gearbox_monitor.files.opening import config_path
-from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.files.user_files import config_path
+from gearbox_monitor.health.alarms import Level
+from gearbox_monitor.report.chart import Box, Dot, HEIGHT, LETTER, LINE, sketch, WIDTH
 from gearbox_monitor.report.live_page import LivePage, WatchNews
-from gearbox_monitor.report.svg import Box, Dot, HEIGHT, LETTER, LINE, sketch, WIDTH
-from gearbox_monitor.report.watch_page import watch_page
+from gearbox_monitor.report.robot_pages import watch_page
 from gearbox_monitor.report.robot_words import watch_data
 from gearbox_monitor.robot.chain import chain_of
 from gearbox_monitor.robot.description import parse
 from gearbox_monitor.watch.fold import begin
-from gearbox_monitor.watch.record import Change, HeldLoad, StateHealth, WATCH
-from gearbox_monitor.watch.settings import FRICTION, ROTOR, SCALE, SECOND, WEIGHT
+from gearbox_monitor.watch.record import (
+    Change, FRICTION, HeldLoad, ROTOR, SCALE, SECOND, StateHealth, WATCH, WEIGHT)
 
 ARM = config_path('arm6.urdf').read_text(encoding='utf-8')
 NOW = 1_772_438_400 * SECOND

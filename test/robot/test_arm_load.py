@@ -14,8 +14,8 @@ from gearbox_monitor.estimation.estimates import Sample, Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.process_model import TAU_ARM
 from gearbox_monitor.estimation.sample_loop import E_LOAD, E_STD, E_TAU_ARM, E_TAU_E, TRANSFER
-from gearbox_monitor.files.opening import config_path, load_robot
-from gearbox_monitor.health.alert_limits import LIMITS
+from gearbox_monitor.files.user_files import config_path, load_robot
+from gearbox_monitor.health.alarms import LIMITS
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.robot import arm_plant
 from gearbox_monitor.robot.arm_plant import ArmPlant

@@ -9,7 +9,7 @@ import pytest
 from random_robots import make
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.opening import config_path
+from gearbox_monitor.files.user_files import config_path
 from gearbox_monitor.robot.chain import body_of, chain_of, inertial
 from gearbox_monitor.robot.description import parse
 from gearbox_monitor.robot.dynamics import arrays_of, move, torque_on

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.opening import config_path, load_robot
+from gearbox_monitor.files.user_files import config_path, load_robot
 from gearbox_monitor.plain_data import classes_of, from_data, to_data
 from gearbox_monitor.robot.description import parse, RobotDescription
 from gearbox_monitor.robot.dynamics import arrays_of, move, Payload, torque_on

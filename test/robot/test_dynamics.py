@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gearbox_monitor.files.opening import config_path, load_robot
+from gearbox_monitor.files.user_files import config_path, load_robot
 from gearbox_monitor.robot import arm_plant
 from gearbox_monitor.robot.arm_plant import ArmPlant
 from gearbox_monitor.robot.description import parse

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.files.opening import config_path, load_robot
-from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.files.user_files import config_path, load_robot
+from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.robot import arm_plant
 from gearbox_monitor.robot.arm_plant import GapGrowth, program, WorkingArm

@@ -19,15 +19,14 @@ from rosgraph_msgs.msg import Clock  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 
-from gearbox_monitor.files.yaml_files import load_parameters  # noqa: E402
+from gearbox_monitor.files.user_files import load_parameters  # noqa: E402
 from gearbox_monitor.parameters import resolve, SETTINGS  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
 from gearbox_monitor.plant.faults import Excitation  # noqa: E402
 from gearbox_monitor.plant.simulate import Noise, simulate  # noqa: E402
-from gearbox_monitor.recordings.joint_input import find_input  # noqa: E402
-from gearbox_monitor.recordings.messages import paired_bag  # noqa: E402
+from gearbox_monitor.recordings.joint_input import find_input, read_snapshots  # noqa: E402
 from gearbox_monitor.recordings.read import open_bag  # noqa: E402
-from gearbox_monitor.recordings.recorded_samples import read_snapshots  # noqa: E402
+from gearbox_monitor.recordings.reading import paired_bag  # noqa: E402
 from gearbox_monitor.recordings.replay import replay  # noqa: E402
 from gearbox_monitor.ros.convert import to_time  # noqa: E402
 

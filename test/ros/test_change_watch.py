@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.files.baselines import load_recording, StateFile
+from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.health.backlash.change_tests import COMPONENTS, FEATURES, FRICTION
-from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.ros.change_watch import ChangeWatch

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.files.user_files import load_model
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.recordings.joint_input import samples_of
 from gearbox_monitor.recordings.read import open_bag
-from gearbox_monitor.recordings.recorded_samples import samples_of
 from gearbox_monitor.recordings.storage import next_free
 from gearbox_monitor.ros import recording_export
 from gearbox_monitor.ros.recording_export import (

@@ -22,8 +22,7 @@ from rclpy.qos import QoSProfile  # noqa: E402
 from rosgraph_msgs.msg import Clock  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 
-from gearbox_monitor.files.opening import config_path  # noqa: E402
-from gearbox_monitor.files.yaml_files import load_model  # noqa: E402
+from gearbox_monitor.files.user_files import config_path, load_model  # noqa: E402
 from gearbox_monitor.parameters import PLANT_MODEL, PlantParameters  # noqa: E402
 from gearbox_monitor.plant.faults import Excitation  # noqa: E402
 from gearbox_monitor.plant.simulate import Noise, Plant, simulate  # noqa: E402

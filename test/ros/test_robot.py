@@ -23,8 +23,7 @@ from std_srvs.srv import Trigger  # noqa: E402
 from gearbox_monitor.cli.main import main  # noqa: E402
 from gearbox_monitor.errors import InputError  # noqa: E402
 from gearbox_monitor.estimation.estimates import Sample, Samples  # noqa: E402
-from gearbox_monitor.files.opening import config_path  # noqa: E402
-from gearbox_monitor.files.yaml_files import load_parameters  # noqa: E402
+from gearbox_monitor.files.user_files import config_path, load_parameters  # noqa: E402
 from gearbox_monitor.health.monitor import Monitor  # noqa: E402
 from gearbox_monitor.parameters import resolve, SETTINGS  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402

@@ -17,8 +17,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
 
-from gearbox_monitor.files.opening import config_path, load_robot  # noqa: E402
-from gearbox_monitor.files.yaml_files import save_model  # noqa: E402
+from gearbox_monitor.files.user_files import config_path, load_robot, save_model  # noqa: E402
 from gearbox_monitor.recordings.read import open_bag  # noqa: E402
 from gearbox_monitor.recordings.replay import replay  # noqa: E402
 from gearbox_monitor.recordings.topics import SIGNALS  # noqa: E402

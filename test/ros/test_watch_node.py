@@ -26,18 +26,16 @@ from std_srvs.srv import Trigger  # noqa: E402
 from test_live import live  # noqa: E402
 
 from gearbox_monitor.files.knowledge_file import load_watch, save_watch, watch_bytes  # noqa: E402
-from gearbox_monitor.health.checks.outcome import Level  # noqa: E402
-from gearbox_monitor.report.watch_page import watch_part  # noqa: E402
+from gearbox_monitor.health.alarms import Level  # noqa: E402
+from gearbox_monitor.report.robot_pages import watch_part  # noqa: E402
 from gearbox_monitor.report.robot_words import watch_data  # noqa: E402
 from gearbox_monitor.robot.arm_plant import WorkingArm  # noqa: E402
 from gearbox_monitor.robot.description import parse  # noqa: E402
 from gearbox_monitor.ros.convert import to_time  # noqa: E402
 from gearbox_monitor.watch.features import groups_of, state_levels  # noqa: E402
-from gearbox_monitor.watch.fold import (  # noqa: E402
-    begin, learn_again, robot_of, save_baseline, tare)
+from gearbox_monitor.watch.fold import begin, learn_again, robot_of, save_baseline, tare  # noqa: E402
 from gearbox_monitor.watch.record import (  # noqa: E402
-    Change, Held, HeldLoad, StateHealth, WATCH)
-from gearbox_monitor.watch.settings import FRICTION, ROTOR, SECOND  # noqa: E402
+    Change, FRICTION, Held, HeldLoad, ROTOR, SECOND, StateHealth, WATCH)
 
 pytestmark = pytest.mark.ros
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)

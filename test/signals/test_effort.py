@@ -9,10 +9,8 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.signals import wiring
-from gearbox_monitor.signals.finding import OK, WARN
-from gearbox_monitor.signals.recording_limits import LIMITS
-from gearbox_monitor.signals.smoothed_motion import SmoothedMotion
-from gearbox_monitor.signals.uniform import UniformRecording
+from gearbox_monitor.signals.finding import LIMITS, OK, WARN
+from gearbox_monitor.signals.uniform import SmoothedMotion, UniformRecording
 
 MODEL = DriveModel()
 DT, WEIGHT = 1e-3, 2.0  # s, N m

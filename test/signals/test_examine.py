@@ -18,7 +18,7 @@ from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.write import BagWriter
-from gearbox_monitor.signals import checks, stamps, torque
+from gearbox_monitor.signals import checks, stamps
 from gearbox_monitor.signals.examine import examine, joined
 from gearbox_monitor.signals.finding import BAD, OK, PURPOSES, WARN
 
@@ -265,8 +265,8 @@ def test_a_setpoint_is_no_torque(sound):
 
 def test_a_sign_is_wrong_above_five_standard_errors_only():
     def graded(gain, std, correlation=0.8, work=0.0, work_std=0.1):
-        response = torque.TorqueResponse(0.0, 0.1, correlation, gain, std, False, work, work_std)
-        return torque.answered(response, 1e-3, 0)[1].verdict()
+        response = checks.TorqueResponse(0.0, 0.1, correlation, gain, std, False, work, work_std)
+        return checks.answered(response, 1e-3, 0)[1].verdict()
     assert [graded(-10.0, std) for std in (1.9, 2.1, 5.3)] == [BAD, WARN, WARN]
     assert graded(10.0, 5.3) == OK
     unseen = {'gain': 1.0, 'std': 10.0, 'correlation': 0.0}

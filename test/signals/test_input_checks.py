@@ -12,8 +12,7 @@ from scipy.signal import lfilter
 
 from gearbox_monitor.diagnosis.joint.innovations import noise_floor
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.opening import config_path
-from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.files.user_files import config_path, load_model
 from gearbox_monitor.kernels.elementary import noise_levels
 from gearbox_monitor.plant.drive import DriveModel, Transmission
 from gearbox_monitor.plant.faults import Excitation

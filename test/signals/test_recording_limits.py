@@ -11,14 +11,14 @@ import pytest
 from gearbox_monitor import signals
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.signals import checks, stamps
-from gearbox_monitor.signals.recording_limits import LIMITS, RecordingLimits
-from gearbox_monitor.signals.torque import TorqueResponse
+from gearbox_monitor.signals.checks import TorqueResponse
+from gearbox_monitor.signals.finding import LIMITS, RecordingLimits
 from gearbox_monitor.signals.uniform import physical
 
 # Grids of a search, settings of fits and units: they decide nothing.
 NUMERICAL = {
-    'uniform': {'SPEED_SPAN'}, 'recording': {'UNITS'}, 'jumps': {'PERIODS'},
-    'smoothed_motion': {'HALF_WIDTHS', 'FITTED'}, 'torque': {'SECONDS', 'BLOCKS', 'BLOCK_SECONDS'},
+    'uniform': {'SPEED_SPAN', 'HALF_WIDTHS', 'FITTED'}, 'recording': {'UNITS'},
+    'jumps': {'PERIODS'}, 'checks': {'SECONDS', 'BLOCKS', 'BLOCK_SECONDS'},
     'wiring': {'GAPS', 'FEW_GAPS', 'SWINGS', 'SLACK', 'EFFORT_GAPS', 'FACTORS'}}
 CLOCK = stamps.clock(1_700_000_000_000_000_000 + 2_000_000 * np.arange(2000))
 
@@ -28,7 +28,7 @@ def test_limits_stay_and_none_is_idle():
         LIMITS.spike = 0.0
     with pytest.raises(TypeError):
         LIMITS.margins['signs'] = 0.0
-    assert_all_decide(signals, RecordingLimits, 'recording_limits')
+    assert_all_decide(signals, RecordingLimits, 'finding')
 
 
 def test_no_module_has_a_limit_of_its_own():

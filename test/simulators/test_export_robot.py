@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.files.opening import config_path
+from gearbox_monitor.files.user_files import config_path
 from gearbox_monitor.simulators import robot_patch
 from gearbox_monitor.simulators.robot_model import read_robot
 from gearbox_monitor.simulators.robot_patch import closed_file

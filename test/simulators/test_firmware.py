@@ -18,7 +18,7 @@ from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import COLUMNS, Sample, Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, S_MOTOR_SIDE, S_TWIST, S_U, S_X3
-from gearbox_monitor.files.opening import config_path
+from gearbox_monitor.files.user_files import config_path
 from gearbox_monitor.health.checks.innovation import ErrorWatch, N_SUMS, watch
 from gearbox_monitor.health.elastic_regression import (
     data_of, ElasticLaw, HEIGHT, N_SHAPE, normal_equations)

@@ -12,10 +12,10 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.library.simulator_file import export_model, with_backlash, written_model
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.simulate import simulate
+from gearbox_monitor.simulators.drive_patch import patched
 from gearbox_monitor.simulators.mjcf import values_of
 from gearbox_monitor.simulators.mjcf_file import (
     compiled_model, drive_of, model_of, read_mjcf, values_in, weight)
-from gearbox_monitor.simulators.mjcf_patch import patched
 
 mujoco = pytest.importorskip('mujoco')
 HERE = Path(__file__).parent

@@ -16,8 +16,8 @@ import gearbox_monitor as gm
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.diagnosis.joint.parameter_ranges import ranges_of, UnitEstimate
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.library.ranges import randomisation
 from gearbox_monitor.library.robot import RobotDiagnosis
-from gearbox_monitor.simulators.randomisation import randomisation
 
 
 def estimate(values, covariance, name='unit'):

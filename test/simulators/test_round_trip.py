@@ -12,9 +12,9 @@ from gearbox_monitor.cli.main import main
 from gearbox_monitor.diagnosis.robot.rows import RobotModel
 from gearbox_monitor.diagnosis.robot.verdict import diagnose
 from gearbox_monitor.plant.simulate import simulate
+from gearbox_monitor.simulators.drive_patch import patched
 from gearbox_monitor.simulators.mjcf import EXPRESSIONS, REFUSED, values_of
 from gearbox_monitor.simulators.mjcf_file import read_mjcf
-from gearbox_monitor.simulators.mjcf_patch import patched
 from gearbox_monitor.simulators.robot_model import read_robot
 from gearbox_monitor.simulators.robot_patch import closed_file, NEEDED, OF_LINK
 

@@ -15,8 +15,8 @@ from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.effects import EFFECTS
+from gearbox_monitor.simulators.drive_patch import in_urdf, patched_urdf
 from gearbox_monitor.simulators.mjcf_file import drive_of, model_of, weight
-from gearbox_monitor.simulators.urdf_patch import in_urdf, patched_urdf
 
 URDF = """<?xml version="1.0"?>
 <robot name="arm">

@@ -13,7 +13,7 @@ import pytest
 
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.yaml_files import save_model
+from gearbox_monitor.files.user_files import save_model
 from gearbox_monitor.kernels.kernel import Entry, kernel
 from gearbox_monitor.kernels.types import Matrix, Vector
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict

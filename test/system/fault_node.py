@@ -19,7 +19,7 @@ from fault_runs import OK_AGAIN, TRUST
 
 import gearbox_monitor
 from gearbox_monitor.errors import InputError, installed_by
-from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.recordings.player import Player
 from gearbox_monitor.recordings.read import open_bag
 from gearbox_monitor.recordings.replay import Comparer, ReplaySummary
@@ -43,7 +43,7 @@ class ScenarioNodes:
 
     def __init__(self, folder, domain, environment=None):
         try:
-            from gearbox_monitor.ros.watcher import Watcher
+            from gearbox_monitor.ros.live_node import Watcher
         except ImportError as error:
             raise InputError(f'--node: rclpy: {error}; expected a sourced ROS 2 or an '
                              f'installation with {installed_by("ros")}') from None

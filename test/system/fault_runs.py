@@ -10,10 +10,10 @@ import numpy as np
 
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.health.monitor import COMPONENTS, Monitor
-from gearbox_monitor.health.staleness import Silence
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.ros.monitored_gearbox import Silence
 
 TRUST = (*COMPONENTS[:4], 'input')  # what speaks of the estimates of now
 WRONG = 6.0  # stated standard deviations off the truth; in a healthy run none is

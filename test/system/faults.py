@@ -25,7 +25,7 @@ from tqdm import tqdm
 
 from benchmarks.harness import add_json_option, require_whole, write_json
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.yaml_files import expect_folder_of
+from gearbox_monitor.files.user_files import expect_folder_of
 from gearbox_monitor.health.monitor import JUDGED
 
 LOADS = ('none', 'unknown')

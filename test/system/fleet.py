@@ -30,9 +30,8 @@ from tqdm import tqdm
 
 from benchmarks.harness import add_json_option, bar_lines, BarTable, finish
 from gearbox_monitor.errors import InputError, installed_by
-from gearbox_monitor.files.yaml_files import expect_folder_of
-from gearbox_monitor.fleet.fleet_run import at_home, on_cluster, run as run_fleet
-from gearbox_monitor.fleet.fleet_table import FleetFolder
+from gearbox_monitor.files.user_files import expect_folder_of
+from gearbox_monitor.fleet.fleet_run import at_home, FleetFolder, on_cluster, run as run_fleet
 from gearbox_monitor.fleet.job import analyse, find_bags, JobSettings
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.recordings.examples import ExampleMotion, write_example_bag

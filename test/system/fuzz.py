@@ -39,7 +39,7 @@ from benchmarks.harness import add_json_option, write_json
 from benchmarks.memory import forget_peak, peak_bytes
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.yaml_files import expect_folder_of
+from gearbox_monitor.files.user_files import expect_folder_of
 
 LIMIT_S = 30.0  # CPU, one case; compiling a kernel takes a third of it
 LIMIT_BYTES = 256 << 20  # that one case may add to the resident memory

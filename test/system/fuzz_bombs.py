@@ -33,7 +33,7 @@ import numpy as np
 from rosbags.typesys import get_typestore, Stores
 
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.files.opening import config_path
+from gearbox_monitor.files.user_files import config_path
 from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.write import BagWriter
 

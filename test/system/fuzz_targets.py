@@ -22,8 +22,7 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.files.baselines import (
     health_text, load_baseline, load_state, save_baseline, STATE, write_whole)
-from gearbox_monitor.files.opening import config_path
-from gearbox_monitor.files.yaml_files import load_model, load_parameters
+from gearbox_monitor.files.user_files import config_path, load_model, load_parameters
 from gearbox_monitor.health.backlash.features import Backlash
 from gearbox_monitor.health.health_record import HealthSettings, Window
 from gearbox_monitor.health.judgement import Health, judge
@@ -36,9 +35,8 @@ from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.player import Player
 from gearbox_monitor.recordings.read import open_bag
 from gearbox_monitor.recordings.reading import open_recording, read_mapping, ReadOptions
-from gearbox_monitor.recordings.recovery import recover
 from gearbox_monitor.recordings.replay import ReplaySummary
-from gearbox_monitor.recordings.write import BagWriter
+from gearbox_monitor.recordings.write import BagWriter, recover
 
 JOINT_STATE, DIAGNOSTICS = 'sensor_msgs/msg/JointState', 'diagnostic_msgs/msg/DiagnosticArray'
 TOPIC, JOINTS, SNAPSHOT = '/joint_states', ('motor', 'arm'), '/estimator/snapshot'

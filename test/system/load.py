@@ -29,7 +29,7 @@ from tqdm import tqdm
 
 from benchmarks.harness import add_json_option, bar_lines, BarTable, finish
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.yaml_files import expect_folder_of
+from gearbox_monitor.files.user_files import expect_folder_of
 from gearbox_monitor.ros.gearbox_input import DEPTH
 
 RATES, NUMBERS = (100.0, 500.0, 1000.0, 2000.0, 4000.0), (1, 2, 4, 8)

@@ -28,8 +28,8 @@ from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.recordings.guess import Answers, guessed
 from gearbox_monitor.recordings.meaning import EFFORT, unit_of_label, units_of
 from gearbox_monitor.recordings.reading import file_in
+from gearbox_monitor.recordings.roles import with_setpoints
 from gearbox_monitor.recordings.table import load_table
-from gearbox_monitor.recordings.times import with_setpoints
 
 sys.path.append(str(Path(__file__).parents[1] / 'recordings'))
 import driver_layouts  # noqa: E402

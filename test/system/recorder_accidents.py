@@ -16,10 +16,10 @@ import time
 import numpy as np
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.recordings.mcap_file import McapFile
 from gearbox_monitor.recordings.read import open_bag
-from gearbox_monitor.recordings.recovery import recover
+from gearbox_monitor.recordings.write import recover
 
 BARS = (OLDER, RECOVERED, TOLD, NONE_LOST, CHUNKS) = (
     'all that is older than 1 s is in the bag', 'recover saves every message of it',

@@ -12,8 +12,8 @@ from witness import stamp_ns, Witness
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.recordings.read import open_bag
-from gearbox_monitor.recordings.recovery import recover
 from gearbox_monitor.recordings.topics import JOINT_STATES, PLANT_TRANSMISSION_STATE
+from gearbox_monitor.recordings.write import recover
 
 TOPICS = (f'/{JOINT_STATES}', f'/{PLANT_TRANSMISSION_STATE}')
 FAST_DDS = 'rmw_fastrtps_cpp'

@@ -30,10 +30,10 @@ from tqdm import tqdm
 
 from benchmarks.harness import add_json_option, bar_lines, BarTable, finish, require_whole
 from gearbox_monitor.files.baselines import load_state
-from gearbox_monitor.files.yaml_files import expect_folder_of
+from gearbox_monitor.files.user_files import expect_folder_of
 from gearbox_monitor.health.judgement import to_data
 from gearbox_monitor.health.monitor import Monitor
-from gearbox_monitor.ros.watcher import Watcher
+from gearbox_monitor.ros.live_node import Watcher
 
 TIMES = 50
 BETWEEN, AT_WORK = (0.0, 1.0), (0.5, 6.0)  # s, drawn: from one start to the next; then to the end

@@ -34,7 +34,7 @@ from sensor_msgs.msg import JointState
 from benchmarks.harness import add_json_option, bar_lines, BarTable, finish
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.files.yaml_files import expect_folder_of
+from gearbox_monitor.files.user_files import expect_folder_of
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.parameters import resolve
 from gearbox_monitor.plant.drive import DriveModel

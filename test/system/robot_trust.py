@@ -26,8 +26,7 @@ from script import run_script
 from benchmarks.harness import add_json_option, bar_lines, BarTable, finish
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.files.opening import config_path, load_robot
-from gearbox_monitor.files.yaml_files import expect_folder_of
+from gearbox_monitor.files.user_files import config_path, expect_folder_of, load_robot
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.robot import arm_plant
 from gearbox_monitor.robot.arm_plant import ArmPlant, pick_and_place

@@ -18,7 +18,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from gearbox_monitor.estimation import sample_loop
-from gearbox_monitor.health.checks.usability import key_of
+from gearbox_monitor.health.checks.observability import key_of
 from gearbox_monitor.parameters import EstimatorParameters, PlantParameters, with_model_values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
@@ -27,8 +27,8 @@ from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.topics import (
     ARM, DIAGNOSTICS, DRIFT_ALERTS, JOINT_STATES, MOTOR, SNAPSHOT)
 from gearbox_monitor.ros.convert import stamp_of
+from gearbox_monitor.ros.live_node import level_of
 from gearbox_monitor.ros.runtime import drain, PolledCallbackGroup
-from gearbox_monitor.ros.watcher import level_of
 
 SECOND = 1_000_000_000
 SUITS = 500.0    # Hz: slower, the packaged drive moves too far from one sample to the next

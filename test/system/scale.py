@@ -25,7 +25,7 @@ from tqdm import tqdm
 from benchmarks.harness import add_json_option, bar_lines, BarTable, finish, require_whole
 from benchmarks.replay_cost import in_a_process, write_recording
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.yaml_files import expect_folder_of
+from gearbox_monitor.files.user_files import expect_folder_of
 
 MINUTES = (10.0, 20.0, 60.0)
 WARM = 12.0  # s of the recording that is replayed before: long enough for a drift window

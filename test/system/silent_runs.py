@@ -10,7 +10,7 @@ import numpy as np
 
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.rts_smoother import S_TAU_K, S_TAU_K_STD, S_TWIST, S_TWIST_STD
-from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.health.monitor import COMPONENTS, Monitor
 from gearbox_monitor.plant.drive import Controller, DriveModel
 from gearbox_monitor.plant.faults import Excitation

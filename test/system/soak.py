@@ -25,7 +25,7 @@ from tqdm import tqdm
 
 from benchmarks.harness import add_json_option, bar_lines, BarTable, finish
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.yaml_files import expect_folder_of
+from gearbox_monitor.files.user_files import expect_folder_of
 
 WINDOW = 500         # samples that may wait for their estimate: a quarter of the node's queue
 LEAD = 2.0           # s of samples before the measurement

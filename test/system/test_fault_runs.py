@@ -13,7 +13,7 @@ import pytest
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Sample, Samples
 from gearbox_monitor.estimation.estimator import SnapshotError
-from gearbox_monitor.health.checks.outcome import Level
+from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
 

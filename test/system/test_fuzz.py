@@ -15,7 +15,7 @@ import pytest
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.baselines import Damaged, load_baseline, load_state
-from gearbox_monitor.files.yaml_files import load_model, load_parameters, load_yaml
+from gearbox_monitor.files.user_files import load_model, load_parameters, load_yaml
 from gearbox_monitor.parameters import ESTIMATOR
 
 NUMBERS = {'drive.yaml': 10, 'estimator.yaml': 10, 'data.csv': 30, 'data.bin': 20,

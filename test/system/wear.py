@@ -28,9 +28,9 @@ import numpy as np
 import script
 
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.health import wear_outcome
+from gearbox_monitor.health import judgement
+from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.health.backlash.change_tests import COMPONENTS, FEATURES, TESTS
-from gearbox_monitor.health.checks.outcome import Level
 from gearbox_monitor.health.judgement import accepted, to_data
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
@@ -244,7 +244,7 @@ class History:
             true = self.wear(name, window)
             growth, std = health.growth(column)
             component = 'backlash' if name in ('gap', 'stiffness') else 'friction'
-            outcome = wear_outcome.outcome(health, component)
+            outcome = judgement.outcome(health, component)
             changes = [(t, health.alerts[t.key]) for t in TESTS
                        if t.column == column and t.key in health.alerts]
             verdict.judged += 1
@@ -364,7 +364,7 @@ class HealthyLife(History):
         if new:
             self.alerts += 1
             print(f'    {hour:.2f} h: alert: ' + '; '.join(
-                wear_outcome.outcome(self.monitor.health, component).message
+                judgement.outcome(self.monitor.health, component).message
                 for component in COMPONENTS), flush=True)
 
     def live(self):

@@ -12,11 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gearbox_monitor.estimation.filter_kind import (
-    Belief, Reading, record_size, Scratch, updated)
+from gearbox_monitor.estimation.filter_kind import Belief, Reading, record_size, Scratch, updated
 from gearbox_monitor.estimation.filters import ekf, srukf, ukf
 from gearbox_monitor.estimation.process_model import EIGENVALUE, layout_of, pack
-from gearbox_monitor.files.opening import config_path
+from gearbox_monitor.files.user_files import config_path
 from gearbox_monitor.kernels.kernel import Entry
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel, substeps

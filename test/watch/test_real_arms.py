@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from six_axis_arm import controller_constants, DATA, samples, UNLOADED
 
-from gearbox_monitor.library.watch import watch_robot
+from gearbox_monitor.library.robot import watch_robot
 
 pytestmark = [pytest.mark.system, pytest.mark.skipif(
     not DATA.is_dir(), reason='recordings of others are not here')]

@@ -10,12 +10,12 @@ import pytest
 from rosbags.typesys import get_typestore, Stores
 
 from gearbox_monitor.files.knowledge_file import watch_bytes
-from gearbox_monitor.library.watch import watch_robot
+from gearbox_monitor.library.robot import watch_robot
 from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.read import JOINT_STATE
 from gearbox_monitor.recordings.write import BagWriter
 from gearbox_monitor.ros.watch_child import DESCRIPTION, ROWS, Watching
-from gearbox_monitor.watch.settings import DATED, SECOND
+from gearbox_monitor.watch.record import DATED, SECOND
 
 STRING, NONE = 'std_msgs/msg/String', np.array([])
 FINGER = """<link name="{0}"><inertial><mass value="0.05"/><inertia ixx="1e-5" iyy="1e-5"

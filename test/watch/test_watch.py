@@ -21,8 +21,8 @@ from gearbox_monitor.diagnosis.robot.robot_log import checked_log
 from gearbox_monitor.diagnosis.robot.rows import rows_of
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.knowledge_file import load_watch, save_watch, watch_bytes
-from gearbox_monitor.health.checks.outcome import Level
-from gearbox_monitor.library.watch import watch_robot
+from gearbox_monitor.health.alarms import Level
+from gearbox_monitor.library.robot import watch_robot
 from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.read import JOINT_STATE
 from gearbox_monitor.recordings.write import BagWriter
@@ -30,11 +30,9 @@ from gearbox_monitor.report.robot_words import change_words, watch_data
 from gearbox_monitor.robot.chain import inertial
 from gearbox_monitor.ros.watch_child import DESCRIPTION, Watching
 from gearbox_monitor.watch.features import columns_of, dispersed, Group, groups_of
-from gearbox_monitor.watch.fold import (
-    begin, learn_again, robot_of, save_baseline, step, tare)
-from gearbox_monitor.watch.levels import levels_of, step_in, with_block
-from gearbox_monitor.watch.record import Change, Cutter, raw_log, WATCH
-from gearbox_monitor.watch.settings import ROTOR, SECOND, WEIGHT
+from gearbox_monitor.watch.fold import begin, learn_again, robot_of, save_baseline, step, tare
+from gearbox_monitor.watch.record import (
+    Change, Cutter, levels_of, raw_log, ROTOR, SECOND, step_in, WATCH, WEIGHT, with_block)
 
 LEARN, SETTLED = 9, 24  # blocks
 LOAD = 1.5

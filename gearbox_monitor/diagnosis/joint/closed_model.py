@@ -13,14 +13,14 @@ from typing import Any
 
 import numpy as np
 
+from gearbox_monitor.diagnosis.contest import STATEMENTS
 from gearbox_monitor.diagnosis.joint.candidates import CandidateModel, Starts
-from gearbox_monitor.diagnosis.joint.innovation_fit import fitted, unfitted
-from gearbox_monitor.diagnosis.joint.innovations import JointLikelihood, noise_floor, spectrum
-from gearbox_monitor.diagnosis.joint.shooting import N_MEMORY, ShootingWindows
-from gearbox_monitor.diagnosis.joint.thresholds import STATEMENTS
-from gearbox_monitor.diagnosis.joint.torque_domain import driven, likelihood_of
-from gearbox_monitor.diagnosis.joint.windows import (
+from gearbox_monitor.diagnosis.joint.drive_recordings import (
     free_runs, misfit_of, runs_from, SECONDS, solve_states, window_data, WindowData, WindowRuns)
+from gearbox_monitor.diagnosis.joint.innovations import (
+    fitted, JointLikelihood, noise_floor, spectrum, unfitted)
+from gearbox_monitor.diagnosis.joint.shooting import N_MEMORY, ShootingWindows
+from gearbox_monitor.diagnosis.joint.torque_domain import driven, likelihood_of
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.batch import Begin
 from gearbox_monitor.plant.drive import DriveModel

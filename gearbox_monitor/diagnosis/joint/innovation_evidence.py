@@ -17,21 +17,19 @@ import math
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.contest import CONTEST, of_size, Question
-from gearbox_monitor.diagnosis.hypothesis import (
-    FUNCTION, Hypothesis, LAW, Member, MemberEstimate, Remains, TRAIN)
-from gearbox_monitor.diagnosis.joint import lawless
+from gearbox_monitor.diagnosis.contest import (
+    CONTEST, FUNCTION, Hypothesis, LAW, Member, MemberEstimate, of_size, Question, Remains,
+    THRESHOLDS, TRAIN)
+from gearbox_monitor.diagnosis.joint import effect_scan
 from gearbox_monitor.diagnosis.joint.candidates import NOT_FITTED, origin, PERIODIC, with_law
 from gearbox_monitor.diagnosis.joint.drive_recordings import (
     DriveRecordings, lasting_time, likeliest)
 from gearbox_monitor.diagnosis.joint.effect_scan import Proposal, raced, scan, signature
-from gearbox_monitor.diagnosis.joint.events import (
-    Burst, follows_motion, pulses_in, sharpened, slipping, with_bursts)
-from gearbox_monitor.diagnosis.joint.innovation_fit import (
-    annealed, evaluated, fitted, InnovationFit, Tested, unfitted)
-from gearbox_monitor.diagnosis.joint.innovations import JointLikelihood, variance_over_white, WHITE
-from gearbox_monitor.diagnosis.joint.localisation import SPACING, torque_places
-from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
+from gearbox_monitor.diagnosis.joint.innovations import (
+    annealed, evaluated, fitted, InnovationFit, JointLikelihood, Tested, unfitted,
+    variance_over_white, WHITE)
+from gearbox_monitor.diagnosis.joint.localisation import (
+    Burst, follows_motion, pulses_in, sharpened, slipping, SPACING, torque_places, with_bursts)
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN
@@ -106,7 +104,7 @@ class InnovationEvidence:
     def choice(self) -> float:
         """Price of a function among all others, of all sizes."""
         count = max(1, sum(place in self.places for place, _ in QUANTITIES))
-        return 2.0 * math.log(count * len(lawless.SIZES))
+        return 2.0 * math.log(count * len(effect_scan.SIZES))
 
     def _price_of_laws(self, fit: InnovationFit) -> float:
         c = fit.candidate
@@ -164,7 +162,7 @@ class InnovationEvidence:
             if i in c.tables else Member(LAW, name, library()[name].location,
                                          bounded=c.beyond(fit.z, i))
             for i, name in enumerate(c.ids))
-        occam = lawless.occam(self.data.fine, fit, self.data.torque) if c.tables else 0.0
+        occam = effect_scan.occam(self.data.fine, fit, self.data.torque) if c.tables else 0.0
         return Hypothesis(members, fit.deviance, DriveFit(fit, occam, len(self.data.slips)))
 
     def none(self) -> Hypothesis:
@@ -203,7 +201,7 @@ class InnovationEvidence:
         fit = h.fit.fit
         for e in added if data.with_map else ():
             if e.member.kind == FUNCTION:
-                c = lawless.with_map(fit.candidate, e.source.table, data.torque)
+                c = effect_scan.with_map(fit.candidate, e.source.table, data.torque)
                 starts.append(InnovationFit(c, np.concatenate([fit.z, e.source.values]),
                                             fit.torque))
         proposals: list[Proposal] = [e.source for e in added if e.member.kind == LAW]
@@ -231,12 +229,12 @@ class InnovationEvidence:
         fit, torque = h.fit.fit, self._free_torque(h)
         tested = Tested.beside(data.fine, fit)
         # What a coarse lattice adds to readings goes on from one to the next.
-        memory = -math.inf if data.balances or data.rough else lawless.memory(tested)
+        memory = -math.inf if data.balances or data.rough else effect_scan.memory(tested)
         # Free torque, as large as what is missing, hides a function from a linear step.
         if h.train is not None or not (thorough or h.members or torque < CONTEST.margin
                                        or len(data.recordings) > LONG):
             return Remains(torque, memory)
-        functions, dispersion = lawless.functions_beside(tested, self.places, data.torque)
+        functions, dispersion = effect_scan.functions_beside(tested, self.places, data.torque)
         if data.balances and torque <= CONTEST.margin:
             functions = ()  # as much as no model of such a drive explains
         estimates = tuple(MemberEstimate(

@@ -27,21 +27,19 @@ from typing import Any
 
 import numpy as np
 
+from gearbox_monitor.diagnosis.contest import STATEMENTS
 from gearbox_monitor.diagnosis.joint import closed_model
 from gearbox_monitor.diagnosis.joint.candidates import (
     BY_EFFECT, CandidateModel, Coordinate, GAINS, NOT_FITTED, NUISANCES, offered, PERIODIC, Starts,
     ZERO)
 from gearbox_monitor.diagnosis.joint.drive_recordings import (
-    DriveRecordings, evidence_of, is_open, lasting_time, likeliest)
-from gearbox_monitor.diagnosis.joint.innovation_fit import (
-    coordinate_columns, evaluated, fitted, InnovationFit, unfitted)
+    DriveRecordings, evidence_of, is_open, lasting_time, likeliest, misfit_of, SECONDS)
 from gearbox_monitor.diagnosis.joint.innovations import (
-    halves, InnovationLikelihood, JointLikelihood)
+    coordinate_columns, evaluated, fitted, halves, InnovationFit, InnovationLikelihood,
+    JointLikelihood, unfitted)
 from gearbox_monitor.diagnosis.joint.shooting import shooting_windows
-from gearbox_monitor.diagnosis.joint.thresholds import STATEMENTS
-from gearbox_monitor.diagnosis.joint.torque_domain import driven
-from gearbox_monitor.diagnosis.joint.torque_regression import torque_regression, TorqueRegression
-from gearbox_monitor.diagnosis.joint.windows import misfit_of, SECONDS
+from gearbox_monitor.diagnosis.joint.torque_domain import (
+    driven, torque_regression, TorqueRegression)
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.interval_smoother import smooth_interval

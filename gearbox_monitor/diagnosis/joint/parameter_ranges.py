@@ -16,12 +16,11 @@ from typing import Any
 import numpy as np
 import scipy
 
+from gearbox_monitor.diagnosis.contest import STATEMENTS
 from gearbox_monitor.diagnosis.joint.candidates import BY_EFFECT, CandidateModel, NUISANCES
-from gearbox_monitor.diagnosis.joint.innovation_fit import (
-    COORDINATE_STEP, fitted, Tested, unfitted)
-from gearbox_monitor.diagnosis.joint.innovations import JointLikelihood
+from gearbox_monitor.diagnosis.joint.innovations import (
+    COORDINATE_STEP, fitted, JointLikelihood, Tested, unfitted)
 from gearbox_monitor.diagnosis.joint.nominal import FittedValue
-from gearbox_monitor.diagnosis.joint.thresholds import STATEMENTS
 from gearbox_monitor.diagnosis.joint.torque_domain import likelihood_of
 from gearbox_monitor.errors import expect_whole, InputError
 from gearbox_monitor.kernels.types import Array, Flags

@@ -16,7 +16,7 @@ from gearbox_monitor.diagnosis.robot.rows import Rows
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.effects import EFFECTS
-from gearbox_monitor.plant.effects.balance_column import (
+from gearbox_monitor.plant.effects.effect import (
     BalanceColumn, COMMAND, dissipated, JointMotion, SCALE, SETPOINT, TORQUE)
 
 HYSTERESIS = (0.1, 0.3, 1.0)  # widths, of the deviation of the angle

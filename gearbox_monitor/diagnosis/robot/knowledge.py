@@ -25,8 +25,8 @@ from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.actuator import SATURATION, TORQUE_RIPPLE
-from gearbox_monitor.plant.effects.balance_column import JointMotion
 from gearbox_monitor.plant.effects.controller import SERVO_LIMIT
+from gearbox_monitor.plant.effects.effect import JointMotion
 from gearbox_monitor.plant.effects.motor_side import COGGING
 
 VARIABLES = ('angle', 'speed', 'load')

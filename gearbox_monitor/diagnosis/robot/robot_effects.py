@@ -17,7 +17,7 @@ import numpy as np
 
 from gearbox_monitor.diagnosis.robot.rows import RobotModel, Rows
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.plant.effects.balance_column import BalanceColumn, not_negative, one
+from gearbox_monitor.plant.effects.effect import BalanceColumn, not_negative, one
 from gearbox_monitor.robot.chain import Chain, inertial, level_frame, pseudo_inertia
 
 JOINT, LINK, BASE = 'joint', 'link', 'base'

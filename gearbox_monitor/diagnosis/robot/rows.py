@@ -20,8 +20,8 @@ from gearbox_monitor.diagnosis.robot.motion import (
 from gearbox_monitor.diagnosis.robot.robot_log import RobotLog, SETPOINT
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.plant.effects.balance_column import JointMotion, moved, waves
 from gearbox_monitor.plant.effects.controller import SERVO_GAIN
+from gearbox_monitor.plant.effects.effect import JointMotion, moved, waves
 from gearbox_monitor.robot.chain import Chain, level_frame, PER_LINK
 
 Shape: TypeAlias = Callable[[JointMotion], Array]  # -> [N, k]

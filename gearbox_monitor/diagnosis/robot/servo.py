@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.hypothesis import Remainder
+from gearbox_monitor.diagnosis.contest import Remainder
 from gearbox_monitor.diagnosis.robot.candidates import Candidate, library
 from gearbox_monitor.diagnosis.robot.contest import smallest_visible
 from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence
@@ -27,8 +27,8 @@ from gearbox_monitor.diagnosis.robot.verdict import (
     CERTAIN, contested, findings_of, ranked, RobotSearch, RobotVerdict)
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
-from gearbox_monitor.plant.effects.balance_column import SETPOINT as OF_SETPOINT
 from gearbox_monitor.plant.effects.controller import SETPOINT_DELAY
+from gearbox_monitor.plant.effects.effect import SETPOINT as OF_SETPOINT
 
 CONTROLLER = [e.id for e in EFFECTS.values() if e.column is not None
               and e.column.needs == OF_SETPOINT]

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.contest import CONTEST, of_rival, Question
-from gearbox_monitor.diagnosis.hypothesis import Finding, kind_of, Remainder, UNDECIDED
+from gearbox_monitor.diagnosis.contest import (
+    CONTEST, Finding, kind_of, of_rival, Question, Remainder, UNDECIDED)
 from gearbox_monitor.diagnosis.robot.candidates import (
     Candidate, free_functions, library, swings, visible_in)
 from gearbox_monitor.diagnosis.robot.contest import (
@@ -27,8 +27,8 @@ from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN, TORQUE_OFFSET
-from gearbox_monitor.plant.effects.balance_column import COMMAND
 from gearbox_monitor.plant.effects.controller import SERVO_GAIN, SERVO_LIMIT
+from gearbox_monitor.plant.effects.effect import COMMAND
 from gearbox_monitor.plant.effects.motor_side import COULOMB_ASYMMETRY, MOTOR_COULOMB
 from gearbox_monitor.presentation import Quantity, Said, said
 

@@ -18,17 +18,16 @@ from typing import NamedTuple, Self
 import numpy as np
 import scipy
 
-from gearbox_monitor.health.alert_limits import LIMITS
+from gearbox_monitor.health.alarms import LIMITS
 from gearbox_monitor.health.backlash import wear
 from gearbox_monitor.health.backlash.change_tests import (
-    ChangeTest, FEATURES, FRICTION, GAP, LOST_MOTION, PRIORS, TESTS, tests_of, VISCOUS_SHARE,
-    WEAR, WEAR_FEATURES)
+    ChangeTest, FEATURES, FRICTION, GAP, LOST_MOTION, PRIORS, TESTS, tests_of, VISCOUS_SHARE, WEAR,
+    WEAR_FEATURES)
 from gearbox_monitor.health.backlash.features import Backlash
-from gearbox_monitor.health.backlash.operating_point import find_point, OperatingPoint
-from gearbox_monitor.health.backlash.wear import Columns, FIRST, Fit, SECOND_ONE
-from gearbox_monitor.health.backlash.wear_data import excess, History
+from gearbox_monitor.health.backlash.wear import Columns, excess, FIRST, Fit, History, SECOND_ONE
 from gearbox_monitor.health.health_record import (
-    Alert, FeatureHealth, FOUND, GROSS, HealthSettings, TRUSTED, WARNED, Window)
+    Alert, FeatureHealth, find_point, FOUND, GROSS, HealthSettings, OperatingPoint, TRUSTED,
+    WARNED, Window)
 from gearbox_monitor.kernels.types import Array, Flags
 
 RECENT = 12         # windows whose mean is shown while there is no change

@@ -7,9 +7,8 @@ from dataclasses import dataclass, replace
 import math
 from typing import NamedTuple, TypeAlias
 
-from gearbox_monitor.health.alert_limits import LIMITS
+from gearbox_monitor.health.alarms import Condition, Level, LIMITS
 from gearbox_monitor.health.backlash.features import Backlash
-from gearbox_monitor.health.checks.outcome import Condition, Level
 from gearbox_monitor.parameters import EstimatorParameters
 
 COMPONENTS = ('backlash', 'friction')

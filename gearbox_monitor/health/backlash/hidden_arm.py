@@ -16,14 +16,13 @@ import numpy as np
 
 from gearbox_monitor.diagnosis.joint.candidates import (
     CandidateModel, Coordinate, NUISANCES, sine_and_cosine)
-from gearbox_monitor.diagnosis.joint.innovation_fit import (
-    coordinate_columns, evaluated, FilteredFit, fitted, InnovationFit)
-from gearbox_monitor.diagnosis.joint.innovations import halves, InnovationLikelihood, noise_floor
+from gearbox_monitor.diagnosis.joint.innovations import (
+    coordinate_columns, evaluated, FilteredFit, fitted, halves, InnovationFit,
+    InnovationLikelihood, noise_floor)
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import sample_loop
-from gearbox_monitor.health.alert_limits import LIMITS
-from gearbox_monitor.health.backlash.features import (
-    Backlash, NotExcited, sides_of, visits_of)
+from gearbox_monitor.health.alarms import LIMITS
+from gearbox_monitor.health.backlash.features import Backlash, NotExcited, sides_of, visits_of
 from gearbox_monitor.kernels.linear_least_squares import covariance
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel

@@ -13,7 +13,15 @@ significantly wrong.
 
 All but whiteness follows from sums over the window; the firmware of a drive keeps these sums
 sample by sample (`watch`) and judges them by the same kernels.
+
+One window of biased or coloured errors can be a bump; a minute of them is the model
+(`judge_model`). The next step is then a diagnosis (docs/diagnose.md), not another tuning.
+
+Third trust indicator: the filter's uncertainty of tau_K is at its reference. It is that of the
+filter alone: what the tolerances of the model add to it varies with the motion.
 """
+from collections import deque
+from collections.abc import Mapping
 import math
 from typing import NamedTuple, TypeAlias
 
@@ -21,10 +29,11 @@ import numpy as np
 
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.score import LAGS, ljung_box, MIN_SAMPLES
-from gearbox_monitor.health.alert_limits import LIMITS
-from gearbox_monitor.health.checks.outcome import Condition, Level, Outcome, outcome_of
+from gearbox_monitor.health.alarms import Condition, Level, LIMITS, Outcome, outcome_of
 from gearbox_monitor.kernels.kernel import entry, inline, kernel
 from gearbox_monitor.kernels.types import Array, Integers, Matrix, Pair, Values, Vector
+from gearbox_monitor.parameters import EstimatorParameters, LEARNED
+from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.presentation import Said
 
 
@@ -299,3 +308,112 @@ def check(white: Array, nis: Array, dof: Array, errors: Array, stds: Array, rece
         (SMALLER, broken & SMALLER_BIT), (MOTOR_VARIANCE, broken & MOTOR_BIT),
         (ARM_VARIANCE, broken & ARM_BIT), (OUTLIERS, broken & OUTLIERS_BIT)) if is_broken]
     return outcome_of(says, Said('as_predicted'), values)
+
+
+BELOW = Condition('below', 'covariance', Level.WARN, ('tau_k_noise_std',), ('lower_bound',))
+ABOVE = Condition('above', 'covariance', Level.WARN, ('tau_k_noise_std',), ('upper_bound',))
+COVARIANCE_CONDITIONS = (BELOW, ABOVE)
+
+
+def judge_covariance(stated: float, std: float, reference: float | None) -> Outcome:
+    """
+    Return the Outcome for the uncertainty of tau_K.
+
+    Args:
+        stated: median stated deviation, N m.
+        std: the same by noise alone, which is judged.
+        reference: healthy value of `std`; None: not complete yet.
+
+    """
+    if reference is None:
+        return outcome_of([], Said('no_reference'),
+                          {'tau_k_std': stated, 'tau_k_noise_std': std})
+    values = {'tau_k_std': stated, 'tau_k_noise_std': std, 'reference': reference,
+              'lower_bound': LIMITS.covariance_low * reference,
+              'upper_bound': LIMITS.covariance_high * reference}
+    broken = []
+    if std < LIMITS.covariance_low * reference:
+        broken.append(BELOW.said())
+    elif not std <= LIMITS.covariance_high * reference:  # NaN is untrusted, too
+        broken.append(ABOVE.said())
+    return outcome_of(broken, Said('usual'), values)
+
+
+SECOND = 1_000_000_000
+
+MISSING = Condition('mismatch', 'model', Level.WARN, ('systematic_s',),
+                    ('systematic_s_threshold',))
+STIFFNESS = Condition('learned_stiffness', 'model', Level.WARN, ('learned_stiffness',))
+GAP = Condition('learned_gap', 'model', Level.WARN, ('learned_gap_rad',))
+MODEL_CONDITIONS = (MISSING, STIFFNESS, GAP)
+
+
+class Systematic:
+    """The evaluations, one per second of stamps, whose prediction errors were systematic."""
+
+    def __init__(self) -> None:
+        self._stamps: deque[int] = deque()
+
+    def add(self, stamp_ns: int, systematic: bool) -> None:
+        """Take the evaluation at `stamp_ns`: whether its errors were `systematic`."""
+        if systematic:
+            self._stamps.append(stamp_ns)
+
+    def seconds(self, stamp_ns: int, window: float) -> int:
+        """Return how many of the last `window` s before `stamp_ns` were systematic."""
+        first = stamp_ns - round(window * SECOND)
+        while self._stamps and not first < self._stamps[0] <= stamp_ns:
+            self._stamps.popleft()
+        return len(self._stamps)
+
+
+def judge_model(systematic: Systematic, stamp_ns: int, window: float, unknown_load: bool
+                ) -> Outcome:
+    """
+    Return the Outcome on model mismatch.
+
+    Args:
+        systematic: the evaluations with systematic errors.
+        stamp_ns: now.
+        window: s before it that count.
+        unknown_load: whether a load on the arm is estimated, which absorbs most mismatches.
+
+    Returns:
+        WARN if the errors were systematic in more than `systematic_share` of it.
+
+    """
+    seconds = systematic.seconds(stamp_ns, window)
+    values = {'systematic_s': float(seconds),
+              'systematic_s_threshold': LIMITS.most * window,
+              'window_s': window}
+    hidden = (Said('load_hides'),) if unknown_load else ()
+    return outcome_of([MISSING.said()] if seconds > LIMITS.most * window else [],
+                      Said('holds', {'hidden': hidden}), values)
+
+
+def learned_curve(values: Mapping[str, float], drive: DriveModel,
+                  parameters: EstimatorParameters) -> list[Said]:
+    """
+    Return the broken conditions: the learned curve should be the curve of the model file.
+
+    A load on the arm absorbs an error of the torque, but not the curve. Where the learned curve is
+    not the likeliest model, what was learnt says nothing.
+
+    Args:
+        values: of Estimator.learned_curve; {} where nothing is learnt.
+        drive: whose curve is compared with.
+        parameters: how far the values may be from it.
+
+    """
+    if not values or values.get(f'probability_{LEARNED}', 1.0) < LIMITS.most:
+        return []
+    shape, broken = drive.transmission, list[Said]()
+    for condition, key, unit, model, tolerance in (
+            (STIFFNESS, 'learned_stiffness', '', shape.stiffness, parameters.stiffness_error),
+            (GAP, 'learned_gap', '_rad', 2.0 * shape.half_gap, parameters.gap_error)):
+        value, std = values[key + unit], values[f'{key}_std{unit}']
+        beyond = max(value - model * (1.0 + tolerance), model / (1.0 + tolerance) - value)
+        if (std < LIMITS.learned_std * value and beyond > LIMITS.deviations * std
+                and model > 0.0):
+            broken.append(condition.said(factor=value / model))
+    return broken

@@ -9,10 +9,9 @@ import numpy as np
 from gearbox_monitor.kernels.elementary import sine
 from gearbox_monitor.kernels.kernel import inline
 from gearbox_monitor.kernels.types import Array
-from gearbox_monitor.plant.effects.balance_column import (
-    BalanceColumn, COMMAND, JointMotion, moved, one, SCALE, TORQUE, wave as wave_values, waves)
 from gearbox_monitor.plant.effects.effect import (
-    Coefficients, Effect, FreeParameter, MAX_DELAY, Parameter, PERIOD, Scales, Starts, wave)
+    BalanceColumn, Coefficients, COMMAND, Effect, FreeParameter, JointMotion, MAX_DELAY, moved,
+    one, Parameter, PERIOD, SCALE, Scales, Starts, TORQUE, wave, wave_values, waves)
 
 
 @inline

@@ -5,9 +5,9 @@
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array, Values
-from gearbox_monitor.plant.effects.balance_column import BalanceColumn, wave as wave_values, waves
 from gearbox_monitor.plant.effects.effect import (
-    Effect, FreeParameter, of_model, Parameter, positive, PROFILE, Scales, Starts, wave)
+    BalanceColumn, Effect, FreeParameter, of_model, Parameter, positive, PROFILE, Scales, Starts,
+    wave, wave_values, waves)
 
 _M2 = Parameter('m2', 'kg m^2', 1e-9)
 
@@ -82,7 +82,7 @@ def burst(effect: Values, t: Array, dt: float) -> Array:
     return effect['amplitude'] * np.clip(covered / dt, 0.0, 1.0)
 
 
-# Found as a free-form torque on the arm, see diagnosis.joint.events.
+# Found as a free-form torque on the arm, see diagnosis.joint.localisation.
 DISTURBANCE = Effect(
     'disturbance', 'arm_side', 'tau_arm += amplitude from t0 for duration, a few times',
     (Parameter('t0', 's', 0.0), positive('duration', 's'), Parameter('amplitude', 'N m')),

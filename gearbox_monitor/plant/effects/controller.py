@@ -12,11 +12,10 @@ import math
 import numpy as np
 
 from gearbox_monitor.plant.effects.actuator import limit_column, limits_below_peak
-from gearbox_monitor.plant.effects.balance_column import (
-    BalanceColumn, JointMotion, not_negative, one, SETPOINT as OF_SETPOINT)
 from gearbox_monitor.plant.effects.effect import (
-    Effect, FreeParameter, MAX_SERVO_DELAY, MAX_SETPOINT_DELAY, of_model, Parameter, positive,
-    PROFILE, replaced, Scales, Starts)
+    BalanceColumn, Effect, FreeParameter, JointMotion, MAX_SERVO_DELAY, MAX_SETPOINT_DELAY,
+    not_negative, of_model, one, Parameter, positive, PROFILE, replaced, Scales, SETPOINT as
+    OF_SETPOINT, Starts)
 
 _KP = Parameter('kp', 'N m/rad', 1e-9)
 

@@ -242,8 +242,8 @@ def slipped(effect: Values, t: Array) -> Array:
     return np.where(t > effect['t0'], effect['Ds'], 0.0)
 
 
-# Found as a zero of the twist that moves, see diagnosis.joint.events. Angles of the motor in other
-# equations count on from before it.
+# Found as a zero of the twist that moves, see diagnosis.joint.localisation. Angles of the motor in
+# other equations count on from before it.
 SLIP = Effect(
     'slip', 'transmission', 'delta -> delta - Ds from t0 on, a few times',
     (Parameter('Ds', 'rad'), Parameter('t0', 's', 0.0)),

@@ -8,11 +8,10 @@ import numpy as np
 
 from gearbox_monitor.kernels.elementary import exponential, sine
 from gearbox_monitor.kernels.kernel import inline
-from gearbox_monitor.plant.effects.balance_column import (
-    BalanceColumn, not_negative, one, per_unit, wave as wave_values, waves, whole_friction)
 from gearbox_monitor.plant.effects.effect import (
-    AtRest, Coefficients, Effect, FreeParameter, logarithmic, MotorFriction, of_model, Parameter,
-    PERIOD, positive, PROFILE, Scales, Starts, wave)
+    AtRest, BalanceColumn, Coefficients, Effect, FreeParameter, logarithmic, MotorFriction,
+    not_negative, of_model, one, Parameter, per_unit, PERIOD, positive, PROFILE, Scales, Starts,
+    wave, wave_values, waves, whole_friction)
 from gearbox_monitor.plant.transmission import side, TANH, TWO_OVER_PI
 
 _CV, _CC = positive('Cv', 'N m s/rad'), positive('Cc', 'N m')

@@ -21,7 +21,7 @@ from launch.actions import OpaqueFunction
 from launch_ros.actions import Node
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.files.yaml_files import load_yaml
+from gearbox_monitor.files.user_files import load_yaml
 from gearbox_monitor.parameters import RecorderParameters
 from gearbox_monitor.recordings.topics import SNAPSHOT
 from gearbox_monitor.ros.launch_parts import (

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.diagnosis.joint.drive_recordings import DriveRecordings
-from gearbox_monitor.diagnosis.joint.events import rectangles, torque_of, with_bursts
-from gearbox_monitor.diagnosis.joint.localisation import InputEstimate, SPACING, triangles
+from gearbox_monitor.diagnosis.joint.localisation import (
+    InputEstimate, rectangles, SPACING, torque_of, triangles, with_bursts)
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.signals.uniform import UniformRecording
 

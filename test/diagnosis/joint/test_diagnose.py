@@ -15,7 +15,7 @@ import yaml
 
 from gearbox_monitor.cli import diagnose as command
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.files.user_files import load_model
 from gearbox_monitor.plant.drive import DriveModel, Transmission
 from gearbox_monitor.plant.effects import EFFECTS, LOCATIONS
 from gearbox_monitor.plant.faults import Excitation

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gearbox_monitor.diagnosis.contest import THRESHOLDS
 from gearbox_monitor.diagnosis.joint.drive_recordings import evidence_of, silent
-from gearbox_monitor.diagnosis.joint.innovation_fit import InnovationFit
-from gearbox_monitor.diagnosis.joint.thresholds import THRESHOLDS
+from gearbox_monitor.diagnosis.joint.innovations import InnovationFit
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.signals.uniform import UniformRecording
 

@@ -12,10 +12,10 @@ import yaml
 
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.diagnosis.joint import nominal
-from gearbox_monitor.diagnosis.joint.innovation_fit import InnovationFit
+from gearbox_monitor.diagnosis.joint.innovations import InnovationFit
 from gearbox_monitor.diagnosis.joint.nominal import balanced
 from gearbox_monitor.errors import Undecided
-from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.files.user_files import load_model
 from gearbox_monitor.library.recording import load_recording
 from gearbox_monitor.plant.drive import Controller, DriveModel, Transmission
 from gearbox_monitor.plant.faults import Excitation

@@ -10,7 +10,7 @@ import pytest
 import scipy
 
 from gearbox_monitor.diagnosis.joint.candidates import CandidateModel, Coordinate
-from gearbox_monitor.diagnosis.joint.innovation_fit import (
+from gearbox_monitor.diagnosis.joint.innovations import (
     annealed, coordinate_columns, ENOUGH, evaluated, FACTORS, fitted, InnovationFit, LOG_REACH,
     REACH, RULE)
 from gearbox_monitor.plant.drive import DriveModel

@@ -12,11 +12,9 @@ from scipy.linalg import expm
 
 from gearbox_monitor.diagnosis.joint.candidates import Starts
 from gearbox_monitor.diagnosis.joint.effect_scan import joined, scan
-from gearbox_monitor.diagnosis.joint.innovation_fit import (
-    annealed, evaluated, fitted, InnovationFit)
 from gearbox_monitor.diagnosis.joint.innovations import (
-    BEGIN, FIRST_NOISE, halves, InnovationLikelihood, JointLikelihood, MEMORY_MOVE, MOST, schedule,
-    SPEED_ERROR, STRAY)
+    annealed, BEGIN, evaluated, FIRST_NOISE, fitted, halves, InnovationFit, InnovationLikelihood,
+    JointLikelihood, MEMORY_MOVE, MOST, schedule, SPEED_ERROR, STRAY)
 from gearbox_monitor.plant import effects
 from gearbox_monitor.plant.drive import Controller, DriveModel, Transmission
 from gearbox_monitor.plant.effects.registry import INTEGRAL, MEMORIES

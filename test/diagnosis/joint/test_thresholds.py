@@ -9,9 +9,8 @@ from pathlib import Path
 import pytest
 
 from gearbox_monitor.diagnosis import joint
-from gearbox_monitor.diagnosis.contest import CONTEST, ContestSettings
-from gearbox_monitor.diagnosis.joint.thresholds import (
-    STATEMENTS, Statements, THRESHOLDS, Thresholds)
+from gearbox_monitor.diagnosis.contest import (
+    CONTEST, ContestSettings, STATEMENTS, Statements, THRESHOLDS, Thresholds)
 
 FOLDER = Path(joint.__file__).parent
 # Modules that decide; the others measure and fit.

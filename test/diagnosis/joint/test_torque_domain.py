@@ -15,12 +15,11 @@ import yaml
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.diagnosis.joint import nominal
 from gearbox_monitor.diagnosis.joint.drive_recordings import evidence_of
-from gearbox_monitor.diagnosis.joint.innovation_fit import InnovationFit
-from gearbox_monitor.diagnosis.joint.torque_domain import BalanceSimulator, driven
-from gearbox_monitor.diagnosis.joint.torque_regression import torque_regression
+from gearbox_monitor.diagnosis.joint.innovations import InnovationFit
+from gearbox_monitor.diagnosis.joint.torque_domain import (
+    BalanceSimulator, driven, torque_regression)
 from gearbox_monitor.errors import InputError, Undecided
-from gearbox_monitor.files.opening import config_path
-from gearbox_monitor.files.yaml_files import load_model
+from gearbox_monitor.files.user_files import config_path, load_model
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import simulate

@@ -12,8 +12,7 @@ from gearbox_monitor.cli.main import main
 from gearbox_monitor.diagnosis.joint.nominal import (
     _tolerances, FittedValue, NominalFit, samples_of)
 from gearbox_monitor.estimation.estimator import Estimator
-from gearbox_monitor.files.opening import config_path
-from gearbox_monitor.files.yaml_files import load_model, load_parameters
+from gearbox_monitor.files.user_files import config_path, load_model, load_parameters
 from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation

@@ -14,8 +14,7 @@ import random_robots
 import robot_gap
 from scipy.signal import butter, sosfreqz
 
-from gearbox_monitor.diagnosis.contest import CONTEST
-from gearbox_monitor.diagnosis.hypothesis import Finding
+from gearbox_monitor.diagnosis.contest import CONTEST, Finding
 from gearbox_monitor.diagnosis.robot.candidates import (
     Candidate, free_functions, library, stops, swing, swings)
 from gearbox_monitor.diagnosis.robot.contest import _allowed, RobotContest, visible_size
@@ -27,11 +26,11 @@ from gearbox_monitor.diagnosis.robot.robot_effects import compact, tilted
 from gearbox_monitor.diagnosis.robot.rows import RobotModel, rows_of
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.diagnosis.robot.verdict import (
-    _deviations, findings_of, _joined, _search, _spreads, _with_moment, diagnose, examined,
+    _deviations, _joined, _search, _spreads, _with_moment, diagnose, examined, findings_of,
     verdict_data)
-from gearbox_monitor.files.opening import plain
+from gearbox_monitor.files.user_files import plain
 from gearbox_monitor.plant.effects.actuator import ACTUATOR_DELAY, limits_reached
-from gearbox_monitor.plant.effects.balance_column import JointMotion
+from gearbox_monitor.plant.effects.effect import JointMotion
 from gearbox_monitor.report.robot_words import finding_words, next_steps, robot_headline
 from gearbox_monitor.robot.chain import inertial
 from gearbox_monitor.simulators.robot_model import chain_of_compiled

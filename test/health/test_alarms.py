@@ -10,11 +10,9 @@ import pytest
 
 from gearbox_monitor import health
 from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED, S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST
-from gearbox_monitor.health.alert_limits import AlertLimits, LIMITS
+from gearbox_monitor.health.alarms import Alarm, AlertLimits, Level, LIMITS, outcome_of
 from gearbox_monitor.health.backlash.wear import reach
-from gearbox_monitor.health.checks import (
-    covariance, innovation, model_mismatch, observability, row_check)
-from gearbox_monitor.health.checks.outcome import Alarm, Level, outcome_of
+from gearbox_monitor.health.checks import innovation, observability, row_checks
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 
@@ -22,18 +20,18 @@ DRIVE, PARAMETERS = DriveModel(), EstimatorParameters()
 # Settings of fits, grids, sizes of buffers and units decide nothing; tables of objects decide and
 # stand beside their class.
 NUMERICAL = {
-    'history': {'ROOM'}, 'innovation': {'LJUNG_BOX_LIMIT'},
+    'monitor': {'ROOM'}, 'innovation': {'LJUNG_BOX_LIMIT'},
     'observability': {'POSITION_SCALE', 'ROUNDING', 'TINY'},
-    'elastic_curve': {'ENOUGH', 'TINY', 'ITERATIONS', 'ROUNDING'},
+    'row_checks': {'ENOUGH', 'TINY', 'ITERATIONS', 'ROUNDING'},
     'features': {'TOLERANCE'}, 'change': {'HOUR', 'DAY'}, 'change_tests': {'WEAR_FEATURES'},
-    'operating_point': {'DIFFERENCE', 'TINY'}, 'wear_data': {'SMALLEST'},
+    'health_record': {'DIFFERENCE', 'TINY'}, 'wear': {'SMALLEST'},
     'hidden_arm': {'STEP', 'LONGEST', 'SCAN', 'SHIFT', 'SPREAD', 'LOADS', 'NOISE'}}
 
 
 def test_limits_stay_and_none_is_idle():
     with pytest.raises(FrozenInstanceError):
         LIMITS.gate = 0.0
-    assert_all_decide(health, AlertLimits, 'alert_limits')
+    assert_all_decide(health, AlertLimits, 'alarms')
 
 
 def test_no_module_has_a_limit_of_its_own():
@@ -41,7 +39,7 @@ def test_no_module_has_a_limit_of_its_own():
 
 
 def covariance_of(share):
-    return covariance.check(0.3, 0.2 * share, 0.2).message
+    return innovation.judge_covariance(0.3, 0.2 * share, 0.2).message
 
 
 def errors_of(nis=1.0, variance=1.0, single=0.0):
@@ -63,17 +61,17 @@ def information_of(share=0.1, stated=0.1):
 
 def mismatch_of(share):
     """Return the level where errors were systematic in `share` of 2e6 s, in whole seconds."""
-    systematic = model_mismatch.Systematic()
+    systematic = innovation.Systematic()
     for k in range(round(200 * share)):
         systematic.add((k + 1) * 1_000_000_000, True)
-    return model_mismatch.check(systematic, 200_000_000_000, 200.0, False).level
+    return innovation.judge_model(systematic, 200_000_000_000, 200.0, False).level
 
 
 def learned_of(deviations=10.0, std=0.01, probability=1.0):
     """Return how many conditions a stiffness breaks that is so many deviations too high."""
     limit = DRIVE.transmission.stiffness * (1.0 + PARAMETERS.stiffness_error)
     value = limit / (1.0 - deviations * std)
-    return len(model_mismatch.learned_curve(
+    return len(innovation.learned_curve(
         {'learned_stiffness': value, 'learned_stiffness_std': std * value,
          'learned_gap_rad': 2.0 * DRIVE.transmission.half_gap, 'learned_gap_std_rad': 1.0,
          'probability_learned': probability}, DRIVE, PARAMETERS))
@@ -88,7 +86,7 @@ def twist_of(share):
     alone = 2.0 * (shape.half_gap + shape.hysteresis_width) + (
         1.5 + 2.0 * LIMITS.deviations * 0.05) / shape.stiffness
     rows[:, S_TWIST] = np.linspace(0.0, share * alone, 100)
-    return bool(row_check.twist_range(rows, DRIVE)[0])
+    return bool(row_checks.twist_range(rows, DRIVE)[0])
 
 
 DECISIONS = [
@@ -116,9 +114,9 @@ def test_counts_decide_at_their_value():
     assert mismatch_of(LIMITS.most) == Level.OK
     assert mismatch_of(LIMITS.most + 1 / 200) == Level.WARN
     rows = np.zeros((LIMITS.window_points, N_SMOOTHED))
-    assert row_check.twist_range(rows, DRIVE) is not None
-    assert row_check.twist_range(rows[1:], DRIVE) is None
-    assert row_check.passivity(rows[:LIMITS.window_points - 1], DRIVE) is None
+    assert row_checks.twist_range(rows, DRIVE) is not None
+    assert row_checks.twist_range(rows[1:], DRIVE) is None
+    assert row_checks.passivity(rows[:LIMITS.window_points - 1], DRIVE) is None
 
 
 def judged(white, dof=2.0):
@@ -155,14 +153,14 @@ def test_few_samples_or_few_that_were_read_are_too_few():
 
 
 def test_bounds_are_stated_in_the_unit_of_the_reference():
-    values = covariance.check(0.3, 0.2, 0.25).values
+    values = innovation.judge_covariance(0.3, 0.2, 0.25).values
     assert values['lower_bound'] == pytest.approx(LIMITS.covariance_low * 0.25)
     assert values['upper_bound'] == pytest.approx(LIMITS.covariance_high * 0.25)
 
 
 def test_a_level_rises_and_falls_after_its_count_of_evaluations():
     alarm, fine = Alarm(), outcome_of([], None, {})
-    broken = outcome_of([covariance.BELOW.said()], None, {})
+    broken = outcome_of([innovation.BELOW.said()], None, {})
     stamp = 0
 
     def levels(outcome, count):
