@@ -22,7 +22,7 @@ done are skipped until their files, the model, the parameters or the version cha
 usage examples:
   gearbox_monitor fleet archive/ --out fleet
   gearbox_monitor fleet '2026-*/joint3_*' --out fleet --model joint3.yaml --workers 8
-  gearbox_monitor fleet archive/ --out fleet --gearbox 'archive/([^/]+)/' --diagnose
+  gearbox_monitor fleet archive/ --out fleet --gearbox 'archive/([^/]+)/'
   gearbox_monitor fleet archive/ --out fleet --robots    # archive/arm7/monday, archive/arm8/...
   gearbox_monitor fleet archive/ --out fleet --scheduler tcp://head:8786
   gearbox_monitor fleet archive/ --out fleet --json | jq .gearboxes[0]
@@ -112,9 +112,7 @@ def _check(args: Namespace) -> None:
     if args.max_memory < 0:
         raise InputError(f'--max-memory: {args.max_memory}, expected a whole number >= 0 (MB)')
     if _of_robots(args):
-        refuse(args, ('diagnose', 'params', 'serviced'), 'of gearboxes, expected none with robots')
-    if args.only and not args.diagnose:
-        raise InputError('--only requires --diagnose')
+        refuse(args, ('params', 'serviced'), 'of gearboxes, expected none with robots')
     try:
         groups = re.compile(args.gearbox).groups
     except re.error as error:
@@ -171,12 +169,9 @@ def _settings(args: Namespace, robots: bool) -> Any:
         from gearbox_monitor.library.robot import urdf_in
         return JobSettings(robot=urdf_in(args.model) if args.model else '', topic=args.topic,
                            gearbox=args.gearbox, max_seconds=args.max_seconds)
-    from gearbox_monitor.diagnosis.joint.diagnose import chosen_ids
     parameters, model_file = estimator_options(args)
-    only = tuple(filter(None, args.only.split(',')))
-    chosen_ids(only or None, (), ('--only', ''))
     return JobSettings(load_model(model_file) if model_file else None, model_file, parameters,
-                       args.topic, args.gearbox, args.diagnose, only, args.max_seconds)
+                       args.topic, args.gearbox, args.max_seconds)
 
 
 def finish(folder: Any, rows: Sequence[dict[str, Any]], key: str, results: Mapping[str, Any],

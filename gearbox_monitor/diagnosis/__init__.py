@@ -14,7 +14,7 @@ Public names, by module:
     joint: closed_model, diagnose, nominal
     joint.candidates: CandidateModel, Coordinate, NUISANCES, sine_and_cosine, with_effects
     joint.closed_model: closed_of, gap_of, ModelRun, Overlay, overlay
-    joint.diagnose: chosen_ids, diagnose, diagnose_change
+    joint.diagnose: chosen_ids, diagnose_change
     joint.innovations: coordinate_columns, evaluated, FilteredFit, fitted, halves,
         InnovationFit, InnovationLikelihood, noise_floor
     joint.nominal: Adapted, fit_nominal, FittedValue, NominalFit, samples_of

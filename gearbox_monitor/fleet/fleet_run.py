@@ -49,7 +49,6 @@ from gearbox_monitor.watch.record import WATCH
 
 Services = Mapping[str, Sequence[tuple[int, str]]]  # gearbox: (stamp in ns, note) of each service
 COPIED = ('trust', 'model_level', 'not_excited', 'unit')  # of the newest bag
-VERDICTS = ('effect', 'none', 'unknown')
 
 
 def gearboxes(rows: Iterable[Row], services: Services | None = None) -> list[dict[str, Any]]:
@@ -62,9 +61,9 @@ def gearboxes(rows: Iterable[Row], services: Services | None = None) -> list[dic
 
     Returns:
         Dicts: gearbox, level (None: nothing is compared), summary, the `figures` of its health;
-        unit, bags (analysed), first, last (ns), trust, model_level, diagnosis, diagnosis_effect,
-        not_excited; points: of each bag that shows a feature, {start (ns), means {feature: (mean,
-        deviation)}, changes {feature: as judged then}}.
+        unit, bags (analysed), first, last (ns), trust, model_level, not_excited; points: of each
+        bag that shows a feature, {start (ns), means {feature: (mean, deviation)}, changes
+        {feature: as judged then}}.
 
     """
     groups: dict[str, list[Row]] = {}
@@ -146,13 +145,11 @@ def _history(name: str, rows: Sequence[Row], services: list[tuple[int, str]]) ->
     for service in services:
         health = serviced(health, *service)
     level, summary = sentence(health)
-    diagnosed = next((row for row in reversed(rows) if row['diagnosis'] in VERDICTS), {})
     return {
         'gearbox': name, **figures(health), 'summary': summary,
         'level': level.name if compared or health.alerts or health.slips else None,
         'bags': len(rows), 'first': rows[0]['start'], 'last': rows[-1]['start'], 'points': points,
-        **{key: rows[-1][key] for key in COPIED},
-        **{key: diagnosed.get(key) for key in ('diagnosis', 'diagnosis_effect')}}
+        **{key: rows[-1][key] for key in COPIED}}
 
 
 PARTS, BAGS, PAGE = 'parts', 'bags.parquet', 'fleet.html'
@@ -164,10 +161,8 @@ SCHEMA = pa.schema({
     'start': pa.timestamp('us', 'UTC'), 'duration_s': NUMBER, 'samples': COUNT,
     'filter': TEXT, 'unit': TEXT, 'windows': COUNT, 'windows_used': COUNT, 'not_excited': TEXT,
     'separable': FLAG, **{name + std: NUMBER for name in MEASURED for std in ('', '_std')},
-    'trust': TEXT, 'model_level': TEXT, 'diagnosis': TEXT, 'diagnosis_effect': TEXT,
-    'diagnosis_place': TEXT, 'diagnosis_confusable': TEXT, 'diagnosis_gap': NUMBER,
-    'diagnosis_closed': NUMBER, 'diagnosis_reason': TEXT, 'notes': TEXT, 'content': TEXT,
-    'bytes': COUNT, 'settings': TEXT, 'version': TEXT, 'kernels': TEXT, 'judged': TEXT,
+    'trust': TEXT, 'model_level': TEXT, 'notes': TEXT, 'content': TEXT, 'bytes': COUNT,
+    'settings': TEXT, 'version': TEXT, 'kernels': TEXT, 'judged': TEXT,
 })
 # Of a Row, and between the two: of ns, Python makes dates with pandas only.
 IN_NS, DATED = (SCHEMA.set(SCHEMA.get_field_index('start'), pa.field('start', kind))

@@ -21,28 +21,22 @@ import threading
 from typing import Any, TypeAlias
 
 from gearbox_monitor import __version__
-from gearbox_monitor.diagnosis.joint.diagnose import diagnose
 from gearbox_monitor.errors import InputError, refusal
-from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.files.knowledge_file import watch_bytes, watch_from
-from gearbox_monitor.files.user_files import plain
 from gearbox_monitor.health.backlash.change_tests import MEASURED
-from gearbox_monitor.health.backlash.features import (
-    Backlash, combine, NotExcited, reason_of, separable_of)
+from gearbox_monitor.health.backlash.features import combine, reason_of, separable_of
 from gearbox_monitor.health.health_record import Window
 from gearbox_monitor.kernels.kernel import KERNELS
 from gearbox_monitor.library.robot import description_in, watch_robot
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plain_data import to_data
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.recordings.cdr import joined, rows_of
-from gearbox_monitor.recordings.joint_input import NO_MODEL, NO_SERIAL, samples_of
+from gearbox_monitor.recordings.joint_input import NO_MODEL, NO_SERIAL
 from gearbox_monitor.recordings.player import Player
 from gearbox_monitor.recordings.read import natural
 from gearbox_monitor.recordings.reading import open_recording
 from gearbox_monitor.recordings.storage import FILE_NAME
 from gearbox_monitor.report.robot_words import watch_data
-from gearbox_monitor.signals.examine import admitted
 from gearbox_monitor.watch.fold import begin
 
 SUFFIXES = ('.mcap', '.db3', '.bag')  # ROS 1 bags are found, too, to report them as foreign
@@ -167,8 +161,7 @@ def content_hash(path: Path) -> str:
     return digest.hexdigest()
 
 
-FORMAT = 7  # of the rows and of the states of a watch in them
-DIAGNOSED = 14_000_000_000  # ns of a bag that are diagnosed
+FORMAT = 8  # of the rows and of the states of a watch in them
 TRUST = ('observability', 'prediction error', 'covariance', 'input')
 Row: TypeAlias = dict[str, Any]  # plain data, some of fleet_run.SCHEMA
 
@@ -180,9 +173,8 @@ class JobSettings:
 
     model: None: the one recorded in the bag; model_name: its name in messages. parameters: of the
     estimator, by name; they replace the recorded ones. topic: of the inputs. gearbox: pattern
-    whose first group, in the path, names the gearbox; '': the recorded serial. diagnose: whether
-    to diagnose. only: ids of the effects to try, () = all. max_seconds: that one bag may take.
-    robot: text of the URDF of robots, '' for the one recorded in their bags.
+    whose first group, in the path, names the gearbox; '': the recorded serial. max_seconds: that
+    one bag may take. robot: text of the URDF of robots, '' for the one recorded in their bags.
     """
 
     model: DriveModel | None = None
@@ -190,8 +182,6 @@ class JobSettings:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     topic: str = 'joint_states'
     gearbox: str = ''
-    diagnose: bool = False
-    only: tuple[str, ...] = ()
     max_seconds: float = math.inf
     robot: str = ''
     version: str = __version__
@@ -282,8 +272,6 @@ def _analysed(path: Path, settings: JobSettings) -> Row:
             'trust': max(monitor.outcomes[name].level for name in TRUST).name,
             'model_level': monitor.outcomes['model'].level.name,
             **_features(windows)}
-        if settings.diagnose:
-            row.update(_diagnosis(player, windows, start, end, settings))
         notes = monitor.estimator.warnings + monitor.estimator.divergence_notes()
         notes += [reader.notice] if reader.notice else []
         notes += [NO_MODEL] if NO_MODEL in player.notes else []
@@ -352,37 +340,3 @@ def _features(windows: Sequence[Any]) -> Row:
         if combined:
             row[name], row[f'{name}_std'] = combined.value, combined.std
     return row
-
-
-def _diagnosis(player: Player, windows: Sequence[Backlash | NotExcited], start: int, end: int,
-               settings: JobSettings) -> Row:
-    """Return the verdict on the part of the bag with the best coverage, or why there is none."""
-    excited = [w for w in windows if isinstance(w, Backlash)]
-    last = max(excited, key=lambda w: w.coverage).stamp_ns if excited else start + DIAGNOSED
-    begin = max(min(last, end) - DIAGNOSED, start)
-    model = replace(player.monitor.model, controller=None)  # the estimator takes torques
-    samples = _between(player, begin, begin + DIAGNOSED)
-    try:
-        recording, _ = admitted(samples.stamp_ns, samples.u[:, 0], samples.y, samples.u[:, 1],
-                                str(player.reader.path), model, settings.model_name or
-                                'the recorded model')
-        verdict = diagnose([recording], model, only=settings.only or None).to_dict()
-    except InputError as error:
-        return {'diagnosis': 'none possible', 'diagnosis_reason': str(error)}
-    place = verdict['location']
-    return {'diagnosis': verdict['verdict'], 'diagnosis_effect': verdict['effect'],
-            'diagnosis_place': place if isinstance(place, str) else '+'.join(place),
-            'diagnosis_confusable': ', '.join(verdict['confusable']),
-            'diagnosis_gap': plain(verdict['gap_before']),
-            'diagnosis_closed': plain(verdict['closed_fraction'])}
-
-
-def _between(player: Player, begin: int, end: int) -> Samples:
-    """Return the Samples of a bag with begin <= stamp < end (ns)."""
-    parameters, parts = player.monitor.parameters, []
-    decode = player.reader.decoder(player.topic, (parameters.motor_joint, parameters.arm_joint))
-    for block in player.reader.blocks((player.topic,)):
-        samples, _ = samples_of(decode(block), player.monitor.model)
-        rows = (samples.stamp_ns >= begin) & (samples.stamp_ns < end)
-        parts.append(rows_of(samples, rows))
-    return joined(parts)

@@ -57,10 +57,7 @@ def fleet_page(gearboxes: Sequence[Gearbox], bags: Sequence[Bag], counts: Mappin
     """
     sections: list[Section] = [
         advice(next_steps(gearboxes, bags)), _shop(gearboxes), _curves(gearboxes),
-        _table(gearboxes)]
-    if any(gearbox['diagnosis'] for gearbox in gearboxes):
-        sections.append(_diagnoses(gearboxes))
-    sections.append(bag_problems(bags, other_settings))
+        _table(gearboxes), bag_problems(bags, other_settings)]
     return render_page(Page('Fleet', _summary(gearboxes, counts), sections))
 
 
@@ -326,14 +323,6 @@ def _days(box: Gearbox | Joint) -> str:
     return f'{day(box["first"])} to {day(box["last"])}'
 
 
-def _diagnoses(gearboxes: Sequence[Gearbox]) -> Section:
-    """Return the newest verdict of each diagnosed gearbox."""
-    return Section('fleet/diagnoses.html', {
-        'verdicts': PageTable(('gearbox', 'verdict', 'effect'), [
-            (gearbox['gearbox'], gearbox['diagnosis'], gearbox['diagnosis_effect'] or '')
-            for gearbox in gearboxes if gearbox['diagnosis']])}, 'Diagnoses')
-
-
 def bag_problems(bags: Sequence[Bag], other_settings: int) -> Section:
     """Return those of `bags` that failed, duplicates, notes; `other_settings`: see fleet_page."""
     rows = [(bag['path'], 'failed, will be tried again' if bag['retry'] else 'failed',
@@ -351,9 +340,8 @@ def _notes(bags: Iterable[Bag]) -> list[tuple[str, str, str]]:
     """Return rows about analysed bags, one for all bags with the same note."""
     paths_by_note: dict[str, list[str]] = {}
     for bag in bags:
-        for note in (bag['notes'], bag['diagnosis_reason']):
-            if bag['status'] == 'done' and note:
-                note = note.replace(bag['path'] + ': ', '')
-                paths_by_note.setdefault(note, []).append(bag['path'])
+        if bag['status'] == 'done' and bag['notes']:
+            note = bag['notes'].replace(bag['path'] + ': ', '')
+            paths_by_note.setdefault(note, []).append(bag['path'])
     return [(paths[0] + (f' and {len(paths) - 1} more' if paths[1:] else ''), 'note', note)
             for note, paths in paths_by_note.items()]

@@ -29,7 +29,6 @@ from gearbox_monitor.health.health_record import HealthSettings, Window
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plain_data import to_data
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.simulate import Noise
 from gearbox_monitor.recordings.examples import ExampleMotion, write_example_bag
 from gearbox_monitor.recordings.read import open_bag
 from gearbox_monitor.recordings.replay import replay
@@ -348,7 +347,6 @@ WRONG = [
      '--workers and --scheduler exclude each other'),
     (['ODD', '--scheduler', 'here'], '--scheduler: here: missing port number'),
     (['ODD', '--gearbox', '('], "--gearbox: '(': missing )"),
-    (['ODD', '--diagnose', '--only', 'rust'], "--only: unknown effect 'rust', expected one of"),
     (['ODD', '--model', 'none.yaml'], 'none.yaml: No such file or directory'),
     (['ODD', '--out', 'ODD'], 'odd: holds other files, expected a new folder'),
     (['ODD', '--out', 'OLD'], 'old/features: gone since 0.3; choose a new --out'),
@@ -386,22 +384,6 @@ def test_a_damaged_part_is_named(archive, tmp_path, capsys):
 # ---------------------------------------------------------------------- what comes of it
 
 
-def test_diagnosis(tmp_path, capsys):
-    model = tmp_path / 'drive.yaml'
-    model.write_text(yaml.safe_dump(DriveModel().to_dict()))
-    write_example_bag(tmp_path / 'bag', DriveModel().with_(half_gap=0.115),
-                      ExampleMotion(8.0, 500.0), noise=Noise((0.0,) * 4, (2e-3, 2e-3)))
-    out = tmp_path / 'out'
-    code, summary = fleet(capsys, tmp_path / 'bag', '--out', out, '--model', model, '--diagnose',
-                          '--only', 'backlash_gap')
-    assert code == 0
-    row, = rows_of(out).values()
-    assert (row['diagnosis'], row['diagnosis_effect'], row['diagnosis_place']) == (
-        'effect', 'backlash_gap', 'transmission')
-    assert row['diagnosis_closed'] > 0.9 and summary['gearboxes'][0]['diagnosis'] == 'effect'
-    assert 'backlash_gap' in (out / 'fleet.html').read_text(encoding='utf-8')
-
-
 SETTINGS = HealthSettings.of(EstimatorParameters(), DriveModel())
 
 
@@ -418,7 +400,7 @@ def bag_row(gearbox, day, gaps, separable=True, **features):
         'named': True, 'start': (T0 + day * DAY) * 10 ** 9,
         'judged': json.dumps(to_data((SETTINGS, tuple(windows)))),
         **job._features([window.features for window in windows]), 'trust': 'OK',
-        'model_level': 'OK', 'notes': '', 'diagnosis': None,
+        'model_level': 'OK', 'notes': '',
         'not_excited': None if windows else 'stands still'}
 
 

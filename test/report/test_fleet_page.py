@@ -28,7 +28,6 @@ def box(name, gap, level, summary='backlash has grown', bags=5):
                                  'change': change, 'change_std': 1e-3}},
             'limit': 0.25, 'marks': [], 'alerts': {}, 'bags': bags, 'first': T0,
             'last': T0 + 30 * bags * DAY, 'trust': 'OK', 'model_level': 'OK', 'not_excited': '',
-            'diagnosis': None, 'diagnosis_effect': None,
             'points': [{'start': T0 + 30 * k * DAY, 'means': {'gap': (0.2 + k * 0.01, 2e-4)},
                         'changes': {'gap': 0.05 * k}} for k in range(bags)]}
 

@@ -443,4 +443,4 @@ def test_a_fleet_has_a_row_for_each_joint_and_goes_on_where_it_ended(
     page = (tmp_path / 'out/fleet.html').read_text()
     assert data['summary'] in page and 'broken.mcap' in page
     assert fleet(capsys, folder)[0]['skipped'] == 7
-    assert main(['fleet', str(folder), '--out', 'x', '--robots', '--diagnose']) == 2
+    assert main(['fleet', str(folder), '--out', 'x', '--robots', '--serviced', 'x']) == 2
