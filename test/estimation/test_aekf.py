@@ -3,6 +3,8 @@
 
 """Adaptive filter: exact gradient, bars of convergence, refusals, and the same bits in replay."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -35,6 +37,7 @@ DIFFERENTIATE = Entry(aekf.differentiate)
 STEP = Entry(ekf.step)
 
 
+@cache
 def simulated(seconds, seed=1, dt=1e-3):
     t = dt * np.arange(round(seconds / dt))
     return simulate(CASE_A, Excitation().torque(t), dt, Noise(Q_A, R_A), seed)
@@ -153,9 +156,9 @@ def test_frozen_adaptation_is_the_ekf():
 
 
 def test_finds_the_noise_from_a_wrong_start():
+    out = simulated(30.0)
+    tuned = settled(Estimator(CASE_A, {**TUNED, 'filter': 'ekf'}), out, (15, 30))
     for q, r in ((1.0, 1.0), (100.0, 3.0)):
-        out = simulated(30.0)
-        tuned = settled(Estimator(CASE_A, {**TUNED, 'filter': 'ekf'}), out, (15, 30))
         monitor = Monitor(CASE_A, {
             **TUNED, 'q_std_tau_k': q, 'r_std_motor': r * R_A[0], 'r_std_arm': r * R_A[1]})
         assert settled(monitor, out, (15, 30)) < 1.02 * tuned
