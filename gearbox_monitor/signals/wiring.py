@@ -137,24 +137,26 @@ def fitted(smooth: SmoothedMotion, model: DriveModel, reading: Variant,
                           [min(0.0, LIMITS.loose * model.viscous_friction), 0, 0, 0]])
     room = nominal * spread - low[:3]
     power = float(u @ u) / len(u)
-    chosen: tuple[float, Array, Array] = (np.inf, columns[:, -1], zero)
-    gram = columns @ columns.transpose(0, 2, 1)
-    for bent in _bent(p[:, 0] - p[:, 1], np.ptp(p[:, 1]), model, gaps):
-        columns[1, 2] = -bent
-        gram[1, 2] = gram[1, :, 2] = columns[1] @ -bent
-        weight = np.ones(2) / power
-        for _ in range(2):
-            x = np.append(-_solution(np.tensordot(weight, gram, 1), low, room), 1.0)
-            variance = np.maximum(x @ gram @ x, 0.0) / len(u) + np.multiply(ACCURACY, power)
-            weight = 1.0 / variance
-        if np.log(variance).sum() < chosen[0]:
-            chosen = float(np.log(variance).sum()), x @ columns, x[2] * bent
+    bent = np.array([*_bent(p[:, 0] - p[:, 1], np.ptp(p[:, 1]), model, gaps)])
+    gram = np.repeat((columns @ columns.transpose(0, 2, 1))[None], len(bent), axis=0)
+    cross = -bent @ columns[1].T
+    cross[:, 2] = np.sum(bent ** 2, axis=1)
+    gram[:, 1, 2] = gram[:, 1, :, 2] = cross
+    weight = np.ones((len(bent), 2)) / power
+    for _ in range(2):
+        x = np.column_stack([-_solutions(np.einsum('be,beij->bij', weight, gram), low, room),
+                             np.ones(len(bent))])
+        left = (x[:, None, None] @ gram @ x[:, None, :, None])[:, :, 0, 0]
+        variance = np.maximum(left, 0.0) / len(u) + np.multiply(ACCURACY, power)
+        weight = 1.0 / variance
+    k = int(np.log(variance).sum(axis=1).argmin())
+    columns[1, 2] = -bent[k]
+    torque, twist = x[k] @ columns
     inertial = np.square(smooth.noise_a * np.abs(reading.scale)).max()
     twisted = np.square(smooth.noise * np.abs(reading.scale)).sum() * t.stiffness ** 2
     noise = inertial * np.array([nominal[0] ** 2 + nominal[1] ** 2, nominal[1] ** 2])
-    torque, twist = chosen[1]
-    return ReadingFit(torque, twist, power, float(np.mean(chosen[2] ** 2)), noise + (0.0, twisted),
-                      float(np.abs(reading.scale).min()))
+    return ReadingFit(torque, twist, power, float(np.mean((x[k, 2] * bent[k]) ** 2)),
+                      noise + (0.0, twisted), float(np.abs(reading.scale).min()))
 
 
 def _bent(twist: Array, travel: float, model: DriveModel,
@@ -169,35 +171,38 @@ def _bent(twist: Array, travel: float, model: DriveModel,
         yield twist - zero - np.clip(twist - zero, -gap, gap)
 
 
-def _solution(gram: Array, low: Array, room: Array) -> Array:
+def _solutions(gram: Array, low: Array, room: Array) -> Array:
     """
-    Return x [P] of bounded least squares (Lawson and Hanson, 1974).
+    Return x [B, P] of bounded least squares (Lawson and Hanson, 1974).
 
     Args:
-        gram: products of the columns [P + 1, P + 1], the last one is what they explain; those
+        gram: products of the columns [B, P + 1, P + 1], the last one is what they explain; those
             with a lower bound come first.
         low: lower bounds.
         room: from the lower to the upper bound, of the first ones.
     """
-    bounded, slack, free = len(low), len(room), len(gram) - 1 - len(low)
-    scale = np.sqrt(np.diag(gram))
-    scale[scale == 0.0] = 1.0
-    order = np.concatenate([np.arange(bounded, len(gram) - 1), np.arange(bounded), [-1]])
-    shift = np.eye(len(gram))
-    shift[:bounded, -1] = -low  # remainder for the other values to explain
-    shift /= np.append(scale[:-1], 1.0)
-    moved = (shift.T @ gram @ shift)[np.ix_(order, order)]
-    moved += 1e-10 * np.diag(np.maximum(np.diag(moved), 1.0))
-    r = np.linalg.cholesky(moved).T
+    count, bounded, slack = gram.shape[1], len(low), len(room)
+    free, at, own = count - 1 - bounded, np.arange(count), np.arange(slack)
+    scale = np.sqrt(np.diagonal(gram, axis1=1, axis2=2))
+    scale = np.where(scale == 0.0, 1.0, scale)
+    order = np.concatenate([at[bounded:-1], at[:bounded], [-1]])
+    shift = np.tile(np.eye(count), (len(gram), 1, 1))
+    shift[:, :bounded, -1] = -low  # remainder for the other values to explain
+    shift[:, :, :-1] /= scale[:, None, :-1]
+    moved = (shift.transpose(0, 2, 1) @ gram @ shift)[:, order[:, None], order]
+    moved[:, at, at] += 1e-10 * np.maximum(moved[:, at, at], 1.0)
+    r = np.linalg.cholesky(moved).transpose(0, 2, 1)
     # A value and its remaining room add up to the room.
-    room = room * scale[:slack]
-    weight = SLACK * np.abs(r[free:, -1]).max() / room
-    matrix = np.zeros((bounded + 1 + slack, bounded + slack))
-    matrix[:bounded + 1, :bounded] = r[free:, free:-1]
-    matrix[bounded + 1:, :slack] = matrix[bounded + 1:, bounded:] = np.diag(weight)
-    z = scipy.optimize.nnls(matrix, np.concatenate([r[free:, -1], weight * room]))[0][:bounded]
-    x = np.linalg.solve(r[:free, :free], r[:free, -1] - r[:free, free:-1] @ z)
-    return np.concatenate([low + z / scale[:bounded], x / scale[bounded:-1]])
+    room = room * scale[:, :slack]
+    weight = SLACK * np.abs(r[:, free:, -1]).max(axis=1)[:, None] / room
+    matrix = np.zeros((len(gram), bounded + 1 + slack, bounded + slack))
+    matrix[:, :bounded + 1, :bounded] = r[:, free:, free:-1]
+    matrix[:, bounded + 1 + own, own] = matrix[:, bounded + 1 + own, bounded + own] = weight
+    right = np.concatenate([r[:, free:, -1], weight * room], axis=1)
+    z = np.array([scipy.optimize.nnls(a, b)[0][:bounded] for a, b in zip(matrix, right)])
+    x = np.linalg.solve(r[:, :free, :free],
+                        r[:, :free, -1:] - r[:, :free, free:-1] @ z[:, :, None])[:, :, 0]
+    return np.concatenate([low + z / scale[:, :bounded], x / scale[:, bounded:-1]], axis=1)
 
 
 def evidence(recorded: ReadingFit, other: ReadingFit) -> Array:
