@@ -24,8 +24,8 @@ from benchmarks.harness import (
     add_json_option, bar_lines, BarRow, BarTable, finish, progress_line, require_whole)
 from benchmarks.steps import cpu_per_step, stepper
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.estimation.interval_smoother import smooth_interval
-from gearbox_monitor.estimation.rts_smoother import S_TAU_K, smoother_parameters
+from gearbox_monitor.estimation.estimator import Estimator
+from gearbox_monitor.estimation.rts_smoother import smoother_parameters
 from gearbox_monitor.estimation.tune import tuned as tune
 from gearbox_monitor.files.user_files import expect_folder_of
 from gearbox_monitor.health.monitor import Monitor
@@ -144,7 +144,7 @@ def score(case: str, parameters: Mapping[str, Any], seeds: int,
 def smoothers(case: str, parameters: Mapping[str, Any], seeds: int,
               progress: Callable[[str], None]) -> dict[str, list[float]]:
     """
-    Measure the error of tau_K smoothed over the whole recording (RTS) and with a fixed lag.
+    Measure the error of tau_K smoothed with all that tells of it (RTS) and with a short lag.
 
     Returns {smoother: [root mean square error per seed, N m]}. case, parameters, seeds, progress:
     as in score().
@@ -155,13 +155,12 @@ def smoothers(case: str, parameters: Mapping[str, Any], seeds: int,
     for seed in range(seeds):
         trajectory = simulate(model, u, DT, noise, seed)
         samples = run_samples(trajectory)
-        whole = smooth_interval(model, smoothing, samples)
-        fixed = Monitor(model, smoothing.replace(smoother_lag=LAG)).run(samples)
-        for name, stamps, rows in (('RTS', whole.stamp_ns, whole.rows),
-                                   ('lag 40 ms', fixed.smoothed_stamp_ns, fixed.smoothed)):
-            k = (stamps - T0) // round(DT * 1e9)
+        for name, parameters in (('RTS', smoothing),
+                                 ('lag 40 ms', smoothing.replace(smoother_lag=LAG))):
+            found = Estimator(model, parameters).run(samples)
+            k = (found.smoothed_stamp_ns - T0) // round(DT * 1e9)
             take = k >= round(BURN_IN / DT)
-            error = rows[take, S_TAU_K] - trajectory.tau_k[k[take]]
+            error = found.smoothed_tau_k[take] - trajectory.tau_k[k[take]]
             figures[name].append(float(np.sqrt(np.mean(error ** 2))))
         progress(f'case {case}: smoothed {seed + 1} of {seeds} runs')
     return figures

@@ -17,7 +17,8 @@ from benchmarks import real, real_fit
 from benchmarks.harness import BarTable
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.estimation.interval_smoother import smooth_interval
+from gearbox_monitor.estimation.estimator import Estimator
+from gearbox_monitor.estimation.rts_smoother import LAG
 from gearbox_monitor.health import judgement
 from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.health.backlash.features import Backlash, fit, NotExcited
@@ -76,9 +77,10 @@ def window(run: real_fit.DriveRecording, y: Array, arm_step: float,
     """
     model, parameters = real_fit.configure(FITTED, arm_step)
     u = np.column_stack([FITTED['torque_constant'] * run.current, np.full(len(y), np.nan)])
-    smoothed = smooth_interval(model, parameters, Samples(run.stamps, u, y))
-    rows = smoothed.rows[smoothed.stamp_ns >= smoothed.stamp_ns[0] + round(BURN_IN * 1e9)]
-    return fit(rows, model, (number + 1) * 20_000_000_000)
+    found = Estimator(model, parameters.replace(smoother_lag=LAG, narrow_std=False)).run(
+        Samples(run.stamps, u, y))
+    late = found.smoothed_stamp_ns >= found.smoothed_stamp_ns[0] + round(BURN_IN * 1e9)
+    return fit(found.smoothed[late], model, (number + 1) * 20_000_000_000)
 
 
 def follow(runs: Iterable[str], windows: Sequence[Backlash | NotExcited],

@@ -17,7 +17,6 @@ Public names, by module:
     filter_setup: described
     innovation_filter: COLOURED, FilterInput, FilterStart, FilterTrace, LASTING, N_FILTER,
         SampleSchedule
-    interval_smoother: smooth_interval
     noise_search: at_rest, BLUNT, MIN_SAMPLES, MIN_SECONDS, widened
     process_model: FRICTION_AT, K_P, LOAD_AT, P0, Q0, R1, R2, STATISTICAL, tangent, TAU_K,
         UNIFORM, X1, X2, X3, X4

@@ -230,21 +230,6 @@ def _mix_row(carried: Mixture, rows: Array, row: Array) -> None:
     row[E_ELASTIC_WEIGHT], row[E_LEARNED_WEIGHT] = weights[1], weights[2]
 
 
-@entry
-def mix_interval(weights: Matrix, rows: Cube, out: Matrix) -> None:
-    """
-    Mix smoothed recordings.
-
-    Args:
-        weights: of the M filters at L samples [L, M].
-        rows: of the filters [M, L, N_SMOOTHED].
-        out: [L, N_SMOOTHED], written.
-
-    """
-    for i in range(weights.shape[0]):
-        mix_smoothed_row(weights[i], rows[:, i], out[i])
-
-
 @kernel
 def mix_smoothed_row(weights: Array, rows: Array, row: Array) -> None:
     """

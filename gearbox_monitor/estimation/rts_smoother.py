@@ -24,6 +24,7 @@ from gearbox_monitor.parameters import CURVES, EstimatorParameters
 # A smoother sees both sides of a sample: it needs less room for tau_K to wander than a filter
 # (error -20 %), and friction at a standstill less steep (another -20 %).
 Q_RATIO = 0.2
+LAG = 0.5  # s, beyond which no sample tells more of an earlier one
 # Columns of a smoothed row.
 (S_TWIST, S_TWIST_RATE, S_TAU_K, S_TWIST_STD, S_TWIST_RATE_STD, S_TAU_K_STD,
  # ... arm position and speed, motor speed, and the motor torque over the step that led here.
@@ -45,14 +46,16 @@ class Span(NamedTuple):
 
 def smoother_parameters(parameters: EstimatorParameters) -> EstimatorParameters:
     """
-    Return the `parameters` of a filter changed for a smoother's pass.
+    Return the `parameters` of a filter changed for smoothing a recording.
 
-    The spectral density of tau_K's noise times Q_RATIO, friction linearised statistically.
+    With LAG and deviations of the filter alone, the spectral density of tau_K's noise times
+    Q_RATIO, friction linearised statistically.
     """
+    parameters = parameters.replace(
+        friction_linearisation='statistical', smoother_lag=LAG, narrow_std=False)
     if parameters.tau_k_model in CURVES:  # no lag to make up for
-        return parameters.replace(friction_linearisation='statistical')
+        return parameters
     return parameters.replace(
-        friction_linearisation='statistical',
         q_std_tau_k=Q_RATIO ** 0.5 * parameters.q_std_tau_k,
         q_std_tau_k_speed=Q_RATIO ** 0.5 * parameters.q_std_tau_k_speed)
 

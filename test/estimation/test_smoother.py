@@ -5,12 +5,10 @@
 import numpy as np
 from scipy.optimize import least_squares
 
-from gearbox_monitor.estimation import interval_smoother
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
-from gearbox_monitor.estimation.interval_smoother import smooth_interval
 from gearbox_monitor.estimation.rts_smoother import (
-    S_TAU_K, S_TAU_K_STD, S_TWIST, smoother_parameters)
+    LAG, S_TAU_K, S_TAU_K_STD, S_TWIST, smoother_parameters)
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
@@ -46,15 +44,21 @@ def rms(values):
     return float(np.sqrt(np.mean(values ** 2)))
 
 
-def test_whole_recording():
+def test_a_lag_beyond_what_samples_tell():
+    """Twice of it changes less than a fiftieth of the error."""
     for name, bound in (('A', 0.23), ('B', 0.20)):
         model, parameters, samples, tau_k, _ = case(name)
-        found = smooth_interval(model, smoother_parameters(parameters), samples)
-        np.testing.assert_array_equal(found.stamp_ns, samples.stamp_ns)
-        error = (found.rows[:, S_TAU_K] - tau_k)[START:]
+        parameters = smoother_parameters(parameters)
+        found, longer = (Estimator(model, parameters.replace(smoother_lag=lag)).run(samples)
+                         for lag in (LAG, 2.0 * LAG))
+        at = np.searchsorted(samples.stamp_ns, found.smoothed_stamp_ns)
+        assert 0.9 * len(tau_k) < len(longer.smoothed) < len(at)
+        np.testing.assert_allclose(
+            found.smoothed_tau_k[:len(longer.smoothed)], longer.smoothed_tau_k, atol=4e-3)
+        error = (found.smoothed_tau_k - tau_k[at])[START:]
         assert rms(error) < bound
         # Somewhat pessimistic: the true tau_K is smoother than a random walk.
-        assert 0.68 < np.mean(np.abs(error) < found.rows[START:, S_TAU_K_STD]) < 0.97
+        assert 0.68 < np.mean(np.abs(error) < found.smoothed[START:, S_TAU_K_STD]) < 0.97
 
 
 def test_lag_of_40_ms():
@@ -79,21 +83,9 @@ def test_no_false_hysteresis():
             return stiffness * dead - tau_k
         return least_squares(error, (5.0, 0.5, 0.05)).x[2]
     filtered = Estimator(model, parameters).run(samples)
-    smoothed = smooth_interval(model, smoother_parameters(parameters), samples).rows
+    smoothed = Estimator(model, smoother_parameters(parameters)).run(samples).smoothed
     assert width(filtered.twist[START:], filtered.tau_k[START:]) > 0.1
     assert abs(width(smoothed[START:, S_TWIST], smoothed[START:, S_TAU_K])) < 0.01
-
-
-def test_blocks_do_not_show(monkeypatch):
-    model, parameters, samples, _, _ = case('A', seconds=0.4)
-    whole = smooth_interval(model, parameters, samples).rows
-    for block in (1, 77, 399):
-        monkeypatch.setattr(interval_smoother, 'BLOCK', block)
-        np.testing.assert_array_equal(smooth_interval(model, parameters, samples).rows, whole)
-    # With a lag beyond its length the fixed-lag smoother sees the same future.
-    live = Estimator(model, parameters.replace(smoother_lag=0.1)).run(samples)
-    assert len(live.smoothed) and np.abs(live.smoothed[:, S_TWIST] - whole[
-        :len(live.smoothed), S_TWIST]).max() < 0.02
 
 
 def test_restarts_and_what_was_not_measured():
@@ -104,16 +96,11 @@ def test_restarts_and_what_was_not_measured():
     y[100:150, 1] = np.nan
     y[200:220] = np.nan
     stamps[300] = stamps[299]             # refused
-    found = smooth_interval(model, parameters, Samples(stamps, samples.u, y))
-    accepted = Estimator(model, parameters)
-    codes = accepted.run(Samples(stamps, samples.u, y)).codes
-    assert len(found.stamp_ns) == len(found.rows) < len(stamps)
-    assert np.isfinite(found.rows).all() and 300 not in np.searchsorted(stamps, found.stamp_ns)
+    found = Estimator(model, parameters).run(Samples(stamps, samples.u, y))
+    codes, at = found.codes, np.searchsorted(stamps, found.smoothed_stamp_ns)
+    assert np.isfinite(found.smoothed).all() and 300 not in at and at[-1] > 800
     assert np.count_nonzero(codes == codes[0]) == 2  # starts
     # The parts know nothing of each other.
-    end = np.searchsorted(found.stamp_ns, stamps[499]) + 1
-    alone = smooth_interval(model, parameters, Samples(stamps[:500], samples.u[:500], y[:500]))
-    np.testing.assert_array_equal(found.rows[:end], alone.rows)
-    empty = smooth_interval(model, parameters, Samples(
-        stamps[:0], samples.u[:0], y[:0]))
-    assert empty.rows.shape == (0, found.rows.shape[1])
+    alone = Estimator(model, parameters).run(
+        Samples(stamps[:500], samples.u[:500], y[:500])).smoothed
+    np.testing.assert_array_equal(found.smoothed[at < 500], alone)

@@ -42,7 +42,7 @@ from gearbox_monitor.diagnosis.joint.torque_domain import (
     driven, torque_regression, TorqueRegression)
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.estimation.interval_smoother import smooth_interval
+from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.noise_search import widened
 from gearbox_monitor.estimation.rts_smoother import (
     S_TAU_K, S_TAU_K_STD, S_TWIST, S_TWIST_STD, smoother_parameters)
@@ -619,7 +619,7 @@ def _off_the_curve(model: DriveModel, parameters: EstimatorParameters,
                    samples: Samples) -> tuple[Array, Array]:
     """Return how far the smoothed torque is from the model's dead zone, and its variance."""
     walk = smoother_parameters(parameters.replace(tau_k_model=RANDOM_WALK))
-    rows = smooth_interval(model, walk, samples).rows[len(samples.stamp_ns) // 20:]
+    rows = Estimator(model, walk).run(samples).smoothed[len(samples.stamp_ns) // 20:]
     shape = model.transmission
     twist, std = rows[:, S_TWIST], rows[:, S_TWIST_STD]
     torque = shape.stiffness * (twist - np.clip(twist, -shape.half_gap, shape.half_gap))
