@@ -39,7 +39,7 @@ from gearbox_monitor.cli.options import (
     entries, ids_in, joint_of, labelled, load_recordings, names_of, reading_of_robot, refuse,
     robot_of, robot_options, show, wrapped, write_folder, written_options)
 from gearbox_monitor.diagnosis.contest import NONE, UNDECIDED
-from gearbox_monitor.diagnosis.joint import closed_model
+from gearbox_monitor.diagnosis.joint import windows
 from gearbox_monitor.diagnosis.joint.diagnose import chosen_ids
 from gearbox_monitor.diagnosis.joint.verdict import Verdict
 from gearbox_monitor.errors import expect_whole, InputError, unknown
@@ -146,11 +146,11 @@ def _changes(args: Namespace, verdict: Verdict, validation: UniformRecording | N
     except InputError as error:
         data['warnings'].append(f'not in the file of the simulator: {error}')
         return []
-    data |= plain(closed_model.file_closure(
+    data |= plain(windows.file_closure(
         basis.data.recordings, written, basis.data.level, basis.compared.published,
         basis.compared.closed, args.seed))
     if validation is not None:
-        data['validation'] = plain(closed_model.validate(
+        data['validation'] = plain(windows.validate(
             validation, basis.model, written, basis.data.level))
     data['file_changes'] = [change._asdict() for change in file.patch.changes]
     data['lacking'] = [f'{row.id}: {row.words}' for row in file.lacking]

@@ -11,9 +11,8 @@ Public names, by module:
 
     contest: CONTEST, Finding, INCOMPLETE, kind_of, NONE, Remainder, THRESHOLDS, UNDECIDED,
         UNKNOWN
-    joint: closed_model, diagnose, nominal
+    joint: diagnose, nominal, windows
     joint.candidates: CandidateModel, Coordinate, NUISANCES, sine_and_cosine, with_effects
-    joint.closed_model: closed_of, gap_of, ModelRun, Overlay, overlay
     joint.diagnose: chosen_ids, diagnose_change
     joint.innovations: coordinate_columns, evaluated, FilteredFit, fitted, halves,
         InnovationFit, InnovationLikelihood, noise_floor
@@ -22,6 +21,7 @@ Public names, by module:
         UnitEstimate
     joint.shooting: ShootingWindows, Simulator
     joint.verdict: Verdict
+    joint.windows: closed_of, gap_of, ModelRun, Overlay, overlay
     robot: knowledge, verdict
     robot.candidates: Candidate
     robot.conventions: columns_as_read, LIMITS, log_as_read, misfit, named_readings,

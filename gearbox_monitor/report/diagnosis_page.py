@@ -14,9 +14,9 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from gearbox_monitor.diagnosis.contest import CONTEST, THRESHOLDS
-from gearbox_monitor.diagnosis.joint.closed_model import Overlay, overlay
 from gearbox_monitor.diagnosis.joint.shooting import ShootingWindows
 from gearbox_monitor.diagnosis.joint.verdict import Verdict
+from gearbox_monitor.diagnosis.joint.windows import Overlay, overlay
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library

@@ -15,9 +15,8 @@ from typing import Any
 import numpy as np
 import scipy
 
-from gearbox_monitor.diagnosis.joint.closed_model import (
-    closed_of, gap_of, ModelRun, Overlay, overlay)
 from gearbox_monitor.diagnosis.joint.shooting import Simulator
+from gearbox_monitor.diagnosis.joint.windows import closed_of, gap_of, ModelRun, Overlay, overlay
 from gearbox_monitor.errors import InputError, refusal
 from gearbox_monitor.kernels.linear_least_squares import covariance
 from gearbox_monitor.kernels.types import Array, Integers

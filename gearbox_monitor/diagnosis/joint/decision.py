@@ -11,14 +11,14 @@ import numpy as np
 
 from gearbox_monitor.diagnosis.contest import CONTEST, contest, Hypothesis, Search, STATEMENTS
 from gearbox_monitor.diagnosis.joint.candidates import SHAPES
-from gearbox_monitor.diagnosis.joint.closed_model import open_loop, SIGMA_ERROR, with_starts_of
-from gearbox_monitor.diagnosis.joint.drive_recordings import (
-    DriveRecordings, likeliest_reading, misfit_of, runs_from, WindowRuns)
+from gearbox_monitor.diagnosis.joint.drive_recordings import DriveRecordings, likeliest_reading
 from gearbox_monitor.diagnosis.joint.effect_scan import evidence_for, FreeFunction
 from gearbox_monitor.diagnosis.joint.innovation_evidence import InnovationEvidence
 from gearbox_monitor.diagnosis.joint.innovations import evaluated, fitted, InnovationFit, Tested
 from gearbox_monitor.diagnosis.joint.localisation import (
     Burst, places, slip_events, SlipEvent, without_slips)
+from gearbox_monitor.diagnosis.joint.windows import (
+    misfit_of, open_loop, runs_from, SIGMA_ERROR, WindowRuns, with_starts_of)
 from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library

@@ -22,13 +22,13 @@ from gearbox_monitor.diagnosis.contest import CONTEST, EFFECT, kind_of, NONE, TH
 from gearbox_monitor.diagnosis.joint.candidates import amplitude, origin, PHASED, with_effects
 from gearbox_monitor.diagnosis.joint.decision import (
     decide, Decision, standard_errors, with_level_of_innovations)
-from gearbox_monitor.diagnosis.joint.drive_recordings import (
-    DriveRecordings, evidence_of, is_open, typical_misfit)
+from gearbox_monitor.diagnosis.joint.drive_recordings import DriveRecordings, evidence_of, is_open
 from gearbox_monitor.diagnosis.joint.innovation_evidence import InnovationEvidence
 from gearbox_monitor.diagnosis.joint.innovations import fitted, InnovationFit, unfitted
 from gearbox_monitor.diagnosis.joint.parameter_ranges import between_recordings
 from gearbox_monitor.diagnosis.joint.torque_domain import driven
 from gearbox_monitor.diagnosis.joint.verdict import LATTICES, report, Verdict, without_idle_laws
+from gearbox_monitor.diagnosis.joint.windows import typical_misfit
 from gearbox_monitor.errors import expect_list, InputError, unknown
 from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.plant.drive import DriveModel

@@ -28,18 +28,19 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.diagnosis.contest import STATEMENTS
-from gearbox_monitor.diagnosis.joint import closed_model
+from gearbox_monitor.diagnosis.joint import windows
 from gearbox_monitor.diagnosis.joint.candidates import (
     BY_EFFECT, CandidateModel, Coordinate, GAINS, NOT_FITTED, NUISANCES, offered, PERIODIC, Starts,
     ZERO)
 from gearbox_monitor.diagnosis.joint.drive_recordings import (
-    DriveRecordings, evidence_of, is_open, lasting_time, likeliest, misfit_of, SECONDS)
+    DriveRecordings, evidence_of, is_open, lasting_time, likeliest)
 from gearbox_monitor.diagnosis.joint.innovations import (
     coordinate_columns, evaluated, fitted, halves, InnovationFit, InnovationLikelihood,
     JointLikelihood, unfitted)
 from gearbox_monitor.diagnosis.joint.shooting import shooting_windows
 from gearbox_monitor.diagnosis.joint.torque_domain import (
     driven, torque_regression, TorqueRegression)
+from gearbox_monitor.diagnosis.joint.windows import misfit_of, SECONDS
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
@@ -145,7 +146,7 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
     base = replace(plain, zero_tolerance=model.zero_tolerance) if evidence.balances else plain
     gap_before = None if seconds else _gap_of(evidence, base)
     gap_after = _gap_of(evidence, fitted_model, seconds or SECONDS)
-    validation = None if validate is None else closed_model.validate(
+    validation = None if validate is None else windows.validate(
         validate, base, fitted_model, evidence.sigma)
     if model.controller is None:  # filters have a torque constant, but no gain
         fitted_model = fitted_model.with_torque_constant(start_values(fitted_model)['kt'])
@@ -204,7 +205,7 @@ def _searched(evidence: DriveRecordings, candidate: CandidateModel, report: Call
 
 def _gap_of(evidence: DriveRecordings, model: DriveModel, seconds: float = SECONDS) -> float:
     """Return the misfit of free runs of a model over windows of so many `seconds`, sigmas."""
-    return misfit_of([closed_model.open_loop(r, model, evidence.sigma, seconds=seconds)
+    return misfit_of([windows.open_loop(r, model, evidence.sigma, seconds=seconds)
                       for r in evidence.recordings])
 
 

@@ -13,13 +13,13 @@ import scipy
 
 from gearbox_monitor.diagnosis.contest import (
     Finding, kind_of, NONE, of_rival, Remainder, STATEMENTS, THRESHOLDS, UNDECIDED, UNKNOWN)
-from gearbox_monitor.diagnosis.joint import closed_model, localisation
+from gearbox_monitor.diagnosis.joint import localisation, windows
 from gearbox_monitor.diagnosis.joint.candidates import (
     CandidateModel, GAINS, NUISANCES, replaced_value, SHAPES, with_effects, ZERO)
 from gearbox_monitor.diagnosis.joint.decision import Decision, standard_errors
-from gearbox_monitor.diagnosis.joint.drive_recordings import misfit_of, solve_states, WindowRuns
 from gearbox_monitor.diagnosis.joint.effect_scan import rivals, separations
 from gearbox_monitor.diagnosis.joint.innovations import fitted, InnovationFit
+from gearbox_monitor.diagnosis.joint.windows import misfit_of, solve_states, WindowRuns
 from gearbox_monitor.errors import Undecided
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel, weight_of
@@ -150,7 +150,7 @@ def report(decision: Decision, lattices: Sequence[str], validate: UniformRecordi
         equivalent=equivalents(findings, decision.model),
         model_values=model_values(params, decision.model), model=model, basis=decision,
         questions=[*map(asdict, unseen), *_questions(decision, findings)],
-        validation=None if validate is None else closed_model.validate(
+        validation=None if validate is None else windows.validate(
             validate, decision.model, model, data.level),
         **_located(decision, kind, effects), **_closure(decision, seed), **_noise(decision),
         **_ranked(decision, effects), **_nominal(decision))
@@ -230,9 +230,9 @@ def _nominal(decision: Decision) -> dict[str, Any]:
 
 
 def _closure(decision: Decision, seed: int) -> dict[str, Any]:
-    """Return closed_model.closure of a decision, without a fraction that is not claimed."""
+    """Return windows.closure of a decision, without a fraction that is not claimed."""
     runs = decision.compared
-    out = closed_model.closure(runs.published, runs.closed, bool(decision.closed.candidate.ids),
+    out = windows.closure(runs.published, runs.closed, bool(decision.closed.candidate.ids),
                                seed)
     if out['closed_fraction'] is not None and out['closed_fraction'] < 0.0:
         out.update(closed_fraction=None, closed_fraction_ci=None)

@@ -11,16 +11,18 @@ import pytest
 from scipy.signal import lfilter
 
 from gearbox_monitor.diagnosis.contest import CONTEST, Remains
-from gearbox_monitor.diagnosis.joint import closed_model, diagnose, effect_scan, localisation
+from gearbox_monitor.diagnosis.joint import (
+    diagnose, effect_scan, localisation, windows as closed_model)
 from gearbox_monitor.diagnosis.joint.candidates import sine_and_cosine
 from gearbox_monitor.diagnosis.joint.decision import decide, standard_errors, unshaped
-from gearbox_monitor.diagnosis.joint.drive_recordings import DriveRecordings, typical_misfit
+from gearbox_monitor.diagnosis.joint.drive_recordings import DriveRecordings
 from gearbox_monitor.diagnosis.joint.effect_scan import _begun, scan
 from gearbox_monitor.diagnosis.joint.innovation_evidence import InnovationEvidence
 from gearbox_monitor.diagnosis.joint.innovations import (
     evaluated, fitted, InnovationFit, JointLikelihood, spectrum, unfitted)
 from gearbox_monitor.diagnosis.joint.localisation import InputEstimator, rectangles
 from gearbox_monitor.diagnosis.joint.shooting import shooting_windows
+from gearbox_monitor.diagnosis.joint.windows import typical_misfit
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels import elementary
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict

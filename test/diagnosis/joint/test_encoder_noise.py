@@ -11,8 +11,9 @@ from scipy.signal import lfilter
 
 from gearbox_monitor.diagnosis.joint.decision import decide, with_level_of_innovations
 from gearbox_monitor.diagnosis.joint.diagnose import diagnose
-from gearbox_monitor.diagnosis.joint.drive_recordings import evidence_of, typical_misfit
+from gearbox_monitor.diagnosis.joint.drive_recordings import evidence_of
 from gearbox_monitor.diagnosis.joint.innovations import noise_floor, prewhitened
+from gearbox_monitor.diagnosis.joint.windows import typical_misfit
 from gearbox_monitor.kernels.elementary import noise_levels
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation

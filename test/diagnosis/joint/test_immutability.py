@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.diagnosis import joint
-from gearbox_monitor.diagnosis.joint.drive_recordings import WindowRuns
+from gearbox_monitor.diagnosis.joint.windows import WindowRuns
 
 MODULES = sorted(Path(joint.__file__).parent.glob('*.py'))
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.diagnosis.joint.candidates import nuisances_of, Starts
-from gearbox_monitor.diagnosis.joint.closed_model import validate
 from gearbox_monitor.diagnosis.joint.diagnose import diagnose, visible
 from gearbox_monitor.diagnosis.joint.innovations import noise_floor
 from gearbox_monitor.diagnosis.joint.nominal import fit_nominal
+from gearbox_monitor.diagnosis.joint.windows import validate
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.simulate import Plant

@@ -14,7 +14,7 @@ from gearbox_monitor.diagnosis.contest import (
 
 FOLDER = Path(joint.__file__).parent
 # Modules that decide; the others measure and fit.
-DECIDING = ('events', 'decision', 'diagnose', 'drive_recordings', 'localisation', 'verdict')
+DECIDING = ('decision', 'diagnose', 'drive_recordings', 'localisation', 'verdict')
 
 
 def test_thresholds_stay_as_they_are():

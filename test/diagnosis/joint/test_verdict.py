@@ -12,8 +12,8 @@ from test_decision import record
 
 from gearbox_monitor.diagnosis.contest import Finding, kind_of, KINDS
 from gearbox_monitor.diagnosis.joint import verdict as verdicts
-from gearbox_monitor.diagnosis.joint.closed_model import _channels
 from gearbox_monitor.diagnosis.joint.diagnose import diagnose
+from gearbox_monitor.diagnosis.joint.windows import _channels
 from gearbox_monitor.plant.drive import DriveModel
 
 GOLDEN = json.loads((Path(__file__).parent / 'verdict_keys.json').read_text(encoding='utf-8'))
