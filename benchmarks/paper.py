@@ -155,9 +155,9 @@ def smoothers(case: str, parameters: Mapping[str, Any], seeds: int,
     for seed in range(seeds):
         trajectory = simulate(model, u, DT, noise, seed)
         samples = run_samples(trajectory)
-        for name, parameters in (('RTS', smoothing),
-                                 ('lag 40 ms', smoothing.replace(smoother_lag=LAG))):
-            found = Estimator(model, parameters).run(samples)
+        for name, chosen in (('RTS', smoothing),
+                             ('lag 40 ms', smoothing.replace(smoother_lag=LAG))):
+            found = Estimator(model, chosen).run(samples)
             k = (found.smoothed_stamp_ns - T0) // round(DT * 1e9)
             take = k >= round(BURN_IN / DT)
             error = found.smoothed_tau_k[take] - trajectory.tau_k[k[take]]
