@@ -18,7 +18,8 @@ from gearbox_monitor.estimation.consider import torque_errors_at_tolerance
 from gearbox_monitor.estimation.estimates import (
     ARM_COLUMNS, Batch, checked, Divergence, Estimate, Estimates, Sample, Samples,
     SMOOTHED_ARM_COLUMNS)
-from gearbox_monitor.estimation.filter_kind import filter_kind, predicted, sensitivities
+from gearbox_monitor.estimation.filter_kind import (
+    filter_kind, predicted, sensitivities, updated)
 from gearbox_monitor.estimation.filter_setup import (
     arm_load_of, COMPENSATED, described, drive_of, expect_effort, loop_arrays, model_warnings,
     settings_of)
@@ -232,11 +233,10 @@ class Estimator:
         """Let the smoother begin at the present step: older records are not at hand."""
         step = self._gate[sample_loop.STEPS]
         n = len(self.names)
-        start = n + 2 * n * n
         place = step % len(self._state.ring)
         row = self._state.ring[place]
-        row[start:start + n] = self._belief.z
-        row[start + n:start + n + n * n] = self._belief.P
+        z, P = updated(row, n)
+        z[:], P[:] = self._belief.z, self._belief.P.reshape(n, n)
         acting = (step - 1 - self.parameters.effort_delay) % sample_loop.N_EFFORTS
         row[-1] = self._state.efforts[acting, 0]
         companions = self._state.companions

@@ -31,10 +31,10 @@ from gearbox_monitor.ros.convert import (
 from gearbox_monitor.ros.runtime import (
     advertise, alone, Arrivals, best_effort, drain, RMWError, subscribe)
 
-SECOND_NS = 1_000_000_000
+SECOND = 1_000_000_000
 # ns between two changes of publisher that are no restart; a slower rival is not recognised
-RECENT = 2 * SECOND_NS
-HOLD = SECOND_NS // 4    # ns without a sample after a change: a rival would show up meanwhile
+RECENT = 2 * SECOND
+HOLD = SECOND // 4    # ns without a sample after a change: a rival would show up meanwhile
 
 
 class JointPublishers:
@@ -106,7 +106,6 @@ class MessageLossCounter:
         self._next = number + 1
 
 
-SECOND = 1_000_000_000
 OUTPUT_DEPTH = 2000
 MAX_LISTED = 16  # arrangements of joints that are reported; names that are listed
 TakenSample: TypeAlias = tuple[Sample, RawSample]

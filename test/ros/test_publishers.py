@@ -4,10 +4,10 @@
 """Two publishers of one joint: the numbers of their messages show them, nothing is taken."""
 import numpy as np
 
-from gearbox_monitor.ros.gearbox_input import HOLD, JointPublishers, RECENT, SECOND_NS
+from gearbox_monitor.ros.gearbox_input import HOLD, JointPublishers, RECENT, SECOND
 
-T0 = 1_700_000_000 * SECOND_NS
-MS = SECOND_NS // 1000
+T0 = 1_700_000_000 * SECOND
+MS = SECOND // 1000
 
 
 def run(*streams):
