@@ -18,8 +18,8 @@ import numpy as np
 
 from gearbox_monitor.diagnosis.contest import CONTEST
 from gearbox_monitor.diagnosis.robot.candidates import library, of_robot
-from gearbox_monitor.diagnosis.robot.contest import RobotContest, visible_size
-from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence
+from gearbox_monitor.diagnosis.robot.contest import Contender, RobotContest, visible_size
+from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence, RobotFit
 from gearbox_monitor.diagnosis.robot.robot_effects import READ_OFF
 from gearbox_monitor.diagnosis.robot.robot_log import LogSection, RobotLog, SETPOINT
 from gearbox_monitor.diagnosis.robot.rows import RobotModel, rows_of
@@ -62,17 +62,22 @@ def zeros_in(log: RobotLog, robot: RobotModel, settled: Collection[int] = ()) ->
     own = [c for c in of_robot(READ_OFF, [rows]) if names.index(c.place) in joints
            and any(np.abs(x).max() > SETTINGS.least_slope for x in c.columns.values())]
     contest, blank = RobotContest.between(evidence, laws, [], None), evidence.fit()
-    others = contest.entries(
-        blank, [c for c in laws if c.effect != READ_OFF.id], SETTINGS.zero_rivals)
     best = next((e for e in contest.entries(blank, own, len(own)) if e.worth > CONTEST.margin),
                 None) if own else None
-    added = (best.candidate,) if best else ()
-    beside = [evidence.fit((e.candidate, *added), e.fit, 4) for e in others]
     bodies = [i for i, label in enumerate(evidence.labels) if label in {
         f'{link.name} {p}' for link in robot.chain.links for p in range(PER_LINK)}]
-    if all(np.abs(fit.nuisance[bodies]).max(initial=0.0) > SETTINGS.body_certain
-           for fit in (best.fit if best else blank, *beside)):
-        return unknown   # the description is that of another robot, or lacks a load
+
+    def another(fit: RobotFit) -> bool:
+        """Return whether in a `fit` the description is that of another robot, or lacks a load."""
+        return bool(np.abs(fit.nuisance[bodies]).max(initial=0.0) > SETTINGS.body_certain)
+    others, beside = list[Contender](), list[RobotFit]()
+    if best or another(blank):
+        others = contest.entries(
+            blank, [c for c in laws if c.effect != READ_OFF.id], SETTINGS.zero_rivals)
+        added = (best.candidate,) if best else ()
+        beside = [evidence.fit((e.candidate, *added), e.fit, 4) for e in others]
+    if all(map(another, (best.fit if best else blank, *beside))):
+        return unknown
     seen = {c.place: visible_size(contest, blank, c, e.covariance) or math.inf
             for c, e in zip(own, evidence.estimates(blank, own))}
     hidden = tuple(j for j in joints if seen.get(names[j], math.inf) > SETTINGS.zero_shown)
