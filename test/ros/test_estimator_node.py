@@ -69,7 +69,7 @@ class Feeder:
             self.gear * TORQUE_CONSTANT if self.gear != 1.0 else 1.0)])
         return message
 
-    def send(self, messages, rate=1500.0):
+    def send(self, messages, rate=750.0):
         """Publish `messages` at about `rate` per second, the test's node spinning."""
         begin = time.monotonic()
         for k, message in enumerate(messages):
@@ -117,7 +117,7 @@ def run(drive, tmp_path_factory):
             """Keep a report that meets the condition, of the time that messages take or later."""
             reports.clear()
             if messages:
-                feeder.send(messages, rate=700.0)
+                feeder.send(messages, rate=350.0)
             graph.until(lambda: any(map(condition, reports)), when)
             told[when] = next(filter(condition, reports))
 

@@ -108,7 +108,7 @@ def test_other_joints_are_welcome_and_a_second_publisher_stops_all(graph, drive)
                 gripper.publisher.publish(JointState(
                     name=['finger', 'thumb'], position=array('d', [1.0, 2.0])))
             k += 1
-            graph.spin(0.02 if k % 10 == 0 else 0.0)
+            graph.spin(0.02 if k % 5 == 0 else 0.0)
 
     move(500, driver)
     huge = JointState(name=['motor', 'arm'], position=array('d', bytes(8 * 60_000)))
