@@ -13,8 +13,8 @@ Public names, by module:
     examine: admitted, Examination, examine, examined, joined, measured_samples,
         require_samples, SAMPLES, WINDOWS
     finding: BAD, DataFinding, hurts, judged, LIMITS, OK, PURPOSES, WARN
-    jumps: counted_on, JumpFinding, OUTLIER, PERIODS, SLIP, strangers, TURNS, turns, wild_rows,
-        without_jumps
+    jumps: counted_on, JumpFinding, OUTLIER, PERIODS, repeats, SLIP, strangers, TURNS, turns,
+        wild_rows, without_jumps
     recording: ARM, AS_RECORDED, Convention, conventions_of, CURRENT, drive_samples,
         JointSignals, MOTOR, NOT_MEASURED, Recording, UNKNOWN
     stamps: evened, require_stamps, unstamped

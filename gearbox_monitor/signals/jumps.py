@@ -2,11 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Positions that jump: turns that are not counted, rows of a stranger, outliers and slips.
+Positions that jump: turns not counted, rows of a stranger or repeated, outliers and slips.
 
 A step between two readings is a jump if it is far longer than the usual steps, and than those
 around it. Turns are counted on, rows of a second publisher are left out, single outliers count as
-not measured; a slip, where the position stays elsewhere, changes nothing but is named.
+not measured; a slip, where the position stays elsewhere, changes nothing but is named. Rows that
+repeat the previous one, as messages are lost, come before a jump of all joints that is none.
 """
 from dataclasses import dataclass, field
 import math
@@ -30,7 +31,8 @@ class JumpLimits:
     of an unknown period. away: rows that an outlier lasts at most. stranger: how often one value
     must come between the readings to be a second publisher's; share: of all rows that may be its,
     at most. wild: times the amount that all but a share `rest` of the efforts stay below: no motor
-    reaches it, and even less for `away` rows alone.
+    reaches it, and even less for `away` rows alone. lively: share of the rows in which a reading
+    changes that stands still only where no message came.
     """
 
     usual: float = 6.0
@@ -43,6 +45,7 @@ class JumpLimits:
     share: float = 0.5
     wild: float = 30.0
     rest: float = 0.005
+    lively: float = 0.9
 
 
 LIMITS = JumpLimits()
@@ -191,6 +194,27 @@ def wild_rows(effort: Array) -> Integers:
         np.quantile(off[own], 1.0 - LIMITS.rest) or math.inf))
     runs = np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)
     return np.concatenate([rows[:0], *(run for run in runs if len(run) <= LIMITS.away)])
+
+
+def repeats(values: Array) -> Flags:
+    """
+    Return which rows [N] repeat the row before in all readings, as a message was lost.
+
+    A few at a time, and only beside a reading that changes with almost every other row: a coarse
+    encoder, or a robot at rest, repeats itself as well.
+
+    Args:
+        values: all readings of the rows [N, C]; NaN: not measured.
+    """
+    same = np.zeros(values.shape, bool)
+    same[1:] = (values[1:] == values[:-1]) | (np.isnan(values[1:]) & np.isnan(values[:-1]))
+    stale: Flags = np.asarray(same.all(axis=1))
+    if not stale.any() or (~same[~stale]).mean(axis=0).max() < LIMITS.lively:
+        return np.zeros(len(values), bool)
+    rows = np.flatnonzero(stale)
+    for run in np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1):
+        stale[run] = len(run) <= LIMITS.away
+    return stale
 
 
 def strangers(q: Array, t: Array | Integers) -> Flags:

@@ -13,7 +13,8 @@ from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.presentation import as_written, Said, said
 from gearbox_monitor.signals.jumps import (
-    JumpFinding, OUTLIER, PERIODS, SLIP, strangers, TURNS, turns, wild_rows, without_jumps)
+    JumpFinding, OUTLIER, PERIODS, repeats, SLIP, strangers, TURNS, turns, wild_rows,
+    without_jumps)
 from gearbox_monitor.signals.recording import AS_RECORDED, Convention, Recording
 from gearbox_monitor.signals.stamps import require_stamps
 
@@ -136,7 +137,7 @@ def read_by(raw: RawLog, conventions: Mapping[str, Convention]) -> RawLog:
 
 def continuous(raw: RawLog) -> RawLog:
     """
-    Return a log with turns counted on, without rows of a second publisher and without outliers.
+    Return a log with turns counted on, without rows of a second publisher, repeats and outliers.
 
     Notes say what was found of each joint and when; a slip stays as it is, and ends a section.
     """
@@ -147,7 +148,11 @@ def continuous(raw: RawLog) -> RawLog:
         first = float(raw.t[foreign][0] - raw.t[0])
         notes.append(said('foreign_samples', count=int(foreign.sum()), samples=len(foreign),
                           first=first))
-    keep = ~foreign
+    stale = repeats(np.column_stack([*raw.position.values(), *raw.input.values()]))
+    if stale.any():
+        notes.append(said('repeated_samples', count=int(stale.sum()), samples=len(stale),
+                          first=float(raw.t[stale][0] - raw.t[0])))
+    keep = ~(foreign | stale)
     t, position, given, setpoint = raw.t[keep], *(dict[str, Array]() for _ in range(3))
     for joint in joints:
         position[joint], found = without_jumps(raw.position[joint][keep], t)

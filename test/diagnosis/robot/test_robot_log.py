@@ -49,8 +49,15 @@ def test_a_slip_ends_a_section():
 
 
 def test_lost_samples_make_no_gap():
-    t = np.delete(np.arange(0, 20, 0.01), [300, 301, 900])
-    assert len(checked_log(raw(t), JOINTS).sections) == 1
+    """Left out or repeated: a jump of all joints behind repeats took half of a log."""
+    whole = np.arange(0, 20, 0.01)
+    assert len(checked_log(raw(np.delete(whole, [300, 301, 900])), JOINTS).sections) == 1
+    held = whole.copy()
+    held[300:304] = held[299]
+    log = checked_log(continuous(raw(whole, **{key: {'a': np.sin(held), 'b': 2 * np.sin(held)}
+                                               for key in ('position', 'input')})), JOINTS)
+    assert [len(s.t) for s in log.sections] == [1996] and len(log.notes) == 1
+    assert '4 of 2000 samples are left out: they repeat' in str(log.notes[0])
 
 
 def test_stamps_on_top_of_each_other_are_left_out():
