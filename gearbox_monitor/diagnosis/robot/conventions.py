@@ -401,7 +401,7 @@ class ConventionBalance:
             for group in groups for factor in (-1.0, *_factors())]
         yield from zip(readings, self._scores(readings))
         readings = [RobotReading(swapped=(k, j)) for j in joints for k in range(j)
-                    if not {j, k} & set(self.settled)]
+                    if not {j, k} & set(self.settled) and links[j].slides == links[k].slides]
         for group in groups:
             slide = [links[j].slides for j in group]
             if all(np.abs(self.motion.q[:, j]).max() > 1.0 or links[j].slides for j in group):

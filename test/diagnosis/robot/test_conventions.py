@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Conventions of a robot's log: named by weight and inertia, never in place of an effect."""
+from dataclasses import replace
 import json
 import math
 
@@ -97,6 +98,11 @@ def test_exchanged_joints_are_named():
         values['shoulder'], values['elbow'] = values['elbow'], values['shoulder']
     (found,) = named(columns)
     assert found.reading.swapped == (1, 2)
+    # A slide and a hinge have no positions to exchange: a torso in motor units was a wrist.
+    links = (*arm().links[:2], replace(arm().links[2], slides=True))
+    robot = RobotModel(replace(arm(), links=links), np.full(3, 0.05), 0.05)
+    assert not any(n.reading.swapped and 2 in n.reading.swapped for n in named_readings(
+        checked_log(continuous(columns), JOINTS), robot))
 
 
 def test_conventions_are_stated_in_words():
