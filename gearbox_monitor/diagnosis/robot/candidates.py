@@ -156,6 +156,8 @@ def _of_joint(name: tuple[str, str, str], column: BalanceColumn, recordings: Seq
     """Return the candidates of a `name`, of one joint, for each setting of the grid."""
     motions = [rows.joints[joint] for rows in recordings]
     setting_of = max(motions, key=lambda m: float(np.std(m.effort)))
+    # What repeats itself has to do so within the motion: a part of a wave follows any load.
+    period = 2.0 * math.pi / max(1e-9, *(float(np.ptp(m.q)) for m in motions))
 
     def made(setting: float) -> Candidate:
         series = [column.series(m, setting) for m in motions]
@@ -172,7 +174,8 @@ def _of_joint(name: tuple[str, str, str], column: BalanceColumn, recordings: Seq
             name[0], _stacked(parts), joint=name[1], hidden=hidden, of_input=column.of_input,
             setting=setting if column.setting else None,
             at_setting=made if column.setting and not column.whole else None,
-            low=low, high=min(column.high(m) for m in motions),
+            low=low, high=0.0 if column.setting == 'N' and setting < period else min(
+                column.high(m) for m in motions),
             values=lambda b: column.values(b, setting), over=name[2], twins=tuple(
                 t for t in column.twins if not (
                     (own := EFFECTS[t].column) and visible_in(own, recordings[0]))),

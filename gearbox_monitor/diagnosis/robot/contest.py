@@ -358,7 +358,7 @@ def smallest_visible(contest: RobotContest, fit: RobotFit, laws: Sequence[Candid
     out: dict[str, dict[str, float]] = {}
     for c, e in zip(laws, contest.evidence.estimates(fit, laws)):
         size = visible_size(contest, fit, c, e.covariance)
-        if size is not None:
+        if size is not None and c.high > 0.0:
             places = out.setdefault(c.effect, {})
             places[c.place] = min(places.get(c.place, math.inf), size)
     return {name: {p: v for p, v in places.items() if v < LARGEST}

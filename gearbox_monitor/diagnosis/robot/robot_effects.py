@@ -84,8 +84,10 @@ def _mass(rows: Rows, link: int, centre: Array) -> Columns:
 
 def _centres(chain: Chain, link: int) -> list[Array]:
     # At the origin of its link a mass has no inertia: a swing in which that cancels the weight
-    # would not show it.
-    return [np.zeros(3), chain.links[link].theta[1:4] / chain.links[link].mass]
+    # would not show it. About a body's centre near the axis, a load far from it is linear in no
+    # way: its inertia made it a mass of tons less. So also where the next links hang.
+    hung = [other.origin for other in chain.links if other.parent == link and other.origin.any()]
+    return [np.zeros(3), chain.links[link].theta[1:4] / chain.links[link].mass, *hung]
 
 
 def _mass_values(b: Array, centre: Array) -> dict[str, float]:
@@ -163,9 +165,10 @@ def _tilt_values(b: Array, setting: Array) -> dict[str, float]:
 
 
 def _of_gravity(robot: RobotModel, index: int, b: Array, deviations: Array) -> bool:
-    """Return whether gravity keeps its size, within the tolerance of all masses."""
+    """Return whether gravity keeps its size, within the tolerance of masses that none taught."""
     off = abs(_gravity(b)[1] / GRAVITY_SIZE - 1.0)
-    return off < 0.1 + robot.tolerance.max() + 2.0 * float(deviations.max()) / GRAVITY_SIZE
+    unsure = 0.0 if robot.learnt else float(robot.tolerance.max())
+    return off < 0.1 + unsure + 2.0 * float(deviations.max()) / GRAVITY_SIZE
 
 
 def tilted(gravity: Array, ax: float, ay: float) -> Array:
