@@ -203,11 +203,15 @@ def of_robot(effect: RobotEffect, recordings: Sequence[Rows]) -> list[Candidate]
                          over=f'motion of {chain.joints[index % count]}')
         elif effect.place != BASE:
             where['joint'] = chain.joints[index]
+        high = effect.high
+        if 'joint' in where and math.isfinite(high) and chain.links[index].slides:
+            # Half a turn means nothing there: no farther than the travel that was recorded.
+            high = max(float(np.ptp(rows.motion.q[:, index])) for rows in recordings)
         return Candidate(
             effect.id, _stacked([columns(rows, index, setting) for rows in recordings]),
             setting=setting,
             at_setting=(lambda x: made(index, x)) if effect.next_setting else None,
-            low=-math.inf if recordings[0].robot.learnt else effect.low, high=effect.high,
+            low=-math.inf if recordings[0].robot.learnt else effect.low, high=high,
             possible=None if effect.possible is None else partial(
                 effect.possible, recordings[0].robot, index),
             deviation=effect.deviation and effect.deviation(chain, index),

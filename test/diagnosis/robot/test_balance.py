@@ -16,13 +16,13 @@ from scipy.signal import butter, sosfreqz
 
 from gearbox_monitor.diagnosis.contest import CONTEST, Finding
 from gearbox_monitor.diagnosis.robot.candidates import (
-    Candidate, free_functions, library, stops, swing, swings)
+    Candidate, free_functions, library, of_robot, stops, swing, swings)
 from gearbox_monitor.diagnosis.robot.contest import _allowed, RobotContest, visible_size
 from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence, RobotFit
 from gearbox_monitor.diagnosis.robot.knowledge import (
     _noisy, burstiness, farther, learn, states_of, unvisited, visits_of, with_unvisited)
 from gearbox_monitor.diagnosis.robot.motion import highest_kept, local_cosines, RobotMotion
-from gearbox_monitor.diagnosis.robot.robot_effects import centre_of, compact, tilted
+from gearbox_monitor.diagnosis.robot.robot_effects import centre_of, compact, JOINT_ZERO, tilted
 from gearbox_monitor.diagnosis.robot.rows import RobotModel, rows_of
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.diagnosis.robot.verdict import (
@@ -356,13 +356,16 @@ def test_no_mass_swings_from_a_gap_of_the_log():
             np.testing.assert_allclose(other.columns[j], x, atol=1e-9)
 
 
-def test_angles_of_a_slide_have_knots_within_its_range():
+def test_a_slide_has_its_knots_and_its_zero_within_its_range():
     """Knots 0.3 m apart: a slide of 0.1 m had been everywhere."""
     case = random_robots.make(32045, True, [], 100)
     rows = rows_of(random_robots.log(case, 2, 12.0, False)[0], model_of(case))
     slide = next(j for j, link in enumerate(rows.robot.chain.links) if link.slides)
     visits = visits_of([rows], slide)['angle']
-    assert visits.spacing < 0.3 * np.ptp(rows.motion.q[:, slide])
+    travel = np.ptp(rows.motion.q[:, slide])
+    assert visits.spacing < 0.3 * travel
+    for own, zero in enumerate(of_robot(JOINT_ZERO, [rows])):  # of a hinge half a turn
+        assert zero.high == (travel if own == slide else np.pi)
     away = replace(rows, joints=tuple(replace(m, q=m.q + 0.4) for m in rows.joints))
     name, moves = rows.robot.chain.joints[slide], rows.tests.covered[:, slide] > 0.0
     everywhere = {joint: {} for joint in rows.robot.chain.joints}
