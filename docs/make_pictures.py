@@ -231,6 +231,15 @@ def watch(folder: Path) -> Iterator[str]:
     yield page.as_uri()
 
 
+@contextmanager
+def index(folder: Path) -> Iterator[str]:
+    """Yield the address of the index of a folder with a recording and its page."""
+    run('example run --seconds 20 --rate 500', folder)
+    run('report run --model run.drive.yaml', folder)
+    run('open .', folder)
+    yield (folder / 'index.html').as_uri()
+
+
 def worn_gearbox(seconds: int) -> Iterator[tuple[Samples, Estimates, Monitor]]:
     """Yield each second of a simulated gearbox whose backlash grows after 40 s."""
     model, rate = DriveModel(), 500
@@ -306,7 +315,8 @@ PICTURES = {
     'live.png': Picture(live, 1000, 1275, ready='!!document.querySelector("#condition0")'),
     'mujoco.png': Picture(mujoco, 1000, 820),
     'fleet.png': Picture(fleet, 1000, 1290),
-    'report.png': Picture(report, 1000, 1300)}
+    'report.png': Picture(report, 1000, 1300),
+    'index': Picture(index)}
 
 
 def draw(browser: Browser, name: str, folder: Path) -> list[str]:
