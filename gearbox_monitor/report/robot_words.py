@@ -26,7 +26,8 @@ from gearbox_monitor.watch.record import (
     TILT, WATCH, Watch, WEIGHT)
 
 OF_CHANGES = {'Cc_change': 'N m', 'Cv_change': 'N m s/rad', 'm1_change': 'kg m^2',
-              'T_change': 's', 'kp_factor': '', 'Ca': 'N m', 'moment': 'kg m', 'moved': 'm'}
+              'T_change': 's', 'kp_factor': '', 'kp_of_model': '', 'Ca': 'N m', 'moment': 'kg m',
+              'moved': 'm'}
 UNITS = {**{e.id: {p.name: p.unit for p in e.parameters} for e in EFFECTS.values()},
          **{e.id: dict(e.units) for e in ROBOT_EFFECTS}}
 ALL_ROTARY: Mapping[str, str] = MappingProxyType({})
@@ -87,6 +88,9 @@ def finding_words(finding: Mapping[str, Any], axes: Mapping[str, str] = ALL_ROTA
             'size': size._replace(value=whole), 'nominal': number(model, size.unit),
             'change': change(whole, model)}))
     code = next((code for code in ('factor', 'change') if name.endswith(f'_{code}')), 'value')
+    if 'kp_of_model' in values:
+        more.append(Said('factor_of_model', {'size': _sized(finding, 'kp_of_model', '')}))
+        code = 'factor_of_references'
     return say(code, place=place, noun=noun, size=size, nominal=tuple(nominal), more=tuple(more))
 
 

@@ -127,7 +127,8 @@ def _closed_drive(drive: DriveModel, findings: Sequence[Mapping[str, Any]], auth
         held = drive.value(effect.replaces) if effect is not None and effect.replaces else 0.0
         own = {p.name: values[p.name] if p.name in values else
                held + values[f'{p.name}_change'] if f'{p.name}_change' in values else
-               held * values[f'{p.name}_factor'] for p in parameters
+               held * values.get(f'{p.name}_of_model', values[f'{p.name}_factor'])
+               for p in parameters
                if {p.name, f'{p.name}_change', f'{p.name}_factor'} & set(values)}
         if own and len(own) == len(parameters):
             effects.append({'id': finding['effect'], **own})
@@ -155,7 +156,8 @@ def _edits(file: ChainFile, document: XmlDocument, finding: Mapping[str, Any], b
     if effect in OF_LINK:
         return _of_link(file, finding['link'], OF_LINK[effect](values))
     if effect == SERVO_GAIN.id:
-        return _of_servo(file, document, finding['joint'], values['kp_factor'])
+        return _of_servo(file, document, finding['joint'],
+                         values.get('kp_of_model', values['kp_factor']))
     if effect == BASE_TILT.id:
         return FileEdits(gravity=tilted(chain.gravity, values['ax'], values['ay']))
     row = EXPRESSIONS.get(effect)

@@ -430,7 +430,7 @@ def findings_of(search: RobotSearch) -> tuple[Finding, ...]:
             b, spread = b / by, spread / by ** 2
         values = _values(c, b)
         deviations = _deviations(c, b, spread, determined)
-        values, deviations = _with_totals(evidence, c, values, deviations)
+        values, deviations = _with_totals(evidence, fit, c, values, deviations)
         if c.effect == PAYLOAD.id:
             values, deviations = _with_moment(evidence, c, (b, spread), values, deviations)
         out.append(Finding(
@@ -510,11 +510,20 @@ def _deviations(c: Candidate, b: Array, covariance: Array, determined: bool
     return out
 
 
-def _with_totals(evidence: RobotEvidence, c: Candidate, values: dict[str, float],
+def _with_totals(evidence: RobotEvidence, fit: RobotFit, c: Candidate, values: dict[str, float],
                  deviations: dict[str, float | None]
                  ) -> tuple[dict[str, float], dict[str, float | None]]:
-    """Return values with the whole friction or inertia beside its change, if the file has one."""
+    """
+    Return values with the whole beside a change: friction or inertia, if the file has one.
+
+    With references, the gain of a servo beside its factor of theirs.
+    """
     rows = evidence.recordings[0]
+    if c.effect == SERVO_GAIN.id and rows.robot.learnt:
+        whole = float(1.0 / fit.gain[rows.robot.chain.joints.index(c.joint)])
+        unsure = deviations['kp_factor']
+        return {**values, 'kp_of_model': whole}, {**deviations, 'kp_of_model': (
+            unsure and unsure * whole / values['kp_factor'])}
     for change, (name, field) in TOTALS.items():
         if change in values and c.joint is not None and not rows.robot.learnt:
             joint = rows.joints[rows.robot.chain.joints.index(c.joint)]

@@ -3,6 +3,7 @@
 
 """A log with setpoints and torques tells the mechanics and the servos apart."""
 import json
+import re
 
 import numpy as np
 import pytest
@@ -82,11 +83,16 @@ def test_servos_are_compared_with_those_of_a_reference(tmp_path, capsys):
     assert main(['learn', reference, '--model', str(model), '--out', taught]) == 0
     capsys.readouterr()
     for kp, expected in ((260, set()), (180, {('servo_gain', 'shoulder')})):
-        main(['diagnose', log(tmp_path / 'log.csv', kp=kp), *stated, '--reference', taught])
+        main(['diagnose', log(tmp_path / 'log.csv', kp=kp), *stated, '--reference', taught,
+              *(['--out', str(tmp_path / 'out')] if expected else [])])
         data = json.loads(capsys.readouterr().out)
         found = {(f['effect'], f['joint']): f['values'] for f in data['findings']}
         assert set(found) == expected
-    assert abs(found['servo_gain', 'shoulder']['kp_factor'] - 180 / 260) < 0.02
+    gain = found['servo_gain', 'shoulder']
+    assert abs(gain['kp_factor'] - 180 / 260) < 0.02 and abs(gain['kp_of_model'] - 0.9) < 0.02
+    assert re.search(r'times the value of the references, 0\.(90|89)', data['summary'])
+    closed = (tmp_path / 'out' / 'arm.closed.xml').read_text()
+    assert abs(float(re.search(r'shoulder" kp="([0-9.]+)', closed)[1]) - 180) < 4
 
 
 def test_setpoints_that_are_not_used_or_not_followed_are_said(tmp_path, capsys):
