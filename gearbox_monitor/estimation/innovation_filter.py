@@ -23,7 +23,7 @@ from gearbox_monitor.kernels.kernel import entry, inline, kernel
 from gearbox_monitor.kernels.types import (
     Array, Block, Cube, IntegerMatrix, Integers, Matrix, Vector)
 from gearbox_monitor.plant.batch import (
-    LANES, ON_MOTOR, steps_by_term, step_lanes, steps_with_plugin, T, U)
+    LANES, ON_MOTOR, step_lanes, steps_by_term, steps_with_plugin, T, U)
 from gearbox_monitor.plant.drive import INVERSE_M1, INVERSE_M2, KIND
 from gearbox_monitor.plant.effects.composition import arm_error, DELAY1, DELAY2, motor_error
 from gearbox_monitor.plant.effects.effect import Torques

@@ -32,8 +32,7 @@ from gearbox_monitor.recordings.roles import with_setpoints
 from gearbox_monitor.recordings.table import load_table
 
 sys.path.append(str(Path(__file__).parents[1] / 'recordings'))
-import driver_layouts  # noqa: E402
-import log_layouts  # noqa: E402
+driver_layouts, log_layouts = map(__import__, ('driver_layouts', 'log_layouts'))
 
 ALLOWED = 0.005  # of the readings may be wrong in silence
 DROPPED = 0.15   # share of the columns that are missing
