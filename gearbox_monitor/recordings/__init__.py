@@ -10,7 +10,7 @@ of a drive or a robot (reading: open_recording), estimates of a replay, and new 
 
 Public names, by module:
 
-    cdr: encode_joint_states, FIELDS, MAX_LAYOUTS, read_layout
+    cdr: encode_joint_states, MAX_LAYOUTS, read_layout
     examples: ExampleMotion, NOISE, process_torque, write_example_bag, write_robot_pair
     from_bag: ANY, drive_recording, load_locked, load_log, load_values, names_in_log,
         robot_model, robot_recording, RobotValues

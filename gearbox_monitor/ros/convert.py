@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Between ROS messages and the core: samples, estimates, definitions of message types."""
-from array import array
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -16,13 +15,14 @@ from typing import Any, NamedTuple, TypeAlias
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from rclpy.serialization import deserialize_message, serialize_message
+import numpy as np
+from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 
 from gearbox_monitor.estimation.estimates import Estimate, Sample
 from gearbox_monitor.health.alarms import Outcome
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.recordings.cdr import FIELDS, MAX_LAYOUTS, read_layout
+from gearbox_monitor.recordings.cdr import encode_joint_states, MAX_LAYOUTS, read_layout
 from gearbox_monitor.recordings.topics import joint_values, Signal
 from gearbox_monitor.ros.diagnostic_keys import published
 
@@ -173,14 +173,15 @@ def joint_state(stamp_ns: int, joints: Sequence[str], position: Sequence[float],
     """
     form, texts = _form(tuple(joints), len(position), len(velocity), len(effort))
     return form.pack(texts[0], *divmod(stamp_ns, 1_000_000_000), texts[1], *position, texts[2],
-                     *velocity, texts[3], *effort, texts[4])
+                     *velocity, texts[3], *effort)
 
 
 @lru_cache(maxsize=256)
 def _form(joints: tuple[str, ...], *counts: int) -> tuple[struct.Struct, list[bytes]]:
     """Return the form of a JointState with so many values, and the bytes in it that stay."""
-    raw = serialize_message(JointState(
-        name=joints, **{field: array('d', bytes(8 * n)) for field, n in zip(FIELDS, counts)}))
+    # Not by rclpy: behind an empty field it leaves bytes of its memory that no reader expects.
+    position, velocity, effort = (np.zeros((1, n)) if n else None for n in counts)
+    raw, = encode_joint_states([0], joints, position, velocity, effort)
     layout = read_layout(raw)
     assert layout is not None  # up to MAX_JOINTS
     form, texts, end = '<4siI', [raw[:4]], 12
@@ -188,7 +189,7 @@ def _form(joints: tuple[str, ...], *counts: int) -> tuple[struct.Struct, list[by
         form += f'{offset - end}s{count}d'
         texts.append(raw[end:offset])
         end = offset + 8 * count
-    return struct.Struct(f'{form}{len(raw) - end}s'), [*texts, raw[end:]]
+    return struct.Struct(form), texts
 
 
 def key_values(component: str, values: Mapping[str, Any]) -> list[KeyValue]:

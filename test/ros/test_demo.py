@@ -80,6 +80,7 @@ def run(demo, folder, *options):
     output, errors = process.communicate(timeout=400)
     assert process.returncode == 0, output + errors
     assert not children(process)
+    assert main(['check', str(folder / 'bag')]) != 2  # rosbags decodes its messages
     data = json.loads((folder / 'summary.json').read_text())
     gearbox = data['joints']['']
     assert gearbox['replay_identical'] == 'yes' and data['problems'] == []
