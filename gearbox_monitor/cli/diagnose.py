@@ -38,7 +38,7 @@ from gearbox_monitor import __version__
 from gearbox_monitor.cli.options import (
     entries, ids_in, joint_of, labelled, load_recordings, names_of, reading_of_robot, refuse,
     robot_of, robot_options, show, wrapped, write_folder, written_options)
-from gearbox_monitor.diagnosis.contest import NONE, UNDECIDED
+from gearbox_monitor.diagnosis.hypothesis import NONE, UNDECIDED
 from gearbox_monitor.diagnosis.joint import windows
 from gearbox_monitor.diagnosis.joint.diagnose import chosen_ids
 from gearbox_monitor.diagnosis.joint.verdict import Verdict

@@ -9,8 +9,8 @@ one drive by the innovations of a filter, `robot` all joints by the balance of t
 
 Public names, by module:
 
-    contest: CONTEST, Finding, INCOMPLETE, kind_of, NONE, Remainder, THRESHOLDS, UNDECIDED,
-        UNKNOWN
+    contest: CONTEST, THRESHOLDS
+    hypothesis: Finding, INCOMPLETE, kind_of, NONE, Remainder, UNDECIDED, UNKNOWN
     joint: diagnose, nominal, windows
     joint.candidates: CandidateModel, Coordinate, NUISANCES, sine_and_cosine, with_effects
     joint.diagnose: chosen_ids, diagnose_change

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor import __version__
-from gearbox_monitor.diagnosis.contest import Finding, Remainder
+from gearbox_monitor.diagnosis.hypothesis import Finding, Remainder
 from gearbox_monitor.diagnosis.robot import knowledge, verdict as balance
 from gearbox_monitor.diagnosis.robot.conventions import (
     LIMITS as CONVENTION_LIMITS, log_as_read, misfit, named_readings)
@@ -97,7 +97,7 @@ class RobotDiagnosis(Paged, Saved):
 
     @property
     def kind(self) -> str:
-        """One of diagnosis.contest.KINDS."""
+        """One of diagnosis.hypothesis.KINDS."""
         return self.verdict.kind
 
     @property

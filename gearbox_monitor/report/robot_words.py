@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.contest import UNDECIDED
+from gearbox_monitor.diagnosis.hypothesis import UNDECIDED
 from gearbox_monitor.diagnosis.robot.conventions import NamedReading, RobotReading
 from gearbox_monitor.diagnosis.robot.robot_effects import BASE_TILT, JOINT, ROBOT_EFFECTS
 from gearbox_monitor.diagnosis.robot.servo import SERVO

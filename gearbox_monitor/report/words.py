@@ -8,7 +8,7 @@ from pathlib import Path
 import shlex
 from typing import Any, NamedTuple
 
-from gearbox_monitor.diagnosis.contest import INCOMPLETE, NONE, UNKNOWN
+from gearbox_monitor.diagnosis.hypothesis import INCOMPLETE, NONE, UNKNOWN
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN
 from gearbox_monitor.plant.effects.arm_side import ARM_INERTIA, DISTURBANCE

@@ -23,7 +23,7 @@ import sys
 from threading import Lock
 from typing import Any
 
-from gearbox_monitor.diagnosis.contest import kind_of, NONE
+from gearbox_monitor.diagnosis.hypothesis import kind_of, NONE
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.baselines import (
     BaselineRecording, check_belongs, load_recording, set_aside, StateFile)

@@ -9,8 +9,9 @@ import math
 import numpy as np
 import pytest
 
-from gearbox_monitor.diagnosis.contest import (
-    CONTEST, contest, FUNCTION, Hypothesis, LAW, Member, MemberEstimate, Remains)
+from gearbox_monitor.diagnosis.contest import CONTEST, contest
+from gearbox_monitor.diagnosis.hypothesis import (
+    FUNCTION, Hypothesis, LAW, Member, MemberEstimate, Remains)
 
 ROWS = 400
 

@@ -10,7 +10,7 @@ from string import Formatter
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.contest import Finding
+from gearbox_monitor.diagnosis.hypothesis import Finding
 from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.health.backlash.change_tests import FEATURES, limits_of, TESTS

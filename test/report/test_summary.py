@@ -4,7 +4,7 @@
 """The first sentence of a verdict: what differs, by how much, and what that explains."""
 import math
 
-from gearbox_monitor.diagnosis.contest import Finding, Remainder
+from gearbox_monitor.diagnosis.hypothesis import Finding, Remainder
 from gearbox_monitor.diagnosis.joint.nominal import FittedValue
 from gearbox_monitor.diagnosis.joint.verdict import model_values
 from gearbox_monitor.health.backlash.features import width_of

@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.contest import CONTEST, contest, Hypothesis, Search, STATEMENTS
+from gearbox_monitor.diagnosis.contest import CONTEST, contest, Search, STATEMENTS
+from gearbox_monitor.diagnosis.hypothesis import Hypothesis
 from gearbox_monitor.diagnosis.joint.candidates import SHAPES
 from gearbox_monitor.diagnosis.joint.drive_recordings import DriveRecordings, likeliest_reading
 from gearbox_monitor.diagnosis.joint.effect_scan import evidence_for, FreeFunction

@@ -18,7 +18,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.contest import CONTEST, EFFECT, kind_of, NONE, THRESHOLDS
+from gearbox_monitor.diagnosis.contest import CONTEST, THRESHOLDS
+from gearbox_monitor.diagnosis.hypothesis import EFFECT, kind_of, NONE
 from gearbox_monitor.diagnosis.joint.candidates import amplitude, origin, PHASED, with_effects
 from gearbox_monitor.diagnosis.joint.decision import (
     decide, Decision, standard_errors, with_level_of_innovations)

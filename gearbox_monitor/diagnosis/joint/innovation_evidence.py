@@ -17,9 +17,9 @@ import math
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.contest import (
-    CONTEST, FUNCTION, Hypothesis, LAW, Member, MemberEstimate, of_size, Question, Remains,
-    THRESHOLDS, TRAIN)
+from gearbox_monitor.diagnosis.contest import CONTEST, of_size, Question, THRESHOLDS
+from gearbox_monitor.diagnosis.hypothesis import (
+    FUNCTION, Hypothesis, LAW, Member, MemberEstimate, Remains, TRAIN)
 from gearbox_monitor.diagnosis.joint import effect_scan
 from gearbox_monitor.diagnosis.joint.candidates import NOT_FITTED, origin, PERIODIC, with_law
 from gearbox_monitor.diagnosis.joint.drive_recordings import (

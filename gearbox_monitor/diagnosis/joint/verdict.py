@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 import scipy
 
-from gearbox_monitor.diagnosis.contest import (
-    Finding, kind_of, NONE, of_rival, Remainder, STATEMENTS, THRESHOLDS, UNDECIDED, UNKNOWN)
+from gearbox_monitor.diagnosis.contest import of_rival, STATEMENTS, THRESHOLDS
+from gearbox_monitor.diagnosis.hypothesis import (
+    Finding, kind_of, NONE, Remainder, UNDECIDED, UNKNOWN)
 from gearbox_monitor.diagnosis.joint import localisation, windows
 from gearbox_monitor.diagnosis.joint.candidates import (
     CandidateModel, GAINS, NUISANCES, replaced_value, SHAPES, with_effects, ZERO)

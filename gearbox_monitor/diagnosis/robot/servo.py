@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.contest import Remainder
+from gearbox_monitor.diagnosis.hypothesis import Remainder
 from gearbox_monitor.diagnosis.robot.candidates import Candidate, library
 from gearbox_monitor.diagnosis.robot.contest import smallest_visible
 from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.contest import (
-    CONTEST, Finding, kind_of, of_rival, Question, Remainder, UNDECIDED)
+from gearbox_monitor.diagnosis.contest import CONTEST, of_rival, Question
+from gearbox_monitor.diagnosis.hypothesis import Finding, kind_of, Remainder, UNDECIDED
 from gearbox_monitor.diagnosis.robot.candidates import (
     Candidate, free_functions, library, swings, visible_in)
 from gearbox_monitor.diagnosis.robot.contest import (

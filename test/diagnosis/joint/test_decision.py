@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from gearbox_monitor.diagnosis.contest import CONTEST, Remains
+from gearbox_monitor.diagnosis.contest import CONTEST
+from gearbox_monitor.diagnosis.hypothesis import Remains
 from gearbox_monitor.diagnosis.joint import (
     diagnose, effect_scan, localisation, windows as closed_model)
 from gearbox_monitor.diagnosis.joint.candidates import sine_and_cosine

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from test_decision import record
 
-from gearbox_monitor.diagnosis.contest import Finding, kind_of, KINDS
+from gearbox_monitor.diagnosis.hypothesis import Finding, kind_of, KINDS
 from gearbox_monitor.diagnosis.joint import verdict as verdicts
 from gearbox_monitor.diagnosis.joint.diagnose import diagnose
 from gearbox_monitor.diagnosis.joint.windows import _channels

@@ -14,7 +14,8 @@ import random_robots
 import robot_gap
 from scipy.signal import butter, sosfreqz
 
-from gearbox_monitor.diagnosis.contest import CONTEST, Finding
+from gearbox_monitor.diagnosis.contest import CONTEST
+from gearbox_monitor.diagnosis.hypothesis import Finding
 from gearbox_monitor.diagnosis.robot.candidates import (
     Candidate, free_functions, library, of_robot, stops, swing, swings)
 from gearbox_monitor.diagnosis.robot.contest import _allowed, RobotContest, visible_size

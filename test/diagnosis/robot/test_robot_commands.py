@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.diagnosis.contest import Remainder
+from gearbox_monitor.diagnosis.hypothesis import Remainder
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files import knowledge_file
 from gearbox_monitor.files.knowledge_file import load_knowledge, save_knowledge
