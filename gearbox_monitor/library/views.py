@@ -19,8 +19,10 @@ from gearbox_monitor.errors import InputError, installed_by
 from gearbox_monitor.estimation.estimates import COLUMNS, Estimates, SMOOTHED_COLUMNS
 from gearbox_monitor.files.knowledge_file import save_watch
 from gearbox_monitor.files.user_files import plain, save_model, write_new, write_parameters
+from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.health.backlash.change_tests import MEASURED
 from gearbox_monitor.health.backlash.features import Backlash, NotExcited, width_of
+from gearbox_monitor.health.judgement import worst
 from gearbox_monitor.library.estimation import BacklashWindows, RecordingEstimates
 from gearbox_monitor.library.identify import TunedParameters, write_adapted
 from gearbox_monitor.library.ranges import randomisation
@@ -34,12 +36,12 @@ from gearbox_monitor.recordings.joint_input import match_stamps
 from gearbox_monitor.report.builder import Page, page_summary, render_page, Section
 from gearbox_monitor.report.chart import Chart, Drawing, Panel, Plane, Trace
 from gearbox_monitor.report.diagnosis_page import diagnosis_page, gather
-from gearbox_monitor.report.recording_page import backlash_chart, overview
+from gearbox_monitor.report.recording_page import backlash_chart, overview, ROLES
 from gearbox_monitor.report.robot_pages import robot_gap_page
 from gearbox_monitor.report.robot_words import robot_text, watch_headline, watch_text
 from gearbox_monitor.report.sentences import of_fit, of_noise, of_unit, summary, told
 from gearbox_monitor.report.timeline import measured, Timeline, timeline_of
-from gearbox_monitor.report.words import value_rows
+from gearbox_monitor.report.words import sentence, value_rows
 from gearbox_monitor.watch.record import Watch
 
 ROWS = 10  # of a long table in a notebook
@@ -68,7 +70,7 @@ def _recorded_in_brief(recording: DriveRecording) -> str:
     driving = 'torque' if recording.model.controller is None else 'setpoint'
     measured = [name for name in (driving, 'motor', 'arm', 'arm_torque')
                 if not np.isnan(getattr(recording, name)).all()]
-    return (f'{recording.name!r}: {len(recording)} samples, {recording.duration:.2f} s, '
+    return (f'{len(recording)} samples, {recording.duration:.2f} s, '
             f'{recording.rate:.4g} Hz; {", ".join(measured)}')
 
 
@@ -99,7 +101,7 @@ def _windows_in_brief(windows: BacklashWindows) -> str:
     else:
         text = (f'lost motion {Quantity(lost.value, lost.std, unit)}, backlash and compliance '
                 'are not separable')
-    return f'{windows.recording.name!r}: {len(windows.fits)} windows; {text}'
+    return f'{len(windows.fits)} windows; {text}'
 
 
 def _verdict_in_words(verdict: Verdict) -> list[str]:
@@ -115,8 +117,9 @@ def _fitted(fit: NominalFit) -> list[str]:
 
 NAMES = {DriveRecording: 'Recording'}
 BRIEFS: dict[type, Callable[[Any], str]] = {
-    DriveRecording: _recorded_in_brief, Estimates: _estimated_in_brief,
-    BacklashWindows: _windows_in_brief,
+    DriveRecording: lambda r: f'{r.name!r}: {_recorded_in_brief(r)}',
+    Estimates: _estimated_in_brief,
+    BacklashWindows: lambda w: f'{w.recording.name!r}: {_windows_in_brief(w)}',
     Verdict: lambda v: summary(plain(v.to_dict()), v.basis.model.axis),
     NominalFit: lambda f: told(of_fit(f))['summary'],
     TunedParameters: lambda t: told(of_noise(t.figures, t.model.axis))['summary'],
@@ -268,19 +271,21 @@ def page(result: Any) -> str:
     return _entry(PAGES, result)(result)
 
 
-def _charts_page(result: Any, title: str, axis: str, charts: Iterable[Drawing | None]) -> str:
+def _charts_page(title: str, answer: Section, axis: str, charts: Iterable[Drawing | None]
+                 ) -> str:
     parts = [Section('recording/loops.html', {'plane': chart}, chart.title)
              if isinstance(chart, Plane) else
              Section('recording/chart.html', {'chart': replace(chart, title='')}, chart.title)
              for chart in charts if chart is not None]
-    return render_page(Page(title, page_summary('', brief(result)), parts, axis))
+    return render_page(Page(title, answer, parts, axis))
 
 
 def _recorded_page(recording: DriveRecording) -> str:
     axis = recording.model.axis
     driving = 'torque' if recording.model.controller is None else 'setpoint'
     unit = on_axis('N m' if driving == 'torque' else 'rad', axis)
-    return _charts_page(recording, recording.name, axis, [Chart('Signals', [
+    answer = page_summary('', sentence(_recorded_in_brief(recording)))
+    return _charts_page(recording.name, answer, axis, [Chart('Signals', [
         Panel(f'{driving} ({unit})', [
             Trace(recording.t, getattr(recording, driving), driving, 'recording')]),
         Panel(on_axis('position (rad)', axis), [
@@ -292,7 +297,12 @@ def _estimated_page(estimates: RecordingEstimates) -> str:
     recording = estimates.recording
     line = timeline_of(estimates, estimates.backlash, estimates.outcomes['backlash'].values,
                        estimates.parameters)
-    return _charts_page(estimates, recording.name, recording.model.axis,
+    alarms = [(outcome.level, name, outcome.message)
+              for name, outcome in estimates.outcomes.items() if outcome.level > Level.OK]
+    level, text = worst(alarms) if alarms else (
+        None, f'estimates: {_estimated_in_brief(estimates)}')
+    answer = page_summary('' if level is None else ROLES[level], sentence(text))
+    return _charts_page(recording.name, answer, recording.model.axis,
                         overview(line, recording.model.axis))
 
 
@@ -303,7 +313,8 @@ def _windows_page(windows: BacklashWindows) -> str:
         if isinstance(fit, Backlash):
             line.add_window(fit.stamp_ns, measured(fit, {}))
     axis = windows.model.axis
-    return _charts_page(windows, windows.recording.name, axis, [backlash_chart(line, axis)])
+    answer = page_summary('', sentence(_windows_in_brief(windows)))
+    return _charts_page(windows.recording.name, answer, axis, [backlash_chart(line, axis)])
 
 
 def _verdict_page(verdict: Verdict) -> str:

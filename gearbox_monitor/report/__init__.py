@@ -17,12 +17,13 @@ Public names, by module:
     fleet_page: CSV_NAME, fleet_csv, fleet_page, headline, joint_name, robots_headline,
         robots_page
     live_page: GearboxHistory, live_frame, LivePage, WatchNews
-    recording_page: backlash_chart, figures, headline, overview, recording_page, robot_page
+    recording_page: backlash_chart, figures, headline, overview, recording_page, robot_page,
+        ROLES
     robot_pages: by_effect, robot_gap_page, RobotContext, watch_page
     robot_words: finding_words, reading_words, robot_headline, robot_text, watch_data,
         watch_headline, watch_text
     sentences: CHANGES, of_fit, of_noise, of_unit, say, summary, title, told, UNITS
     timeline: measured, recorded_timeline, RecordingFacts, state_of, Timeline, timeline_of
     words: change_sentence, counted, NAMING, next_steps, NO_FILES, NOTHING, place_text,
-        torque_map_of, undefined, unit_of, UserFiles, value_rows
+        sentence, torque_map_of, undefined, unit_of, UserFiles, value_rows
 """

@@ -118,6 +118,7 @@ def test_a_notebook_shows_the_pages_of_results(verdict, trajectory, tmp_path):
         written = result.to_html(tmp_path / f'{type(result).__name__}.html')
         page = written.read_text(encoding='utf-8')
         assert '<path class="' in page and f'srcdoc="{escape(page)}"' in result._repr_html_()
+        assert escape(repr(result)) not in page and repr(result) not in page  # words, no code
     with pytest.raises(AttributeError, match='plot: gone since 0.3; to_html'):
         run.plot()
 
