@@ -28,6 +28,7 @@ from pathlib import Path
 import queue
 import resource
 import signal
+import socket
 import threading
 from typing import Any, TypeAlias
 from uuid import uuid4
@@ -295,6 +296,7 @@ def _write_table(rows: Iterable[Row], path: Path) -> None:
 
 TICK = 0.2  # s between two checks whether to stop
 CONNECT_TIMEOUT = 10.0  # s to wait for a scheduler
+CHECKED = 2.0  # s between two looks whether there is still one
 DIED = 'its worker died (killed, or out of memory)'
 # workers -> executor
 Workers: TypeAlias = Callable[[int], AbstractContextManager[Executor]]
@@ -421,13 +423,31 @@ def on_cluster(address: str) -> Iterator[Executor]:
         if name.startswith(('distributed', 'tornado')):
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     try:
-        get_address_host_port(address)  # a Client takes long to notice
+        host, port = get_address_host_port(address)  # a Client takes long to notice
         client: Any = Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)
     except (OSError, TimeoutError, ValueError) as error:
         raise InputError(f'--scheduler: {address}: {" ".join(str(error).split())}, expected the '
                          'address of a running Dask scheduler, as tcp://host:8786') from None
+
+    def cancel() -> None:
+        for state in list(client.futures.values()):
+            state.cancel()
+
+    def watch() -> None:
+        """Cancel what is open once the scheduler is gone: if it ends in order, no client knows."""
+        while not ended.wait(CHECKED):
+            try:
+                socket.create_connection((host, port), CONNECT_TIMEOUT).close()
+            except OSError:
+                client.loop.add_callback(cancel)
+
+    ended, watcher = threading.Event(), threading.Thread(target=watch, daemon=True)
     with client:
-        yield client.get_executor(pure=False)
+        watcher.start()
+        try:
+            yield client.get_executor(pure=False)
+        finally:
+            ended.set()
 
 
 def robot_bags(bags: Iterable[FleetBag], pattern: str) -> list[RobotBag]:

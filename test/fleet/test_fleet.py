@@ -302,6 +302,8 @@ def test_a_dask_cluster_gives_the_same_table(archive, whole, tmp_path, capsys):
 
         def lose():
             until(lambda: parts(lost), 'a first bag')
+            # As it may end in order: clients hear no more, and are left waiting.
+            cluster.loop.add_callback(cluster.scheduler.report, {'op': 'close'})
             cluster.close()
         thread = threading.Thread(target=lose)
         thread.start()
