@@ -28,10 +28,11 @@ import yaml
 from benchmarks import bam
 from benchmarks.harness import progress_line
 from gearbox_monitor.cli.options import write_or_print
-from gearbox_monitor.diagnosis.joint.nominal import (
-    balanced, BalancedValues, fit_nominal, NominalFit)
+from gearbox_monitor.diagnosis.joint.drive_recordings import evidence_of
+from gearbox_monitor.diagnosis.joint.nominal import fit_nominal, NominalFit
 from gearbox_monitor.diagnosis.joint.parameter_ranges import (
     ParameterRanges, ranges_of, UnitEstimate)
+from gearbox_monitor.diagnosis.joint.torque_domain import driven
 from gearbox_monitor.diagnosis.robot.evidence import Prior, RobotEvidence
 from gearbox_monitor.diagnosis.robot.robot_log import checked_log, RawLog, RobotLog, TORQUE
 from gearbox_monitor.diagnosis.robot.rows import RobotModel, Rows, rows_of
@@ -83,7 +84,7 @@ class PublicSource:
     measure: Callable[[Path], Measured]
 
 
-def _unit(name: str, fit: BalancedValues | NominalFit, factor: float, unit: str,
+def _unit(name: str, fit: NominalFit, factor: float, unit: str,
           carried: float = 0.0) -> UnitEstimate:
     """Return the UnitEstimate of a fit, kt times `factor` in `unit`, m1 less `carried` kg m^2."""
     estimate = UnitEstimate.of(name, fit.values, fit.covariance)
@@ -165,7 +166,7 @@ def _of_backend(folder: Path) -> Measured:
     test = [path for path in paths if path.name[:2] in HELD_OUT]
     estimates = []
     for path in (path for path in paths if path not in test):
-        fit = balanced([_backend_recording(path)], BACKEND, FREE)
+        fit = fit_nominal([_backend_recording(path)], BACKEND, FREE)
         estimates.append(_unit(path.name, fit, factor, 'N m/A'))
 
     def judged(ranges: ParameterRanges) -> dict[str, Any]:
@@ -173,16 +174,17 @@ def _of_backend(folder: Path) -> Measured:
         value = {name: float(v) for name, v in zip(ranges.names, ranges.centre)}
         errors, sizes = [], []
         for path in test:
-            model = replace(BACKEND, motor_inertia=value['m1'], viscous_friction=value['Cv'],
-                            coulomb_friction=value['Cc'], torque_offset=value['u0'],
+            model = replace(BACKEND, driven_by='position', motor_inertia=value['m1'],
+                            viscous_friction=value['Cv'], coulomb_friction=value['Cc'],
+                            torque_offset=value['u0'],
                             effects=({'id': 'torque_gain', 'g': value['kt'] / factor - 1.0},))
-            recording = _backend_recording(path)
-            errors.append(balanced([recording], model, ['Cv']).before)
+            recording = driven(_backend_recording(path), model)
+            balance, = evidence_of([recording], model, ()).whole.run(model, np.zeros(2)).runs
+            errors.append(float(balance.left[0]))
             sizes.append(float(np.std(recording.u)))
         return {'recordings': [path.name for path in test], 'unit': 'mN m',
                 'error': [round(1e3 * e, 1) for e in errors],
-                'of': 'rms of the torque that the balance of the drive leaves, after its mean '
-                'over 0.5 s is taken out of chance',
+                'of': 'rms of the torque that the balance of the drive leaves',
                 'motion': [round(1e3 * size, 1) for size in sizes]}
     return Measured(estimates, [], judged)
 

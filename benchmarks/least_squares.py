@@ -5,18 +5,22 @@
 A baseline beside the diagnosis of real pairs: least squares of the torque, ranked by BIC.
 
 Each effect alone is fitted to the torque that the model leaves, as a user of a toolbox for
-identification would do it: white noise of one size per joint, no tolerance, no function without a
-law. The Bayesian information criterion (Schwarz, 1978) chooses one of them, or none. Of a single
-drive, waves over the angle are left out: their order would be a search of its own.
+identification would do it: noise of one size per joint, of a drive per band; no tolerance, no
+function without a law. The Bayesian information criterion (Schwarz, 1978) chooses one of them, or
+none. Of a single drive, waves over the angle are left out: their order would be a search of its
+own.
 """
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 import math
 from pathlib import Path
 
 import numpy as np
 
 from gearbox_monitor.diagnosis.joint.candidates import CandidateModel, Starts
-from gearbox_monitor.diagnosis.joint.torque_domain import torque_regression
+from gearbox_monitor.diagnosis.joint.drive_recordings import evidence_of
+from gearbox_monitor.diagnosis.joint.innovations import fitted, unfitted
+from gearbox_monitor.diagnosis.joint.torque_domain import driven
 from gearbox_monitor.diagnosis.robot.candidates import Candidate, library as effects_of_robot
 from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence
 from gearbox_monitor.diagnosis.robot.rows import rows_of
@@ -97,16 +101,11 @@ def ranked_of_drive(logs: Sequence[str], model: DriveModel) -> list[tuple[Cause,
 
 def _criterion(recordings: Sequence[UniformRecording], candidates: Sequence[CandidateModel]
                ) -> float:
-    """Return the smallest BIC of some candidates, inf where the regression does not tell."""
-    lowest = math.inf
-    for candidate in candidates:
-        fits = [torque_regression([recording], candidate) for recording in recordings]
-        count = sum(len(r.u) for r in recordings)
-        if all(fits):
-            lowest = min(lowest, sum(len(r.u) * 2.0 * math.log(max(fit.after, 1e-300))
-                                     for r, fit in zip(recordings, fits) if fit)
-                         + len(candidate.ids) * math.log(count))
-    return lowest
+    """Return the smallest BIC of some candidates by the balance of torques."""
+    model = replace(candidates[0].nominal, driven_by='position')
+    likelihood = evidence_of([driven(r, model) for r in recordings], model, ()).whole
+    return min(fitted(likelihood, unfitted(likelihood, candidate)).deviance
+               + len(candidate.ids) * math.log(likelihood.readings) for candidate in candidates)
 
 
 def _recording(path: str, model: DriveModel) -> UniformRecording:

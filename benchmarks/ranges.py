@@ -6,7 +6,7 @@ Coverage of ranges: how often a new simulated drive lies in the 90 % range of ot
 
 Each population has drives whose friction, armature and damping scatter about common values by a
 logarithmic deviation of its own, and a delay of the torque. Some of them are simulated with
-encoder noise and identified by the balance of torques; then a new drive is drawn.
+encoder noise and fitted; then a new drive is drawn.
 
 usage examples:
   python -m benchmarks ranges --populations 40 --drives 6 --seed 1
@@ -19,7 +19,7 @@ import numpy as np
 
 from benchmarks.harness import (
     add_json_option, bar_lines, BarTable, finish, progress_line, require_whole)
-from gearbox_monitor.diagnosis.joint.nominal import balanced
+from gearbox_monitor.diagnosis.joint.nominal import fit_nominal
 from gearbox_monitor.diagnosis.joint.parameter_ranges import ranges_of, UnitEstimate
 from gearbox_monitor.errors import Undecided
 from gearbox_monitor.library.recording import load_recording
@@ -62,7 +62,7 @@ def identified(values: dict[str, float], rng: np.random.Generator) -> UnitEstima
     model = drive(CENTRE)
     recording = load_recording({'t': t, 'torque': u, 'motor': np.full(len(t), np.nan),
                                 'arm': run.y[:, 1]}, model, name='drive').uniform()[0]
-    fit = balanced([recording], model, ['m1', 'Cv', 'Cc', 'actuator_delay'])
+    fit = fit_nominal([recording], model, ['m1', 'Cv', 'Cc', 'actuator_delay'])
     return UnitEstimate.of('drive', fit.values, fit.covariance)
 
 

@@ -5,12 +5,12 @@
 Fit to recordings: the values of a model file, the noise of a filter, or both of one unit.
 
 model: all values of the drive (or those named with --free), each within physical bounds and held
-weakly at the value of the model file, which must be right within a factor of about ten. A
-regression of the torque comes first; a search by the innovations of a filter, as in diagnose,
-begins at its values. Where the search is less likely on the last 30 % of the recordings, which are
-not fitted, the values of the regression are the result. With --windows free runs are fitted, in
-which torque that no model explains counts as misfit. Values that the recordings do not determine
-are listed and stay near their start.
+weakly at the value of the model file, which must be right within a factor of about ten. A search
+by the innovations of a filter, as in diagnose, begins at these values and at those of the balance
+of torques. Values that are less likely than the model file on the last 30 % of the recordings,
+which are not fitted, are no solution (exit code 3). With --windows free runs are fitted, in which
+torque that no model explains counts as misfit. Values that the recordings do not determine are
+listed and stay near their start.
 
 noise: R and Q of a filter, as a parameter file. R comes from half a second at standstill; without
 one it is estimated together with Q, by maximising the likelihood of the prediction errors. No
@@ -61,7 +61,7 @@ OF = {(MODEL,): ('free', 'validate', 'windows'),
       (NOISE,): ('filter', 'fix_speeds'), (NOISE, UNIT): ('params',),
       (MODEL, UNIT): ('joint', 'model_arm_joint', 'keyframe', 'actuator', 'root', 'values',
                       'motor_joint', 'arm_joint', 'setpoint_joint')}
-FIGURES = 'correlated', 'covariance', 'gap_before', 'gap_after', 'method', 'validation'
+FIGURES = 'correlated', 'covariance', 'gap_before', 'gap_after', 'validation'
 SECONDS, WHEN = 1.0, ('before', 'after')
 SAME = 1.0     # of log-likelihood: parameters as good as tuned ones
 UNDECIDED = 3
@@ -123,8 +123,6 @@ def _fit_model(args: Namespace) -> int:
     data = {**told(of_fit(result)), **data}
     lines = [say('hardly_apart', first=first, second=second, r=r)
              for first, second, r in result.correlated]
-    if result.method == 'regression':
-        lines.append(say('by_regression'))
     if data['process_torque_time']:
         lines.append(say('likeliest_time', seconds=data['process_torque_time']))
     if validation := data['validation']:

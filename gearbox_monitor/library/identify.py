@@ -72,7 +72,7 @@ def fit(recordings: Recorded | Sequence[Recorded], model: DriveModel,
     """
     Return the values of a model fitted to recordings, and which of them these determine.
 
-    A regression of the torque, then least squares of runs of the model (docs/real_drives.md).
+    A search by the likelihood of innovations, as in `diagnose` (docs/real_drives.md).
 
     Args:
         recordings: of `load_recording`, one or several of one drive.

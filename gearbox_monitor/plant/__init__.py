@@ -20,8 +20,8 @@ Public names, by module:
         motor_friction_slope_by_law, N_PARAMETERS, OFFSET, PHI, RANGES, steps_of, STIFFNESS,
         substeps, TL, TOLERANCES, Transmission, weight_of, WIDTH
     effects: actuator, arm_side, controller, Effect, EFFECTS, encoder, gearbox, library,
-        LOCATIONS, MAX_DELAY, MAX_SETPOINT_DELAY, MEMORIES, motor_side, N_MEMORY,
-        not_in_filters, Parameter, Scales, torque_map
+        LOCATIONS, MAX_DELAY, MAX_SETPOINT_DELAY, MEMORIES, motor_side, not_in_filters,
+        Parameter, Scales, torque_map
     effects.actuator: ACTUATOR_DELAY, ACTUATOR_LAG, SATURATION, TORQUE_GAIN, TORQUE_OFFSET,
         TORQUE_RIPPLE
     effects.arm_side: ARM_COULOMB, ARM_INERTIA, ARM_VISCOUS, burst, DISTURBANCE, GRAVITY,

@@ -18,6 +18,6 @@ Public names, by module:
     recording: ARM, AS_RECORDED, Convention, conventions_of, CURRENT, drive_samples,
         JointSignals, MOTOR, NOT_MEASURED, Recording, UNKNOWN
     stamps: evened, require_stamps, unstamped
-    uniform: at_one_rate, expect_one_rate, prepare, RecordingKind, rms_of, SmoothedMotion,
-        UniformRecording, usable_rows
+    uniform: at_one_rate, expect_one_rate, prepare, RecordingKind, rms_of, UniformRecording,
+        usable_rows
 """

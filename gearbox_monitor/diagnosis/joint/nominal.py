@@ -5,11 +5,12 @@
 Fit the nominal values of a drive to recordings, and tell which of them the data determine.
 
 Each value moves on a log scale about that of the model file, under a weak prior: values that the
-data do not determine stay there. A regression of the torque comes first (torque_regression). A
-search by innovations (innovation_fit) begins in its values and in those of the model file; where
-it does not arrive, or leaves more than they do of readings that were not fitted, the values of the
-regression are the result. How long unexplained torque lasts is that of the likeliest fit. Long
-runs are the same filter with hardly any torque noise.
+data do not determine stay there. It is the fit of a diagnosis without effects, with wide priors:
+the search by innovations begins in the values of the model file and in those of the balance of
+momentum (torque_domain), to which values that are far off are no obstacle. Values that leave more
+of readings that were not fitted than those of the model file are no solution. How long unexplained
+torque lasts is that of the likeliest fit. Long runs are the same filter with hardly any torque
+noise.
 
 A model file is adapted to one unit by recordings of its motion alone, without a torque sensor. The
 filter is tuned with the values that the recordings determine (`estimation.tune`). What stays open
@@ -38,8 +39,7 @@ from gearbox_monitor.diagnosis.joint.innovations import (
     coordinate_columns, evaluated, fitted, halves, InnovationFit, InnovationLikelihood,
     JointLikelihood, unfitted)
 from gearbox_monitor.diagnosis.joint.shooting import shooting_windows
-from gearbox_monitor.diagnosis.joint.torque_domain import (
-    driven, torque_regression, TorqueRegression)
+from gearbox_monitor.diagnosis.joint.torque_domain import driven
 from gearbox_monitor.diagnosis.joint.windows import misfit_of, SECONDS
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.estimation.estimates import Samples
@@ -59,7 +59,7 @@ from gearbox_monitor.signals.uniform import expect_one_rate, UniformRecording
 WEAK = 1.0         # standard deviation of the prior on the log of a value, or of an offset's scale
 WIDE = (1e-3, 1e3)  # bounds of a value over that of the model file
 ITERATIONS = 40
-LEFT = 0.5         # of the torque, that a regression leaves at most
+FIRST = 4          # of them from each start; the likeliest goes on
 FIXED = 1e-9       # rad and rad/s: deviation of states in which long runs begin
 LEAST = 1.01       # times the least torque noise: a fit that reaches it needs none
 BLOCKS = 4         # for each value, at least, whose scores scatter
@@ -82,8 +82,7 @@ class NominalFit(Shown):
     """
     Result: model, a DriveModel with the values; values; correlated: [(name, name, r)].
 
-    method: 'search', or 'regression' where its values stand for those of a search. covariance
-    [P, P] of the errors of the values, in their units and order.
+    covariance [P, P] of the errors of the values, in their units and order.
     """
 
     model: DriveModel
@@ -92,7 +91,6 @@ class NominalFit(Shown):
     gap_before: float | None
     gap_after: float
     validation: dict[str, Any] | None = None
-    method: str = 'search'
     covariance: Array | None = field(default=None, compare=False)
 
 
@@ -116,8 +114,7 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
         progress: callback with (done, total, text).
 
     Raises:
-        InputError: names that this drive does not have; Undecided: neither search nor regression
-            is a solution.
+        InputError: names that this drive does not have; Undecided: no solution.
     """
     report = progress or _quiet
     stated = model.folded()
@@ -128,20 +125,18 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
     evidence = replace(evidence, all_trained=bool(seconds) or evidence.balances)
     candidate = _free_candidate(evidence.starts, plain, model, free)
     report(0, 2, 'fit')
-    evidence, fit, regression = _searched(evidence, candidate, report)
+    evidence, fit = _searched(evidence, candidate, report)
     candidate, plain = fit.candidate, evidence.model
     long = _long_runs(evidence, fit, seconds)
     if long is not None:
         report(1, 2, 'long windows')
         fit = fitted(long.likelihood, replace(fit, torque=long.torque), ITERATIONS,
                      free_noise=False)
-    z, method = _decided(fit, regression, evidence.torque,
-                         lambda z: _log_residual(evidence, long, candidate.model(z)))
-    fitted_model = candidate.model(z)
+    _expect_solution(evidence, long, fit)
+    fitted_model = fit.model
     report(1.5, 2, 'free runs')
-    covariance = (_covariance(evidence, fit, long) if method == 'search' or regression is None
-                  else regression.covariance)
-    values, correlated, covariance = _listed(candidate, z, covariance, stated)
+    values, correlated, covariance = _listed(
+        candidate, fit.z, _covariance(evidence, fit, long), stated)
     # No state of a window holds the zero of the encoders where the motor's motion is put in.
     base = replace(plain, zero_tolerance=model.zero_tolerance) if evidence.balances else plain
     gap_before = None if seconds else _gap_of(evidence, base)
@@ -152,7 +147,7 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
         fitted_model = fitted_model.with_torque_constant(start_values(fitted_model)['kt'])
     fitted_model = replace(fitted_model.folded(), tolerance=model.tolerance,
                            zero_tolerance=model.zero_tolerance)
-    return NominalFit(fitted_model, values, correlated, gap_before, gap_after, validation, method,
+    return NominalFit(fitted_model, values, correlated, gap_before, gap_after, validation,
                       covariance)
 
 
@@ -185,68 +180,36 @@ def _prepared(recordings: Sequence[UniformRecording], model: DriveModel, free: S
 
 
 def _searched(evidence: DriveRecordings, candidate: CandidateModel, report: Callable[..., object]
-              ) -> tuple[DriveRecordings, InnovationFit, TorqueRegression | None]:
-    """Return (recordings, nuisances settled; likeliest fit; regression of the torque)."""
-    regression = torque_regression(evidence.recordings, candidate)
-    starts = [candidate.start(), *([] if regression is None else [regression.z])]
+              ) -> tuple[DriveRecordings, InnovationFit]:
+    """Return (recordings, nuisances settled; likeliest fit)."""
+    starts = [candidate.start()]
+    if not (evidence.balances or evidence.model.controller):
+        starts.append(_balanced(evidence.recordings, candidate))
     fit = _likeliest(evidence, candidate, starts)
     if any(is_open(recording, evidence.model) for recording in evidence.recordings):
         evidence, fit = likeliest(evidence, fit)  # torque between the stamps of a slow log
-        starts, regression = [fit.z], torque_regression(evidence.recordings, candidate)
+        starts = [fit.z]
     if evidence.balances or not _disturbed(evidence, fit):
-        return evidence, fit, regression
+        return evidence, fit
     report(0.5, 2, 'how long torque lasts')
     time = lasting_time(evidence, fit, 0.0)
     if time != evidence.model.process_torque_time:
         evidence = evidence.lasting_for(time)
         fit = _likeliest(evidence, replace(candidate, nominal=evidence.model), starts)
-    return evidence, fit, regression
+    return evidence, fit
+
+
+def _balanced(recordings: Sequence[UniformRecording], candidate: CandidateModel) -> Array:
+    """Return the coordinates [P] of a candidate by the balance of the measured motion."""
+    model = replace(candidate.nominal, driven_by='position')
+    likelihood = evidence_of([driven(r, model) for r in recordings], model, ()).whole
+    return fitted(likelihood, unfitted(likelihood, candidate)).z
 
 
 def _gap_of(evidence: DriveRecordings, model: DriveModel, seconds: float = SECONDS) -> float:
     """Return the misfit of free runs of a model over windows of so many `seconds`, sigmas."""
     return misfit_of([windows.open_loop(r, model, evidence.sigma, seconds=seconds)
                       for r in evidence.recordings])
-
-
-@dataclass(frozen=True)
-class BalancedValues:
-    """
-    Values by the balance of momentum alone, without a run of the model.
-
-    values, covariance: see NominalFit. before, after: rms of the torque that the model file and
-    the values leave, N m.
-    """
-
-    values: list[FittedValue]
-    covariance: Array
-    before: float
-    after: float
-
-
-def balanced(recordings: Sequence[UniformRecording], model: DriveModel,
-             free: Sequence[str] | None = None) -> BalancedValues:
-    """
-    Return the values `free` by the regression of the torque: seconds where a fit takes minutes.
-
-    Args:
-        recordings: of one drive, with its torque.
-        model: of the drive.
-        free: as of fit_nominal.
-
-    Raises:
-        InputError: names that this drive does not have. Undecided: no regression.
-    """
-    stated = model.folded()
-    recordings, model = _prepared(recordings, model, free or ())
-    plain = replace(model, tolerance=0.0, zero_tolerance=0.0)
-    candidate = _free_candidate(Starts(plain, recordings), plain, model, free)
-    regression = torque_regression(recordings, candidate)
-    if regression is None:
-        names = ', '.join(r.name for r in recordings)
-        raise Undecided(f'{names}: the balance of torques determines no values')
-    values, _, covariance = _listed(candidate, regression.z, regression.covariance, stated)
-    return BalancedValues(values, covariance, regression.before, regression.after)
 
 
 def _free_candidate(starts: Starts, plain: DriveModel, model: DriveModel,
@@ -288,8 +251,8 @@ def _likeliest(evidence: DriveRecordings, candidate: CandidateModel,
                starts: Sequence[Array]) -> InnovationFit:
     """Return the likeliest fit of a candidate to the training parts from several starts [P]."""
     likelihood = evidence.fine
-    return min((fitted(likelihood, unfitted(likelihood, candidate, z), ITERATIONS)
-                for z in starts), key=lambda fit: fit.deviance)
+    fits = [fitted(likelihood, unfitted(likelihood, candidate, z), FIRST) for z in starts]
+    return fitted(likelihood, min(fits, key=lambda fit: fit.deviance), ITERATIONS)
 
 
 def _disturbed(evidence: DriveRecordings, fit: InnovationFit) -> bool:
@@ -332,34 +295,15 @@ def _long_runs(evidence: DriveRecordings, fit: InnovationFit, seconds: float | N
                      length * max(len(r.channels) for r in evidence.recordings))
 
 
-def _decided(fit: InnovationFit, regression: TorqueRegression | None, torque: float,
-             log_residual: Callable[[Array], float]) -> tuple[Array, str]:
-    """
-    Return (coordinates [P] that stand, 'search' or 'regression').
-
-    The search stands unless the residual of the model file or of the regression is smaller. A
-    regression stands whose residual torque is smaller than that of the model file.
-
-    Args:
-        fit: of the search.
-        regression: of the torque, None without.
-        torque: standard deviation of the torque, N m.
-        log_residual: of coordinates, in the readings that decide; see _log_residual.
-
-    Raises:
-        Undecided: neither is a solution.
-    """
-    of_file, of_search, of_regression = (
-        log_residual(fit.candidate.start()), log_residual(fit.z), math.inf)
-    if regression is not None and regression.after < min(regression.before, LEFT * torque):
-        of_regression = log_residual(regression.z)
-    if math.isfinite(of_search) and of_search <= math.log(STATEMENTS.no_worse) + min(
-            of_file, of_regression):
-        return fit.z, 'search'
-    if regression is not None and math.isfinite(of_regression):
-        return regression.z, 'regression'
-    raise Undecided('the model file explains the recordings better than the fit: no solution; '
-                    'expected a model of this drive (see check), or fewer values to fit (--free)')
+def _expect_solution(evidence: DriveRecordings, long: _LongRuns | None, fit: InnovationFit
+                     ) -> None:
+    """Raise Undecided where the residual of the model file is smaller than that of a fit."""
+    of_file, of_fit = (_log_residual(evidence, long, fit.candidate.model(z))
+                       for z in (fit.candidate.start(), fit.z))
+    if not of_fit <= math.log(STATEMENTS.no_worse) + of_file:
+        raise Undecided('the model file explains the recordings better than the fit: no solution; '
+                        'expected a model of this drive (see check), or fewer values to fit '
+                        '(--free)')
 
 
 def _log_residual(evidence: DriveRecordings, long: _LongRuns | None, model: DriveModel) -> float:

@@ -16,8 +16,7 @@ from gearbox_monitor.cli.main import main
 from gearbox_monitor.diagnosis.joint import nominal
 from gearbox_monitor.diagnosis.joint.drive_recordings import evidence_of
 from gearbox_monitor.diagnosis.joint.innovations import InnovationFit
-from gearbox_monitor.diagnosis.joint.torque_domain import (
-    BalanceSimulator, driven, torque_regression)
+from gearbox_monitor.diagnosis.joint.torque_domain import BalanceSimulator, driven
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.files.user_files import config_path, load_model
 from gearbox_monitor.plant.drive import model_from_dict
@@ -184,8 +183,8 @@ def test_three_effects_from_one_command(tmp_path, capsys):
     assert {e['effect'] for e in data['findings']} == {e['id'] for e in effects}
 
 
-def test_balances_decide_between_search_and_regression(tmp_path):
-    """Whichever leaves less of the balances stands: windows are no evidence of them."""
+def test_a_fit_farther_off_than_the_file_is_no_solution(tmp_path):
+    """By the balances: windows are no evidence of them."""
     t, u, motor, arm, load = np.loadtxt(recorded(
         tmp_path / 'a.csv', {'id': 'motor_coulomb', 'Cc': 0.05}), delimiter=',', skiprows=1).T
     model = model_from_dict(SERVO, 'test')
@@ -193,18 +192,12 @@ def test_balances_decide_between_search_and_regression(tmp_path):
         UniformRecording(t, u, np.column_stack([motor, arm]), DT, arm_torque=load), model)
     evidence = evidence_of([recording], model, ())
     candidate = nominal._free_candidate(evidence.starts, model, model, ['Cc', 'zero'])
-    regression = torque_regression([recording], candidate)
-
-    def decided(z, beside):
-        """Return the coordinates that stand of a search that ended at `z`, and whose they are."""
-        fit = InnovationFit(candidate, z, evidence.fine.first_noise)
-        return nominal._decided(fit, beside, evidence.torque, lambda z: nominal._log_residual(
-            evidence, None, candidate.model(z)))
-    for z, method in ((regression.z, 'search'), (candidate.start(), 'regression')):
-        at, said = decided(z, regression)
-        assert said == method and at == pytest.approx(regression.z)
+    farther = InnovationFit(candidate, candidate.start() - (1.0, 0.0), evidence.fine.first_noise)
     with pytest.raises(Undecided, match='no solution'):
-        decided(candidate.start() - (1.0, 0.0), None)  # farther from 0.05 N m
+        nominal._expect_solution(evidence, None, farther)
+    evidence, fit = nominal._searched(evidence, candidate, lambda *_: None)
+    nominal._expect_solution(evidence, None, fit)
+    assert fit.model.coulomb_friction == pytest.approx(0.05, rel=0.05)
 
 
 def test_nothing_is_found_where_nothing_is(tmp_path, capsys):
