@@ -28,11 +28,10 @@ import yaml
 from benchmarks import bam
 from benchmarks.harness import progress_line
 from gearbox_monitor.cli.options import write_or_print
-from gearbox_monitor.diagnosis.joint.drive_recordings import evidence_of
 from gearbox_monitor.diagnosis.joint.nominal import fit_nominal, NominalFit
 from gearbox_monitor.diagnosis.joint.parameter_ranges import (
     ParameterRanges, ranges_of, UnitEstimate)
-from gearbox_monitor.diagnosis.joint.torque_domain import driven
+from gearbox_monitor.diagnosis.joint.torque_domain import BalanceLikelihood, driven
 from gearbox_monitor.diagnosis.robot.evidence import Prior, RobotEvidence
 from gearbox_monitor.diagnosis.robot.robot_log import checked_log, RawLog, RobotLog, TORQUE
 from gearbox_monitor.diagnosis.robot.rows import RobotModel, Rows, rows_of
@@ -179,8 +178,8 @@ def _of_backend(folder: Path) -> Measured:
                             torque_offset=value['u0'],
                             effects=({'id': 'torque_gain', 'g': value['kt'] / factor - 1.0},))
             recording = driven(_backend_recording(path), model)
-            balance, = evidence_of([recording], model, ()).whole.run(model, np.zeros(2)).runs
-            errors.append(float(balance.left[0]))
+            balance = BalanceLikelihood(recording, model, np.zeros(2), [recording.span])
+            errors.append(float(balance.run(model, np.zeros(2)).left[0]))
             sizes.append(float(np.std(recording.u)))
         return {'recordings': [path.name for path in test], 'unit': 'mN m',
                 'error': [round(1e3 * e, 1) for e in errors],

@@ -9,10 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import scipy
 
-from gearbox_monitor.diagnosis.joint.parameter_ranges import (
-    Combination, LEVELS, NORMAL, ParameterRanges)
+from gearbox_monitor.diagnosis.joint.parameter_ranges import Combination, ParameterRanges
 from gearbox_monitor.errors import InputError, most_similar, refusal, unknown
 from gearbox_monitor.files import user_files
 from gearbox_monitor.files.user_files import config_path, load_yaml
@@ -154,23 +152,18 @@ def is_actuator(path: str) -> bool:
 
 
 def _ranges(data: Mapping[str, Any]) -> ParameterRanges:
-    """Return the ranges in an entry; beyond low and high they go on as a normal does."""
+    """Return the ranges in an entry."""
     rows = data['parameters']
     logarithmic = tuple(row['distribution'] == 'lognormal' for row in rows.values())
     low, centre, high = (np.array([row[key] for row in rows.values()], float)
                          for key in ('low', 'median', 'high'))
     between = np.array([row.get('between', np.nan) for row in rows.values()], float)
-    ends = [np.where(logarithmic, np.log(np.where(logarithmic, v, 1.0)), v)
-            for v in (low, centre, high)]
-    steps = scipy.special.ndtri(LEVELS)[:, None] / NORMAL
-    quantiles = ends[1] + np.where(steps < 0.0, steps * (ends[1] - ends[0]),
-                                   steps * (ends[2] - ends[1]))
     return ParameterRanges(
         tuple(rows), tuple(row['unit'] for row in rows.values()), logarithmic, centre, low, high,
         between, np.array(data['correlation'], float),
         tuple(Combination(c['exponents'], c['deviation'])
               for c in data['known_only_in_combination']),
-        tuple(data['sources']), tuple(data['notes']), quantiles)
+        tuple(data['sources']), tuple(data['notes']))
 
 
 TARGETS = ('mjcf', 'urdf')

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
 import math
-from typing import Any
 
 import numpy as np
 import scipy
@@ -32,7 +31,7 @@ CONFIDENCE = 0.9
 NORMAL = 1.6448536269514722  # deviations of a normal that hold CONFIDENCE
 COMPONENTS = 200  # of the mixture over the variance between drives
 HALVINGS = 60     # of an interval that holds a root
-LEVELS = np.concatenate([[1e-3], np.arange(1, 200) / 200, [1.0 - 1e-3]])
+ENDS = np.array([0.05, 0.5, 0.95])  # levels of low, centre, high
 PART = 0.3        # of a direction, from which a parameter counts as part of it
 SMALLEST = 1e-12  # relative error of a value that has none
 LARGEST = 1e6     # relative error of a value on the scale of logarithms
@@ -114,11 +113,12 @@ class ParameterRanges(Shown, Saved):
     combinations: tuple[Combination, ...]
     sources: tuple[str, ...]
     notes: tuple[str, ...]
-    quantiles: Array
 
     def sample(self, count: int, seed: int = 0) -> dict[str, Array]:
         """
         Return sets of parameters of new drives, correlated as the estimates are.
+
+        On the scale of a parameter either side of the median is that of a normal.
 
         Args:
             count: number of drives N, 1 at least.
@@ -133,11 +133,14 @@ class ParameterRanges(Shown, Saved):
         expect_whole(count, 'count', 1)
         expect_whole(seed, 'seed')
         normal = np.random.default_rng(seed).standard_normal((count, len(self.names)))
-        level = scipy.special.ndtr(normal @ self.factor.T)
         drawn = {}
-        for i, name in enumerate(self.names):
-            value = np.interp(level[:, i], LEVELS, self.quantiles[:, i])
-            drawn[name] = np.exp(value) if self.logarithmic[i] else value
+        for name, step, logarithmic, *ends in zip(
+                self.names, (normal @ self.factor.T).T / NORMAL, self.logarithmic, self.low,
+                self.centre, self.high):
+            low, centre, high = np.log(ends) if logarithmic else ends
+            value = centre + step * np.where(step < 0.0, centre - low, high - centre)
+            drawn[name] = np.exp(value) if logarithmic else (
+                value if is_signed(name) else np.maximum(value, 0.0))
         return drawn
 
     @cached_property
@@ -170,43 +173,32 @@ def ranges_of(estimates: Sequence[UnitEstimate], notes: Sequence[str] = ()) -> P
     spread, directions = np.linalg.eigh(covariances.mean(axis=0))
     unknown = spread > STATEMENTS.determined ** 2
     along, variance = directions[:, unknown], spread[unknown]
-    across = np.eye(len(names)) - along @ along.T
-    rotated = np.einsum('ij,njk,kl->nil', across, covariances, across)
-    beside, single = np.zeros((len(names), 1)), np.zeros(len(names))
-    open_covariance = np.zeros((len(names), len(names)))
-    for direction, error in zip(along.T, variance):
-        _, differences, _, scatter = mixture(
-            y @ direction, np.einsum('i,nij,j->n', direction, covariances, direction))
-        beside = beside + direction[:, None] ** 2 * (
-            error + differences * (1.0 + 1.0 / len(estimates)))
-        scatter = np.nan_to_num(scatter)
-        single += (direction * scatter) ** 2
-        open_covariance += np.outer(direction, direction) * (error + scatter ** 2)
-    centre = y.mean(axis=0) @ (along @ along.T)
-    turned = y @ across
-    quantiles = np.empty((len(LEVELS), len(names)))
-    between, deviation = np.full((2, len(names)), math.nan)
-    for j in range(len(names)):
-        means, differences, errors_left, between[j] = mixture(turned[:, j], rotated[:, j, j])
-        variances = differences + errors_left
-        quantiles[:, j] = centre[j] + _quantiles(means, variances + beside[j], LEVELS)
-        low, high = _quantiles(means, variances, np.array([0.05, 0.95]))
-        deviation[j] = (high - low) / (2.0 * NORMAL)
+    # Where nothing is known, all estimates may err alike: their mean errs as each does.
+    common = (along * variance) @ along.T
+    alike, errors = np.diag(common), np.einsum('njj->jn', covariances)
+    ends = np.empty((3, len(names)))
+    for j, own in enumerate(np.maximum(errors - alike[:, None], 0.0)):
+        means, differences, errors_left, _ = mixture(y[:, j], own)
+        ends[:, j] = _quantiles(means, differences + errors_left + alike[j], ENDS)
+    between = np.array([mixture(*row)[3] for row in zip(y.T, errors)])
     if len(estimates) == 1:
         correlation = _normalised(covariances[0])
     else:
         # Of the difference between drives, and of the error of their mean.
-        determined = _normalised(_between_correlation(turned, rotated) * np.outer(between, between)
-                                 + rotated.mean(axis=0) / len(estimates))
-        correlation = _normalised(determined * np.outer(deviation, deviation) + open_covariance)
-    quantiles *= size
+        determined = _normalised(
+            _between_correlation(y, covariances) * np.outer(between, between)
+            + (covariances.mean(axis=0) - common) / len(estimates))
+        deviation = np.sqrt(np.maximum(
+            ((ends[2] - ends[0]) / (2.0 * NORMAL)) ** 2 - alike, 0.0))
+        correlation = _normalised(determined * np.outer(deviation, deviation) + common)
+    ends *= size
     cut = ~logarithmic & ~np.array(list(map(is_signed, names)))
-    quantiles[:, cut] = np.maximum(quantiles[:, cut], 0.0)
-    low, middle, high = (_at(quantiles, level, logarithmic) for level in (0.05, 0.5, 0.95))
+    ends[:, cut] = np.maximum(ends[:, cut], 0.0)
+    low, middle, high = np.where(logarithmic, np.exp(np.where(logarithmic, ends, 0.0)), ends)
     return ParameterRanges(
         tuple(names), tuple(units), tuple(map(bool, logarithmic)), middle, low, high,
-        np.sqrt(between ** 2 + single) * size, correlation, _combinations(names, along, variance),
-        tuple(e.name for e in estimates), (*notes, *remarks), quantiles)
+        between * size, correlation, _combinations(names, along, variance),
+        tuple(e.name for e in estimates), (*notes, *remarks))
 
 
 def _common_names(estimates: Sequence[UnitEstimate]) -> tuple[list[str], list[str]]:
@@ -303,12 +295,6 @@ def _common_unit(estimates: Sequence[UnitEstimate], name: str) -> str:
             f'{unit or "no unit"} in {source}' for unit, source in units.items())
             + ', expected one unit')
     return next(iter(units), '')
-
-
-def _at(quantiles: Array, level: float, logarithmic: Any) -> Array:
-    """Return the values [P] at a level of the distributions."""
-    value = np.array([np.interp(level, LEVELS, column) for column in quantiles.T])
-    return np.where(logarithmic, np.exp(np.where(logarithmic, value, 0.0)), value)
 
 
 def _combinations(names: Sequence[str], along: Array, variance: Array) -> tuple[Combination, ...]:
