@@ -65,7 +65,7 @@ class ScannedChunk:
 
 class McapFile:
     """
-    The chunks, channels and metadata of the file `path`, called `shown` in messages.
+    The chunks, channels and metadata of the file `path`.
 
     `truncated`: the file has no footer. `damaged`: what could not be read. `torn`: {offset of the
     packed data: (first, last log time)} of cut and damaged chunks, from their heads. close:
@@ -73,8 +73,8 @@ class McapFile:
     that is cut while it is mapped would end the process.
     """
 
-    def __init__(self, path: Path, shown: Path | None = None) -> None:
-        self.path = shown or path
+    def __init__(self, path: Path) -> None:
+        self.path = path
         self.truncated = True
         self.damaged: list[str] = []
         self.torn: dict[int, tuple[int, int]] = {}

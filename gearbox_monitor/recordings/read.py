@@ -4,9 +4,8 @@
 """
 Read rosbag2 bags: directories, single ``.mcap`` or ``.db3`` files and the remains of a crash.
 
-What rosbag2 has compressed, files or messages one by one, is unpacked; files into a temporary
-folder until the reader is closed. A recording of another kind is a VirtualBag: its joint states
-are encoded where they are read, in blocks.
+A recording of another kind is a VirtualBag: its joint states are encoded where they are read, in
+blocks.
 """
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack
@@ -34,7 +33,7 @@ from gearbox_monitor.recordings.cdr import (
     joint_state_rows, JointStates, Message, MESSAGE_HEAD, MessageBlock, STATE_TYPE)
 from gearbox_monitor.recordings.mcap_file import McapFile, ScannedChunk
 from gearbox_monitor.recordings.meaning import ROTARY
-from gearbox_monitor.recordings.storage import PACKED, SqliteFile, unpack_message, unpacked_files
+from gearbox_monitor.recordings.storage import SqliteFile
 
 JOINT_STATE = STATE_TYPE
 DYNAMIC, CONTROLLER = ('control_msgs/msg/DynamicJointState',
@@ -49,6 +48,7 @@ BLOCK_BYTES = 1 << 20  # unpacked at once, or one chunk where that is larger
 BLOCK_MESSAGES = 4096  # of a bag that is read message by message
 MAX_HELD = 1 << 26  # bytes of messages that wait for chunks with earlier ones
 FORMATS = ('.mcap', '.db3')
+PACKED = '.zstd'  # suffix of a file that rosbag2 has compressed
 ROS1 = b'#ROSBAG V2.0'  # first bytes of a bag of ROS 1
 OR_NONE = "one of these, or '' for an encoder that the drive does not have"
 
@@ -61,22 +61,19 @@ def open_bag(path: str | Path) -> 'BagReader':
     """
     path = Path(path)
     if os.path.isdir(path):
-        files, packed_messages = _files_of(path)
+        files = _files_of(path)
     elif os.path.exists(path):
-        files, packed_messages = [path], False
+        files = expect_unpacked(path, [path], {})
         if is_ros1(path):
             raise InputError(f'{path}: a ROS 1 bag, expected one of ROS 2: gearbox_monitor import '
                              f'{path} NEW converts its joint states')
     else:
         raise InputError(f'{path}: no such file or directory, expected a bag')
+    kinds = {file.suffix == '.db3' for file in files}
+    if len(kinds) > 1:
+        raise InputError(f'{path}: holds .mcap and .db3 files, expected one kind')
     with ExitStack() as stack:
-        local = stack.enter_context(unpacked_files(files))
-        kinds = {file.suffix == '.db3' for file in local}
-        if len(kinds) > 1:
-            raise InputError(f'{path}: holds .mcap and .db3 files, expected one kind')
-        kind = SqliteReader if kinds == {True} else McapReader
-        reader = kind(path, dict(zip(local, files)), stack)
-        reader.packed_messages = packed_messages
+        reader = (SqliteReader if kinds == {True} else McapReader)(path, files, stack)
         reader.opened = stack.pop_all()
     return reader
 
@@ -92,8 +89,8 @@ def is_ros1(path: Path) -> bool:
         return False
 
 
-def _files_of(path: Path) -> tuple[list[Path], bool]:
-    """Return (recordings of the bag directory `path` in order, messages are packed one by one)."""
+def _files_of(path: Path) -> list[Path]:
+    """Return the recordings of the bag directory `path` in order."""
     content = storage.read_information(path)  # if damaged, the recordings themselves suffice
     files = named_files(path, content)
     missing = [file for file in files if not os.path.isfile(file)]
@@ -105,7 +102,26 @@ def _files_of(path: Path) -> tuple[list[Path], bool]:
                              for file in path.glob('*' + pattern)), key=natural)
     if not files:
         raise InputError(f'{path}: holds no .mcap or .db3 file, expected a bag directory')
-    return files, str(content.get('compression_mode', '')).lower() == 'message'
+    return expect_unpacked(path, files, content)
+
+
+def expect_unpacked(path: Path, files: list[Path], content: Mapping[str, Any]) -> list[Path]:
+    """
+    Return the `files` of a bag. Raises InputError: rosbag2 has compressed them, or its messages.
+
+    Args:
+        path: of the bag.
+        files: recordings of it.
+        content: information of its metadata.yaml.
+    """
+    packed = next((file for file in files if file.suffix == PACKED), None)
+    if packed is not None:
+        raise InputError(f'{packed}: compressed by rosbag2, expected it unpacked: '
+                         f'zstd -d {packed}')
+    if str(content.get('compression_mode', '')).lower() == 'message':
+        raise InputError(f'{path}: rosbag2 has compressed each message by itself, expected chunks '
+                         'or none compressed: ros2 bag convert')
+    return files
 
 
 def named_files(path: Path, content: Mapping[str, Any]) -> list[Path]:
@@ -126,8 +142,7 @@ class BagReader(AbstractContextManager['BagReader']):
     topics: {topic: (message type, number of messages)}; metadata: {record name: {key: value}};
     start_ns, end_ns: log times (None in an empty bag); truncated: the recording was cut off;
     notice: one line for the user about that or about damage, else ''; notes: sentences about a
-    recording of another kind. packed_messages: each
-    message is compressed by itself; opened: what is released with the reader. arm_side: positions
+    recording of another kind; opened: what is released with the reader. arm_side: positions
     and efforts of the motor are referred to the output already; axis: of its joints, 'prismatic'
     where their units say so; effort_units {joint: unit} of efforts that are no torque or force.
     """
@@ -140,7 +155,6 @@ class BagReader(AbstractContextManager['BagReader']):
         self.end_ns: int | None = None
         self.truncated = False
         self.notice, self.notes = '', tuple[str, ...]()
-        self.packed_messages = False
         self.arm_side = False
         self.axis = ROTARY
         self.effort_units: dict[str, str] = {}
@@ -159,19 +173,7 @@ class BagReader(AbstractContextManager['BagReader']):
 
         A block holds about BLOCK_BYTES, whatever the length of the bag.
         """
-        blocks = self._stored_blocks(topics)
-        return self._unpacked(blocks) if self.packed_messages else blocks
-
-    def _stored_blocks(self, topics: Iterable[str] | None) -> Iterator[MessageBlock]:
-        """Yield what `blocks` does, messages as they are stored."""
         raise NotImplementedError
-
-    def _unpacked(self, blocks: Iterable[MessageBlock]) -> Iterator[MessageBlock]:
-        """Yield `blocks` with each message unpacked."""
-        for block in blocks:
-            yield from blocks_of(block.topics, (
-                (topic, log_ns, publish_ns, unpack_message(raw, f'{self.path}: topic {topic}'))
-                for topic, log_ns, publish_ns, raw in block.messages()))
 
     def close(self) -> None:
         """Release the files."""
@@ -296,9 +298,9 @@ class BagReader(AbstractContextManager['BagReader']):
 
 
 class McapReader(BagReader):
-    """Bag `path` of one or more MCAP files, `files`: {path to read: path to show}."""
+    """Bag `path` of one or more MCAP `files`, released by `opened`."""
 
-    def __init__(self, path: Path, files: Mapping[Path, Path], opened: ExitStack) -> None:
+    def __init__(self, path: Path, files: Iterable[Path], opened: ExitStack) -> None:
         super().__init__(path)
         self._files, self._unreadable = opened_files(files)
         undefined = 0  # messages
@@ -334,7 +336,7 @@ class McapReader(BagReader):
         self.truncated = bool(self._unreadable) or any(file.truncated for file in self._files)
         self.notice = self._notice(undefined)
 
-    def _stored_blocks(self, topics: Iterable[str] | None) -> Iterator[MessageBlock]:
+    def blocks(self, topics: Iterable[str] | None = None) -> Iterator[MessageBlock]:
         names = tuple(self.topics if topics is None else topics)
         tables = {file: _topic_numbers(file, names) for file in self._files}
         waiting: dict[int, MessageBlock] = {}  # by the place of its chunk in file order
@@ -395,18 +397,16 @@ def _topic_numbers(file: McapFile, topics: Sequence[str]) -> Numbers:
     return table
 
 
-def opened_files(files: Mapping[Path, Path]) -> tuple[list[McapFile], list[str]]:
+def opened_files(files: Iterable[Path]) -> tuple[list[McapFile], list[str]]:
     """
     Return (McapFiles of the readable `files`, problems of the unreadable ones).
-
-    files: {path to read: path to show}.
 
     The last file of a cut bag may be empty. Raises InputError if no file can be read.
     """
     opened, problems = [], []
-    for file, shown in files.items():
+    for file in files:
         try:
-            opened.append(McapFile(file, shown))
+            opened.append(McapFile(file))
         except InputError as error:
             problems.append(error)
     if not opened:
@@ -429,24 +429,23 @@ def blocks_of(topics: tuple[str, ...], messages: Iterable[Message]) -> Iterator[
 
 
 class SqliteReader(BagReader):
-    """Bag `path` of one or more SQLite files, `files`: {path to read: path to show}."""
+    """Bag `path` of one or more SQLite `files`, released by `opened`."""
 
-    def __init__(self, path: Path, files: Mapping[Path, Path], opened: ExitStack) -> None:
+    def __init__(self, path: Path, files: Iterable[Path], opened: ExitStack) -> None:
         super().__init__(path)
         self._files: list[SqliteFile] = []
-        for file, shown in files.items():
-            self._files.append(SqliteFile(file, shown))
+        for file in files:
+            self._files.append(SqliteFile(file))
             opened.callback(self._files[-1].close)
         for content in self._files:
             for topic, (kind, count) in content.topics.items():
                 self.topics[topic] = (kind, self.topics.get(topic, ('', 0))[1] + count)
             self._definitions.update(content.definitions)
-        self.notice = '; '.join(content.notice for content in self._files if content.notice)
         times = [time for content in self._files for time in content.log_times]
         if times:
             self.start_ns, self.end_ns = min(times), max(times)
 
-    def _stored_blocks(self, topics: Iterable[str] | None) -> Iterator[MessageBlock]:
+    def blocks(self, topics: Iterable[str] | None = None) -> Iterator[MessageBlock]:
         names = tuple(self.topics if topics is None else topics)
         return blocks_of(names, heapq.merge(*(file.messages(names) for file in self._files),
                                             key=lambda message: message[1]))
@@ -509,7 +508,7 @@ class VirtualBag(BagReader):
         self.notes, self.notice = tuple(notes), '; '.join(notes)
         self._chunks = chunks
 
-    def _stored_blocks(self, topics: Iterable[str] | None) -> Iterator[MessageBlock]:
+    def blocks(self, topics: Iterable[str] | None = None) -> Iterator[MessageBlock]:
         names = tuple(self.topics if topics is None else topics)
         for frames in self._chunks():
             block = block_of_frames(names, [f for f in frames if f.topic in names])

@@ -74,7 +74,7 @@ class Ros1Reader(BagReader):
         return InputError(f'{self.path}: {type(error).__name__} {error}, expected a whole ROS 1 '
                           'bag')
 
-    def _stored_blocks(self, topics: Iterable[str] | None) -> Iterator[MessageBlock]:
+    def blocks(self, topics: Iterable[str] | None = None) -> Iterator[MessageBlock]:
         names = tuple(self.topics if topics is None else topics)
         try:
             yield from blocks_of(names, self._messages({

@@ -2,21 +2,19 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Parts of a rosbag2 directory: ``metadata.yaml``, SQLite files, and zstd and lz4 unpacked.
+Parts of a rosbag2 directory: ``metadata.yaml``, SQLite files, and chunks unpacked.
 
 Metadata is version 9, as ROS 2 Jazzy writes it. Unpacking is bounded in memory: what is packed may
 state and yield any size.
 """
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager, ExitStack, suppress
+from contextlib import closing, ExitStack, suppress
 from dataclasses import dataclass
 from io import BytesIO
 from itertools import count
 import os
 from pathlib import Path
-import shutil
 import sqlite3
-import tempfile
 from typing import Any, TypeAlias
 from urllib.parse import quote
 
@@ -30,13 +28,9 @@ from gearbox_monitor.files.user_files import open_file, parse_yaml, read_text
 from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.recordings.cdr import Message
 
-PACKED = '.zstd'     # suffix of a file that rosbag2 has compressed
 PIECE = 1 << 24      # bytes unpacked at a time; so many are always unpacked
 EXPANSION = 256      # no whole chunk of data unpacks to more times its size, lz4 to 255 at most
 MAX_UNPACKED = 1 << 27  # bytes in memory at once; writers of bags end chunks at 1 to 4 MB
-HEAD = 18            # bytes of a zstd frame that may state its size
-WAL_HEAD, WAL_MAGIC = 32, b'\x37\x7f\x06'  # of a write-ahead log of SQLite
-SPARE = 1 << 28      # bytes of a disk that stay free
 DAMAGE = (zstandard.ZstdError, RuntimeError, EOFError, MemoryError)
 
 
@@ -69,73 +63,6 @@ def unpack(packed: bytes, compression: str, size: int) -> tuple[bytes, str | Non
     return _unpack_piecewise(packed, compression, min(size, unpacked_limit(len(packed))))
 
 
-def unpack_message(packed: bytes, source: str) -> bytes:
-    """
-    Return what the zstd frame `packed` of one message unpacks to.
-
-    Raises InputError, in which `source` says where the message comes from.
-    """
-    limit = unpacked_limit(len(packed))
-    data, problem = _unpack_piecewise(packed, 'zstd', limit + 1)
-    if len(data) > limit:
-        problem = f'{len(packed)} bytes unpack to more than {limit >> 20} MB'
-    if problem:
-        raise InputError(f'{source}: cannot unpack a message: {problem}')
-    return data
-
-
-@contextmanager
-def unpacked_files(files: Sequence[Path]) -> Iterator[list[Path]]:
-    """
-    Yield `files`, those that rosbag2 has compressed unpacked into a temporary folder.
-
-    Raises InputError if one is no zstd file, or unpacks to more than any recording does or than
-    the disk has room for.
-    """
-    if not any(file.suffix == PACKED for file in files):
-        yield list(files)
-        return
-    with tempfile.TemporaryDirectory(prefix='gearbox_monitor_') as folder:
-        result = []
-        for number, file in enumerate(files):
-            result.append(file)
-            if file.suffix == PACKED:
-                result[-1] = Path(folder) / str(number) / file.stem
-                result[-1].parent.mkdir()
-                _unpack_file(file, result[-1])
-        yield result
-
-
-def _unpack_file(source: Path, target: Path) -> None:
-    """Unpack the zstd file `source` to `target`; of a truncated one, its beginning. See above."""
-    limit = max(PIECE, EXPANSION * source.stat().st_size)
-    free = shutil.disk_usage(target.parent).free - SPARE
-    total = 0
-
-    def check(size: int) -> None:
-        """Raise InputError if `size` bytes are more than may be unpacked."""
-        if size > limit:
-            raise InputError(f'{source}: unpacks to more than {EXPANSION} times its size, '
-                             'expected a compressed recording')
-        if size > free:
-            raise InputError(f'{source}: unpacks to more than the {max(free, 0) >> 20} MB to '
-                             f'spare in {tempfile.gettempdir()}, expected more free space')
-    try:
-        with open_file(source) as packed, open(target, 'wb') as file:
-            check(zstandard.frame_content_size(packed.read(HEAD)))  # -1: it does not say
-            packed.seek(0)
-            stream = zstandard.ZstdDecompressor().stream_reader(packed, read_across_frames=True)
-            while piece := stream.read(PIECE >> 4):
-                total += len(piece)
-                check(total)
-                file.write(piece)
-    except zstandard.ZstdError as error:
-        if not total:
-            raise InputError(f'{source}: cannot unpack: {error}') from None
-    except OSError as error:
-        raise InputError(f'{source}: cannot unpack: {error.strerror}') from None
-
-
 def _unpack_piecewise(packed: bytes, compression: str, size: int) -> tuple[bytes, str | None]:
     """Return what `unpack` does, of damaged and cut frames, too."""
     data = bytearray()
@@ -154,72 +81,35 @@ def _unpack_piecewise(packed: bytes, compression: str, size: int) -> tuple[bytes
 
 class SqliteFile:
     """
-    The topics and messages of the file `path`, called `shown` in messages.
+    The topics and messages of the file `path`.
 
     topics: {topic: (message type, number of messages)}; definitions: {message type: (encoding,
-    text)}; log_times: of its first and last message on each topic (ns). notice: what its
-    write-ahead log has lost. close: releases it. Only tables are read: a view can compute without
-    an end. Raises InputError.
+    text)}; log_times: of its first and last message on each topic (ns). close: releases it. Only
+    tables are read: a view can compute without an end. Raises InputError.
     """
 
-    def __init__(self, path: Path, shown: Path) -> None:
-        self._shown = shown
+    def __init__(self, path: Path) -> None:
+        self._path = path
         self.topics: dict[str, tuple[str, int]] = {}
         self.definitions: dict[str, tuple[str, str]] = {}
         self.log_times: list[int] = []
-        self.notice = ''
         self._names: dict[int, str] = {}
         with ExitStack() as stack:
             try:
                 open_file(path).close()
-                path, how = self._with_log(path, stack)
+                log = path.with_name(f'{path.name}-wal')
+                if log.is_file() and log.stat().st_size:
+                    raise self._unreadable(
+                        f"{log.name} holds its newest messages: sqlite3 {path} "
+                        "'PRAGMA wal_checkpoint(TRUNCATE)' puts them into one file")
                 self._base = stack.enter_context(closing(sqlite3.connect(
-                    f'file:{quote(str(path.absolute()))}{how}', uri=True)))
+                    f'file:{quote(str(path.absolute()))}?immutable=1', uri=True)))
             except (OSError, sqlite3.Error) as error:
                 raise self._unreadable(getattr(error, 'strerror', None) or error) from None
-            if not how:
-                self._expect_whole_log(path.with_name(f'{path.name}-wal'))
             self._base.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MAX_UNPACKED)
             self._base.execute('PRAGMA trusted_schema = OFF')
             self._read_topics()
             self.close = stack.pop_all().close
-
-    def _with_log(self, path: Path, stack: ExitStack) -> tuple[Path, str]:
-        """
-        Return (database to open, query of its URI): a copy where a write-ahead log belongs to it.
-
-        stack: what releases the copy. The newest messages are in the log alone, and SQLite reads
-        it where it can write.
-        """
-        log = path.with_name(f'{path.name}-wal')
-        if not log.is_file() or not log.stat().st_size:
-            return path, '?immutable=1'
-        size = path.stat().st_size + log.stat().st_size
-        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        if shutil.disk_usage(folder).free < size + SPARE:
-            raise self._unreadable(
-                f'{log.name} holds its newest messages, and there is no room for a copy of both: '
-                f"sqlite3 {path.name} 'PRAGMA wal_checkpoint(TRUNCATE)' puts them into one file")
-        for source in (path, log):
-            with open_file(source) as stream, open(folder / source.name, 'wb') as target:
-                shutil.copyfileobj(stream, target)
-        return folder / path.name, ''
-
-    def _expect_whole_log(self, log: Path) -> None:
-        """Note how many pages of a write-ahead log SQLite leaves out: it is silent about them."""
-        written, size = 0, log.stat().st_size - WAL_HEAD
-        with log.open('rb') as stream:
-            head = stream.read(WAL_HEAD)
-            frame = 24 + int.from_bytes(head[8:12], 'big')
-            if head[:3] != WAL_MAGIC:
-                written, size = 1, 0
-            while written * frame < size and stream.read(16)[8:] == head[16:24]:
-                written += 1  # frames of an earlier log follow, with another salt
-                stream.seek(WAL_HEAD + written * frame)
-        (_, used, _), = self._rows('PRAGMA wal_checkpoint')
-        if max(used, 0) < written:
-            self.notice = (f'{self._shown.name}-wal: damaged: {written - max(used, 0)} of its '
-                           f'{written} pages, with the newest messages, cannot be read')
 
     def messages(self, topics: Sequence[str]) -> Iterator[Message]:
         """Yield the messages on `topics` by log time."""
@@ -260,7 +150,7 @@ class SqliteFile:
             raise self._unreadable(error) from None
 
     def _unreadable(self, problem: object) -> InputError:
-        return InputError(f'{self._shown}: cannot read: {" ".join(str(problem).split())}')
+        return InputError(f'{self._path}: cannot read: {" ".join(str(problem).split())}')
 
 
 VERSION = 9

@@ -34,8 +34,8 @@ from gearbox_monitor.recordings import storage
 from gearbox_monitor.recordings.cdr import empty_index, find_messages, MESSAGE_HEAD, MessageBlock
 from gearbox_monitor.recordings.mcap_file import (
     ALL_CHANNELS, COMPRESSIONS, McapFile, McapWriter, RecordFile, ScannedChunk, sync_folder)
-from gearbox_monitor.recordings.read import named_files, natural, opened_files
-from gearbox_monitor.recordings.storage import PACKED, unpacked_files
+from gearbox_monitor.recordings.read import (
+    expect_unpacked, named_files, natural, opened_files, PACKED)
 
 CHUNK_BYTES = 1 << 20
 CHUNK_SECONDS = 0.25
@@ -480,8 +480,7 @@ def recover(source: str | Path, out: str | Path, progress: Progress = iter) -> R
         raise InputError(f'{out}: exists already, expected a new bag directory')
     recordings, recovery, information = _recordings(source)
     with ExitStack() as stack:
-        local = stack.enter_context(unpacked_files(recordings))
-        files, problems = opened_files(dict(zip(local, recordings)))
+        files, problems = opened_files(recordings)
         for file in files:
             stack.callback(file.close)
         recovery.notes += problems
@@ -532,10 +531,7 @@ def _recordings(source: Path) -> tuple[list[Path], Recovery, dict[str, Any]]:
     if not files or any('.db3' in f.suffixes for f in files):
         raise InputError(f'{source}: holds no MCAP file, expected a bag directory or .mcap file; '
                          'others: ros2 bag reindex')
-    if str(information.get('compression_mode', '')).lower() == 'message':
-        raise InputError(f'{source}: each message is compressed by itself, expected a bag with '
-                         'compressed files or chunks; such bags: ros2 bag reindex')
-    return files, recovery, information
+    return expect_unpacked(source, files, information), recovery, information
 
 
 def _span(entry: Values) -> tuple[int, int]:

@@ -5,7 +5,6 @@
 import json
 import re
 import shlex
-import sqlite3
 
 from mcap.writer import Writer as McapWriter
 import numpy as np
@@ -140,32 +139,6 @@ def test_mcap_of_ros1_and_schemas_of_foxglove(tmp_path, capsys):
     assert '/joint_states (foxglove.JointStates): schemas of Foxglove' in capsys.readouterr().err
     assert main(['check', str(tmp_path / 'page.mcap')]) == 2
     assert f'has type {JOINT_STATE} in json, expected' in capsys.readouterr().err
-
-
-def test_what_a_damaged_write_ahead_log_loses_is_said(tmp_path):
-    base = sqlite3.connect(tmp_path / 'live.db3')
-    base.execute('PRAGMA journal_mode = WAL')
-    base.execute('PRAGMA wal_autocheckpoint = 0')
-    base.execute('CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT)')
-    base.execute('CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, '
-                 'timestamp INTEGER, data BLOB)')
-    base.execute('INSERT INTO topics VALUES(1, "/joint_states", ?)', [JOINT_STATE])
-    base.commit()
-    base.execute('PRAGMA wal_checkpoint(TRUNCATE)')
-    for begin in (0, 200):
-        base.executemany('INSERT INTO messages VALUES(NULL, 1, ?, ?)', zip(
-            STAMPS[begin:begin + 200].tolist(), encode_joint_states(
-                STAMPS[begin:begin + 200], JOINTS, Q[begin:begin + 200])))
-        base.commit()
-    log = (tmp_path / 'live.db3-wal').read_bytes()
-    for name, kept, count in (('whole', log, 400), ('cut', log[:-300], 200),
-                              ('lost', b'x' * len(log), 0)):
-        (tmp_path / f'{name}.db3').write_bytes((tmp_path / 'live.db3').read_bytes())
-        (tmp_path / f'{name}.db3-wal').write_bytes(kept)
-        with open_bag(tmp_path / f'{name}.db3') as reader:
-            assert reader.count('/joint_states') == count
-            assert bool(count < 400) == ('cannot be read' in reader.notice)
-    base.close()
 
 
 def test_states_of_ros2_control_and_setpoints_of_a_controller(tmp_path, capsys):

@@ -2,13 +2,18 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Logs that users had, outside of this project: read, asked for, or refused in one line."""
+import contextlib
 from pathlib import Path
+import re
+import shutil
+import sqlite3
 
 import numpy as np
 import pytest
 import yaml
 
 from gearbox_monitor.cli.main import main
+from gearbox_monitor.errors import InputError
 from gearbox_monitor.recordings.read import open_bag
 
 CASES = Path(__file__).resolve().parents[3] / 'shared' / 'cases'
@@ -106,8 +111,14 @@ def test_a_gripper_in_percent_is_asked_for(capsys, tmp_path):
     assert '--unit position=deg' in err
 
 
-def test_a_write_ahead_log_is_read(tmp_path):
-    with open_bag(case('db3_wal_half/bag')) as reader:
+def test_a_write_ahead_log_is_merged_by_the_command_that_is_named(tmp_path):
+    shutil.copytree(case('db3_wal_half/bag'), tmp_path / 'bag')
+    with pytest.raises(InputError, match="-wal .*'PRAGMA wal_checkpoint") as error:
+        open_bag(tmp_path / 'bag')
+    file, command = re.search("sqlite3 ([^ ]*) '(.*)'", str(error.value)).groups()
+    with contextlib.closing(sqlite3.connect(file)) as base:
+        base.execute(command)
+    with open_bag(tmp_path / 'bag') as reader:
         assert reader.topics['/joint_states'][1] == 1100
         states = reader.joint_states('/joint_states', ['motor', 'arm'])
     assert len(states.stamp_ns) == 1100 and np.ptp(states.stamp_ns) * 1e-9 > 4.3

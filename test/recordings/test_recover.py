@@ -15,7 +15,6 @@ from mcap.reader import make_reader
 import pytest
 from rosbags.highlevel import AnyReader
 import yaml
-import zstandard
 
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
@@ -244,18 +243,3 @@ def test_metadata_that_cannot_be_true_counts_for_nothing(tmp_path):
         assert all(t.recovered == 20 and t.lost == 0 for t in recovery.topics.values())
         assert recovery.lost_s == 0.0 and 'metadata.yaml: missing or damaged' in recovery.notes[0]
         shutil.rmtree(tmp_path / 'new')
-
-
-def test_a_bag_whose_files_rosbag2_has_compressed(tmp_path):
-    written = write(tmp_path / 'bag')
-    (path,) = (tmp_path / 'bag').glob('*.mcap')
-    data = path.read_bytes()
-    packed = path.with_name(path.name + '.zstd')
-    for part in (data, data[:-200]):
-        packed.write_bytes(zstandard.ZstdCompressor().compress(part))
-        path.unlink(missing_ok=True)
-        recovery = recover(packed, tmp_path / 'new')
-        if part == data:
-            assert recovery.written is None
-    assert read(tmp_path / 'new') == written
-    assert str(packed) in recovery.notes[0] and list((tmp_path / 'bag').glob('*.mcap')) == []

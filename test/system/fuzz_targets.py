@@ -114,19 +114,6 @@ def _recover(folder):
     assert recovery.lost_s >= 0.0
 
 
-def _packed_files(files):
-    """Return the bag `files` as rosbag2 leaves them with file compression."""
-    result = {}
-    for name, data in files.items():
-        if name.endswith('.mcap'):
-            result[name + '.zstd'] = zstandard.ZstdCompressor().compress(data)
-        else:
-            result[name] = data.replace(b'.mcap\n', b'.mcap.zstd\n').replace(
-                b"compression_mode: ''", b'compression_mode: FILE').replace(
-                b"compression_format: ''", b'compression_format: zstd')
-    return result
-
-
 def _sqlite_files(folder):
     with RosbagsWriter(folder / 'sqlite', version=9,
                        storage_plugin=StoragePlugin.SQLITE3) as writer:
@@ -257,7 +244,6 @@ def targets(folder):
         files = _bag_files(folder, compression)
         found.append(Target(f'bag, {compression}', files, damaged_mcap, _read_bag))
     found.append(Target('bag, recover', files, damaged_mcap, _recover))
-    found.append(Target('bag, file compression', _packed_files(files), damaged_bytes, _read_bag))
     found.append(Target('bag, SQLite', _sqlite_files(folder), damaged_bytes, _read_bag))
     metadata = {name: files[name] for name in sorted(files, key=lambda n: not n.endswith('.yaml'))}
     found.append(Target('bag, metadata.yaml', metadata, damaged_text, _read_bag))
