@@ -9,7 +9,7 @@ numbers of the header. A file that cannot be read is one line on the standard er
 3, and 4 where memory is short. Needs nothing of the package.
 """
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 import gzip
 from importlib import import_module
 import io
@@ -28,7 +28,7 @@ FAILED, TOO_LARGE = 3, 4
 MIN_SAMPLES = 100   # a matrix with fewer rows and more columns has a row for each signal
 MOST_COLUMNS = 4096
 MAX_DEPTH = 12
-MODULES = {'hdf5': 'h5py', 'mat': 'scipy.io', 'yaml': 'yaml', 'parquet': 'pyarrow.parquet',
+MODULES = {'hdf5': 'h5py', 'mat': 'scipy.io', 'parquet': 'pyarrow.parquet',
            'feather': 'pyarrow.feather'}
 JOINT_LISTS = ('joint_names', 'joint_sequence', 'dof_names', 'joints', 'names')
 EPISODE = re.compile(r'(?i)(demo|episode|ep|traj|trajectory|rollout|trial|run)[_-]?\d+')
@@ -72,9 +72,6 @@ def tree_of(module: Any, stream: Any, kind: str, memory: int) -> Any:
     if kind == 'mat':
         tree = module.loadmat(stream, simplify_cells=True)
         return {name: value for name, value in tree.items() if not name.startswith('__')}
-    if kind == 'yaml':
-        return [document for document in module.load_all(stream, getattr(
-            module, 'CSafeLoader', module.SafeLoader)) if isinstance(document, dict)]
     if kind == 'numpy':
         if zipfile.is_zipfile(stream):
             with zipfile.ZipFile(stream) as archive:
@@ -182,20 +179,15 @@ def entries_in(tree: Any, depth: int = 0) -> list[Any] | None:
 
 
 def entry_leaves(entries: list[Any], prefix: str = '') -> Iterator[Leaf]:
-    """Yield the columns of a list of entries, behind `prefix`; of joints by their names."""
+    """Yield the columns of a list of entries, behind `prefix`."""
     if isinstance(entries[0], list):
         yield '', array_of(entries, 'rows'), ''
         return
     flat = [dict(flattened(entry)) for entry in entries if isinstance(entry, Mapping)]
-    listed = next((key for key in ('name', 'joint_names') if flat and isinstance(
-        flat[0].get(key), list) and all(isinstance(n, str) for n in flat[0][key])), '')
     for field in dict.fromkeys(key for entry in flat[:MIN_SAMPLES] for key in entry):
         values = [entry.get(field) for entry in flat]
         lists = [value for value in values if isinstance(value, list)]
-        if listed and any(lists):
-            if field != listed:
-                yield from by_joint(field, flat, listed, values)
-        elif not lists or len(lists) == len(values) and len(set(map(len, lists))) == 1:
+        if not lists or len(lists) == len(values) and len(set(map(len, lists))) == 1:
             yield prefix + field, array_of(values, prefix + field), ''
 
 
@@ -205,27 +197,8 @@ def flattened(entry: Mapping[str, Any], prefix: str = '', depth: int = 0
     for name, value in entry.items():
         if isinstance(value, Mapping) and depth < MAX_DEPTH:
             yield from flattened(value, f'{prefix}{name}.', depth + 1)
-        elif name == 'interface_values' and value:  # of ros2_control, by joint
-            tables = [dict(zip(part.get('interface_names', ()), part.get('values', ())))
-                      for part in value]
-            yield from ((kind, [table.get(kind) for table in tables])
-                        for kind in dict.fromkeys(kind for table in tables for kind in table))
         else:
             yield f'{prefix}{name}', value
-
-
-def by_joint(field: str, entries: Sequence[Mapping[str, Any]], listed: str,
-             values: Sequence[Any]) -> Iterator[Leaf]:
-    """Yield a column of each joint in `listed`, with the `values` of a `field` of `entries`."""
-    columns: dict[str, Any] = {}
-    for row, (entry, value) in enumerate(zip(entries, values)):
-        for joint, number in zip(entry.get(listed) or (), value or ()):
-            if joint not in columns:
-                columns[joint] = np.full(len(entries), np.nan)
-            columns[joint][row] = np.nan if number is None else float(number)
-    JOINTS.extend(joint for joint in columns if joint not in JOINTS)
-    for joint, column in columns.items():
-        yield f'{field} {joint}', column, ''
 
 
 def table_leaves(module: Any, stream: Any, kind: str) -> Iterator[Leaf]:
@@ -337,7 +310,7 @@ def read(path: str, kind: str, memory: int) -> list[Leaf]:
     if kind == 'hdf5' and (episodes := episodes_of(tree)):
         return list(columns_of(joined(episodes)))
     if isinstance(tree, (list, dict)):
-        entries = entries_in(tree) if kind in ('json', 'yaml') else None
+        entries = entries_in(tree) if kind == 'json' else None
         if entries is not None:
             return list(columns_of(entry_leaves(entries)))
         if not isinstance(tree, dict):
@@ -349,7 +322,7 @@ def main() -> int:
     """Read the file of the arguments; return the exit code."""
     path, kind, out, cpu_seconds, memory = sys.argv[1:]
     LIMITS[:] = int(cpu_seconds), int(memory)
-    names = {'hdf5': 'an HDF5 file', 'mat': 'a MATLAB file', 'json': 'JSON', 'yaml': 'YAML',
+    names = {'hdf5': 'an HDF5 file', 'mat': 'a MATLAB file', 'json': 'JSON',
              'numpy': 'a NumPy file (.npy or .npz) without objects',
              'parquet': 'a Parquet file', 'feather': 'a Feather file'}
     try:

@@ -18,13 +18,12 @@ from gearbox_monitor.errors import (
 from gearbox_monitor.files.user_files import config_path, load_yaml
 from gearbox_monitor.recordings.meaning import (
     axis_of, EFFORT, POSITION, PRISMATIC, ROTARY, TIME, unit_factor, units_of, VELOCITY)
-from gearbox_monitor.recordings.text import format_of, FOUND, TextFormat
 
 TURN = 6.283185307179586
 CODINGS = ('twos_complement', 'sign_magnitude')
 STAMPS = ('recorded', 'even')
 FROM_HEADER = 'from_header'
-KEYS = ('description', 'kind', 'gear_ratio', 'time', 'signals', 'joints', 'text')
+KEYS = ('description', 'kind', 'gear_ratio', 'time', 'signals', 'joints')
 
 
 class SignalKind(NamedTuple):
@@ -116,7 +115,6 @@ class Mapping:
     signals: Table[str, SignalMapping]
     kind: str = ROTARY
     gear_ratio: float = 1.0
-    text: TextFormat = FOUND
     joints: tuple[str, ...] = ()
 
 
@@ -178,12 +176,6 @@ def with_settings(data: Any, settings: Sequence[str]) -> Any:
     return result
 
 
-def text_of(data: Any, source: str) -> TextFormat:
-    """Return what the mapping `data` states of a text. Raises InputError."""
-    expect_keys(data, 'mapping', source, KEYS, whole=True)
-    return format_of(data.get('text', {}), source)
-
-
 def mapping_of(data: Any, source: str, header: Table[str, float] | None) -> Mapping:
     """
     Return the checked Mapping.
@@ -196,7 +188,7 @@ def mapping_of(data: Any, source: str, header: Table[str, float] | None) -> Mapp
     Raises:
         InputError: it names all keys with a wrong value.
     """
-    text = text_of(data, source)
+    expect_keys(data, 'mapping', source, KEYS, whole=True)
     data = _with_header(data, header, source)
     if ('joints' in data) == ('signals' in data):
         raise InputError(f'{source}: joints: expected either signals of a drive or joints of a '
@@ -228,7 +220,7 @@ def mapping_of(data: Any, source: str, header: Table[str, float] | None) -> Mapp
                for name in signals):
         raise InputError(f'{source}: signals: no position, expected motor_position, arm_position '
                          'or both, or a velocity')
-    return Mapping(source, data, time, signals, kind, ratio, text, tuple(
+    return Mapping(source, data, time, signals, kind, ratio, tuple(
         map(str, data.get('joints', ()))))
 
 

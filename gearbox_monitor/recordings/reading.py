@@ -29,7 +29,7 @@ from gearbox_monitor.recordings.cdr import Decoder, Message, MessageBlock
 from gearbox_monitor.recordings.guess import Answers, Guess, guessed, NO_ANSWERS, Unsettled
 from gearbox_monitor.recordings.joint_input import find_topic, Joiner
 from gearbox_monitor.recordings.mapping import (
-    load_mapping, Mapping as TableMapping, mapping_of, text_of)
+    load_mapping, Mapping as TableMapping, mapping_of)
 from gearbox_monitor.recordings.read import (
     BagReader, blocks_of, CONTROLLER, DYNAMIC, FORMATS, Frames, frames_of, is_ros1, JOINT_STATE,
     open_bag, ROS1, ROS1_TEXT, VirtualBag)
@@ -569,7 +569,7 @@ def read_mapping(path: Path, reading: ReadOptions = BY_NAMES, constants: bool = 
                              'the mapping, or no --map')
         data, source = load_mapping(reading.map, reading.settings)
         mapping_of(data, source, None)  # its own problems before those of the file
-        table = load_table(path, text_of(data, source))
+        table = load_table(path)
         if BESIDE in str(data.get('joints')):
             table = with_setpoints(table)
         return table, mapping_of(data, source, table.header), None

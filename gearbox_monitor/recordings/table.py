@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-A file of columns as a Table: text, MATLAB, JSON, YAML, HDF5, NumPy, Parquet, Feather.
+A file of columns as a Table: text, MATLAB, JSON, HDF5, NumPy, Parquet, Feather.
 
 The first bytes of a file say its kind. Text is read in blocks; all other kinds are read at once,
 in a child with limits of time and memory. All may be gzipped.
@@ -28,14 +28,22 @@ from gearbox_monitor.recordings import container_child
 from gearbox_monitor.recordings.meaning import (
     EFFORT, number_with_unit, POSITION, scaled_unit, TIME, unit_of_label, VELOCITY, vocabulary)
 from gearbox_monitor.recordings.text import (
-    BLOCK, DATE, FOUND, layout_of, MIN_SAMPLES, number_of, numbers_of_list, readable, RowBlock,
-    TextFormat, TextLayout, TextRows)
+    BLOCK, DATE, layout_of, MIN_SAMPLES, number_of, numbers_of_list, readable, RowBlock,
+    TextLayout, TextRows)
 
 HDF5, MATLAB_HEADER = b'\x89HDF\r\n\x1a\n', 512  # bytes before the HDF5 content of MATLAB 7.3
 KINDS = ((b'MATLAB', 'mat'), (HDF5, 'hdf5'), (b'PAR1', 'parquet'), (b'ARROW1', 'feather'),
          (b'FEA1', 'feather'), (b'\x93NUMPY', 'numpy'), (b'PK\x03\x04', 'numpy'),
          (b'{', 'json'), (b'[', 'json'))
-PICKLES = (b'\x80\x02', b'\x80\x03', b'\x80\x04', b'\x80\x05')
+# First bytes of files that are not read, what the file is, and what to save instead.
+REFUSED = tuple((re.compile(mark), what, instead) for mark, what, instead in (
+    (rb'\x80[\x02-\x05]|PK(?s:.*)/data\.pkl', 'a Python pickle, which can run any program when it '
+     'is loaded', 'data: save it as .npz, .csv or .parquet'),
+    (rb'PK(?s:.*)\[Content_Types\]\.xml', 'an Excel workbook', 'its sheet saved as CSV'),
+    (rb'\xff\xfe|\xfe\xff', 'text in UTF-16', 'UTF-8: convert it (iconv -f utf-16)'),
+    (rb'(?:\xef\xbb\xbf)?\s*<', 'XML, as KUKA RSI writes it', 'a table: export its values as CSV'),
+    (rb'(?sm)(?=.*^\w+: *\n(\s+\w+:|- ))(?=.*\n---)', "documents of 'ros2 topic echo'",
+     "a bag, or what 'ros2 topic echo --csv' writes")))
 CPU_SECONDS, MEMORY = 20, 1 << 30  # of the child
 LEAST_FILLED = 0.01  # share of the cells of a column that holds numbers
 MOST_KEYS = 64       # words that tell rows apart, as names of joints do
@@ -132,32 +140,25 @@ def is_log_of_xml(path: str | Path) -> bool:
 
 
 def kind_of(path: Path) -> str:
-    """Return the kind of a file by its first bytes. Raises InputError for a pickle."""
+    """Return the kind of a file by its first bytes. Raises InputError for those of REFUSED."""
     with readable(path), open_unpacked(path) as stream:
         head = stream.read(4096)
-    if head[:2] in PICKLES or head.startswith(b'PK') and b'/data.pkl' in head:
-        raise InputError(f'{path}: a Python pickle, which can run any program when it is loaded, '
-                         'expected data: save it as .npz, .csv or .parquet')
+    for mark, what, instead in REFUSED:
+        if mark.match(head):
+            raise InputError(f'{path}: {what}, expected {instead}')
     if head.startswith(b'MATLAB') and head[MATLAB_HEADER:MATLAB_HEADER + 8] == HDF5:
         return 'hdf5'
     start = head.removeprefix(b'\xef\xbb\xbf').lstrip()
-    if start.startswith(b'<'):
-        raise InputError(f'{path}: XML, as KUKA RSI writes it, expected a table: export its '
-                         'values as CSV')
-    kind = next((kind for mark, kind in KINDS if head.startswith(mark) or start.startswith(mark)
+    return next((kind for mark, kind in KINDS if head.startswith(mark) or start.startswith(mark)
                  and len(mark) == 1), 'text')
-    # Documents of 'ros2 topic echo', maybe behind a warning: keys with values in further lines.
-    yaml = re.search(rb'(?m)^\w+: *\n(\s+\w+:|- )', start) and b'\n---' in head
-    return 'yaml' if kind == 'text' and yaml else kind
 
 
-def load_table(path: Path, text: TextFormat = FOUND, whole: bool = False) -> Table:
+def load_table(path: Path, whole: bool = False) -> Table:
     """
     Return the Table of a file.
 
     Args:
         path: of the file.
-        text: what a mapping states of a text.
         whole: read all rows of a text, too.
 
     Raises:
@@ -166,7 +167,7 @@ def load_table(path: Path, text: TextFormat = FOUND, whole: bool = False) -> Tab
     kind = kind_of(path)
     with readable(path):
         if kind == 'text':
-            layout = layout_of(path, text)
+            layout = layout_of(path)
             table = _text_table(path, layout, whole)
             if table.streamed and any(_is_key(column, table) for column in table.columns):
                 table = _text_table(path, layout, True)

@@ -16,13 +16,12 @@ import gzip
 from itertools import islice
 from pathlib import Path
 import re
-from typing import Any
 import warnings
 import zlib
 
 import numpy as np
 
-from gearbox_monitor.errors import Check, expect_values, InputError, number_check
+from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.user_files import LONGEST_LINE, open_unpacked
 from gearbox_monitor.kernels.types import AnyArray, Array
 from gearbox_monitor.recordings.meaning import number_with_unit, scaled_unit
@@ -40,22 +39,12 @@ MIN_SAMPLES = 100  # of a recording; a text with fewer rows and more columns has
 
 @dataclass(frozen=True)
 class TextFormat:
-    """
-    Format of a text file; what is None or '' is found in its first lines.
+    """Format of a text file; delimiter: 'whitespace' is any run of blanks and tabs."""
 
-    delimiter: 'whitespace' is any run of blanks and tabs. skip: lines before the header. header:
-    rows of names.
-    """
-
+    encoding: str
+    comment: str
     delimiter: str = ''
-    comment: str = ''
-    encoding: str = ''
-    decimal: str = ''
-    skip: int | None = None
-    header: int | None = None
-
-
-FOUND = TextFormat()
+    decimal: str = '.'
 
 
 @dataclass(frozen=True)
@@ -74,70 +63,29 @@ class TextLayout:
     clocks: Mapping[int, int] = field(default_factory=dict)
 
 
-def _encoding_check(value: Any) -> str:
-    try:
-        return '' if b'x\n'.decode(value or 'utf-8') == 'x\n' else ENCODING
-    except (LookupError, ValueError, TypeError):
-        return ENCODING
-
-
-LINES = number_check('a number of lines', lambda n: isinstance(n, int) and 0 <= n <= 10_000)
-ENCODING = 'an encoding such as utf-8 or latin-1'
-CHECKS: Mapping[str, Check] = {
-    'skip': LINES, 'header': LINES, 'encoding': _encoding_check,
-    'delimiter': lambda x: '' if x == 'whitespace' or isinstance(x, str) and len(x) == 1
-    else "one character or 'whitespace'",
-    'comment': lambda x: '' if isinstance(x, str) else 'text',
-    'decimal': lambda x: '' if x in ('.', ',') else 'one of ., ,'}
-
-
-def format_of(block: Any, source: str) -> TextFormat:
-    """Return the TextFormat of a `block` of the mapping `source`. Raises InputError."""
-    expect_values(block, 'text', source, CHECKS)
-    text = TextFormat(**block)
-    if text.decimal and text.decimal == text.delimiter:
-        raise InputError(f'{source}: text.decimal: {text.decimal!r}, expected another character '
-                         'than text.delimiter')
-    return text
-
-
 # --- layout -------------------------------------------------------------------------------------
-def layout_of(path: Path, text: TextFormat = FOUND) -> TextLayout:
-    """
-    Return the TextLayout of a file.
-
-    Args:
-        path: of the file, gzipped or not.
-        text: what a mapping states of its format.
-
-    Raises:
-        InputError: it is empty or binary.
-    """
+def layout_of(path: Path) -> TextLayout:
+    """Return the TextLayout of a file, gzipped or not. Raises InputError: it is no text."""
     with open_unpacked(path) as stream:
         raw = list(islice(iter(lambda: stream.readline(BLOCK), b''), HEAD_LINES))
     if any(len(line) == BLOCK and not line.endswith(b'\n') for line in raw):
         raise InputError(f'{path}: a line of more than {BLOCK >> 20} MB, expected a table of '
                          'text: is it binary?')
     head = b''.join(raw)
-    if text.encoding:
-        encoding = text.encoding
-    elif head.startswith((b'\xff\xfe', b'\xfe\xff')):
-        raise InputError(f'{path}: text in UTF-16, expected UTF-8: convert it (iconv -f utf-16)')
-    else:
-        encoding = 'utf-8' if _decodes(head) else 'latin-1'
+    encoding = 'utf-8' if _decodes(head) else 'latin-1'
     if head.count(0):
         raise InputError(f'{path}: bytes of zero, expected a table of text: is it binary?')
     lines = [line.decode(encoding, 'replace').removeprefix('\ufeff').rstrip('\r\n')
              for line in raw]
     first = next((line.strip() for line in lines if line.strip()), '')
-    comment = text.comment or next((mark for mark in COMMENTS if first.startswith(mark)), '#')
-    text = replace(text, encoding=encoding, comment=comment)
-    numbered = [(k, line) for k, line in enumerate(lines, 1) if k > (text.skip or 0)
-                and line.strip() and not line.lstrip().startswith(comment)]
+    comment = next((mark for mark in COMMENTS if first.startswith(mark)), '#')
+    numbered = [(k, line) for k, line in enumerate(lines, 1)
+                if line.strip() and not line.lstrip().startswith(comment)]
     if not numbered:
         raise InputError(f'{path}: no rows of data, expected a recording')
     try:
-        text = _with_delimiter(text, [line for _, line in numbered[len(numbered) // 2:]])
+        text = _with_delimiter(TextFormat(encoding, comment), [
+            line for _, line in numbered[len(numbered) // 2:]])
         rows = [(k, split_line(line, text)) for k, line in numbered]
     except InputError as error:
         raise InputError(f'{path}: {error}') from None
@@ -162,8 +110,7 @@ def _decodes(data: bytes) -> bool:
 def _with_delimiter(text: TextFormat, body: Sequence[str]) -> TextFormat:
     """Return `text` with the delimiter and decimal point that make most of `body` numbers."""
     layouts = [(delimiter, decimal) for delimiter in DELIMITERS for decimal in '.,'
-               if delimiter != decimal and text.delimiter in ('', delimiter)
-               and text.decimal in ('', decimal)] or [(text.delimiter, text.decimal or '.')]
+               if delimiter != decimal]
 
     def _score(layout: tuple[str, str]) -> tuple[float, int]:
         trial = replace(text, delimiter=layout[0], decimal=layout[1])
@@ -184,23 +131,20 @@ def _named(text: TextFormat, rows: Sequence[tuple[int, list[str]]], lines: Seque
     scope = _scope_layout(text, rows, width)
     if scope is not None:
         return scope
-    if text.header is not None:
-        begin, header = text.header, text.header
-    else:
-        is_data = [len(cells) == width and sum(_is_datum(cell, text) for cell in cells) > sum(
-            map(bool, cells)) / 2 for _, cells in rows]
-        half = len(rows) // 2 if len(rows) > 2 else len(rows)
-        # Numbers of a preamble stand before the names: data begin behind the last row of words.
-        words = [k for k in range(half) if not is_data[k] and _of_words(rows[k][1], text)]
-        begin = next((k for k in range(words[-1] + 1 if words else 0, len(rows)) if is_data[k]),
-                     0)
-        header = 0
-        while header < min(begin, MAX_HEADER):
-            cells = rows[begin - 1 - header][1]
-            if len(cells) != width or is_data[begin - 1 - header] or sum(map(bool, cells)) <= min(
-                    1, width - 1):
-                break
-            header += 1
+    is_data = [len(cells) == width and sum(_is_datum(cell, text) for cell in cells) > sum(
+        map(bool, cells)) / 2 for _, cells in rows]
+    half = len(rows) // 2 if len(rows) > 2 else len(rows)
+    # Numbers of a preamble stand before the names: data begin behind the last row of words.
+    words = [k for k in range(half) if not is_data[k] and _of_words(rows[k][1], text)]
+    begin = next((k for k in range(words[-1] + 1 if words else 0, len(rows)) if is_data[k]),
+                 0)
+    header = 0
+    while header < min(begin, MAX_HEADER):
+        cells = rows[begin - 1 - header][1]
+        if len(cells) != width or is_data[begin - 1 - header] or sum(map(bool, cells)) <= min(
+                1, width - 1):
+            break
+        header += 1
     first = rows[begin][0] if begin < len(rows) else rows[-1][0] + 1
     cells_above = [[cell.strip() for cell in cells] for _, cells in rows[begin - header:begin]]
     names, units = _labels(cells_above, width)

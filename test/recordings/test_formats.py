@@ -21,7 +21,6 @@ from gearbox_monitor.recordings.read import open_bag
 from gearbox_monitor.recordings.reading import open_recording
 from gearbox_monitor.recordings.si_signals import signals_of
 from gearbox_monitor.recordings.table import load_table
-from gearbox_monitor.recordings.text import format_of
 
 N = 200
 K = np.arange(N)
@@ -42,7 +41,7 @@ def mapping_from_dict(data, source):
 def read_recording(path, mapping):
     """Return the signals of the file `path`, (content, source) of whose mapping is `mapping`."""
     data, source = mapping
-    table = load_table(path, format_of(data.get('text', {}), source))
+    table = load_table(path)
     return signals_of(table, mapping_of(data, source, table.header))
 
 
@@ -74,9 +73,8 @@ def written(tmp_path, text, name='run.csv'):
     return tmp_path / name
 
 
-def text_mapping(time=None, signals=None, **text):
-    return {'text': text, 'time': time or {'column': 1},
-            'signals': signals or SIGNALS}
+def text_mapping(time=None, signals=None):
+    return {'time': time or {'column': 1}, 'signals': signals or SIGNALS}
 
 
 def assert_same(joints, stamps=STAMPS):
@@ -203,7 +201,7 @@ def test_several_header_rows_and_names_in_the_last_comment(tmp_path):
     path = written(tmp_path, table(Q, U, T, head=head))
     signals = {'motor_position': {'column': 'motor position'},
                'motor_effort': {'column': 'torque'}}
-    mapping = text_mapping({'column': 'time'}, signals, skip=1)
+    mapping = text_mapping({'column': 'time'}, signals)
     assert_same(imported(tmp_path, mapping, path))
     np.savetxt(tmp_path / 's.txt', np.column_stack([T, Q, U]), fmt='%.17g', header='made\nt q u')
     signals = {'motor_position': {'column': 'q'}, 'motor_effort': {'column': 'u'}}
@@ -236,8 +234,7 @@ def expect_stamps(tmp_path, unit, decimal):
     texts = [f'{s // 10 ** digits}{decimal}{s % 10 ** digits:0{digits}d}' if digits else str(s)
              for s in stamps]
     path = written(tmp_path, table(texts, Q, U, delimiter=';').replace('.', decimal))
-    mapping = text_mapping({'column': 1, 'unit': unit},
-                           delimiter=';', decimal=decimal)
+    mapping = text_mapping({'column': 1, 'unit': unit})
     assert_same(imported(tmp_path, mapping, path), stamps)
 
 

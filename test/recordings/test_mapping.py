@@ -31,8 +31,6 @@ t;motor;arm;i;sensor
 """
 REST = ''.join(f'0,{k:03d};356;4032;3;12\n' for k in range(4, 101))
 TEXT_MAP = {
-    'text': {'delimiter': ';', 'comment': '%', 'encoding': 'latin-1', 'header': 1,
-             'decimal': ','},
     'time': {'column': 't'},
     'gear_ratio': 2.0,
     'signals': {
@@ -219,8 +217,8 @@ BAD_MAPS = {
                        'signals.torque: unknown key, expected one of arm_effort'),
     'unknown signal key': (changed(TEXT_MAP, signals__motor_position__gain=1),
                            'signals.motor_position.gain: unknown key'),
-    'old keys': (changed(TEXT_MAP, format='text', second_file={}),
-                 'format: unknown key, gone since 0.3'),
+    'old keys': (changed(TEXT_MAP, text={}, second_file={}),
+                 'text: unknown key, gone since 0.3'),
     'scale': (changed(TEXT_MAP, signals__motor_effort__scale=0),
               'signals.motor_effort.scale: 0, expected a number > 0'),
     'sign': (changed(TEXT_MAP, signals__motor_effort__sign=2), 'sign: 2, expected 1 or -1'),
@@ -233,7 +231,6 @@ BAD_MAPS = {
                                    'counts_per_rev: unknown key, '),
     'gear ratio': (changed(TEXT_MAP, gear_ratio=0), 'gear_ratio: 0, expected a number other than'),
     'rate and column': (changed(TEXT_MAP, time__rate=10), 'time.column: with time.rate, '),
-    'encoding': (changed(TEXT_MAP, text__encoding='klingon'), "text.encoding: 'klingon'"),
     'no position': (changed(TEXT_MAP, signals={'motor_effort': {'column': 1}}),
                     'signals: no position, expected motor_position'),
     'no mapping': ('- a\n', "mapping: ['a'], expected keys and values"),

@@ -16,7 +16,6 @@ from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import StoragePlugin, Writer as RosbagsWriter
 from rosbags.typesys import get_typestore, Stores
 import scipy.io
-import zstandard
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples

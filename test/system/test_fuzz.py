@@ -22,7 +22,7 @@ NUMBERS = {'drive.yaml': 10, 'estimator.yaml': 10, 'data.csv': 30, 'data.bin': 2
            'joints.csv': 20,
            'baseline.yaml': 6, 'state.json': 50, 'snapshot': 30, 'map.yaml': 5,
            'rows.json': 5, 'bag, none': 10, 'bag, lz4': 10, 'bag, zstd': 10,
-           'bag, metadata.yaml': 7, 'bag, recover': 10, 'bag, file compression': 10,
+           'bag, metadata.yaml': 7, 'bag, recover': 10,
            'bag, SQLite': 10, 'recover, metadata.yaml': 10, 'data.csv.gz': 25, 'data.mat': 4}
 # Mutated logs of every kind, 400 in all.
 LOGS = {'data.csv': 70, 'data.csv.gz': 30, 'data.bin': 30, 'joints.csv': 50, 'long.csv': 50,
