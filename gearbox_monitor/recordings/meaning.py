@@ -268,23 +268,24 @@ def run_of(name: str) -> tuple[bool, tuple[str, ...]]:
 
 
 # --- one name -----------------------------------------------------------------------------------
-def _votes(table: str, words: Sequence[str], spent: frozenset[str] = frozenset()) -> list[str]:
+def _votes(table: str, words: Iterable[str], spent: frozenset[str] = frozenset()) -> list[str]:
     """Return the kinds in a `table` that one of `words` names, the first of the table first."""
     return [kind for kind, names in vocabulary()[table].items()
             if not (names - spent).isdisjoint(words)]
 
 
-def meaning_of(label: str, unit: str = '') -> Meaning:
+def meaning_of(label: str, unit: str = '', silent: frozenset[str] = frozenset()) -> Meaning:
     """
     Return the Meaning of the name `label`; `unit` is one that the file states elsewhere.
 
-    The joint is left as the words that the vocabulary does not know; see `meanings`.
+    The joint is left as the words that the vocabulary does not know; see `meanings`. silent: words
+    that tell nothing.
     """
-    known, words = vocabulary(), words_of(label)
+    known, words = vocabulary(), tuple(w for w in words_of(label) if w not in silent)
     unit = standard_unit(unit) or unit_of_label(label)[1]
     quantity = _quantity(words, unit)
     spent = known['quantities'][EFFORT] if quantity == EFFORT else frozenset()
-    leaf = words_of(re.split(r'[./]', label.rstrip('./'))[-1])
+    leaf = set(words_of(re.split(r'[./]', label.rstrip('./'))[-1])) - silent
     sources = _votes('sources', leaf, spent) or _votes('sources', words, spent)
     desired = 'd' in words[1:] and quantity in (*OF_DRIVE, ACCELERATION)  # q_d, tau_J_d
     source = SETPOINT if desired else next(iter(sources), '')
@@ -349,9 +350,14 @@ def meanings(labels: Sequence[str], units: Sequence[str], listed: Sequence[str] 
               if label.endswith(f' {joint}')}
     stated = len(set(behind.values())) == len(listed) > 0 and not _are_sides(listed)
     joints = behind if stated else _product(labels, units)
-    columns = _ruled([meaning_of(label.removesuffix(joints.get(label, '')) if stated else
-                                 label.removeprefix(joints.get(label, '')), unit)
-                      for label, unit in zip(labels, units)])
+    names = [label.removesuffix(joints.get(label, '')) if stated else
+             label.removeprefix(joints.get(label, '')) for label in labels]
+    # What all names of a log of efforts have is the controller that wrote it.
+    silent = vocabulary()['writers'].intersection(*map(words_of, names))
+    columns = list(map(meaning_of, names, units, [silent] * len(names)))
+    if silent and not any(c.quantity == EFFORT for c in columns):
+        columns = list(map(meaning_of, names, units))
+    columns = _ruled(columns)
     columns = [replace(column, label=label) for label, column in zip(labels, columns)]
     if not any(c.quantity == POSITION and c.source in (MEASURED, '') for c in columns):
         columns = [replace(column, quantity=POSITION, why='the joint itself')

@@ -494,6 +494,10 @@ ROLES = [
       'stats.dA': NOISE},
      {'motor_position': 'stats.position', 'motor_velocity': 'stats.velocity',
       'motor_effort': 'stats.qA'}),
+    # A controller writes what it measures, too.
+    ({'control/t': T, 'control/q': ARM, 'control/dq': SPEED, 'control/tau': TORQUE},
+     {'motor_position': 'control/q', 'motor_velocity': 'control/dq',
+      'motor_effort': 'control/tau'}),
     # Motor and link of an elastic joint.
     ({'t': T, 'state.q_1': ARM, 'state.theta_1': ARM + NOISE, 'state.tau_1': TORQUE},
      {'motor_position': 'state.theta_1', 'arm_position': 'state.q_1',

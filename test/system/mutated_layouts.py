@@ -81,6 +81,7 @@ NAMES = {
     'dots': lambda name: name.replace('_', '.'),
     'spaces': lambda name: re.sub(r'[_.]', ' ', name),
     'prefix': lambda name: f'robot.{name}',
+    'writer': lambda name: f'control/{name}',
     'suffix': lambda name: re.sub(r'(?=\s*\[[^\]]*[A-Za-z%°][^\]]*\]$|$)', '_log', name, count=1),
     'no units': lambda name: re.sub(r'\s*[\[(][^\d\])]+[\])]|_(deg|rad|ms|nm)$', '', name),
     'letters': lambda name: re.sub(r'(?<![A-Za-z\d])\d\b', lambda m: 'abcdefghij'[int(m[0])]
