@@ -183,37 +183,22 @@ def next_free(path: Path) -> Path:
     return next(name for name in names if not os.path.lexists(name))
 
 
-def qos_profile(depth: int = 10, reliability: str = 'reliable', durability: str = 'volatile',
-                history: str = 'keep_last', deadline: Mapping[str, int] = FOREVER,
-                lifespan: Mapping[str, int] = FOREVER, liveliness: str = 'automatic',
-                liveliness_lease_duration: Mapping[str, int] = FOREVER) -> QosProfile:
+def qos_profile(**values: Any) -> QosProfile:
     """
     Return one offered QoS profile as rosbag2 spells it.
 
     Args:
-        depth: length of the queue.
-        reliability: 'reliable' or 'best_effort'.
-        durability: 'volatile' or 'transient_local'.
-        history: 'keep_last' or 'keep_all'.
-        deadline: longest time between two messages, {'sec', 'nsec'}.
-        lifespan: time after which a message expires, {'sec', 'nsec'}.
-        liveliness: 'automatic' or 'manual_by_topic'.
-        liveliness_lease_duration: time within which a publisher shows that it is alive.
+        values: those that differ from the usual ones: depth and history of the queue, reliability,
+            durability, deadline, lifespan and liveliness_lease_duration ({'sec', 'nsec'}),
+            liveliness.
 
     Returns:
         Plain data for ``metadata.yaml`` and the metadata of an MCAP channel.
     """
     return {
-        'history': history,
-        'depth': depth,
-        'reliability': reliability,
-        'durability': durability,
-        'deadline': dict(deadline),
-        'lifespan': dict(lifespan),
-        'liveliness': liveliness,
-        'liveliness_lease_duration': dict(liveliness_lease_duration),
-        'avoid_ros_namespace_conventions': False,
-    }
+        'history': 'keep_last', 'depth': 10, 'reliability': 'reliable', 'durability': 'volatile',
+        'deadline': FOREVER, 'lifespan': FOREVER, 'liveliness': 'automatic',
+        'liveliness_lease_duration': FOREVER, 'avoid_ros_namespace_conventions': False, **values}
 
 
 def read_qos(text: str) -> list[QosProfile]:

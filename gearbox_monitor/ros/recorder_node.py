@@ -349,10 +349,11 @@ def _as_bag_qos(profile: QoSProfile) -> dict[str, Any]:
         sec, nsec = divmod(value.nanoseconds, 10**9)
         return {'sec': sec, 'nsec': nsec}
 
-    recorded: dict[str, Any] = qos_profile(
-        profile.depth, profile.reliability.name.lower(), profile.durability.name.lower(),
-        profile.history.name.lower(), duration(profile.deadline), duration(profile.lifespan),
-        profile.liveliness.name.lower(), duration(profile.liveliness_lease_duration))
+    named = ('reliability', 'durability', 'history', 'liveliness')
+    recorded: dict[str, Any] = qos_profile(depth=profile.depth, **{
+        name: getattr(profile, name).name.lower() for name in named}, **{
+            name: duration(getattr(profile, name))
+            for name in ('deadline', 'lifespan', 'liveliness_lease_duration')})
     return recorded
 
 
