@@ -8,7 +8,6 @@ Joints of a robot are read as its description counts them, with what a user stat
 """
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 import math
 import re
 from typing import Any
@@ -20,7 +19,7 @@ from gearbox_monitor.diagnosis.robot.robot_log import (
 from gearbox_monitor.diagnosis.robot.rows import RobotModel
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.errors import (
-    expect, expect_choice, expect_keys, InputError, number_check, Undecided, unknown)
+    expect, expect_choice, expect_keys, expect_values, InputError, number_check, Undecided)
 from gearbox_monitor.files.user_files import load_yaml
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.presentation import as_written, Said, said
@@ -261,8 +260,11 @@ def robot_log(reader: BagReader, joints: Sequence[str], recorded: Mapping[str, s
 
 BEYOND = 0.05  # rad or m: a joint that leaves its range by less is at its stop
 OF_DEGREES = 3.0  # times the range: no wrong zero or turn leads radians so far
-KEYS = ('tolerance', 'link_tolerance', 'friction_tolerance', 'torque_constants', 'effort', 'kp',
-        'kd', 'gain_tolerance', 'torque_tolerance', 'compensated', 'locked')
+NUMBERS = ('tolerance', 'friction_tolerance', 'gain_tolerance', 'torque_tolerance')
+KEYS = (*NUMBERS, 'link_tolerance', 'torque_constants', 'effort', 'kp', 'kd', 'compensated',
+        'locked')
+SIZE = number_check('a number of 0 or more', lambda x: x >= 0.0)
+CONSTANT = number_check('a number of 1e-09 or more', lambda x: x >= 1e-9)
 
 
 @dataclass(frozen=True, eq=False)
@@ -290,7 +292,10 @@ class RobotValues:
 
 def load_locked(path: str | None) -> dict[str, float]:
     """Return {joint that stands still: rad or m} of the YAML file `path`. Raises InputError."""
-    return _table(path, _content(path), 'locked', None, -math.inf)
+    locked = _content(path).get('locked', {})
+    expect_values(locked, 'locked', str(path), dict.fromkeys(
+        locked if isinstance(locked, dict) else (), number_check()))
+    return {str(joint): float(at) for joint, at in locked.items()}
 
 
 def _content(path: str | None) -> dict[str, Any]:
@@ -300,50 +305,32 @@ def _content(path: str | None) -> dict[str, Any]:
     return content
 
 
-def _number(path: str | None, where: str, value: Any, low: float) -> float:
-    """Return the number of the key `where`. Raises InputError: it is less than `low`, or none."""
-    expect(value, where, str(path), number_check('a number' + (
-        f' of {low:g} or more' if low > -math.inf else ''), lambda x: x >= low))
-    return float(value)
-
-
-def _table(path: str | None, content: Mapping[str, Any], key: str, names: Sequence[str] | None,
-           low: float = 0.0) -> dict[str, float]:
-    """Return the numbers from `low` on by name of a `key`; names: that it may have, None: any."""
-    value = content.get(key, {})
-    if not isinstance(value, dict):
-        raise InputError(f'{path}: {key}: {str(value)[:40]!r}, expected NAME: number')
-    for name in value:
-        if names is not None and name not in names:
-            raise InputError(f'{path}: {key}: {unknown(str(name), names)}')
-    return {str(name): _number(path, f'{key}.{name}', v, low) for name, v in value.items()}
-
-
 def load_values(path: str | None, file: ChainFile) -> RobotValues:
     """Return the RobotValues of the YAML file `path` for the robot `file`. Raises InputError."""
-    content = _content(path)
-    joints = file.chain.joints
-    links = [link.name for link in file.chain.links]
+    content, joints = _content(path), file.chain.joints
+    for key in (key for key in NUMBERS if key in content):
+        expect(content[key], key, str(path), SIZE)
+    for key, names in (('link_tolerance', [link.name for link in file.chain.links]),
+                       ('kp', joints), ('kd', joints), ('torque_constants', joints)):
+        expect_values(content.get(key, {}), key, str(path), dict.fromkeys(
+            names, CONSTANT if key == 'torque_constants' else SIZE))
     effort = expect_choice(content.get('effort', 'commanded'), 'effort', str(path),
                            ('measured', 'commanded'))
-    number, table = partial(_number, path, low=0.0), partial(_table, path, content)
     compensated = content.get('compensated', False)
-    if not isinstance(compensated, bool):
-        raise InputError(f'{path}: compensated: {compensated!r}, expected true or false')
-    tolerance, kp = content.get('tolerance'), table('kp', joints)
+    expect(compensated, 'compensated', str(path),
+           lambda value: '' if isinstance(value, bool) else 'true or false')
+    kp = content.get('kp', {})
     all_kp = _gains(kp, file.kp, file)
     lacking = [] if not kp or all_kp is None else [
         joint for joint, gain in zip(joints, all_kp) if not gain > 0.0]
     if lacking:
         raise InputError(f'{path}: kp: none of {", ".join(lacking)}, expected one of each joint')
     return RobotValues(
-        None if tolerance is None else number('tolerance', tolerance),
-        number('friction_tolerance', content.get('friction_tolerance', SETTINGS.tolerance)),
-        table('link_tolerance', links), table('torque_constants', joints, 1e-9)
-        if 'torque_constants' in content else None, kp, table('kd', joints),
-        number('gain_tolerance', content.get('gain_tolerance', SETTINGS.gain_tolerance)),
-        number('torque_tolerance', content.get('torque_tolerance', SETTINGS.torque_tolerance)),
-        effort == 'measured', compensated)
+        content.get('tolerance'), content.get('friction_tolerance', SETTINGS.tolerance),
+        content.get('link_tolerance', {}), content.get('torque_constants'), kp,
+        content.get('kd', {}), content.get('gain_tolerance', SETTINGS.gain_tolerance),
+        content.get('torque_tolerance', SETTINGS.torque_tolerance), effort == 'measured',
+        compensated)
 
 
 def robot_model(file: ChainFile, values: RobotValues, learnt: bool) -> RobotModel:
