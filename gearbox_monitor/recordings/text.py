@@ -65,7 +65,7 @@ class TextLayout:
 
 # --- layout -------------------------------------------------------------------------------------
 def layout_of(path: Path) -> TextLayout:
-    """Return the TextLayout of a file, gzipped or not. Raises InputError: it is no text."""
+    """Return the TextLayout of a file, gzipped or not. Raises InputError: it is not a text."""
     with open_unpacked(path) as stream:
         raw = list(islice(iter(lambda: stream.readline(BLOCK), b''), HEAD_LINES))
     if any(len(line) == BLOCK and not line.endswith(b'\n') for line in raw):
