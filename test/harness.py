@@ -2,19 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Real nodes as processes, on a ROS domain of this test run, and a feeder beside them."""
-import os
-from pathlib import Path
 import signal
-import subprocess
-import sys
 import time
 
-from processes import put_down
+from processes import DOMAIN, Node, put_down
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 
-ROOT = Path(__file__).parents[1]
-DOMAIN = 1 + os.getpid() % 100  # its own: several test runs may share the machine
 # With these the estimator loses no sample of a test, however starved the machine is.
 RELIABLE = {'qos_overrides./joint_states.subscription.reliability': 'reliable',
             'qos_overrides./joint_states.subscription.depth': 20_000}
@@ -34,14 +28,7 @@ class Graph:
 
     def start(self, module, *arguments, **parameters):
         """Start the node `module` of gearbox_monitor.ros as a process."""
-        command = [sys.executable, '-m', f'gearbox_monitor.ros.{module}', '--ros-args',
-                   *arguments]
-        for name, value in parameters.items():
-            command += ['-p', f'{name}:={value}']
-        env = {**os.environ, 'PYTHONPATH': str(ROOT), 'ROS_DOMAIN_ID': str(DOMAIN),
-               'ROS_LOG_DIR': str(self.tmp_path / 'log')}
-        process = subprocess.Popen(command, env=env, cwd=self.tmp_path, text=True,
-                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        process = Node(module, arguments, self.tmp_path, parameters)
         self.processes.append(process)
         return process
 

@@ -1,29 +1,134 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Processes of tests: their end, and nodes that refuse what they are given."""
+"""
+Nodes as processes of their own, forked from one that has imported what nodes need.
+
+Importing takes a node longer than most tests take it to do its work.
+"""
+import atexit
+from functools import cache
+import gc
+from importlib import import_module
 import json
 import os
 from pathlib import Path
-import re
+import signal
+import socket
 import subprocess
 import sys
+import time
 
-RUNS = """
-from importlib import import_module
-import json
-import sys
-main = import_module(sys.argv[1]).main
-for words in json.loads(sys.argv[2]):
-    print('exit code', main(['node', '--ros-args', *words]), file=sys.stderr, flush=True)
-"""
+ROOT = Path(__file__).parents[1]
+DOMAIN = 1 + os.getpid() % 100  # its own: several test runs may share the machine
+NODES = ('estimator_node', 'plant_node', 'arm_plant_node', 'recorder_node', 'watch_node')
+
+
+class Node:
+    """A running node: what tests use of a subprocess.Popen; its output goes to files."""
+
+    def __init__(self, module, arguments, folder, parameters=None):
+        words = [word for name, value in (parameters or {}).items()
+                 for word in ('-p', f'{name}:={value}')]
+        self.output = [folder / f'{module}{time.monotonic_ns()}.{name}' for name in ('out', 'err')]
+        self.returncode = None
+        self.pid = _answer({
+            'module': f'gearbox_monitor.ros.{module}', 'folder': str(folder),
+            'arguments': [module, '--ros-args', *map(str, arguments), *words],
+            'output': [*map(str, self.output)], 'environment': {
+                **os.environ, 'ROS_DOMAIN_ID': str(DOMAIN),
+                'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'ROS_LOG_DIR': str(folder / 'log')}})
+
+    def poll(self):
+        """Return its exit code, None while it runs."""
+        if self.returncode is None:
+            self.returncode = _answer({'pid': self.pid})
+        return self.returncode
+
+    def communicate(self, timeout=300.0):
+        """Wait for its end; return what it wrote to stdout and stderr."""
+        end = time.monotonic() + timeout
+        while self.poll() is None:
+            if time.monotonic() > end:
+                raise subprocess.TimeoutExpired(self.output[0].name, timeout)
+            time.sleep(0.01)
+        return tuple(file.read_text() for file in self.output)
+
+    def send_signal(self, number):
+        """Send it a signal, if it still runs."""
+        if self.poll() is None:
+            os.kill(self.pid, number)
+
+    def terminate(self):
+        """Ask it to end."""
+        self.send_signal(signal.SIGTERM)
+
+    def kill(self):
+        """End it."""
+        self.send_signal(signal.SIGKILL)
+
+    def wait(self):
+        """Wait for its end; return its exit code."""
+        self.communicate()
+        return self.returncode
+
+
+@cache
+def _forks():
+    """Return the channel to the process that forks; it ends with this one."""
+    here, there = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    with there:
+        process = subprocess.Popen(
+            [sys.executable, '-P', __file__, str(there.fileno())], stdin=subprocess.DEVNULL,
+            env={**os.environ, 'PYTHONPATH': str(ROOT)}, pass_fds=[there.fileno()])
+
+    @atexit.register
+    def end():
+        here.close()
+        process.wait()
+    return here
+
+
+def _answer(order):
+    _forks().send(json.dumps(order).encode())
+    return json.loads(_forks().recv(1 << 10))
+
+
+def serve(channel):
+    """Fork a node for each order that comes by `channel`, and tell how nodes ended."""
+    # A test that limits the size of files would cut modules that are compiled meanwhile.
+    sys.dont_write_bytecode = True
+    interrupted = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for module in NODES:
+        import_module(f'gearbox_monitor.ros.{module}')
+    gc.freeze()
+    while request := channel.recv(1 << 20):
+        order = json.loads(request)
+        if 'pid' in order:
+            pid, status = os.waitpid(order['pid'], os.WNOHANG)
+            answer = os.waitstatus_to_exitcode(status) if pid else None
+        elif not (answer := os.fork()):
+            channel.close()
+            signal.signal(signal.SIGINT, interrupted)
+            return _run(order)
+        channel.send(json.dumps(answer).encode())
+    return 0
+
+
+def _run(order):
+    """Be the node that an order is about; return its exit code."""
+    os.chdir(order['folder'])
+    os.environ.clear()
+    os.environ.update(order['environment'])
+    for number, path in enumerate(order['output'], 1):
+        os.dup2(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND), number)
+    sys.argv = order['arguments']
+    return import_module(order['module']).main()
 
 
 def refusals(module, cases, folder):
     """
     Return [(exit code, lines on stderr)] of runs of a node that come to an end.
-
-    One process runs them all: importing takes longer than refusing.
 
     Args:
         module: of gearbox_monitor.ros.
@@ -31,16 +136,9 @@ def refusals(module, cases, folder):
         folder: where it runs.
 
     """
-    done = subprocess.run(
-        [sys.executable, '-c', RUNS, f'gearbox_monitor.ros.{module}', json.dumps(cases)],
-        cwd=folder, capture_output=True, text=True, timeout=300,
-        env={**os.environ, 'PYTHONPATH': str(Path(__file__).parents[1])})
-    assert done.returncode == 0, done.stderr
-    texts = re.split(r'exit code (\d+)\n', done.stderr)
-    runs = [(int(code), [line for line in text.splitlines() if line])
-            for text, code in zip(texts[::2], texts[1::2])]
-    assert len(runs) == len(cases), done.stderr
-    return runs
+    nodes = [Node(module, words, folder) for words in cases]
+    told = [node.communicate()[1].splitlines() for node in nodes]
+    return [(node.returncode, [*filter(None, lines)]) for node, lines in zip(nodes, told)]
 
 
 def put_down(processes):
@@ -59,3 +157,7 @@ def put_down(processes):
         except subprocess.TimeoutExpired:
             process.kill()
             process.communicate()
+
+
+if __name__ == '__main__':
+    sys.exit(serve(socket.socket(fileno=int(sys.argv[1]))))

@@ -8,7 +8,7 @@ import time
 import pytest
 
 rclpy = pytest.importorskip('rclpy')
-from harness import DOMAIN  # noqa: E402, I100, I202
+from processes import DOMAIN  # noqa: E402, I100, I202
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor  # noqa: E402
 from rclpy.qos import (  # noqa: E402
     qos_profile_sensor_data, QoSProfile, ReliabilityPolicy)

@@ -18,8 +18,8 @@ import pytest
 rclpy = pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import (  # noqa: E402, I100, I202
     DiagnosticArray)
-from harness import DOMAIN, RELIABLE, ROOT  # noqa: E402
-from processes import put_down  # noqa: E402
+from harness import RELIABLE  # noqa: E402
+from processes import DOMAIN, put_down, ROOT  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402

@@ -2,11 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """The simulated drive as a real process: samples, stamps, parameters, commands, end."""
-import os
-from pathlib import Path
 import signal
-import subprocess
-import sys
 import time
 
 import numpy as np
@@ -14,7 +10,7 @@ import pytest
 import yaml
 
 rclpy = pytest.importorskip('rclpy')
-from processes import put_down, refusals  # noqa: E402, I100, I202
+from processes import DOMAIN, Node, put_down, refusals  # noqa: E402, I100, I202
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue  # noqa: E402
 from rcl_interfaces.srv import SetParameters  # noqa: E402
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
@@ -28,8 +24,6 @@ from gearbox_monitor.plant.faults import Excitation  # noqa: E402
 from gearbox_monitor.plant.simulate import Noise, Plant, simulate  # noqa: E402
 
 pytestmark = pytest.mark.ros
-ROOT = Path(__file__).parents[2]
-DOMAIN = 1 + os.getpid() % 100
 BLOCK = 10  # samples that the node simulates at once at 1 kHz in real time
 
 
@@ -47,13 +41,7 @@ class Plants:
     def start(self, **parameters):
         for topic in ('joint_states', 'plant/transmission_state'):  # a starved test loses nothing
             parameters[f'qos_overrides./{topic}.publisher.depth'] = 50_000
-        command = [sys.executable, '-m', 'gearbox_monitor.ros.plant_node', '--ros-args']
-        for name, value in parameters.items():
-            command += ['-p', f'{name}:={value}']
-        env = {**os.environ, 'PYTHONPATH': str(ROOT), 'ROS_DOMAIN_ID': str(DOMAIN),
-               'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'ROS_LOG_DIR': str(self.tmp_path)}
-        process = subprocess.Popen(command, env=env, cwd=self.tmp_path, text=True,
-                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        process = Node('plant_node', (), self.tmp_path, parameters)
         self.started.append(process)
         return process
 

@@ -2,13 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """The recorder as a real process, fed over DDS: accidents, signals, QoS, any type."""
-import os
 from pathlib import Path
 import re
 import resource
 import signal
-import subprocess
-import sys
 import time
 
 import numpy as np
@@ -17,7 +14,7 @@ import pytest
 rclpy = pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus  # noqa: E402, I100, I202
 from geometry_msgs.msg import PolygonStamped  # noqa: E402
-from processes import put_down, refusals  # noqa: E402
+from processes import DOMAIN, Node, put_down, refusals  # noqa: E402
 from rclpy.duration import Duration  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E402
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores  # noqa: E402
@@ -29,8 +26,6 @@ from gearbox_monitor.recordings.read import open_bag  # noqa: E402
 from gearbox_monitor.ros.convert import message_definition  # noqa: E402
 
 pytestmark = pytest.mark.ros
-ROOT = Path(__file__).parents[2]
-DOMAIN = 1 + os.getpid() % 100  # its own: several test runs may share the machine
 BEST_EFFORT = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED = QoSProfile(depth=5, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
@@ -51,18 +46,9 @@ def recorder(tmp_path):
     """Start recorders with (topics, **parameters); end what is left of them."""
     started = []
 
-    def start(topics=('joint_states',), output=tmp_path / 'bag', **kwargs):
-        parameters = {'output': output, 'topics': f'[{",".join(topics)}]',
-                      **kwargs.pop('parameters', {})}
-        command = [sys.executable, '-m', 'gearbox_monitor.ros.recorder_node', '--ros-args']
-        for name, value in parameters.items():
-            command += ['-p', f'{name}:={value}']
-        # Written under a limit of file size, compiled modules would be cut without a word.
-        env = {**os.environ, 'PYTHONPATH': str(ROOT), 'ROS_DOMAIN_ID': str(DOMAIN),
-               'PYTHONDONTWRITEBYTECODE': '1',
-               'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST', 'ROS_LOG_DIR': str(tmp_path)}
-        process = subprocess.Popen(command, env=env, cwd=tmp_path, text=True,
-                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, **kwargs)
+    def start(topics=('joint_states',), **parameters):
+        process = Node('recorder_node', (), tmp_path, {
+            'output': tmp_path / 'bag', 'topics': f'[{",".join(topics)}]', **parameters})
         started.append(process)
         return process
 
@@ -191,7 +177,7 @@ def test_qos_types_and_late_topics(node, recorder, tmp_path):
 
 def test_losses_are_counted(node, recorder, tmp_path):
     publisher = node.create_publisher(JointState, 'joint_states', 2000)
-    process = recorder(parameters={'queue_depth': 5})
+    process = recorder(queue_depth=5)
     wait_matched(publisher)
     time.sleep(0.5)
     publish_at([publisher], 100, 0.3)
@@ -215,9 +201,8 @@ def test_a_full_disk_is_told_and_recording_goes_on_with_room(node, recorder, tmp
     executor = rclpy.executors.SingleThreadedExecutor(context=node.context)
     executor.add_node(node)
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    process = recorder(
-        parameters={'compression': 'none'},
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, limits[1])))
+    process = recorder(compression='none')
+    resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (60_000, limits[1]))
     wait_matched(publisher)
 
     def until(level):

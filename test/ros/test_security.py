@@ -53,7 +53,7 @@ def test_estimator_and_recorder_may_give_no_joints():
 
 def start_live(graph, enclave):
     """Start `gearbox_monitor live` in the namespace /elbow, in its enclave."""
-    from harness import DOMAIN, ROOT
+    from processes import DOMAIN, ROOT
     process = subprocess.Popen(
         [sys.executable, '-m', 'gearbox_monitor', 'live', '--port', '0', '--ros-args',
          '--enclave', enclave, '-r', '__ns:=/elbow', '-p', 'use_sim_time:=true'],
