@@ -15,7 +15,7 @@ usage examples:
 """
 import argparse
 from collections.abc import Callable, Mapping
-import functools
+import copy
 import json
 import math
 from pathlib import Path
@@ -25,6 +25,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 import gearbox_monitor as gm
+from gearbox_monitor.files.knowledge_file import save_knowledge
 from gearbox_monitor.files.user_files import config_path
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.simulate import Noise, simulate
@@ -95,24 +96,30 @@ def verdict(log: Mapping[str, Array]) -> Trace:
     return {'verdict': rows}
 
 
-def robot_verdict(changed: bool) -> Trace:
-    """Return the trace of the verdict on an arm, with a load and a rubbing joint if `changed`."""
-    robot = gm.load_robot(config_path('arm6.urdf'))
-    rng = np.random.default_rng(5)
+def robot_verdicts() -> dict[str, Trace]:
+    """Return the traces of verdicts on an arm: healthy, and with a load and a rubbing joint."""
+    robot, rng = gm.load_robot(config_path('arm6.urdf')), np.random.default_rng(5)
+    traces = dict[str, Trace]()
+    names = [f'q_{j}' for j in robot.joints] + [f'tau_{j}' for j in robot.joints]
     with tempfile.TemporaryDirectory() as folder:
-        names = [f'q_{j}' for j in robot.joints] + [f'tau_{j}' for j in robot.joints]
-        paths = [Path(folder, name) for name in ('healthy.csv', 'today.csv')]
-        for path, differs in zip(paths, (False, changed)):
-            np.savetxt(path, simulated(robot.file.chain, 20.0, rng, differs), '%.9g', ',',
+        log, learnt = Path(folder, 'log.csv'), Path(folder, 'healthy.knowledge')
+
+        def write(rng: np.random.Generator, differs: bool) -> None:
+            np.savetxt(log, simulated(robot.file.chain, 20.0, rng, differs), '%.9g', ',',
                        header=','.join(['t', *names]), comments='')
-        data = gm.diagnose_robot(paths[1], robot, reference=paths[0]).data
-    rows: dict[str, Row] = {'answer': [data['verdict']]}
-    for gap in data['ranked']:
-        rows[f'gap of {gap["joint"]}'] = [gap['before'], gap['after']]
-    for part in data['findings']:
-        rows[f'{part["effect"]} at {part.get("joint") or part.get("link")}'] = [
-            *part['values'].values()]
-    return {'verdict': rows}
+        write(rng, False)
+        save_knowledge(learnt, gm.learn_robot(log, robot)[0])
+        for name, differs in (('healthy arm', False), ('load and rubbing joint, arm', True)):
+            write(copy.deepcopy(rng), differs)
+            data = gm.diagnose_robot(log, robot, reference=learnt).data
+            rows: dict[str, Row] = {'answer': [data['verdict']]}
+            for gap in data['ranked']:
+                rows[f'gap of {gap["joint"]}'] = [gap['before'], gap['after']]
+            for part in data['findings']:
+                rows[f'{part["effect"]} at {part.get("joint") or part.get("link")}'] = [
+                    *part['values'].values()]
+            traces[name] = {'verdict': rows}
+    return traces
 
 
 TRACES: Mapping[str, Callable[[], Trace]] = {
@@ -124,14 +131,12 @@ TRACES: Mapping[str, Callable[[], Trace]] = {
     'one encoder, ekf': lambda: estimates(drive_log(NOMINAL, encoders=('motor',))),
     'damaged, ekf, mixed': lambda: estimates(damaged(), tau_k_model='mixed'),
     'friction of the arm, drive': lambda: verdict(drive_log(LOOSE, 8.0, Noise(
-        measurement=(2e-3, 2e-3)))),
-    'healthy arm': functools.partial(robot_verdict, False),
-    'load and rubbing joint, arm': functools.partial(robot_verdict, True)}
+        measurement=(2e-3, 2e-3))))}
 
 
 def traced() -> dict[str, Trace]:
     """Return {name: trace} of all recordings."""
-    return {name: make() for name, make in TRACES.items()}
+    return {name: make() for name, make in TRACES.items()} | robot_verdicts()
 
 
 def changed(before: Mapping[str, Trace], now: Mapping[str, Trace]) -> list[str]:
