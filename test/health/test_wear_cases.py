@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 import pytest
-from test_change import alarmed, Gearbox, read_again, settings
+from test_change import alarmed, Gearbox, learnt, read_again, settings
 
 from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.health.backlash.change_tests import FEATURES
@@ -18,17 +18,6 @@ from gearbox_monitor.health.judgement import accepted, Health, outcomes
 
 FRICTION = 0.1 + 0.27 / 18.0  # of the model, at the speed of the windows: N m s/rad
 COULOMB = 0.27 / 18.0 / FRICTION  # its share of it
-
-
-@cache
-def healthy(windows, temperature):
-    gearbox = Gearbox(9, 'A')
-    gearbox.go(windows, temperature=temperature)
-    return gearbox
-
-
-def learnt(windows=60, temperature=None):
-    return deepcopy(healthy(windows, temperature))
 
 
 def size(gearbox, key, true, stage=None):
@@ -178,10 +167,17 @@ class OiledGearbox(Gearbox):
 WARMING = 45.0 - 25.0 * np.exp(-np.arange(24) / 7.0)
 
 
-def test_coulomb_friction_grows_in_a_warming_oil_at_another_speed():
-    """Learnt at 18 rad/s, where viscous friction rules; 4 rad/s were only driven cold."""
+@cache
+def warmed():
+    """Return a gearbox that has learnt one warming at 18 rad/s."""
     gearbox = OiledGearbox(5)
     gearbox.warm(18.0, np.concatenate([np.full(30, 20.0), WARMING]))
+    return gearbox
+
+
+def test_coulomb_friction_grows_in_a_warming_oil_at_another_speed():
+    """Learnt at 18 rad/s, where viscous friction rules; 4 rad/s were only driven cold."""
+    gearbox = deepcopy(warmed())
     gearbox.warm(4.0, np.full(10, 20.0))
     gearbox.warm(18.0, np.full(2, 20.0))
     learnt, stamp = gearbox.health, gearbox.stamp
@@ -205,8 +201,7 @@ def test_growth_does_not_hide_behind_points_that_a_warming_founds():
 
 
 def test_a_gap_grows_in_a_warming_oil():
-    gearbox = OiledGearbox(5)
-    gearbox.warm(18.0, np.concatenate([np.full(30, 20.0), WARMING]))
+    gearbox = deepcopy(warmed())
     gearbox.warm(18.0, WARMING, gap=0.2)
     size(gearbox, 'gap', 0.2, WARNED)
     assert not [key for key in gearbox.health.alerts if key != 'gap']
