@@ -72,15 +72,15 @@ def files(tmp_path_factory):
     """Give the folder with what the commands of the pages are about."""
     folder = tmp_path_factory.mktemp('files')
     for name, seed in (('BAG', 0), ('BAG2', 1)):
-        write_example_bag(folder / name, DriveModel(), ExampleMotion(24.0, 200.0, rest=2.0), seed)
+        write_example_bag(folder / name, DriveModel(), ExampleMotion(12.0, 200.0, rest=2.0), seed)
     text = (ROOT / 'config/drive.yaml').read_text(encoding='utf-8')
     (folder / 'found').mkdir()
     for name in ('drive.yaml', 'joint3_drive.yaml', 'found/drive.closed.yaml'):
         (folder / name).write_text(text)
-    write_robot_pair(folder / 'arm', 30.0, 0)
+    write_robot_pair(folder / 'arm', 15.0, 0)
     for source, name in (('robot.urdf', 'robot.urdf'), ('healthy.csv', 'log.csv')):
         shutil.copy(folder / 'arm' / source, folder / name)
-    t = 2e-3 * np.arange(32_000)
+    t = 2e-3 * np.arange(16_000)
     run = simulate(DriveModel(), 6.0 * np.cos(5.7 * t), 2e-3, Noise(measurement=(2e-3, 2e-3)))
     np.savetxt(folder / 'bench.csv', np.column_stack([t, run.u, run.y]), '%.9g', ',',
                header='t,u,motor,arm', comments='')

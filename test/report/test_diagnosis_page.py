@@ -75,7 +75,7 @@ def test_no_gap_has_a_page_too(folder, tmp_path, capsys):
 
 def test_one_encoder_has_no_charts_of_what_it_does_not_measure(folder, tmp_path, capsys):
     both = np.genfromtxt(folder / 'worn & <b>old.csv', delimiter=',', skip_header=1)
-    np.savetxt(tmp_path / 'one.csv', both[:, :3], '%.9g', ',', header='t,u,motor', comments='')
+    np.savetxt(tmp_path / 'one.csv', both[:2000, :3], '%.9g', ',', header='t,u,motor', comments='')
     main(['diagnose', str(tmp_path / 'one.csv'), '--model', str(folder / 'drive.yaml'), '--out',
           str(tmp_path / 'out'), '--only', 'arm_coulomb', '--jobs', '1', '-v'])
     shown = capsys.readouterr().out

@@ -21,7 +21,7 @@ def simulated(folder, seed, kinds, renamed=()):
     case = random_robots.make(seed, False, kinds, 100)
     for name, new in dict(renamed).items():
         case.xml = case.xml.replace(f'"{name}"', f'"{new}"')
-    log = random_robots.log(case, 1, 16.0)[0]
+    log = random_robots.log(case, 1, 10.0)[0]
     (folder / 'robot.xml').write_text(case.xml.replace('<worldbody>', '<!-- ours --><worldbody>'))
     section = log.sections[0]
     header = ','.join(['t', *(f'q_{j}' for j in case.joints), *(f'tau_{j}' for j in case.joints)])

@@ -28,7 +28,7 @@ def test_right_findings_are_nearer_and_wrong_ones_vetoed(tmp_path, kind, effect,
     case = random_robots.make(10, False, [kind], 100)
     (tmp_path / 'robot.xml').write_text(case.xml)
     file = read_robot(tmp_path / 'robot.xml')
-    log, count = random_robots.log(case, 1, 14.0)[0], len(case.joints)
+    log, count = random_robots.log(case, 1, 10.0)[0], len(case.joints)
     verdict = diagnose(RobotModel(file.chain, np.full(count, 0.05), 0.05), [log])
     finding, = verdict.findings
     assert finding.effect == effect
@@ -95,7 +95,7 @@ def sampled(xml, joints, sample, setpoints=False):
     frequency, phase, size = (rng.uniform(low, high, (3, 5)) for low, high in (
         (0.1, 0.7), (0.0, 6.28), (0.1, 0.3)))
     q, effort = [], []
-    for k in range(1200):
+    for k in range(800):
         data.ctrl[:] = (size * np.sin(2.0 * np.pi * frequency * 0.01 * k + phase)).sum(axis=1)
         steps = []
         for _ in range(5):
@@ -104,7 +104,7 @@ def sampled(xml, joints, sample, setpoints=False):
             steps.append((position, data.actuator_force.copy()))
         q.append(steps[sample][0])
         effort.append(data.ctrl.copy() if setpoints else steps[sample][1])
-    section = LogSection(0.01 * np.arange(1200), np.array(q) + rng.normal(0.0, 2e-5, (1200, 3)),
+    section = LogSection(0.01 * np.arange(800), np.array(q) + rng.normal(0.0, 2e-5, (800, 3)),
                          np.array(effort))
     return RobotLog('log', joints, SETPOINT if setpoints else TORQUE, (section,), 100.0)
 

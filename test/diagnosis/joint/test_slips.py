@@ -79,7 +79,7 @@ def test_slips_beside_another_effect(number):
     other = PAIRS[number]
     run, planted = recording(20 + number, 2 - number % 2, (other,),
                              seconds=SECONDS if number else 8.0)
-    verdict = verdict_on(run, TRIED if number else TRIED[:5])
+    verdict = verdict_on(run, TRIED if number else TRIED[:3])
     assert verdict.verdict == 'effect'
     assert set(verdict.effect.split('+')) == {'slip', other['id']}
     assert_found(verdict, planted)
@@ -126,7 +126,7 @@ def test_all_doors_agree():
     live, = monitor.health.slips
     line, = (line for line in examine(samples, EstimatorParameters(), MODEL).lines
              if line.name == 'slip')
-    verdict = verdict_on(replace(run, y=y), TRIED[:4])
+    verdict = verdict_on(replace(run, y=y), TRIED[:2])
     assert (verdict.verdict, verdict.effect) == ('effect', 'slip')
     assert verdict.gap_before > verdict.gap_after and verdict.gap_after < 1.1
     found, = verdict.slips

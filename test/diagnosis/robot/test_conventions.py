@@ -137,7 +137,7 @@ def test_commands_read_a_robot_as_it_is_named_and_learn_refuses_it(tmp_path, cap
                                                    (2.0, 2.0, 1.0))))
     text = text.replace('effort="100"', 'effort="0"', 1)
     (tmp_path / 'arm.urdf').write_text(text)
-    columns = raw(1.0, seconds=25.0)
+    columns = raw(1.0, seconds=20.0)
     table = np.column_stack([columns.t, *(x for j in JOINTS for x in (
         columns.position[j], columns.input[j]))])
     table[:, 5:7] *= -1.0

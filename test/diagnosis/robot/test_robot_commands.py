@@ -23,7 +23,7 @@ from gearbox_monitor.simulators.robot_model import read_robot
 def arm(tmp_path_factory):
     """Return a folder with a simulated pair and what was learnt of the healthy arm."""
     folder = tmp_path_factory.mktemp('robot') / 'arm'
-    assert main(['example', str(folder), '--robot']) == 0
+    assert main(['example', str(folder), '--robot', '--seconds', '15']) == 0
     assert main(['learn', str(folder / 'healthy.csv'), '--model', str(folder / 'robot.urdf'),
                  '--out', str(folder / 'arm.knowledge')]) == 0
     return folder
