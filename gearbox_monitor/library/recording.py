@@ -18,7 +18,7 @@ from gearbox_monitor.library.simulator_file import expect_path
 from gearbox_monitor.plant.drive import DriveModel, expect_model
 from gearbox_monitor.plant.simulate import Trajectory
 from gearbox_monitor.presentation import FileLimits, NO_LIMITS, Paged, Said, said
-from gearbox_monitor.recordings.from_bag import drive_recording, robot_recording
+from gearbox_monitor.recordings.from_bag import recorded_joints
 from gearbox_monitor.recordings.joint_input import find_input
 from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOptions
 from gearbox_monitor.recordings.topics import JOINT_STATES
@@ -266,12 +266,13 @@ def _read(source: Any, model: DriveModel | None, joints: dict[str, str], topic: 
         whole = model is None and not joints
         present = reader.joint_names(name, None if whole else list(names.values()))
         if whole:
-            return robot_recording(reader, name, present), False
+            return recorded_joints(reader, name, present), False
         if not joints and len(present) == 1:
             names.update(motor=present[0], arm='')
         setpoint = names['setpoint'] if names['setpoint'] in present or 'setpoint' in joints \
             else ''
-        return drive_recording(reader, topic, names['motor'], names['arm'],
+        sides = [MOTOR, ARM] if names['arm'] else [MOTOR]
+        return recorded_joints(reader, name, [names[side] for side in sides], sides,
                                setpoint), reader.arm_side
 
 

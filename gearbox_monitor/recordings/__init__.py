@@ -12,8 +12,8 @@ Public names, by module:
 
     cdr: encode_joint_states, MAX_LAYOUTS, read_layout
     examples: ExampleMotion, NOISE, process_torque, write_example_bag, write_robot_pair
-    from_bag: ANY, drive_recording, load_locked, load_log, load_values, names_in_log,
-        robot_model, robot_recording, RobotValues
+    from_bag: ANY, load_locked, load_log, load_values, names_in_log, recorded_joints,
+        robot_model, RobotValues
     guess: Answers, Guess, Unsettled
     joint_input: bag_arguments, DIAGNOSTIC_ARRAY, find_input, find_topic, GEARBOX,
         innovation_topics, Joiner, JointInput, match_stamps, nis_of, NO_MODEL, NO_SERIAL,

@@ -8,6 +8,7 @@ Joints of a robot are read as its description counts them, with what a user stat
 """
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import repeat
 import math
 import re
 from typing import Any
@@ -23,12 +24,12 @@ from gearbox_monitor.errors import (
 from gearbox_monitor.files.user_files import load_yaml
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.presentation import as_written, Said, said
-from gearbox_monitor.recordings.joint_input import find_input, find_topic, topics_called
+from gearbox_monitor.recordings.joint_input import find_topic, topics_called
 from gearbox_monitor.recordings.meaning import EFFORT, units_of
 from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOptions
 from gearbox_monitor.signals.recording import (
-    ARM, conventions_of, CURRENT as OF_CURRENT, JointSignals, MOTOR, NOT_MEASURED, Recording,
+    ARM, conventions_of, CURRENT as OF_CURRENT, JOINT, JointSignals, NOT_MEASURED, Recording,
     UNKNOWN)
 from gearbox_monitor.simulators.robot_model import ChainFile
 
@@ -41,63 +42,36 @@ UNSIGNED = 'no value is below 0: sizes without a direction'
 HINT = '--recorded NAME=LOGNAME maps a name'
 
 
-def drive_recording(reader: BagReader, topic: str, motor: str, arm: str, setpoint: str = ''
-                    ) -> Recording:
+def recorded_joints(reader: BagReader, topic: str, joints: Sequence[str],
+                    sides: Sequence[str] = (), setpoint: str = '') -> Recording:
     """
-    Return the Recording of a drive.
+    Return the Recording of `joints`; setpoints on a topic of their own hold until the next one.
 
     Args:
         reader: of it.
-        topic: of its joint states, see find_input.
-        motor: joint of the motor.
-        arm: joint of the arm; '' for none.
-        setpoint: joint whose position is the setpoint; '' for that of the motor on a topic
+        topic: of its joint states.
+        joints: names in the recording.
+        sides: of a drive: MOTOR, ARM.
+        setpoint: joint whose position is the setpoint of the first one; '' for a topic
             joint_setpoints, if there is one.
 
     Raises:
-        InputError: there is no such topic or joint.
+        InputError: there is no such joint.
     """
-    topic = find_input(reader, topic).topic
-    names = [motor, arm, *([setpoint] if setpoint else [])]
-    states = reader.joint_states(topic, names).of_named()
-    stamps, position, velocity, effort = (
-        states.stamp_ns, states.position, states.velocity, states.effort)
-    joints = {motor: JointSignals(
-        stamps, position=position[:, 0], velocity=velocity[:, 0], effort=effort[:, 0],
-        setpoint=position[:, 2] if setpoint else _setpoints(reader, topic, [motor], stamps).get(
-            motor, NOT_MEASURED), side=MOTOR, effort_is=_kind(reader, motor))}
-    if arm:
-        joints[arm] = JointSignals(stamps, position[:, 1], velocity[:, 1], effort=effort[:, 1],
-                                   side=ARM, measured=True)
-    return Recording(str(reader.path), joints, (reader.notice,) if reader.notice else ())
+    states = reader.joint_states(topic, [*joints, *([setpoint] if setpoint else [])]).of_named()
+    setpoints = {joints[0]: states.position[:, -1]} if setpoint else _setpoints(
+        reader, topic, joints, states.stamp_ns)
+    return Recording(str(reader.path) if sides else reader.path.name, {joint: JointSignals(
+        states.stamp_ns, states.position[:, k], states.velocity[:, k],
+        setpoints.get(joint, NOT_MEASURED), states.effort[:, k], side, _kind(reader, joint),
+        side == ARM) for k, (joint, side) in enumerate(zip(joints, sides or repeat(JOINT)))},
+        (reader.notice,) if reader.notice else ())
 
 
 def _kind(reader: BagReader, joint: str) -> str:
     """Return what the effort of a joint is, one of signals.recording.EFFORTS."""
     unit = reader.effort_units.get(joint, '')
     return OF_CURRENT if unit in units_of(EFFORT, 'input') else UNKNOWN
-
-
-def robot_recording(reader: BagReader, topic: str, joints: Sequence[str]) -> Recording:
-    """
-    Return the Recording of `joints` of a robot; setpoints hold until the next one.
-
-    Args:
-        reader: of it.
-        topic: of its joint states.
-        joints: names in the recording.
-
-    Raises:
-        InputError: there is no such topic or joint.
-    """
-    topic = find_topic(reader, topic)
-    states = reader.joint_states(topic, joints)
-    setpoints = _setpoints(reader, topic, joints, states.stamp_ns)
-    return Recording(reader.path.name, {joint: JointSignals(
-        states.stamp_ns, position=states.position[:, k], velocity=states.velocity[:, k],
-        setpoint=setpoints.get(joint, NOT_MEASURED), effort=states.effort[:, k],
-        effort_is=_kind(reader, joint)) for k, joint in enumerate(joints)},
-        (reader.notice,) if reader.notice else ())
 
 
 def _setpoints(reader: BagReader, topic: str, joints: Sequence[str], stamp_ns: Integers
@@ -219,7 +193,7 @@ def robot_log(reader: BagReader, joints: Sequence[str], recorded: Mapping[str, s
     names, assumed = names_in_log(path, present, joints, recorded, serial)
     notes = list(map(as_written, assumed))
     held = [joint for joint in locked if joint in present]
-    recording = robot_recording(reader, topic, [*names.values(), *held])
+    recording = recorded_joints(reader, topic, [*names.values(), *held])
     unused = [name for name in present if name not in (*names.values(), *held)]
     if unused:
         notes.append(as_written(f'joints that are not used: {", ".join(unused)[:200]}'))

@@ -15,7 +15,7 @@ Public names, by module:
     finding: BAD, DataFinding, hurts, judged, LIMITS, OK, PURPOSES, WARN
     jumps: counted_on, JumpFinding, OUTLIER, PERIODS, repeats, SLIP, strangers, TURNS, turns,
         wild_rows, without_jumps
-    recording: ARM, AS_RECORDED, Convention, conventions_of, CURRENT, drive_samples,
+    recording: ARM, AS_RECORDED, Convention, conventions_of, CURRENT, drive_samples, JOINT,
         JointSignals, MOTOR, NOT_MEASURED, Recording, UNKNOWN
     stamps: evened, require_stamps, unstamped
     uniform: at_one_rate, expect_one_rate, prepare, RecordingKind, rms_of, UniformRecording,
