@@ -22,11 +22,11 @@ from gearbox_monitor.recordings.from_bag import recorded_joints
 from gearbox_monitor.recordings.joint_input import find_input
 from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOptions
 from gearbox_monitor.recordings.topics import JOINT_STATES
-from gearbox_monitor.signals.examine import admitted, require_samples
+from gearbox_monitor.signals.examine import admitted, kind_of, require_samples
 from gearbox_monitor.signals.jumps import counted_on
 from gearbox_monitor.signals.recording import (
     ARM, drive_samples, JointSignals, MOTOR, NOT_MEASURED, Recording)
-from gearbox_monitor.signals.uniform import UniformRecording, usable_rows
+from gearbox_monitor.signals.uniform import prepare, UniformRecording, usable_rows
 
 ROLES = ('motor', 'arm', 'setpoint')  # of joints in a bag
 WORDS = {'t': 'time in s', 'u': 'torque in N m, or current in A with torque_constant in the model',
@@ -124,8 +124,9 @@ class DriveRecording(Paged):
         limits = self.limits
         notes: list[Said | str] = [*limits.notes, *self.recording.notes]
         motor = self.recording.joints.get(self.recording.on_side(MOTOR) or '')
-        if motor is not None and motor.has('setpoint') and motor.has('effort'):
-            notes.append(said('setpoint_idle' if self.model.controller is None else 'torque_idle'))
+        if motor is not None and motor.has('setpoint') and motor.has('effort') and (
+                self.model.controller is None):
+            notes.append(said('setpoint_idle'))
         low, high = limits.setpoints
         if motor is not None and self.model.controller is not None:
             beyond = int(np.count_nonzero((motor.setpoint < low) | (motor.setpoint > high)))
@@ -174,11 +175,28 @@ class DriveRecording(Paged):
         rows, repeats = usable_rows(self.stamp_ns)
         recording, notes = admitted(self.stamp_ns[rows], u[rows, 0], y[rows], u[rows, 1],
                                     self.name, self.model, self.model.origin.name)
-        remarks = [*self.notes, *turned, *map(str, (*repeats, *notes))]
+        remarks = [*self.notes, *turned, *map(str, (
+            *repeats, *notes, *self._against_servo(recording, rows, y)))]
         if not weigh:
             remarks += [*map(str, recording.counted_on()), *(
                 [recording.doubt.text] if recording.doubt is not None else [])]
         return recording, remarks
+
+    def _against_servo(self, recording: UniformRecording, rows: Integers, y: Array) -> list[Said]:
+        """Return what the torque at `rows` of y [N, 2] says of the model's servo, [] without."""
+        motor = self.recording.joints.get(self.recording.on_side(MOTOR) or '')
+        if recording.servo_torque is None or motor is None or not motor.has('effort'):
+            return []
+        kind = kind_of(self.model)._replace(setpoint=False)
+        try:
+            torque = prepare(self.stamp_ns[rows], motor.effort[rows] * self.model.effort_scale,
+                             y[rows], kind=kind)[0].u
+            servo = recording.servo_torque
+            correlation = float(np.corrcoef(torque, servo)[0, 1])
+        except (InputError, ValueError):  # known too seldom, or elsewhere than the setpoint
+            return [said('torque_idle')]
+        return [said('servo_torque', ratio=float(torque @ servo / (servo @ servo)),
+                     correlation=correlation)]
 
     def _counted_on(self) -> tuple[Array, Array, list[str]]:
         """Return (u, y) of the samples with turns of both encoders counted on, and notes."""

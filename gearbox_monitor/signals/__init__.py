@@ -10,7 +10,7 @@ jumps, a recording on an even grid, and findings with limit and advice. Nothing 
 Public names, by module:
 
     .: SignalHandlerOptions
-    examine: admitted, Examination, examine, examined, joined, measured_samples,
+    examine: admitted, Examination, examine, examined, joined, kind_of, measured_samples,
         require_samples, SAMPLES, WINDOWS
     finding: BAD, DataFinding, hurts, judged, LIMITS, OK, PURPOSES, WARN
     jumps: counted_on, JumpFinding, OUTLIER, PERIODS, repeats, SLIP, strangers, TURNS, turns,
