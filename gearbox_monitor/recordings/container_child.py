@@ -187,7 +187,12 @@ def entry_leaves(entries: list[Any], prefix: str = '') -> Iterator[Leaf]:
     for field in dict.fromkeys(key for entry in flat[:MIN_SAMPLES] for key in entry):
         values = [entry.get(field) for entry in flat]
         lists = [value for value in values if isinstance(value, list)]
-        if not lists or len(lists) == len(values) and len(set(map(len, lists))) == 1:
+        if field in ('name', 'joint_names') and lists and all(
+                isinstance(name, str) for name in lists[0]):
+            if any(value != lists[0] for value in values):
+                raise Unreadable(f'{field}: other joints in some entries, expected the same')
+            JOINTS.extend(lists[0])
+        elif not lists or len(lists) == len(values) and len(set(map(len, lists))) == 1:
             yield prefix + field, array_of(values, prefix + field), ''
 
 

@@ -42,7 +42,7 @@ REFUSED = tuple((re.compile(mark), what, instead) for mark, what, instead in (
     (rb'PK(?s:.*)\[Content_Types\]\.xml', 'an Excel workbook', 'its sheet saved as CSV'),
     (rb'\xff\xfe|\xfe\xff', 'text in UTF-16', 'UTF-8: convert it (iconv -f utf-16)'),
     (rb'(?:\xef\xbb\xbf)?\s*<', 'XML, as KUKA RSI writes it', 'a table: export its values as CSV'),
-    (rb'(?sm)(?=.*^\w+: *\n(\s+\w+:|- ))(?=.*\n---)', "documents of 'ros2 topic echo'",
+    (rb'(?sm).*^\w+:.*\n---\r?\n\w+:', "documents of 'ros2 topic echo'",
      "a bag, or what 'ros2 topic echo --csv' writes")))
 CPU_SECONDS, MEMORY = 20, 1 << 30  # of the child
 LEAST_FILLED = 0.01  # share of the cells of a column that holds numbers

@@ -123,6 +123,12 @@ def test_json_entries_with_a_list_of_joints(tmp_path):
     mapping = {'time': {'column': 't'}, 'signals': {
         'motor_position': {'column': 'q 3'}, 'motor_effort': {'column': 'u 2'}}}
     assert_same(imported(tmp_path, mapping, written(tmp_path, json.dumps(rows), 'r.json')))
+    rows = [{'t': t, 'name': ['elbow', 'wrist'], 'position': [q, u]} for t, q, u in zip(T, Q, U)]
+    named = load_table(written(tmp_path, json.dumps(rows), 'named.json'))
+    assert named.joints == ('elbow', 'wrist')
+    rows[7]['name'].reverse()
+    with pytest.raises(InputError, match='name: other joints in some entries'):
+        load_table(written(tmp_path, json.dumps(rows), 'named.json'))
 
 
 def test_structured_mat(tmp_path):
