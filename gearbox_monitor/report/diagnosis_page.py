@@ -381,8 +381,8 @@ def _location(data: VerdictData, evidence: DiagnosisEvidence) -> Section:
             1.0, 130, NOISE_RANGE)
         charts.append(Chart(f'over {name}', [panel], evidence.labels[name], zoom=False))
     return Section('diagnosis/where.html', {
-        'placed': evidence.placed, 'places': Bars(rows, top=1.0),
-        'effects': len(ids_of(data)), 'charts': charts}, 'Where', folded=True)
+        'placed': evidence.placed, 'places': Bars(rows, top=1.0), 'charts': charts},
+        'Where', folded=True)
 
 
 def _ranking(data: VerdictData, evidence: DiagnosisEvidence) -> Section:

@@ -15,7 +15,8 @@ from gearbox_monitor.diagnosis.joint.candidates import SHAPES
 from gearbox_monitor.diagnosis.joint.drive_recordings import DriveRecordings, likeliest_reading
 from gearbox_monitor.diagnosis.joint.effect_scan import evidence_for, FreeFunction
 from gearbox_monitor.diagnosis.joint.innovation_evidence import InnovationEvidence
-from gearbox_monitor.diagnosis.joint.innovations import evaluated, fitted, InnovationFit, Tested
+from gearbox_monitor.diagnosis.joint.innovations import (
+    evaluated, fitted, InnovationFit, JointLikelihood, Tested)
 from gearbox_monitor.diagnosis.joint.localisation import (
     Burst, places, slip_events, SlipEvent, without_slips)
 from gearbox_monitor.diagnosis.joint.windows import (
@@ -287,7 +288,7 @@ def with_level_of_innovations(decision: Decision) -> Decision:
     return replace(decision, recordings=data, outcome=replace(decision.outcome, evidence=evidence))
 
 
-def standard_errors(evidence: DriveRecordings,
+def standard_errors(likelihood: JointLikelihood,
                     fit: InnovationFit) -> tuple[dict[str, dict[str, float]], float | None]:
     """
     Return ({id: {parameter: standard error}}, condition of the scaled normal matrix).
@@ -296,13 +297,13 @@ def standard_errors(evidence: DriveRecordings,
     by the excess of the innovations where that is above 1.
 
     Args:
-        evidence: the recordings.
-        fit: by innovations.
+        likelihood: of the recordings.
+        fit: by it.
     """
     candidate, z = fit.candidate, fit.z
     if not len(z):
         return {}, None
-    tested = Tested.beside(evidence.fine, fit)
+    tested = Tested.beside(likelihood, fit)
     run, S = tested.at.run, tested.own.T @ tested.own
     scale = 1.0 / np.sqrt(np.maximum(np.diag(S), 1e-300))
     misfit = max(1.0, float((run.residual[run.read] ** 2).mean()))

@@ -373,7 +373,7 @@ def diagnose_change(reference: UniformRecording, later: UniformRecording, model:
     decision = decide(evidence)
     notes = [*decision.notes, *doubts(decision, otherwise)]
     findings = []
-    errors, _ = standard_errors(decision.recordings, decision.fit)
+    errors, _ = standard_errors(decision.recordings.fine, decision.fit)
     for effect, values in decision.values.items():
         if _refuted(nominal, effect, values):
             findings.append(_finding(nominal, effect, values, errors.get(effect, {})))
@@ -490,6 +490,6 @@ def _earlier(nominal: ReferenceFit, effect: str, now: Values
     if not values or (effect in PHASED and not values.get(amplitude(effect))):
         return values, {}
     candidate = nominal.evidence.starts.at(effect, values)
-    errors, _ = standard_errors(nominal.evidence, InnovationFit(
+    errors, _ = standard_errors(nominal.evidence.fine, InnovationFit(
         candidate, candidate.start(), nominal.fit.torque))
     return values, {k: v for k, v in errors.get(effect, {}).items() if math.isfinite(v)}

@@ -316,17 +316,17 @@ def separations(evidence: DriveRecordings, fit: InnovationFit, fits: Sequence[In
         return {}
     tested = Tested.beside(evidence.fine, fit)
     names = [n for n in evidence.ids if n not in NOT_FITTED and n not in candidate.ids]
-    signatures = {name: tested.with_prior(signature(
+    signatures = {name: signature(
         evidence.fine, tested.at, evidence.starts.candidates(
-            name, orders.get(name, 1) if name in PERIODIC else None)[0])[0]) for name in names}
+            name, orders.get(name, 1) if name in PERIODIC else None)[0])[0] for name in names}
     out = {}
     for owner in owners:
         others = tested.own[:, [c.owner != owner for c in candidate.coordinates]]
-        effect = remaining(direction(candidate, fit.z, owner, tested.own), others)
-        total = float((effect ** 2).sum())
+        effect = remaining(direction(candidate, fit.z, owner, tested.own), others).sum(axis=1)
+        total, beside = float(effect @ effect), replace(tested, own=others, residual=effect)
         out[candidate.ids[owner]] = evidence_for(evidence, fit, fits, owner), {
-            name: float((remaining(effect, remaining(columns, others)) ** 2).sum()) / total
-            if total else 1.0 for name, columns in signatures.items()}
+            name: max(0.0, 1.0 - beside.step(columns)[0] / total) if total else 1.0
+            for name, columns in signatures.items()}
     return out
 
 

@@ -714,19 +714,16 @@ class Tested:
         """Covariance [P, P] of the coordinates."""
         return covariance(self.own.T @ self.own)
 
-    def with_prior(self, columns: Array) -> Array:
-        """Return columns [N, C] of innovations with rows [M, C] of the prior, which are 0."""
-        return np.pad(columns, ((0, len(self.own) - len(columns)), (0, 0)))
+    def _yielding(self, columns: Array) -> tuple[Array, Array]:
+        """Return (products of columns [N, C] with `own`, change of the coordinates) [P, C]."""
+        products = self.own[:len(columns)].T @ columns
+        return products, -self.covariance @ products
 
     def without(self, columns: Array) -> Array:
         """Return columns [M, C] of innovations less what the coordinates of the fit imitate."""
-        return self._split(columns)[0]
-
-    def _split(self, columns: Array) -> tuple[Array, Array]:
-        """Return (columns [M, C] less what the coordinates imitate, their change [P, C])."""
-        columns = self.with_prior(columns)
-        change = self.covariance @ (self.own.T @ columns)
-        return columns - self.own @ change, -change
+        X = np.asarray(self.own @ self._yielding(columns)[1])
+        X[:len(columns)] += columns
+        return X
 
     def step(self, columns: Array) -> tuple[float, Array, Array]:
         """
@@ -735,12 +732,18 @@ class Tested:
         Returns:
             Gain in -2 log L, step [C], change [P, C] of the coordinates per unit of the step.
         """
-        X, change = self._split(columns)
-        S = X.T @ X
-        S[np.diag_indices_from(S)] += RIDGE * (columns ** 2).sum(axis=0) + 1e-300
-        h = X.T @ self.residual
+        products, change = self._yielding(columns)
+        power = columns.T @ columns
+        S = power + products.T @ change
+        S[np.diag_indices_from(S)] += RIDGE * np.diag(power) + 1e-300
+        h = columns.T @ self.residual[:len(columns)] + change.T @ self._pull
         step = np.linalg.solve(S, h)
         return float(h @ step), -step, change
+
+    @cached_property
+    def _pull(self) -> Array:
+        """Products [P] of `own` with the residual."""
+        return np.asarray(self.own.T @ self.residual)
 
 
 def _noise_columns(likelihood: Likelihood, fit: FilteredFit) -> tuple[Array, Array]:

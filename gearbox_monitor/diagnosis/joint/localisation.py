@@ -104,17 +104,14 @@ class InputEstimator(StateProblems):
         super().__init__(runs.data, runs.model, runs.memory)
         self.states = runs.states
         windows, dt = runs.data.windows, runs.recording.dt
-        lead = int((windows.first - windows.begin).max(initial=0))
+        lead = int((windows.first - windows.begin).max(initial=0))  # of all, after SETTLING
         self.basis = triangles(windows.length, lead, dt)
         self.count = self.basis.shape[1]
         values = runs.recording.torque
         if place in TORQUES:
             # Windows begin in their neighbours: each has a torque of its own.
-            rows = windows.begin[:, None] + np.arange(len(self.basis))
-            extra = self.data.simulator.extra
-            self.extra = extra[np.minimum(rows, len(extra) - 1)]
-            shift = (lead - windows.first + windows.begin)[:, None]
-            self.at = np.minimum(np.arange(len(self.basis)) + shift, len(self.basis) - 1)
+            self.extra = self.data.simulator.extra[
+                windows.begin[:, None] + np.arange(len(self.basis))]
             self.torque = TORQUES.index(place)
         else:
             sensor, channels = SENSORS.index(place), runs.data.channels
@@ -134,8 +131,7 @@ class InputEstimator(StateProblems):
             residual = super().residual(states, index)
             return residual - (signal @ self.known.T).reshape(residual.shape)
         extra = self.extra[index]
-        extra[:, :, self.torque] += np.take_along_axis(
-            signal @ self.basis.T, self.at[index], axis=1)
+        extra[:, :, self.torque] += signal @ self.basis.T
         return self.data.residual(self.model, states, self.memory[index], index, extra)
 
     def linearised(self, theta: Array, residual: Array, index: Integers) -> tuple[Array, Array]:

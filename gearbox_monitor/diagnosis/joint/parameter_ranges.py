@@ -17,8 +17,8 @@ import scipy
 
 from gearbox_monitor.diagnosis.contest import STATEMENTS
 from gearbox_monitor.diagnosis.joint.candidates import BY_EFFECT, CandidateModel, NUISANCES
-from gearbox_monitor.diagnosis.joint.innovations import (
-    COORDINATE_STEP, fitted, JointLikelihood, Tested, unfitted)
+from gearbox_monitor.diagnosis.joint.decision import standard_errors
+from gearbox_monitor.diagnosis.joint.innovations import fitted, JointLikelihood, unfitted
 from gearbox_monitor.diagnosis.joint.nominal import FittedValue
 from gearbox_monitor.diagnosis.joint.torque_domain import likelihood_of
 from gearbox_monitor.errors import expect_whole, InputError
@@ -427,12 +427,6 @@ def pooled(values: Sequence[float], errors: Sequence[float]) -> RandomEffect:
                         [float(e) for e in errors])
 
 
-def _numbers(candidate: CandidateModel, z: Array) -> dict[tuple[str, str], float]:
-    """Return {(id, parameter): value} of the effects at z, without whole and listed ones."""
-    return {(name, key): value for name, values in zip(candidate.ids, candidate.values(z)[1])
-            for key, value in values.items() if isinstance(value, float)}
-
-
 def between_recordings(recordings: Sequence[UniformRecording], candidate: CandidateModel, z: Array,
                        sigma: Array) -> dict[str, dict[str, RandomEffect]]:
     """
@@ -444,20 +438,16 @@ def between_recordings(recordings: Sequence[UniformRecording], candidate: Candid
         z: coordinates [P] of the fit to all recordings.
         sigma: noise of the encoders [2], rad.
     """
-    measured: dict[tuple[str, str], list[tuple[float, float]]] = {}
+    measured: dict[str, dict[str, list[tuple[float, float]]]] = {
+        name: {} for name in candidate.ids}
     for recording in recordings:
         likelihood = JointLikelihood([likelihood_of(recording, candidate.nominal, sigma,
                                                     [recording.span])])
         fit = fitted(likelihood, unfitted(likelihood, candidate, z))
-        inverse = Tested.beside(likelihood, fit).covariance
-        steps = COORDINATE_STEP * candidate.steps()
-        moved = [_numbers(candidate, fit.z + step) for step in np.diag(steps)]
-        for key, value in _numbers(candidate, fit.z).items():
-            slope = np.array([(other[key] - value) / step for other, step in zip(moved, steps)])
-            measured.setdefault(key, []).append(
-                (value, math.sqrt(max(float(slope @ inverse @ slope), 0.0))))
-    out: dict[str, dict[str, RandomEffect]] = {}
-    for (name, parameter), pairs in measured.items():
-        values, errors = zip(*pairs)
-        out.setdefault(name, {})[parameter] = pooled(values, errors)
-    return out
+        errors, _ = standard_errors(likelihood, fit)
+        for name, values in zip(candidate.ids, candidate.values(fit.z)[1]):
+            for key, error in errors[name].items():
+                if isinstance(values.get(key), float):
+                    measured[name].setdefault(key, []).append((values[key], error))
+    return {name: {key: pooled(*zip(*pairs)) for key, pairs in rows.items()}
+            for name, rows in measured.items()}

@@ -130,7 +130,7 @@ def report(decision: Decision, lattices: Sequence[str], validate: UniformRecordi
     unseen = decision.outcome.evidence.hidden(decision.outcome.none) if kind == NONE else []
     kind = UNDECIDED if unseen else kind
     params, model = _closed(decision, effects)
-    errors, condition = standard_errors(data, decision.closed)
+    errors, condition = standard_errors(data.fine, decision.closed)
     torque_map = _torque_map(model, decision, errors)
     if torque_map is not None:
         model = with_effects(model, [torque_map])
@@ -172,9 +172,10 @@ def _named(decision: Decision, lattices: Sequence[str]) -> list[str]:
 
 
 def _located(decision: Decision, kind: str, effects: Sequence[str]) -> dict[str, Any]:
-    """Return where the gap lies; where `effects` name the place, free signals illustrate it."""
+    """Return where the gap lies; of one effect alone, free signals illustrate its place."""
     runs, places = decision.compared, [location_of(i) for i in effects]
-    where = localisation.places(runs.none, illustrates=True) if effects else localisation.NOWHERE
+    where = localisation.places(runs.none, illustrates=True) if len(effects) == 1 else (
+        localisation.NOWHERE)
     if kind == UNKNOWN:
         places = [decision.place]
         where = {**localisation.places(runs.laws), 'location': decision.place}

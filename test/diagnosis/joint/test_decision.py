@@ -147,7 +147,7 @@ def test_the_true_effect_closes_the_gap(cases, name):
     low, high = closure['closed_fraction_ci']
     assert low <= 1.0 <= high and low <= closure['closed_fraction'] <= high
     truth, (values,) = CASES[name][0], fit.candidate.values(fit.z)[1]
-    errors, _ = standard_errors(evidence, fit)
+    errors, _ = standard_errors(evidence.fine, fit)
     for parameter, value in truth.items():
         assert abs(values[parameter] - value) < 4.0 * errors[name][parameter], parameter
     assert closure == closed_model.closure(before, after, True, seed=3)
@@ -516,7 +516,7 @@ def test_an_effect_is_not_what_lasts_beside_the_model_without_it():
     assert decision.ids == ('viscous_asymmetry',)
     assert decision.recordings.model.process_torque_time == LASTS
     (_, (effect,)), (errors, _) = (decision.fit.candidate.values(decision.fit.z),
-                                   standard_errors(decision.recordings, decision.fit))
+                                   standard_errors(decision.recordings.fine, decision.fit))
     assert abs(effect['Cva'] - 0.04) < 2.5 * errors['viscous_asymmetry']['Cva'] < 0.01
 
 
