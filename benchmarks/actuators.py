@@ -54,7 +54,7 @@ LIGHT = 1e-6  # kg m^2: an arm that carries nothing
 BACKEND = DriveModel().with_(
     kind='rigid', position_gain=0.0, motor_inertia=6e-4, arm_inertia=LIGHT, viscous_friction=0.005,
     coulomb_friction=0.02, process_torque_time=0.3, arm_load='measured',
-    friction_sharpness=1000.0, tolerance=0.5)
+    friction_sharpness=1000.0, tolerance=0.5, driven_by='position')
 OF_JOINT = {'m1': ('armature', 'kg m^2'), 'Cv': ('viscous', 'N m s/rad'),
             'Cc': ('coulomb', 'N m')}  # nuisance of the robot's balance, and its unit
 LINKS, OWN = 0.3, 1.0  # tolerances of the links' inertias, and of the guesses of the joints
@@ -173,7 +173,7 @@ def _of_backend(folder: Path) -> Measured:
         value = {name: float(v) for name, v in zip(ranges.names, ranges.centre)}
         errors, sizes = [], []
         for path in test:
-            model = replace(BACKEND, driven_by='position', motor_inertia=value['m1'],
+            model = replace(BACKEND, motor_inertia=value['m1'],
                             viscous_friction=value['Cv'], coulomb_friction=value['Cc'],
                             torque_offset=value['u0'],
                             effects=({'id': 'torque_gain', 'g': value['kt'] / factor - 1.0},))
