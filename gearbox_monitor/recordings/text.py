@@ -13,7 +13,6 @@ import contextlib
 import csv
 from dataclasses import dataclass, field, replace
 import gzip
-from itertools import islice
 from pathlib import Path
 import re
 import warnings
@@ -28,9 +27,10 @@ from gearbox_monitor.recordings.meaning import number_with_unit, scaled_unit
 
 DATE = re.compile(r'\s*\d{4}-\d\d-\d\d[T ]\d\d:\d\d')
 COMMENTS = ('#', '%', '//')
-DELIMITERS = (',', ';', '\t', 'whitespace')
+DELIMITERS = (',', ';', '\t', '|', 'whitespace')
 MISSING = frozenset(('', 'nan', 'na', 'n/a', 'null', 'none', '-'))
 HEAD_LINES = 300   # from which the layout is seen
+HEAD_BYTES = 1 << 26
 MAX_HEADER = 5     # rows of names
 MAX_COLUMNS = 4096
 BLOCK = 1 << 22    # bytes of text that are read at once
@@ -66,11 +66,13 @@ class TextLayout:
 # --- layout -------------------------------------------------------------------------------------
 def layout_of(path: Path) -> TextLayout:
     """Return the TextLayout of a file, gzipped or not. Raises InputError: it is not a text."""
+    raw = list[bytes]()
     with open_unpacked(path) as stream:
-        raw = list(islice(iter(lambda: stream.readline(BLOCK), b''), HEAD_LINES))
-    if any(len(line) == BLOCK and not line.endswith(b'\n') for line in raw):
-        raise InputError(f'{path}: a line of more than {BLOCK >> 20} MB, expected a table of '
-                         'text: is it binary?')
+        while len(raw) < HEAD_LINES and (line := stream.readline(BLOCK)):
+            raw.append(line)
+            if len(line) == BLOCK or sum(map(len, raw)) > HEAD_BYTES:
+                raise InputError(f'{path}: a line of more than {BLOCK >> 20} MB, or {HEAD_LINES} '
+                                 f'of {HEAD_BYTES >> 20}, expected a table of text: is it binary?')
     head = b''.join(raw)
     encoding = 'utf-8' if _decodes(head) else 'latin-1'
     if head.count(0):

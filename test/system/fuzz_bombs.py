@@ -46,11 +46,10 @@ T0 = 1_700_000_000 * 10 ** 9
 JOINTS = ('motor', 'arm')
 TYPE = 'sensor_msgs/msg/JointState'
 TYPES = get_typestore(Stores.ROS2_JAZZY).types
-MAPPING = """format: {format}
-time: {{rate: 1000.0}}
+MAPPING = """time: {{rate: 1000.0}}
 signals:
-  motor_position: {{{place}: {first}}}
-  motor_effort: {{{place}: {second}}}
+  motor_position: {{column: {first}}}
+  motor_effort: {{column: {second}}}
 """
 
 
@@ -355,10 +354,10 @@ def _database(statements):
 
 MESSAGES = ('CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, '
             'data BLOB)')
-JSON_MAP = MAPPING.format(format='json', place='field', first='a', second='b')
-TEXT_MAP = MAPPING.format(format='text', place='column', first=1, second=2)
-NPZ_MAP = MAPPING.format(format='numpy', place='field', first='x', second='x')
-MAT_MAP = MAPPING.format(format='mat', place='field', first='x', second='x')
+JSON_MAP = MAPPING.format(first='a', second='b')
+TEXT_MAP = MAPPING.format(first=1, second=2)
+NPZ_MAP = MAPPING.format(first='x', second='x')
+MAT_MAP = MAPPING.format(first='x', second='x')
 
 
 BOMBS = (
