@@ -22,7 +22,7 @@ from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 
 N = 5000
-PARTS = [(0, 70), *((begin, begin + 10) for begin in range(220, N, 1200))]  # that Python takes
+PARTS = [(0, 70), *((begin, begin + 6) for begin in range(220, N, 1200))]  # that Python takes
 LOADED = [{'id': 'gravity', 'G': 0.4}, {'id': 'arm_coulomb', 'Cac': 0.05}]
 PLAY = {'kind': 'play', 'hysteresis_width': 0.02}
 NONE = {'arm_load': 'none'}
