@@ -66,20 +66,6 @@ def rows_of(twist, tau_k, tau_k_std=0.0):
     return rows
 
 
-def test_exact_loop():
-    twist = 1.2 * np.sin(np.linspace(0, 20, 3000)) + 0.05
-    shifted = twist - 0.07
-    tau = 7.0 * np.sign(shifted) * np.maximum(np.abs(shifted) - 0.3, 0.0)
-    found = features.fit(rows_of(twist, tau), DriveModel(), 5)
-    assert found.gap == pytest.approx(0.6, rel=1e-5)
-    assert found.stiffness == pytest.approx(7.0, rel=1e-5)
-    assert found.zero == pytest.approx(0.07, abs=1e-5) and found.stamp_ns == 5
-    assert 0.3 < found.flank < 0.5
-    # No gap at all is a gap of nearly nothing, not a failure.
-    rigid = features.fit(rows_of(twist, 7.0 * twist), DriveModel(), 5)
-    assert rigid.gap < 0.01 and rigid.stiffness == pytest.approx(7, rel=0.01)
-
-
 def test_no_answer_without_excitation():
     phase = np.linspace(0, 20, 3000)
     noise = 0.01 * np.random.default_rng(0).standard_normal((2, 3000))

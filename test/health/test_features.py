@@ -4,6 +4,7 @@
 """Backlash features: exact curves, statistics on simulated drives, a real drive."""
 import math
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -75,6 +76,43 @@ def test_exact_curves():
             assert found.viscous == pytest.approx(friction[0], abs=2e-4)
             assert found.coulomb == pytest.approx(friction[1], abs=5e-3)
             assert found.gain == pytest.approx(gain, abs=2e-3)
+
+
+def test_no_gap_at_all_is_one_of_nearly_nothing():
+    found = features.fit(curve('dead_zone', 7.0, 0.0), DriveModel(), 5)
+    assert found.gap < 0.01 and found.stiffness == pytest.approx(7.0, rel=0.01)
+
+
+def test_what_strokes_and_windows_scatter_by_is_stated():
+    """Each stroke counts once, but for one of 5 samples; windows as they scatter, or more."""
+    random = np.random.default_rng(2)
+    medians = 0.015 + 1e-3 * random.standard_normal((2, 8))
+    strokes = [np.full(100, sign * m) for pair in medians.T for sign, m in zip((1.0, -1.0), pair)]
+    strokes[8] = np.concatenate([strokes[8][:45], np.full(5, -0.08), strokes[8][45:]])
+    speed = [np.sign(stroke) for stroke in strokes]
+    rows = np.zeros((sum(map(len, strokes)), N_SMOOTHED))
+    rows[:, S_TWIST], rows[:, S_X4] = np.concatenate(strokes), np.concatenate(speed)
+    lost, std = features.lost_motion_of(rows)
+    up, down = (np.concatenate([s[s * sign > 0.0] for s in strokes]) for sign in (1.0, -1.0))
+    assert lost == np.median(up) - np.median(down)
+    means = [np.median(s[s > 0.0]) for s in strokes[::2]]
+    halves = [*means[:4], means[4], *means[4:]]  # the short one parts its stroke
+    assert std == pytest.approx(math.sqrt(
+        np.var(halves, ddof=1) / 9 + np.var(medians[1], ddof=1) / 8), rel=1e-9)
+
+    def windows(values, stated):
+        return [SimpleNamespace(gap=v, gap_std=stated) for v in values]
+    for values, stated, relative, expected in (
+            ((1.0, 2.0, 3.0), 0.1, 0.0, 1.0 / math.sqrt(3.0)),
+            ((1.0, 2.0, 3.0, math.nan), 2.0, 0.0, 2.0 / math.sqrt(3.0)),
+            ((2.0,), 0.3, 0.2, 0.5)):
+        found = features.combine(windows(values, stated), 'gap', relative)
+        assert found.value == 2.0 and found.std == pytest.approx(expected)
+    assert features.combine(windows((math.nan,), 0.1), 'gap') is None
+    x, y, counts = random.standard_normal(9), random.standard_normal(9), np.arange(1, 10)
+    assert features._correlation(x, y, 1.0 * counts) == pytest.approx(
+        np.corrcoef(np.repeat(x, counts), np.repeat(y, counts))[0, 1])
+    assert features._correlation(x, np.ones(9), 1.0 * counts) == 0.0
 
 
 def test_units_do_not_matter():

@@ -3,11 +3,14 @@
 
 """What recordings say before any fit: scales, encoder noise, and the torque noise allowed."""
 from dataclasses import replace
+import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from gearbox_monitor.diagnosis.contest import THRESHOLDS
+from gearbox_monitor.diagnosis.joint import drive_recordings
 from gearbox_monitor.diagnosis.joint.drive_recordings import evidence_of, silent
 from gearbox_monitor.diagnosis.joint.innovations import InnovationFit
 from gearbox_monitor.plant.drive import DriveModel
@@ -138,11 +141,27 @@ def test_torque_noise_is_allowed_where_the_model_file_says_that_it_is_not_exact(
         assert judged.noisy == (share > 0.0)
         np.testing.assert_allclose(judged.allowed_noise, np.maximum(
             judged.whole.least_noise, share * judged.torque))
-
-
-def test_a_stated_torque_noise_is_allowed_in_full():
     np.testing.assert_allclose(
         evidence(recording(), model=MODEL.with_(process_torque=5.0)).allowed_noise, 5.0)
+
+
+def test_what_a_blow_leaves_of_a_recording_and_what_is_left_of_its_torque(monkeypatch):
+    """Parts between slips, of 0.2 s at least; torque beyond its share as a variance too large."""
+    judged = evidence(recording())
+    span = slice(180, 2000)
+    for times, expected in (
+            ((), [span]), ((0.25, 0.5, 1.0, 1.5), [span]),
+            ((0.6, 1.2), [slice(180, 500), slice(1600, 2000)])):
+        slips = np.array([(t0, 0.1) for t0 in times]).reshape(-1, 2)
+        slipping = replace(judged, slips=slips, slip_owner=np.zeros(len(slips), int))
+        assert slipping._between_slips(0, span) == expected
+    share = THRESHOLDS.lasting_torque * judged.scales
+    for sizes, beyond in ((((1.0, 0.1), (math.sqrt(7.0), 0.1)), 3.0 - math.log(4.0)),
+                          (((0.9, 0.2), (0.9, 0.2)), 0.0)):
+        runs = [SimpleNamespace(left=share * size) for size in sizes]
+        monkeypatch.setattr(drive_recordings, 'evaluated', lambda *_, runs=runs: SimpleNamespace(
+            run=SimpleNamespace(runs=runs)))
+        assert judged.beyond_share(None) == pytest.approx(judged.whole.readings * beyond)
 
 
 def test_an_encoder_is_rough_by_its_step_in_deviations_of_its_noise():
