@@ -7,6 +7,7 @@ Laws of every effect and every filter: a new one needs no test beyond its equati
 Two plants and the interpreted kernels are compared in test_effects and test_interpreted.
 """
 import itertools
+import math
 import json
 
 import numpy as np
@@ -46,6 +47,7 @@ PROCESS_MODELS = [
     ({}, {'friction_law': {'kind': 'tanh'}, 'effects': LOADS[1:2],
           'arm_friction_sharpness': 60.0}),
     ({'tau_k_model': 'elastic'}, {}),
+    ({'tau_k_model': 'elastic'}, {'kind': 'play', 'hysteresis_width': 0.03}),
     *(({'tau_k_model': 'learned', 'friction_error_std': 0.1, **LOAD_STATES},
        {'effects': LOADS[:1], 'kind': kind, 'hysteresis_width': 0.03})
       for kind in ('play', 'passive_play'))]
@@ -111,7 +113,7 @@ def test_the_tangent_of_every_process_model_is_that_of_its_map():
         if at < n:
             z[at] = z[0] - z[1] + 0.03 * random.normal()
         if at + 1 < n:
-            z[at + 1:] = 30.0, 2.4, 0.6
+            z[at + 1:] = 30.0, 2.4, math.copysign(0.6, torque)
         after, phi = flow(z)
         steps = 1e-6 * np.eye(n)
         numeric = np.array([flow(z + h)[0] - flow(z - h)[0] for h in steps]).T / 2e-6

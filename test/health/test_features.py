@@ -89,16 +89,22 @@ def test_what_strokes_and_windows_scatter_by_is_stated():
     medians = 0.015 + 1e-3 * random.standard_normal((2, 8))
     strokes = [np.full(100, sign * m) for pair in medians.T for sign, m in zip((1.0, -1.0), pair)]
     strokes[8] = np.concatenate([strokes[8][:45], np.full(5, -0.08), strokes[8][45:]])
-    speed = [np.sign(stroke) for stroke in strokes]
-    rows = np.zeros((sum(map(len, strokes)), N_SMOOTHED))
-    rows[:, S_TWIST], rows[:, S_X4] = np.concatenate(strokes), np.concatenate(speed)
-    lost, std = features.lost_motion_of(rows)
+    speed = np.sign(np.concatenate(strokes))
+
+    def lost_motion(twist, speed):
+        rows = np.zeros((len(twist) + 100, N_SMOOTHED))
+        rows[:len(twist), S_TWIST], rows[:len(twist), S_X4] = twist + 0.4, speed
+        rows[len(twist):, S_TWIST], rows[len(twist):, S_X4] = 9.0, 0.15 * speed[0]  # slow
+        return features.lost_motion_of(rows)
+    lost, std = lost_motion(np.concatenate(strokes), speed)
     up, down = (np.concatenate([s[s * sign > 0.0] for s in strokes]) for sign in (1.0, -1.0))
-    assert lost == np.median(up) - np.median(down)
-    means = [np.median(s[s > 0.0]) for s in strokes[::2]]
-    halves = [*means[:4], means[4], *means[4:]]  # the short one parts its stroke
+    assert lost == pytest.approx(np.median(up) - np.median(down), rel=1e-12)
+    halves = [*medians[0][:4], *[medians[0][4]] * 2, *medians[0][5:]]  # a short one parts one
     assert std == pytest.approx(math.sqrt(
         np.var(halves, ddof=1) / 9 + np.var(medians[1], ddof=1) / 8), rel=1e-9)
+    once = np.concatenate([np.linspace(0.1, 0.2, 300), np.linspace(-0.1, -0.4, 300)])
+    assert lost_motion(once, np.sign(once)) == pytest.approx(
+        (0.4, math.hypot(0.5 * np.std(once[:300]), 0.5 * np.std(once[300:]))))
 
     def windows(values, stated):
         return [SimpleNamespace(gap=v, gap_std=stated) for v in values]
