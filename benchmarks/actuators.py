@@ -32,7 +32,7 @@ from gearbox_monitor.diagnosis.joint.nominal import fit_nominal, NominalFit
 from gearbox_monitor.diagnosis.joint.parameter_ranges import (
     ParameterRanges, ranges_of, UnitEstimate)
 from gearbox_monitor.diagnosis.joint.torque_domain import BalanceLikelihood, driven
-from gearbox_monitor.diagnosis.robot.evidence import Prior, RobotEvidence
+from gearbox_monitor.diagnosis.robot.likelihood import Prior, RobotLikelihood
 from gearbox_monitor.diagnosis.robot.robot_log import checked_log, RawLog, RobotLog, TORQUE
 from gearbox_monitor.diagnosis.robot.rows import RobotModel, Rows, rows_of
 from gearbox_monitor.diagnosis.robot.verdict import rms_in_motion
@@ -259,7 +259,7 @@ def _of_joint(groups: dict[str, list[RobotLog]], chain: Chain, joint: int) -> Me
 
     def taught(recordings: list[Rows]) -> tuple[Prior, Array, Array]:
         """Return what recordings teach of the robot, and the joint's values and covariance."""
-        evidence = RobotEvidence(recordings)
+        evidence = RobotLikelihood(recordings)
         prior = evidence.posterior(evidence.fit())
         at = [prior.labels.index(label) for label in labels]
         return prior, guess + prior.mean[at], prior.covariance[np.ix_(at, at)]
@@ -276,7 +276,7 @@ def _of_joint(groups: dict[str, list[RobotLog]], chain: Chain, joint: int) -> Me
         errors, of_links, sizes = [], [], []
         for name, recordings in rows.items():
             prior, values = taught([r for key in rows if key != name for r in rows[key]])[:2]
-            evidence = RobotEvidence(recordings, prior)
+            evidence = RobotLikelihood(recordings, prior)
             residual = evidence.at[joint].y
             own = sum(evidence.at[joint].z[:, list(evidence.at[joint].index).index(i)]
                       / evidence.deviation[i] * value for i, value in zip(

@@ -22,7 +22,7 @@ from gearbox_monitor.diagnosis.joint.drive_recordings import evidence_of
 from gearbox_monitor.diagnosis.joint.innovations import fitted, unfitted
 from gearbox_monitor.diagnosis.joint.torque_domain import driven
 from gearbox_monitor.diagnosis.robot.candidates import Candidate, library as effects_of_robot
-from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence
+from gearbox_monitor.diagnosis.robot.likelihood import RobotLikelihood
 from gearbox_monitor.diagnosis.robot.rows import rows_of
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.knowledge_file import load_knowledge
@@ -58,7 +58,7 @@ def ranked_of_robot(logs: Sequence[str], model: str | Path, values: str | None,
     rows = [rows_of(load_log(path, file, robot, stated, recorded), robot,
                     taught.shapes if taught else (), taught.mean if taught else None)
             for path in logs]
-    evidence = RobotEvidence(rows, taught.prior if taught else None)
+    evidence = RobotLikelihood(rows, taught.prior if taught else None)
     out: dict[Cause, float] = {}
     for candidate in effects_of_robot(rows):
         cause = candidate.effect, candidate.place
@@ -66,7 +66,7 @@ def ranked_of_robot(logs: Sequence[str], model: str | Path, values: str | None,
     return _ordered(out)
 
 
-def _gain(evidence: RobotEvidence, candidate: Candidate) -> float:
+def _gain(evidence: RobotLikelihood, candidate: Candidate) -> float:
     """Return by how much BIC falls with a candidate, its coefficients by least squares."""
     parts = [(evidence.at[j].y, x[evidence.at[j].order]) for j, x in candidate.columns.items()]
     scales = [max(float(np.sqrt(np.mean(y * y))), 1e-9) for y, _ in parts]

@@ -25,9 +25,9 @@ Public names, by module:
     robot.candidates: Candidate
     robot.conventions: columns_as_read, LIMITS, log_as_read, misfit, named_readings,
         NamedReading, ReadingScore, RobotReading
-    robot.evidence: Prior, RobotEvidence, RobotFit
     robot.knowledge: another_day_of, farther, Knowledge, learn, ServoKnowledge, States,
         VERSION, Visits, with_unvisited
+    robot.likelihood: Prior, RobotFit, RobotLikelihood
     robot.robot_effects: BASE, BASE_TILT, INERTIA_NAMES, JOINT, LINK_INERTIA, PAYLOAD,
         ROBOT_EFFECTS, RobotEffect, tilted
     robot.robot_log: checked_log, continuous, CURRENT, jump, raw_log, RawLog, read_by,

@@ -176,7 +176,7 @@ def contest(evidence: E) -> Search[E]:
     # The member that pays most alone need not be among those that pay most together.
     for start in other_starts(search):
         other = carried(replace(search, best=search.evidence.moved(start)))
-        search = max(search, other, key=lambda s: search.worth(search.none, s.best))
+        search = max(search, other, key=lambda s: search.evidence.likeness(search.none, s.best))
     return ended(search)
 
 
@@ -190,9 +190,9 @@ def carried(search: Search[E]) -> Search[E]:
 
 def other_starts(search: Search[E]) -> list[Hypothesis]:
     """Return other first members of a search, the best of each place, if one is not enough."""
-    if search.evidence.reach(search.best) <= CONTEST.margin:
+    if not search.first or search.evidence.reach(search.best) <= CONTEST.margin:
         return []  # nothing gains more
-    least = 0.0 if search.remains.worth > CONTEST.margin else CONTEST.close * search.worth(
+    least = 0.0 if search.lawless else CONTEST.close * search.worth(
         search.none, search.first[0])
     best: dict[str, Hypothesis] = {}
     for h in sorted(search.first, key=partial(rank, search, search.none)):
@@ -261,7 +261,8 @@ def possible(entries: Sequence[Hypothesis]) -> list[Hypothesis]:
 def with_laws(search: Search[E], h: Hypothesis, left: bool) -> list[Hypothesis]:
     """Return `h` of a search with one more law, one that may pay unless noise alone is `left`."""
     estimates = search.evidence.estimates(h)
-    if not (left or not h.members or any(0.0 < e.worth < math.inf for e in estimates)):
+    if not (left or not h.members or any(
+            CONTEST.close * e.price < e.gain < math.inf for e in estimates)):
         return []
     count = CONTEST.confirmed if not left else CONTEST.further if h.members else CONTEST.screened
     return search.evidence.grown(h, leading(estimates, count, left))
@@ -277,9 +278,9 @@ def leading(estimates: Sequence[MemberEstimate], count: int,
         count: number of members whose gain a linear step gives.
         untested: whether members whose gain is unknown are added.
     """
-    by_name: dict[str, list[MemberEstimate]] = {}
+    by_name: dict[Member, list[MemberEstimate]] = {}
     for e in estimates:
-        by_name.setdefault(e.member.name, []).append(e)
+        by_name.setdefault(e.member, []).append(e)
     tested = [name for name, starts in by_name.items() if math.isfinite(starts[0].gain)]
     names = tested[:count] + [n for n in by_name if untested and n not in tested]
     return [e for name in names for e in by_name[name][:CONTEST.starts]]
@@ -297,7 +298,7 @@ def with_functions(search: Search[E], h: Hypothesis, remains: Remains) -> list[H
 
 def rank(search: Search[E], base: Hypothesis, h: Hypothesis) -> float:
     """Return how far `h` lags in a search, over its base: a function has to beat each law."""
-    return (CONTEST.margin if h.function is not None else 0.0) - search.worth(base, h)
+    return (CONTEST.margin if h.function is not None else 0.0) - search.evidence.likeness(base, h)
 
 
 def pruned(search: Search[E], h: Hypothesis) -> Hypothesis:

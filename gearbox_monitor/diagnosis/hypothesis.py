@@ -143,6 +143,9 @@ class Evidence(Protocol):
     def price(self, h: Hypothesis) -> float:
         """Return the price of all members of `h`."""
 
+    def likeness(self, less: Hypothesis, more: Hypothesis) -> float:
+        """Return how much more like the recordings `more` is: what ranks rivals by their name."""
+
     def reach(self, h: Hypothesis) -> float:
         """Return what any other explanation gains over `h` at most."""
 

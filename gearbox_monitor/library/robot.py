@@ -21,8 +21,8 @@ from gearbox_monitor.diagnosis.hypothesis import Finding, Remainder
 from gearbox_monitor.diagnosis.robot import knowledge, verdict as balance
 from gearbox_monitor.diagnosis.robot.conventions import (
     LIMITS as CONVENTION_LIMITS, log_as_read, misfit, named_readings)
-from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence
 from gearbox_monitor.diagnosis.robot.knowledge import Knowledge
+from gearbox_monitor.diagnosis.robot.likelihood import RobotLikelihood
 from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.diagnosis.robot.robot_log import (
     checked_log, RawLog, RobotLog, SETPOINT, TORQUE)
@@ -386,7 +386,7 @@ def check_robot(log: str | Path, robot: Robot, *, recorded: Mapping[str, str] | 
                                hurts(diagnosis=WARN)))
     model = robot_model(robot.file, robot.values, False)
     if checked.kind == TORQUE and model.kp is not None:
-        evidence = RobotEvidence([rows_of(checked, model)])
+        evidence = RobotLikelihood([rows_of(checked, model)])
         findings += [judged('log', 'held setpoint', held, hurts(diagnosis=WARN))
                      for held in balance.held_setpoints(evidence, evidence.fit())]
     as_meant, doubts = as_named(read, robot, reading)

@@ -14,9 +14,9 @@ import numpy as np
 import scipy
 
 from gearbox_monitor.diagnosis.robot.candidates import Candidate
-from gearbox_monitor.diagnosis.robot.evidence import Prior, RobotEvidence, RobotFit
 from gearbox_monitor.diagnosis.robot.knowledge import (
     another_day_of, farther, Knowledge, with_unvisited)
+from gearbox_monitor.diagnosis.robot.likelihood import Prior, RobotFit, RobotLikelihood
 from gearbox_monitor.diagnosis.robot.robot_effects import BASE
 from gearbox_monitor.diagnosis.robot.robot_log import RobotLog
 from gearbox_monitor.diagnosis.robot.rows import NuisanceColumn, RobotModel, Rows, rows_of
@@ -123,7 +123,7 @@ def features_of(log: RobotLog, robot: RobotModel, knowledge: Knowledge, groups: 
     away = max(farther([rows], knowledge.states) / SETTINGS.farther, 1.0)
     prior, variance = same_day(knowledge, rows), knowledge.variance * away
     rms = np.array([np.sqrt(np.mean(m.effort ** 2)) for m in rows.joints])
-    efforts = _explained(RobotEvidence([rows], prior, variance), rows)
+    efforts = _explained(RobotLikelihood([rows], prior, variance), rows)
     ripples = {j: _ripples(rows, j) for j in {g.index for g in groups if g.kind == RIPPLE}}
     candidates = [Candidate(
         g.kind, {g.index: ripples[g.index][g.order]} if g.kind == RIPPLE else
@@ -139,7 +139,7 @@ def features_of(log: RobotLog, robot: RobotModel, knowledge: Knowledge, groups: 
                   np.concatenate([prior.mean, *(level[k][0] for k in kept)]),
                   scipy.linalg.block_diag(prior.covariance, *(level[k][1] for k in kept)))
     rows = replace(rows, nuisance=(*rows.nuisance, *states))
-    evidence = RobotEvidence([rows], prior, variance)
+    evidence = RobotLikelihood([rows], prior, variance)
     fit = evidence.fit()
     posterior = evidence.posterior(fit, knowledge.dispersion)
     load = {name: _load_on(name, posterior)
@@ -176,8 +176,8 @@ def _load_on(link: str, posterior: Prior) -> Deviation:
     return posterior.mean[at], posterior.covariance[np.ix_(at, at)]
 
 
-def _weight_instead(evidence: RobotEvidence, prior: Prior, fit: RobotFit,
-                    weights: Sequence[Candidate], rival: float) -> RobotEvidence | None:
+def _weight_instead(evidence: RobotLikelihood, prior: Prior, fit: RobotFit,
+                    weights: Sequence[Candidate], rival: float) -> RobotLikelihood | None:
     """
     Return the evidence without a load if a weight explains more than one, else None.
 
@@ -186,7 +186,7 @@ def _weight_instead(evidence: RobotEvidence, prior: Prior, fit: RobotFit,
 
     Args:
         evidence: with a load.
-        prior: as of RobotEvidence.
+        prior: as of RobotLikelihood.
         fit: of `evidence`.
         weights: states.
         rival: deviance that a state of another kind explains in addition to a load.
@@ -194,14 +194,14 @@ def _weight_instead(evidence: RobotEvidence, prior: Prior, fit: RobotFit,
     rows, = evidence.recordings
     bare = replace(rows, nuisance=tuple(
         c for c in rows.nuisance if not c.label.startswith('load ')))
-    empty = RobotEvidence([bare], prior, evidence.variance)
+    empty = RobotLikelihood([bare], prior, evidence.variance)
     unexplained = empty.fit((), fit)
     gain = _deviations(empty, unexplained, weights)[1].max(initial=-np.inf)
     by_load = unexplained.deviance - fit.deviance - len(rows.nuisance) + len(bare.nuisance)
     return empty if gain - by_load > max(WATCH_SETTINGS.lead, rival) else None
 
 
-def _deviations(evidence: RobotEvidence, fit: RobotFit, candidates: Sequence[Candidate]
+def _deviations(evidence: RobotLikelihood, fit: RobotFit, candidates: Sequence[Candidate]
                 ) -> tuple[list[Deviation | None], Array]:
     """
     Return values and covariance of each of `candidates`, added alone to a `fit`; and their gains.
@@ -232,7 +232,7 @@ def dispersed(covariance: Array, known: Array, dispersion: float) -> Array:
     return widened
 
 
-def _explained(evidence: RobotEvidence, rows: Rows) -> list[Array]:
+def _explained(evidence: RobotLikelihood, rows: Rows) -> list[Array]:
     """Return what is explained of the effort of each joint [R], with any load, without noise."""
     out = list[Array]()
     for a, target, model, left in zip(evidence.at, rows.target, rows.model,

@@ -15,8 +15,8 @@ import math
 import numpy as np
 
 from gearbox_monitor.diagnosis.robot.conventions import columns_as_read, named_readings
-from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence
 from gearbox_monitor.diagnosis.robot.knowledge import learn
+from gearbox_monitor.diagnosis.robot.likelihood import RobotLikelihood
 from gearbox_monitor.diagnosis.robot.robot_effects import BASE
 from gearbox_monitor.diagnosis.robot.robot_log import checked_log, continuous, RobotLog
 from gearbox_monitor.diagnosis.robot.rows import RobotModel, rows_of
@@ -262,7 +262,7 @@ def _similar(robot: RobotModel, logs: Sequence[RobotLog]) -> list[RobotLog]:
     """Return the logs without those in which much more is unexplained: a load that changed."""
     recordings = [rows_of(log, replace(robot, carries=robot.carries if k else ()))
                   for k, log in enumerate(logs)]
-    evidence = RobotEvidence(recordings)
+    evidence = RobotLikelihood(recordings)
     fit = evidence.fit()
     logarithms = []
     for a, residual in zip(evidence.at, fit.residual):

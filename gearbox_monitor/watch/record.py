@@ -19,8 +19,8 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from gearbox_monitor.diagnosis.robot.conventions import NamedReading, ReadingScore, RobotReading
-from gearbox_monitor.diagnosis.robot.evidence import Prior
 from gearbox_monitor.diagnosis.robot.knowledge import Knowledge, ServoKnowledge, States, Visits
+from gearbox_monitor.diagnosis.robot.likelihood import Prior
 from gearbox_monitor.diagnosis.robot.robot_log import RawLog, TORQUE
 from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.kernels.types import Array, Integers

@@ -132,6 +132,10 @@ class InnovationEvidence:
         """Return by how much `more` beats `less`, over the dispersion."""
         return (less.deviance - more.deviance) / self.dispersion
 
+    def likeness(self, less: Hypothesis, more: Hypothesis) -> float:
+        """Return what `more` gains over `less` beyond its price."""
+        return self.gain(less, more) - self.price(more) + self.price(less)
+
     def reach(self, h: Hypothesis) -> float:
         """
         Return what any other explanation gains over `h` at most: its torque noise.

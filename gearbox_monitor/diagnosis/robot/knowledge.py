@@ -15,7 +15,7 @@ import scipy
 
 from gearbox_monitor.diagnosis.contest import CONTEST
 from gearbox_monitor.diagnosis.robot.candidates import Candidate, free_functions, library
-from gearbox_monitor.diagnosis.robot.evidence import Prior, RobotEvidence, RobotFit
+from gearbox_monitor.diagnosis.robot.likelihood import Prior, RobotFit, RobotLikelihood
 from gearbox_monitor.diagnosis.robot.motion import COVERED
 from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.diagnosis.robot.robot_log import RobotLog
@@ -200,7 +200,7 @@ def with_unvisited(rows: Rows, visits: Mapping[str, Mapping[str, Visits]], sizes
 LEAST = 10  # segments
 
 
-def _usable(evidence: RobotEvidence, joint: int) -> tuple[Array, Flags]:
+def _usable(evidence: RobotLikelihood, joint: int) -> tuple[Array, Flags]:
     """Return the share [S] of segments in motion; which [S] say something of a joint's fault."""
     covered = np.concatenate([rows.tests.covered[:, joint] for rows in evidence.recordings])
     strange = np.concatenate([np.zeros(len(rows.tests.starts)) if rows.strange is None else
@@ -208,7 +208,7 @@ def _usable(evidence: RobotEvidence, joint: int) -> tuple[Array, Flags]:
     return covered, (covered > COVERED) & (strange <= 1.0 - SETTINGS.visited)
 
 
-def _usual(evidence: RobotEvidence, weights: Array, joint: int) -> Array:
+def _usual(evidence: RobotLikelihood, weights: Array, joint: int) -> Array:
     """
     Return the energy [S] that noise leaves in each segment, over its mean.
 
@@ -227,7 +227,7 @@ def _usual(evidence: RobotEvidence, weights: Array, joint: int) -> Array:
         np.bincount(a.segment, minlength=evidence.segments), 1)
 
 
-def burstiness(evidence: RobotEvidence,
+def burstiness(evidence: RobotLikelihood,
                fit: RobotFit) -> tuple[Array, list[list[tuple[str, float, float]]]]:
     """
     Return how bursty the residual of `fit` is on the recordings of `evidence`.
@@ -257,7 +257,7 @@ def burstiness(evidence: RobotEvidence,
     return out, times
 
 
-def energy_over(evidence: RobotEvidence, fit: RobotFit, variance: Array) -> Array:
+def energy_over(evidence: RobotLikelihood, fit: RobotFit, variance: Array) -> Array:
     """
     Return the energy [J] that `fit` leaves, over that of a `variance` [J, bands]; 0 without rows.
 
@@ -273,7 +273,7 @@ def energy_over(evidence: RobotEvidence, fit: RobotFit, variance: Array) -> Arra
     return out
 
 
-def worst_segments(evidence: RobotEvidence, fit: RobotFit) -> Array:
+def worst_segments(evidence: RobotLikelihood, fit: RobotFit) -> Array:
     """Return the rms [J], N m, that `fit` leaves in the worst tenth of segments of `evidence`."""
     out = np.zeros(evidence.joints)
     hops = np.concatenate([np.full(len(rows.tests.starts), rows.tests.value.shape[0] / 2.0)
@@ -373,7 +373,7 @@ def learn(robot: RobotModel, logs: Sequence[RobotLog], model: str = '',
         mean = _taught(recordings, noisy)
         del recordings     # as in _noisy
         recordings = _references(robot, logs, shapes, mean)
-    evidence = RobotEvidence(recordings, variance=noisy)
+    evidence = RobotLikelihood(recordings, variance=noisy)
     fit = evidence.fit()
     effects = {*EFFECTS, *(e.id for e in ROBOT_EFFECTS)} - {
         SATURATION.id, SERVO_LIMIT.id, COGGING.id, TORQUE_RIPPLE.id}
@@ -405,12 +405,12 @@ def _references(robot: RobotModel, logs: Sequence[RobotLog],
 
 def _taught(recordings: Sequence[Rows], variance: Array) -> dict[str, float]:
     """Return {label: coefficient} that references teach, with the `variance` of _noisy."""
-    evidence = RobotEvidence(recordings, variance=variance)
+    evidence = RobotLikelihood(recordings, variance=variance)
     prior = evidence.posterior(evidence.fit())
     return dict(zip(prior.labels, prior.mean.tolist()))
 
 
-def _unjudged(evidence: RobotEvidence, fit: RobotFit) -> tuple[str, ...]:
+def _unjudged(evidence: RobotLikelihood, fit: RobotFit) -> tuple[str, ...]:
     """Return the joints of whose effort a `fit` leaves more than half unexplained."""
     out = []
     for j, name in enumerate(evidence.recordings[0].robot.chain.joints):
@@ -432,7 +432,7 @@ def _noisy(recordings: Sequence[Rows]) -> Array:
     noisy = np.zeros((len(recordings[0].joints), len(SETTINGS.bands) - 1))
     open_joints = set(range(len(noisy)))
     while open_joints:
-        evidence = RobotEvidence(recordings, variance=noisy)
+        evidence = RobotLikelihood(recordings, variance=noisy)
         fit = evidence.fit()
         for j in sorted(open_joints):
             a = evidence.at[j]
@@ -450,7 +450,7 @@ def _noisy(recordings: Sequence[Rows]) -> Array:
     return noisy
 
 
-def _variance(evidence: RobotEvidence, fit: RobotFit) -> Array:
+def _variance(evidence: RobotLikelihood, fit: RobotFit) -> Array:
     """Return the variance [J, bands] of what a fit leaves, 0 where there are no rows."""
     out = np.zeros((evidence.joints, len(SETTINGS.bands) - 1))
     for j, a in enumerate(evidence.at):
@@ -478,7 +478,7 @@ def _shapes(robot: RobotModel, logs: Sequence[RobotLog],
             parts = [rows.tested(j, shape_of(name)(rows.joints[j])) for rows in recordings]
             offers[j].append(Candidate(name, {j: np.concatenate(parts)}))
     free = free_functions(recordings)
-    evidence = RobotEvidence(recordings)
+    evidence = RobotLikelihood(recordings)
     fit = evidence.fit()
     dispersion = scattered(evidence, fit, free)[1]
     done, open_joints = 0, set(joints)
@@ -502,7 +502,7 @@ def _shapes(robot: RobotModel, logs: Sequence[RobotLog],
                 recordings = [replace(rows, nuisance=tuple(nuisance_of(rows, shapes)))
                               for rows in recordings]
                 del evidence, fit   # as in _noisy
-                evidence = RobotEvidence(recordings)
+                evidence = RobotLikelihood(recordings)
                 fit = evidence.fit()
         before_pass, dispersion = dispersion, scattered(evidence, fit, free)[1]
         open_joints = set(np.flatnonzero(dispersion < CALMED * before_pass).tolist())
@@ -511,7 +511,7 @@ def _shapes(robot: RobotModel, logs: Sequence[RobotLog],
     return shapes
 
 
-def another_day(evidence: RobotEvidence, fit: RobotFit, dispersion: Array) -> Prior:
+def another_day(evidence: RobotLikelihood, fit: RobotFit, dispersion: Array) -> Prior:
     """
     Return the prior of another day.
 
@@ -550,7 +550,7 @@ class FrictionDrift:
     usual: float
 
 
-def friction_drifts(evidence: RobotEvidence, fit: RobotFit, prior: Prior, dispersion: Array
+def friction_drifts(evidence: RobotLikelihood, fit: RobotFit, prior: Prior, dispersion: Array
                     ) -> tuple[FrictionDrift, ...]:
     """
     Return the friction by which recordings leave the prior of another day, largest first.
@@ -584,7 +584,7 @@ def friction_drifts(evidence: RobotEvidence, fit: RobotFit, prior: Prior, disper
     return tuple(sorted(drifts, key=lambda d: -abs(d.change) / d.usual))
 
 
-def partitions(evidence: RobotEvidence) -> list[list[Array]]:
+def partitions(evidence: RobotLikelihood) -> list[list[Array]]:
     """
     Return divisions of the references' segments [S] into parts: by time, by speed, by posture.
 
@@ -623,7 +623,7 @@ def _parts(labels: Integers) -> list[Array]:
     return [labels == v for v in values]
 
 
-def scattered(evidence: RobotEvidence, fit: RobotFit, candidates: Sequence[Candidate]
+def scattered(evidence: RobotLikelihood, fit: RobotFit, candidates: Sequence[Candidate]
               ) -> tuple[dict[str, Array], Array, int]:
     """
     Return what differs between healthy parts.

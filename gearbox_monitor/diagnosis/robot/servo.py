@@ -14,17 +14,17 @@ from dataclasses import replace
 import numpy as np
 
 from gearbox_monitor.diagnosis.hypothesis import Remainder
+from gearbox_monitor.diagnosis.robot.balance_evidence import BalanceEvidence, smallest_visible
 from gearbox_monitor.diagnosis.robot.candidates import Candidate, library
-from gearbox_monitor.diagnosis.robot.contest import smallest_visible
-from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence
 from gearbox_monitor.diagnosis.robot.knowledge import (
     another_day, Knowledge, scattered, ServoKnowledge)
+from gearbox_monitor.diagnosis.robot.likelihood import RobotLikelihood
 from gearbox_monitor.diagnosis.robot.motion import motion_of
 from gearbox_monitor.diagnosis.robot.robot_log import RobotLog
 from gearbox_monitor.diagnosis.robot.rows import HELD, nuisance_of, RobotModel, Rows, rows_of
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.diagnosis.robot.verdict import (
-    CERTAIN, contested, findings_of, ranked, RobotSearch, RobotVerdict)
+    BalanceSearch, CERTAIN, findings_of, judged, ranked, rivals_in, RobotVerdict)
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.controller import SETPOINT_DELAY
@@ -54,19 +54,20 @@ def with_servos(verdict: RobotVerdict, robot: RobotModel, logs: Sequence[RobotLo
     if not recordings or not tried or (knowledge and not servos):
         return verdict
     laws = _laws(recordings, tried)
-    evidence = RobotEvidence(recordings, servos.prior if servos else None)
-    blank = evidence.fit()
-    search = contested(evidence, blank, laws, servos.dispersion if servos else None)
-    gaps = sorted(ranked(evidence, blank, search.fit), key=lambda gap: gap.after - gap.before)
+    evidence = RobotLikelihood(recordings, servos.prior if servos else None)
+    balance = BalanceEvidence.of(evidence, laws)
+    search = judged(replace(balance, dispersion=servos.dispersion) if servos else balance)
+    gaps = sorted(ranked(evidence, balance.blank, search.best.fit.fit),
+                  key=lambda gap: gap.after - gap.before)
     others = _others(search)
     return replace(
         verdict, findings=(*verdict.findings, *(
-            f for f in findings_of(search) if f.joint not in others)),
+            f for f in findings_of(search, rivals_in(search)) if f.joint not in others)),
         remainders=(*verdict.remainders, *(
             Remainder('controller', 'effort', gap.after, SERVO, gap.joint)
             for gap in sorted(gaps, key=lambda gap: -gap.after) if gap.joint in others)),
         not_tried={name: why for name, why in verdict.not_tried.items() if name not in tried},
-        visible={**verdict.visible, **smallest_visible(search.contest, blank, laws)},
+        visible={**verdict.visible, **smallest_visible(search.evidence, search.best)},
         servos=tuple(gaps))
 
 
@@ -83,7 +84,7 @@ def with_learnt_servos(knowledge: Knowledge, robot: RobotModel, logs: Sequence[R
     recordings = _servo_rows(robot, logs, ANY_GAIN)
     if not recordings:
         return knowledge
-    evidence = RobotEvidence(recordings)
+    evidence = RobotLikelihood(recordings)
     fit = evidence.fit()
     dispersion = scattered(evidence, fit, _laws(recordings, CONTROLLER))[1]
     return replace(knowledge, servos=ServoKnowledge(
@@ -131,14 +132,14 @@ def _laws(recordings: Sequence[Rows], effects: Sequence[str]) -> list[Candidate]
                      for c in late[:1] if len(late) > 1)]
 
 
-def _others(search: RobotSearch) -> set[str]:
+def _others(search: BalanceSearch) -> set[str]:
     """
     Return the joints whose servo follows another law than the servo in the file.
 
     Effects explain less than half of the torque, or the fit needs a gain so far from the file that
     it would have been a finding, had its bounds allowed it.
     """
-    evidence, fit = search.contest.evidence, search.fit
+    evidence, fit = search.evidence.likelihood, search.best.fit.fit
     out = set()
     for j, (a, x) in enumerate(zip(evidence.at, fit.residual)):
         name = evidence.recordings[0].robot.chain.joints[j]

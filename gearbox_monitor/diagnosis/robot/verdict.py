@@ -9,16 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.contest import CONTEST, of_rival, Question
-from gearbox_monitor.diagnosis.hypothesis import Finding, kind_of, Remainder, UNDECIDED
+from gearbox_monitor.diagnosis.contest import CONTEST, contest, of_rival, Question, Search
+from gearbox_monitor.diagnosis.hypothesis import (
+    Finding, FUNCTION, kind_of, Remainder, UNDECIDED)
+from gearbox_monitor.diagnosis.robot.balance_evidence import (
+    BalanceEvidence, gain_at, informed, questions, smallest_visible, speed_of)
 from gearbox_monitor.diagnosis.robot.candidates import (
     Candidate, free_functions, library, swings, visible_in)
-from gearbox_monitor.diagnosis.robot.contest import (
-    Contender, informed, questions, RobotContest, smallest_visible, speed_of)
-from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence, RobotFit
 from gearbox_monitor.diagnosis.robot.knowledge import (
     burstiness, energy_over, farther, friction_drifts, FrictionDrift, Knowledge, scattered,
     unvisited_shares, with_unvisited, worst_segments)
+from gearbox_monitor.diagnosis.robot.likelihood import RobotFit, RobotLikelihood
 from gearbox_monitor.diagnosis.robot.robot_effects import (
     BASE, BASE_TILT, JOINT_ZERO, PAYLOAD, QUADRATIC, ROBOT_EFFECTS)
 from gearbox_monitor.diagnosis.robot.robot_log import RobotLog, SETPOINT
@@ -36,7 +37,6 @@ TWO_HEIGHTS = {MOTOR_COULOMB.id, TORQUE_OFFSET.id}
 TOO_WIDE = 3.0     # a deviation whose torque exceeds the effort so many times: not determined
 SETTING_STEP = 1e-3  # of a setting, over which the slope of its torque is taken
 WIDE_PLACE = 1.0   # m: a centre of mass that is not known within this is not determined
-AHEAD = 4          # laws of a joint that are tried with a second one
 KNOWN_MASS = 0.25  # of a link's: a load that is known so well did not change
 LARGER = 1.5       # bursts of healthy references that were as large are none
 LEAST_SEEN = 0.05  # of a motion: what is new all over is no evidence, but a limit has to be
@@ -85,7 +85,7 @@ class RobotVerdict:
     unsure: bool
     drifts: tuple[FrictionDrift, ...]
     fit: RobotFit
-    evidence: RobotEvidence
+    evidence: RobotLikelihood
     servos: tuple[JointGap, ...] = ()
 
     @property
@@ -112,22 +112,21 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
     mean = knowledge.mean if knowledge else None
     recordings, away = [rows_of(log, robot, shapes, mean) for log in logs], 1.0
     if knowledge is None:
-        evidence = RobotEvidence(recordings)
+        evidence = RobotLikelihood(recordings)
     else:
         away = farther(recordings, knowledge.states) / SETTINGS.farther
         recordings = [with_unvisited(rows, knowledge.visits, knowledge.sizes)
                       for rows in recordings]
         # The squared error of what was taught grows with the distance, like a random walk's.
-        evidence = RobotEvidence(recordings, knowledge.prior,
+        evidence = RobotLikelihood(recordings, knowledge.prior,
                                  knowledge.variance * max(away, 1.0))
     unjudged = set(knowledge.unjudged) if knowledge else set()
     laws, free = ([c for c in field if c.joint not in unjudged] for field in (
         library(recordings, effects), free_functions(recordings) + swings(recordings)))
     shares = unvisited_shares(recordings, knowledge.visits) if knowledge else []
-    blank = evidence.fit()
-    search = _judged(RobotContest.between(evidence, laws, free, knowledge), blank, laws, free,
-                     knowledge, shares)
-    remainders = [r for r in _remainders(evidence, search, knowledge, max(away, 1.0))
+    search = judged(BalanceEvidence.of(evidence, laws, free, knowledge), knowledge, shares)
+    blank, fit = search.evidence.blank, search.best.fit.fit
+    remainders = [r for r in _remainders(search, knowledge, max(away, 1.0))
                   if r.joint not in unjudged]
     short = knowledge is not None and knowledge.short
     # What a short reference does not know of another day is no difference yet, nor is a function
@@ -135,197 +134,57 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
     known = tuple(r for r in remainders if (not short or r.over is not None)
                   and (away <= 1.0 or r.over in (None, BURSTS)))
     cautions = _cautions(knowledge.joints, shares, away) if knowledge else ()
-    visible = smallest_visible(search.contest, blank, laws)
-    drifts = friction_drifts(evidence, search.fit, knowledge.prior, search.contest.dispersion) if (
+    visible = smallest_visible(search.evidence, search.best)
+    drifts = friction_drifts(evidence, fit, knowledge.prior, search.evidence.dispersion) if (
         knowledge) else ()
-    found = {c.joint for c in search.fit.chosen} | unjudged
+    found, rivals = {c.joint for c in fit.chosen} | unjudged, rivals_in(search)
     return RobotVerdict(
-        findings_of(search), known, ranked(evidence, blank, search.fit), visible,
+        findings_of(search, rivals), known, ranked(evidence, blank, fit), visible,
         _not_tried(recordings[0], laws),
-        (*cautions, *_of_reference(knowledge), *_of_gains(evidence, search.fit),
-         *held_setpoints(evidence, search.fit), *_of_small(evidence, search)), bool(cautions),
-        (*_rival_questions(search), *(() if effects else questions(search.contest, visible))),
+        (*cautions, *_of_reference(knowledge), *_of_gains(evidence, fit),
+         *held_setpoints(evidence, fit), *_of_small(search)), bool(cautions),
+        (*_rival_questions(search, rivals),
+         *(() if effects else questions(search.evidence, visible))),
         tuple(sorted(unjudged)),
-        len(known) < len(remainders), tuple(d for d in drifts if d.joint not in found), search.fit,
+        len(known) < len(remainders), tuple(d for d in drifts if d.joint not in found), fit,
         evidence)
 
 
-@dataclass(frozen=True, eq=False)
-class TakenLaw:
+BalanceSearch = Search[BalanceEvidence]
+Rivals = Sequence[Mapping[str, float]]  # {effect, with its place: lag} of each member
+
+
+def judged(evidence: BalanceEvidence, knowledge: Knowledge | None = None,
+           shares: Sequence[Mapping[str, float]] = ()) -> BalanceSearch:
     """
-    A candidate that was taken: its worth and the rivals that explain the same.
+    Return the contest with the scales that the references and the recordings themselves show.
 
-    rivals {effect: 2 log likelihood by which it lags}.
-    """
-
-    worth: float
-    rivals: Mapping[str, float]
-
-
-@dataclass(frozen=True, eq=False)
-class RobotSearch:
-    """
-    What a contest has taken.
-
-    fit: with all that pays; steps: one of each chosen candidate; contest: that they won.
-    small: the function without a law that beats every law at the end, but adds little to what the
-    candidates explain at its joint: laws that are nearly true leave such. first: laws in the first
-    contest, the best first.
-    """
-
-    fit: RobotFit
-    steps: Sequence[TakenLaw]
-    contest: RobotContest
-    small: Contender | None
-    first: Sequence[Contender]
-
-
-def contested(evidence: RobotEvidence, blank: RobotFit, laws: Sequence[Candidate],
-              dispersion: Array | None = None) -> RobotSearch:
-    """
-    Return what a contest among laws alone takes.
+    With references only where they were, a difference from them is evidence; and what parts of
+    the recordings differ by beside all findings shows that the model is not true there: it is
+    over-dispersion as well.
 
     Args:
         evidence: of the recordings.
-        blank: fit without candidates.
-        laws: candidates.
-        dispersion: [J], between parts of references; None without any.
+        knowledge: of references.
+        shares: of each joint's motion, where no reference was.
     """
-    contest = RobotContest.between(evidence, laws, (), None)
-    if dispersion is not None:
-        contest = replace(contest, dispersion=dispersion)
-    return _judged(contest, blank, laws, (), None, ())
-
-
-def _judged(contest: RobotContest, blank: RobotFit, laws: Sequence[Candidate],
-            free: Sequence[Candidate], knowledge: Knowledge | None,
-            shares: Sequence[Mapping[str, float]]) -> RobotSearch:
-    """
-    Return the RobotSearch with the scales that the references and the recordings themselves show.
-
-    With references only where they were (`shares` is the rest of each joint's motion), a
-    difference from them is evidence; and what parts of the recordings differ by beside all
-    findings shows that the model is not true there: it is over-dispersion as well.
-    """
-    visible = np.ones(len(contest.dispersion))
+    visible = np.ones(len(evidence.dispersion))
     if knowledge is not None:
         visible = np.array([max(1.0 - max(of.values()), LEAST_SEEN) for of in shares])
-        contest = replace(contest, dispersion=contest.dispersion / visible)
+        evidence = replace(evidence, dispersion=evidence.dispersion / visible)
         if knowledge.short:
-            contest = replace(contest, extra=CONTEST.margin, day=SETTINGS.day)
-    search = _best_search(contest, blank, laws, free)
+            evidence = replace(evidence, extra=CONTEST.margin, day=SETTINGS.day)
+    search = contest(evidence)
     # Without references, a function without a law may be the difference between the parts.
-    lawless = knowledge is None and any(c.free for c in search.fit.chosen)
-    if search.fit.chosen and not lawless:
+    if search.best.members and (knowledge is not None or search.best.function is None):
         # One function at many settings would count as often.
-        of_joints = [c for c in (*laws, *free) if len(c.columns) == 1 and not (
-            c.free and c.searched)]
-        own = scattered(contest.evidence, search.fit, of_joints)[1] / visible
-        if any(own[j] > contest.dispersion[j] for c in search.fit.chosen for j in c.columns):
-            contest = replace(contest, dispersion=np.maximum(own, contest.dispersion))
-            search = _best_search(contest, blank, laws, free)
+        of_joints = [c for c in (*evidence.laws, *evidence.functions) if len(c.columns) == 1
+                     and not (c.free and c.searched)]
+        fit = search.best.fit.fit
+        own = scattered(evidence.likelihood, fit, of_joints)[1] / visible
+        if any(own[j] > evidence.dispersion[j] for c in fit.chosen for j in c.columns):
+            search = contest(replace(evidence, dispersion=np.maximum(own, evidence.dispersion)))
     return search
-
-
-def _best_search(contest: RobotContest, blank: RobotFit, laws: Sequence[Candidate],
-                 free: Sequence[Candidate]) -> RobotSearch:
-    """
-    Return the better of the searches that begin with the best candidates of two effects.
-
-    What is alone has to imitate the others: a first candidate may win by that, and then needs
-    helpers. So a search that ends with several starts once more with another effect.
-
-    Args:
-        contest: of the recordings.
-        blank: fit without candidates.
-        laws: candidates.
-        free: functions.
-    """
-    search = _search(contest, blank, laws, free)
-    other = next((e for e in search.first if e.worth >= CONTEST.margin
-                  and e.candidate.effect != search.fit.chosen[0].effect), None)
-    if len(search.fit.chosen) < 2 or other is None:
-        return search
-    return max(search, _search(contest, blank, laws, free, other),
-               key=lambda s: s.contest.score(blank, s.fit))
-
-
-def _search(contest: RobotContest, blank: RobotFit, laws: Sequence[Candidate],
-            free: Sequence[Candidate], begin: Contender | None = None) -> RobotSearch:
-    """
-    Return the RobotSearch that adds one more candidate while it pays.
-
-    Args:
-        contest: of the recordings.
-        blank: fit without candidates.
-        laws: candidates.
-        free: functions.
-        begin: first candidate, None for the best.
-    """
-    s, current, small, first = SETTINGS, blank, None, list[Contender]()
-    steps: list[TakenLaw] = []
-    if begin is not None:
-        current = begin.fit
-        steps = [TakenLaw(begin.worth, dict.fromkeys(begin.candidate.twins, 0.0))]
-    for step in range(len(steps), CONTEST.most + 1):
-        small, contest = None, contest.beside(current)
-        lawless = contest.entries(current, free, 6)[:1]
-        entries = contest.entries(current, laws if step < CONTEST.most else (), s.finalists)
-        first = first or entries
-        law = max((e.worth for e in entries), default=-math.inf)
-        function = lawless[0].worth if lawless else -math.inf
-        if function > max(CONTEST.margin, law + CONTEST.margin):
-            where = next(iter(lawless[0].candidate.columns))
-            pairs = _pairs(contest, entries, laws, lawless[0])
-            if pairs:
-                entries = pairs
-            elif _weighs(lawless[0].fit) and function > s.share_unknown * _gain_at(
-                    contest.evidence, blank, current, where):
-                current = lawless[0].fit
-                steps.append(TakenLaw(function, {}))
-                break
-            else:
-                small = lawless[0]
-        if law < CONTEST.margin:
-            break
-        steps.append(TakenLaw(entries[0].worth, _rivals(entries, CONTEST.margin)))
-        current = entries[0].fit
-        if len(current.chosen) > 1:
-            current, stayed = contest.pruned(current)
-            steps = [steps[i] for i in stayed]
-    return RobotSearch(current, steps, contest, small, first)
-
-
-def _weighs(fit: RobotFit) -> bool:
-    """Return whether the function at the end of a fit weighs against the laws at its joint."""
-    j, = fit.chosen[-1].columns
-    torques = [fit.torque(i)[j] for i, c in enumerate(fit.chosen) if j in c.columns]
-    laws = np.sum(torques[:-1], axis=0)
-    return bool(np.sum(torques[-1] ** 2) > SETTINGS.idle * np.sum(laws ** 2))
-
-
-def _pairs(contest: RobotContest, entries: Sequence[Contender], laws: Sequence[Candidate],
-           function: Contender) -> list[Contender]:
-    """
-    Return the law that, with a second one of its joint, is worth more than a function alone.
-
-    A spring at each end of a range is two laws: a function over the angle beats either. Behind it
-    the laws that make another pair which is worth as much; none, if no pair beats the function.
-    """
-    joint = function.candidate.joint
-    own = [c for c in laws if c.joint == joint]
-    pairs: list[tuple[float, Contender, set[tuple[str, str, str]]]] = []
-    paying = [e for e in entries if e.candidate.joint == joint and e.worth >= CONTEST.margin]
-    for entry in paying[:AHEAD]:
-        for second in contest.entries(entry.fit, own, AHEAD)[:1]:
-            if second.worth >= CONTEST.margin:
-                pairs.append((entry.worth + second.worth, entry,
-                              {entry.candidate.name, second.candidate.name}))
-    worth, first, names = max(pairs, key=lambda pair: pair[0], default=(-math.inf, None, set()))
-    if first is None or not worth > function.worth:
-        return []
-    return [first, *(entry for rival, entry, both in pairs
-                     if rival > worth - CONTEST.margin and both != names)]
 
 
 def examined(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge
@@ -342,37 +201,21 @@ def examined(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge
         return ()
     stated = replace(robot, tolerance=np.full(len(robot.tolerance), SETTINGS.tolerance_examined))
     recordings = [rows_of(log, stated, knowledge.shapes) for log in logs]
-    evidence = RobotEvidence(recordings, variance=np.where(
+    evidence = RobotLikelihood(recordings, variance=np.where(
         np.isinf(knowledge.variance), np.inf, 0.0))
     tips = {robot.chain.links[k].name for k in robot.chain.tips}
     laws = [c for c in library(recordings, [
         BASE_TILT.id, JOINT_ZERO.id, TORQUE_GAIN.id, PAYLOAD.id]) if not c.link or c.link in tips]
-    contest = replace(RobotContest.between(evidence, laws, [], None),
-                      dispersion=knowledge.dispersion)
-    return findings_of(_search(contest, evidence.fit(), laws, []))
+    search = contest(replace(BalanceEvidence.of(evidence, laws), dispersion=knowledge.dispersion))
+    return findings_of(search, rivals_in(search))
 
 
-def _rivals(entries: Sequence[Contender], margin: float) -> dict[str, float]:
-    """Return {effect, with its place: lag} of what explains a recording like the first."""
-    first = entries[0].candidate
-    rivals = [e for e in entries[1:]
-              if e.worth > 0.0 and e.likeness > entries[0].likeness - margin
-              and e.candidate.name != first.name]
-    lags: dict[str, float] = {}
-    for e in rivals:
-        c = e.candidate
-        name = (f'{c.effect}@{c.place}' if c.place != first.place else
-                f'{c.effect} ({c.over})' if c.effect == first.effect else c.effect)
-        lags.setdefault(name, max(entries[0].likeness - e.likeness, 0.0))
-    return {**lags, **dict.fromkeys(first.twins, 0.0)}
-
-
-def _rival_questions(search: RobotSearch) -> tuple[Question, ...]:
+def _rival_questions(search: BalanceSearch, rivals_of: Rivals) -> tuple[Question, ...]:
     """Return which of two effects the recordings leave open, one for each finding."""
-    evidence, out = search.contest.evidence, []
+    evidence, out = search.evidence.likelihood, []
     chain = evidence.recordings[0].robot.chain
-    for c, step in zip(search.fit.chosen, search.steps):
-        rivals = {name: lag for name, lag in step.rivals.items() if not name.startswith('arm_')}
+    for c, of in zip(search.best.fit.fit.chosen, rivals_of):
+        rivals = {name: lag for name, lag in of.items() if not name.startswith('arm_')}
         if rivals and not c.free:
             j = max(c.columns)  # the outermost joint that shows it
             rival, lag = next(iter(rivals.items()))
@@ -381,7 +224,7 @@ def _rival_questions(search: RobotSearch) -> tuple[Question, ...]:
     return tuple(out)
 
 
-def _shares(evidence: RobotEvidence, fit: RobotFit) -> list[float]:
+def _shares(evidence: RobotLikelihood, fit: RobotFit) -> list[float]:
     """
     Return the share of the squared misfit that each candidate of a fit explains, 0 to 1.
 
@@ -400,17 +243,24 @@ def _shares(evidence: RobotEvidence, fit: RobotFit) -> list[float]:
     return [min(max(returns([i]) / whole, 0.0), 1.0) for i in range(len(fit.chosen))]
 
 
-def findings_of(search: RobotSearch) -> tuple[Finding, ...]:
-    """Return the laws that a search has taken as findings, worthiest first."""
-    fit, contest, evidence = search.fit, search.contest, search.contest.evidence
-    spreads = _spreads(evidence, fit)
+def rivals_in(search: BalanceSearch) -> Rivals:
+    """Return what explains the recordings as well as each member of the best hypothesis."""
+    return [{} if m.kind == FUNCTION else search.evidence.rivals(search.best, i)
+            for i, m in enumerate(search.best.members)]
+
+
+def findings_of(search: BalanceSearch, rivals: Rivals) -> tuple[Finding, ...]:
+    """Return the laws that a search has taken as findings, worthiest first, with their rivals."""
+    fit, evidence = search.best.fit.fit, search.evidence.likelihood
+    spreads, loads = _spreads(evidence, fit), search.evidence.loads(fit)
     out = []
-    for i, (c, step, share) in enumerate(zip(fit.chosen, search.steps, _shares(evidence, fit))):
+    for i, (c, worth, share) in enumerate(zip(
+            fit.chosen, search.best.fit.worth, _shares(evidence, fit))):
         if c.free or c.values is None:
             continue
         b = fit.values[fit.of(i)]
-        spread = spreads[i] * max(contest.over_dispersion(c, fit), 1.0)
-        spread[:len(b), :len(b)] += contest.of_days(c)
+        spread = spreads[i] * max(search.evidence.over_dispersion(c, fit), 1.0)
+        spread[:len(b), :len(b)] += search.evidence.of_days(c, loads)
         if c.link is not None:
             # Joints read a load in scales of their own, which average.
             parts = np.array(list(informed(evidence, c, fit).values()))
@@ -434,14 +284,14 @@ def findings_of(search: RobotSearch) -> tuple[Finding, ...]:
         if c.effect == PAYLOAD.id:
             values, deviations = _with_moment(evidence, c, (b, spread), values, deviations)
         out.append(Finding(
-            c.effect, _location(c), values, deviations, round(step.worth, 3),
+            c.effect, _location(c), values, deviations, round(worth, 3),
             share, channel=c.over or None, joint=c.joint,
             link=c.link if c.link else (BASE if c.joint is None else None),
-            confusable=tuple(step.rivals)))
+            confusable=tuple(rivals[i])))
     return _joined(out)
 
 
-def _spreads(evidence: RobotEvidence, fit: RobotFit) -> list[Array]:
+def _spreads(evidence: RobotLikelihood, fit: RobotFit) -> list[Array]:
     """
     Return the covariance of the coefficients of each candidate, a searched setting behind them.
 
@@ -478,7 +328,7 @@ def _values(c: Candidate, b: Array) -> dict[str, float]:
     return dict(c.values(b))
 
 
-def _determined(evidence: RobotEvidence, c: Candidate, covariance: Array) -> bool:
+def _determined(evidence: RobotLikelihood, c: Candidate, covariance: Array) -> bool:
     """Return whether the motion excites a candidate's first coefficient."""
     torque, column = 0.0, 0.0
     for j, x in c.columns.items():
@@ -510,8 +360,8 @@ def _deviations(c: Candidate, b: Array, covariance: Array, determined: bool
     return out
 
 
-def _with_totals(evidence: RobotEvidence, fit: RobotFit, c: Candidate, values: dict[str, float],
-                 deviations: dict[str, float | None]
+def _with_totals(evidence: RobotLikelihood, fit: RobotFit, c: Candidate,
+                 values: dict[str, float], deviations: dict[str, float | None]
                  ) -> tuple[dict[str, float], dict[str, float | None]]:
     """
     Return values with the whole beside a change: friction or inertia, if the file has one.
@@ -532,7 +382,7 @@ def _with_totals(evidence: RobotEvidence, fit: RobotFit, c: Candidate, values: d
     return values, deviations
 
 
-def _with_moment(evidence: RobotEvidence, c: Candidate, estimate: tuple[Array, Array],
+def _with_moment(evidence: RobotLikelihood, c: Candidate, estimate: tuple[Array, Array],
                  values: dict[str, float], deviations: dict[str, float | None]
                  ) -> tuple[dict[str, float], dict[str, float | None]]:
     """
@@ -594,25 +444,25 @@ def _joined(findings: Sequence[Finding]) -> tuple[Finding, ...]:
     return tuple(sorted(out, key=lambda f: -(f.evidence or 0.0)))
 
 
-def _remainders(evidence: RobotEvidence, search: RobotSearch, knowledge: Knowledge | None,
-                away: float) -> tuple[Remainder, ...]:
+def _remainders(search: BalanceSearch, knowledge: Knowledge | None, away: float
+                ) -> tuple[Remainder, ...]:
     """
     Return what no law explains: functions, bursts, what references do not leave.
 
     Args:
-        evidence: of the recordings.
-        search: on them.
+        search: on the recordings.
         knowledge: of references, None without one.
         away: squared error of what was taught, over that near the references.
     """
-    out, chain, fit = [], evidence.recordings[0].robot.chain, search.fit
-    for i, (c, step) in enumerate(zip(fit.chosen, search.steps)):
+    evidence, fit = search.evidence.likelihood, search.best.fit.fit
+    out, chain = [], evidence.recordings[0].robot.chain
+    for i, (c, worth) in enumerate(zip(fit.chosen, search.best.fit.worth)):
         if c.free and c.joint is not None:
             j = chain.joints.index(c.joint)
             x = fit.torque(i)[j]
             out.append(Remainder('motor_side' if 'friction' in c.over else 'arm_side', 'effort',
                                  rms_in_motion(evidence, j, x), c.over, c.joint,
-                                 figures={'evidence': round(step.worth, 3)}))
+                                 figures={'evidence': round(worth, 3)}))
     size, times = burstiness(evidence, fit)
     segments, several = worst_segments(evidence, fit), len(evidence.recordings) > 1
     for j in np.argsort(-size):
@@ -634,20 +484,14 @@ def _remainders(evidence: RobotEvidence, search: RobotSearch, knowledge: Knowled
     return tuple(out)
 
 
-def rms_in_motion(evidence: RobotEvidence, joint: int, rows: Array) -> float:
+def rms_in_motion(evidence: RobotLikelihood, joint: int, rows: Array) -> float:
     """Return the rms over the time in motion of what has the rows [R] at `joint`."""
     samples = sum(len(r.tests.starts) * r.tests.value.shape[0] / 2.0 * r.tests.share[joint]
                   for r in evidence.recordings)
     return math.sqrt(float(np.sum(rows ** 2)) / max(samples, 1.0))
 
 
-def _gain_at(evidence: RobotEvidence, blank: RobotFit, fit: RobotFit, joint: int) -> float:
-    """Return by how much 2 log likelihood of a joint's rows is above that of `blank`."""
-    count = evidence.at[joint].count
-    return float((count * np.log(fit.weights[joint] / blank.weights[joint])).sum())
-
-
-def ranked(evidence: RobotEvidence, blank: RobotFit, fit: RobotFit) -> tuple[JointGap, ...]:
+def ranked(evidence: RobotLikelihood, blank: RobotFit, fit: RobotFit) -> tuple[JointGap, ...]:
     """
     Return the gaps of the joints, those with most evidence first.
 
@@ -662,11 +506,11 @@ def ranked(evidence: RobotEvidence, blank: RobotFit, fit: RobotFit) -> tuple[Joi
             name, rms_in_motion(evidence, j, evidence.at[j].y),
             rms_in_motion(evidence, j, _closed(evidence, fit, j)),
             float(np.std(effort)),
-            _gain_at(evidence, blank, fit, j), 'prismatic' if link.slides else 'rotary'))
+            gain_at(evidence, blank, fit, j), 'prismatic' if link.slides else 'rotary'))
     return tuple(sorted(out, key=lambda g: -g.evidence))
 
 
-def _closed(evidence: RobotEvidence, fit: RobotFit, joint: int) -> Array:
+def _closed(evidence: RobotLikelihood, fit: RobotFit, joint: int) -> Array:
     """Return the rows [R] at `joint` less those of the findings of `fit` alone."""
     a = evidence.at[joint]
     return np.asarray(a.y - sum((fit.torque(i)[joint][a.order] for i, c in enumerate(fit.chosen)
@@ -733,7 +577,7 @@ def _of_reference(knowledge: Knowledge | None) -> tuple[Said, ...]:
             *short * knowledge.short)
 
 
-def _of_gains(evidence: RobotEvidence, fit: RobotFit) -> tuple[Said, ...]:
+def _of_gains(evidence: RobotLikelihood, fit: RobotFit) -> tuple[Said, ...]:
     """Return cautions about servos whose gain is not that of the model."""
     rows = evidence.recordings[0]
     if not rows.setpoint:
@@ -743,7 +587,7 @@ def _of_gains(evidence: RobotEvidence, fit: RobotFit) -> tuple[Said, ...]:
                  if abs(x - 1.0) > 2.0 * rows.robot.gain_tolerance)
 
 
-def sampled_early(evidence: RobotEvidence, fit: RobotFit) -> list[float]:
+def sampled_early(evidence: RobotLikelihood, fit: RobotFit) -> list[float]:
     """Return, of each recording, s by which its servos' torque is not that of mid-period; 0."""
     posterior, out = evidence.posterior(fit), [0.0] * len(evidence.recordings)
     for k, label in enumerate(posterior.labels):
@@ -754,7 +598,7 @@ def sampled_early(evidence: RobotEvidence, fit: RobotFit) -> list[float]:
     return out
 
 
-def setpoint_lags(evidence: RobotEvidence, fit: RobotFit) -> Array:
+def setpoint_lags(evidence: RobotLikelihood, fit: RobotFit) -> Array:
     """Return by how many s the setpoints [J] of the first recording are late."""
     posterior = evidence.posterior(fit)
     mean = dict(zip(posterior.labels, posterior.mean))
@@ -762,7 +606,7 @@ def setpoint_lags(evidence: RobotEvidence, fit: RobotFit) -> Array:
                      for name in evidence.recordings[0].robot.chain.joints])
 
 
-def held_setpoints(evidence: RobotEvidence, fit: RobotFit) -> tuple[Said, ...]:
+def held_setpoints(evidence: RobotLikelihood, fit: RobotFit) -> tuple[Said, ...]:
     """Return a caution about torques that were sampled at one end of a held setpoint."""
     return tuple(
         said('held_setpoint', log=rows.name, ms=1e3 * early,
@@ -771,12 +615,14 @@ def held_setpoints(evidence: RobotEvidence, fit: RobotFit) -> tuple[Said, ...]:
         if abs(early) > HELD_SHARE * rows.motion.step)
 
 
-def _of_small(evidence: RobotEvidence, search: RobotSearch) -> tuple[Said, ...]:
-    """Return a caution about the small function without a law, if there is one."""
-    if search.small is None:
+def _of_small(search: BalanceSearch) -> tuple[Said, ...]:
+    """Return a caution about a function without a law that pays, but adds little to the laws."""
+    evidence, base, best = search.evidence.likelihood, search.best.fit.fit, search.remains
+    if not best.functions or best.follows < CONTEST.margin or search.best.function:
         return ()
-    fit, c = search.small.fit, search.small.candidate
-    (j, x), = fit.torque(len(fit.chosen) - 1).items()
+    c: Candidate = best.functions[0].source
+    fit = evidence.fit((*base.chosen, c), base, 4)
+    (j, x), = fit.torque(len(base.chosen)).items()
     size = rms_in_motion(evidence, j, x)
     unit = 'N' if evidence.recordings[0].robot.chain.links[j].slides else 'N m'
     return (said('little_remains', place=c.joint, size=Quantity(size, None, unit), over=c.over),)

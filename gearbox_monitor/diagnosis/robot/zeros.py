@@ -9,17 +9,18 @@ that is off competes with every effect. It is named if it explains more than eac
 effect explains as much (a tilted base and the first horizontal axis), both are possible. Joints
 whose zero neither motion nor weight shows are listed.
 """
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 import math
 from typing import NamedTuple
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.contest import CONTEST
-from gearbox_monitor.diagnosis.robot.candidates import library, of_robot
-from gearbox_monitor.diagnosis.robot.contest import Contender, RobotContest, visible_size
-from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence, RobotFit
+from gearbox_monitor.diagnosis.contest import CONTEST, leading
+from gearbox_monitor.diagnosis.hypothesis import Hypothesis
+from gearbox_monitor.diagnosis.robot.balance_evidence import BalanceEvidence, visible_size
+from gearbox_monitor.diagnosis.robot.candidates import Candidate, library, of_robot
+from gearbox_monitor.diagnosis.robot.likelihood import RobotFit, RobotLikelihood
 from gearbox_monitor.diagnosis.robot.robot_effects import READ_OFF
 from gearbox_monitor.diagnosis.robot.robot_log import LogSection, RobotLog, SETPOINT
 from gearbox_monitor.diagnosis.robot.rows import RobotModel, rows_of
@@ -58,36 +59,41 @@ def zeros_in(log: RobotLog, robot: RobotModel, settled: Collection[int] = ()) ->
     if log.kind == SETPOINT or not joints:   # with which zero a servo computes weight is unknown
         return unknown
     rows = rows_of(excerpt(log), robot)
-    evidence, laws = RobotEvidence([rows]), library([rows])
+    evidence, laws = RobotLikelihood([rows]), library([rows])
     own = [c for c in of_robot(READ_OFF, [rows]) if names.index(c.place) in joints
            and any(np.abs(x).max() > SETTINGS.least_slope for x in c.columns.values())]
-    contest, blank = RobotContest.between(evidence, laws, [], None), evidence.fit()
-    best = next((e for e in contest.entries(blank, own, len(own)) if e.worth > CONTEST.margin),
-                None) if own else None
+    balance, blank = BalanceEvidence.of(evidence, laws), evidence.fit()
+
+    def raced(field: Sequence[Candidate]) -> list[Hypothesis]:
+        """Return each of the leading candidates of a `field`, the best first."""
+        none = balance.none()
+        return sorted(balance.grown(none, leading(
+            balance.estimates_of(none, field), SETTINGS.zero_rivals, False)),
+            key=lambda h: -h.fit.likeness)
+    best = next((h for h in raced(own) if h.fit.worth[0] > CONTEST.margin), None)
+    zero = best.fit.fit if best else blank
     bodies = [i for i, label in enumerate(evidence.labels) if label in {
         f'{link.name} {p}' for link in robot.chain.links for p in range(PER_LINK)}]
 
     def another(fit: RobotFit) -> bool:
         """Return whether in a `fit` the description is that of another robot, or lacks a load."""
         return bool(np.abs(fit.nuisance[bodies]).max(initial=0.0) > SETTINGS.body_certain)
-    others, beside = list[Contender](), list[RobotFit]()
+    others, beside = list[Hypothesis](), list[RobotFit]()
     if best or another(blank):
-        others = contest.entries(
-            blank, [c for c in laws if c.effect != READ_OFF.id], SETTINGS.zero_rivals)
-        added = (best.candidate,) if best else ()
-        beside = [evidence.fit((e.candidate, *added), e.fit, 4) for e in others]
-    if all(map(another, (best.fit if best else blank, *beside))):
+        others = raced([c for c in laws if c.effect != READ_OFF.id])
+        beside = [evidence.fit((*h.fit.fit.chosen, *zero.chosen), h.fit.fit, 4) for h in others]
+    if all(map(another, (zero, *beside))):
         return unknown
-    seen = {c.place: visible_size(contest, blank, c, e.covariance) or math.inf
+    seen = {c.place: visible_size(balance, c, e.covariance, balance.loads(blank)) or math.inf
             for c, e in zip(own, evidence.estimates(blank, own))}
     hidden = tuple(j for j in joints if seen.get(names[j], math.inf) > SETTINGS.zero_shown)
     if best is None:
         return Zeros(None, 0.0, None, hidden)
-    price = contest.cost(best.candidate) + CONTEST.margin
-    rival = min((e for e, both in zip(others, beside) if e.fit.deviance - both.deviance < price),
-                key=lambda e: e.fit.deviance, default=None)
-    return Zeros(names.index(best.candidate.place), float(best.fit.values[0]),
-                 (rival.candidate.effect, rival.candidate.place) if rival else None, hidden)
+    price = balance.price(best) + CONTEST.margin
+    rival = min((h for h, both in zip(others, beside) if h.deviance - both.deviance < price),
+                key=lambda h: h.deviance, default=None)
+    return Zeros(names.index(best.members[0].place), float(zero.values[0]),
+                 (rival.members[0].effect, rival.members[0].place) if rival else None, hidden)
 
 
 def excerpt(log: RobotLog) -> RobotLog:

@@ -14,21 +14,22 @@ import random_robots
 import robot_gap
 from scipy.signal import butter, sosfreqz
 
-from gearbox_monitor.diagnosis.contest import CONTEST
+from gearbox_monitor.diagnosis.contest import CONTEST, contest, leading, rank, Search
 from gearbox_monitor.diagnosis.hypothesis import Finding
+from gearbox_monitor.diagnosis.robot.balance_evidence import (
+    _allowed, BalanceEvidence, visible_size)
 from gearbox_monitor.diagnosis.robot.candidates import (
-    Candidate, free_functions, library, of_robot, stops, swing, swings)
-from gearbox_monitor.diagnosis.robot.contest import _allowed, RobotContest, visible_size
-from gearbox_monitor.diagnosis.robot.evidence import RobotEvidence, RobotFit
+    Candidate, library, of_robot, stops, swing, swings)
 from gearbox_monitor.diagnosis.robot.knowledge import (
     _noisy, burstiness, farther, learn, states_of, unvisited, visits_of, with_unvisited)
+from gearbox_monitor.diagnosis.robot.likelihood import RobotFit, RobotLikelihood
 from gearbox_monitor.diagnosis.robot.motion import highest_kept, local_cosines, RobotMotion
 from gearbox_monitor.diagnosis.robot.robot_effects import centre_of, compact, JOINT_ZERO, tilted
 from gearbox_monitor.diagnosis.robot.rows import RobotModel, rows_of
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.diagnosis.robot.verdict import (
-    _deviations, _joined, _search, _spreads, _with_moment, diagnose, examined, findings_of,
-    verdict_data)
+    _deviations, _joined, _spreads, _with_moment, diagnose, examined, findings_of,
+    rivals_in, verdict_data)
 from gearbox_monitor.files.user_files import plain
 from gearbox_monitor.plant.effects.actuator import ACTUATOR_DELAY, limits_reached
 from gearbox_monitor.plant.effects.effect import JointMotion
@@ -61,11 +62,18 @@ def fit_of(chosen, values):
 
 @cache
 def healthy_evidence():
-    """Return the RobotEvidence of a healthy random robot and the fit of its nuisance."""
+    """Return the RobotLikelihood of a healthy random robot and the fit of its nuisance."""
     case = random_robots.make(16, True, [], 100)
-    evidence = RobotEvidence([rows_of(random_robots.log(case, 2, 15.0, False)[0],
+    evidence = RobotLikelihood([rows_of(random_robots.log(case, 2, 15.0, False)[0],
                                       model_of(case))])
     return evidence, evidence.fit()
+
+
+def race(balance):
+    """Return a first member of each law, the likeliest first."""
+    none = balance.none()
+    return sorted(balance.grown(none, leading(balance.estimates(none), 10, False)),
+                  key=lambda h: rank(Search(balance, none, none), none, h))
 
 
 def test_rows_that_the_smoother_takes_away_are_no_evidence():
@@ -246,12 +254,11 @@ def test_a_base_that_is_mounted_otherwise_has_its_angle():
         torque = chain.weights(rows.motion.q) @ change
         target = rows.target + np.stack([rows.tested(j, torque[:, j, None])[:, 0]
                                          for j in range(len(rows.joints))])
-        evidence = RobotEvidence([replace(rows, target=target)])
+        evidence = RobotLikelihood([replace(rows, target=target)])
         laws = library([rows], ['base_tilt', 'payload', 'joint_zero', 'torque_gain'])
-        first = RobotContest.between(evidence, laws, [], None).entries(
-            evidence.fit(), laws, 10)[0]
-        values = first.candidate.values(first.fit.values)
-        assert first.candidate.effect == 'base_tilt'
+        first = race(BalanceEvidence.of(evidence, laws))[0]
+        values = first.fit.fit.chosen[0].values(first.fit.fit.values)
+        assert first.members[0].effect == 'base_tilt'
         angle = np.degrees(np.hypot(values['ax'], values['ay']))
         assert angle == pytest.approx(degrees, abs=0.5)
         if degrees < 180.0:
@@ -418,7 +425,7 @@ def test_bands_in_which_noise_hides_the_motion_are_no_evidence():
     noisy = _noisy([replace(rows, model=model, target=rows.target + rows.model - model)])
     assert np.isinf(noisy[0][6:8]).all() and np.isfinite(noisy[0][:6]).all()
     assert not noisy[1:].any()
-    evidence = RobotEvidence([rows], variance=noisy)
+    evidence = RobotLikelihood([rows], variance=noisy)
     assert rows.tests.frequency[evidence.at[0].order].max() < 4.0
 
 
@@ -495,7 +502,7 @@ def test_a_setting_that_is_searched_has_the_deviation_of_its_likelihood():
     ((joint, column),) = law.columns.items()
     target = rows.target.copy()
     target[joint] += column[:, 0]
-    evidence = RobotEvidence([replace(rows, target=target)])
+    evidence = RobotLikelihood([replace(rows, target=target)])
     fit = evidence.fit((law,))
     covariance = _spreads(evidence, fit)[0]
     std = np.sqrt(covariance[1, 1])
@@ -516,9 +523,9 @@ def test_of_two_that_explain_the_same_the_one_of_fewer_coefficients_is_first():
     wide = Candidate('wide', {0: np.hstack([rows, 0.0 * rows])}, link='link')
     narrow = Candidate('narrow', {0: rows}, joint='joint')
     assert wide.size == narrow.size == 1
-    contest = RobotContest.between(evidence, [wide, narrow], [], None)
     for laws in ([wide, narrow], [narrow, wide]):
-        assert [e.candidate for e in contest.entries(fit, laws, 6)] == [narrow, wide]
+        entries = race(BalanceEvidence.of(evidence, laws))
+        assert [h.members[0].effect for h in entries] == ['narrow', 'wide']
 
 
 def test_what_a_limit_hides_is_no_evidence():
@@ -526,8 +533,8 @@ def test_what_a_limit_hides_is_no_evidence():
     evidence, fit = healthy_evidence()
     j = 0
     everything = Candidate('limit', {j: evidence.recordings[0].target[j][:, None]}, hidden=1.0)
-    contest = RobotContest.between(evidence, [everything], [], None)
-    hidden, seen = (contest.worth(fit, evidence.fit((c,)))
+    balance = BalanceEvidence.of(evidence, [everything])
+    hidden, seen = (balance.tempered_gain(fit, evidence.fit((c,))) - balance.cost(c)
                     for c in (everything, replace(everything, hidden=0.0)))
     assert seen > 1000.0 and hidden < 0.0
 
@@ -576,11 +583,12 @@ def test_a_size_that_would_have_been_seen_is_seen(taught):
     verdict = diagnose(model, [log], knowledge)
     evidence, blank = verdict.evidence, verdict.evidence.fit()
     rows = evidence.recordings[0]
-    contest = replace(RobotContest.between(evidence, library([rows]), free_functions([rows]),
-                                           knowledge), extra=CONTEST.margin, day=SETTINGS.day)
+    balance = replace(BalanceEvidence.of(evidence, library([rows]), (), knowledge),
+                      extra=CONTEST.margin, day=SETTINGS.day)
     for effect in ('motor_coulomb', 'motor_inertia', 'payload'):
         for c in [c for c in library([rows], [effect]) if not np.any(c.setting)]:
-            size = visible_size(contest, blank, c, evidence.estimates(blank, [c])[0].covariance)
+            size = visible_size(balance, c, evidence.estimates(blank, [c])[0].covariance,
+                                balance.loads(blank))
             b, worth = np.zeros(c.width), []
             if effect == 'payload':
                 link = {x.name: x for x in rows.robot.chain.links}[c.link]
@@ -588,11 +596,11 @@ def test_a_size_that_would_have_been_seen_is_seen(taught):
             b[0] = 1.0
             for times in (0.7, -0.7, 1.4, -1.4):
                 added = {j: x @ (times * size * b) for j, x in c.columns.items()}
-                loaded = RobotEvidence([replace(rows, target=np.stack([
+                loaded = RobotLikelihood([replace(rows, target=np.stack([
                     rows.target[j] + added.get(j, 0.0) for j in range(evidence.joints)]))],
                     knowledge.prior, evidence.variance)
-                worth.append(replace(contest, evidence=loaded).worth(
-                    loaded.fit(), loaded.fit((c,))))
+                worth.append(replace(balance, likelihood=loaded).tempered_gain(
+                    loaded.fit(), loaded.fit((c,))) - balance.cost(c))
             assert np.mean(worth[:2]) < CONTEST.margin < np.mean(worth[2:]), (c.name, worth)
 
 
@@ -696,10 +704,10 @@ def test_scales_of_joints_are_in_the_deviation_of_a_load_and_no_findings_beside_
     for tolerance in (0.0, 0.1):
         rows = replace(plain, target=target, robot=replace(plain.robot,
                                                            torque_tolerance=tolerance))
-        evidence = RobotEvidence([rows])
+        evidence = RobotLikelihood([rows])
         laws = library([rows], ['payload', 'torque_gain'])
-        contest = RobotContest.between(evidence, laws, [], None)
-        findings = findings_of(_search(contest, evidence.fit(), laws, []))
+        search = contest(BalanceEvidence.of(evidence, laws))
+        findings = findings_of(search, rivals_in(search))
         load = next(f for f in findings if f.effect == 'payload')
         sizes.append(abs(load.values['m'] / (3.0 * links[-1].mass) - 1.0)
                      * load.values['m'] / load.deviations['m'])

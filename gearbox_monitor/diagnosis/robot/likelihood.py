@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Evidence: the likelihood of a mixed model of all joints, by Gram matrices per joint and band.
+The likelihood of a mixed model of all joints of a robot, by Gram matrices per joint and band.
 
     effort - model = X beta + Z u + e,   u ~ N(mean, covariance),   e with one variance per joint,
     recording and band of frequency (Whittle), profiled:
@@ -207,9 +207,9 @@ class AddedEstimate(NamedTuple):
     gain: float
 
 
-class RobotEvidence:
+class RobotLikelihood:
     """
-    The evidence of `recordings` of one robot about candidates.
+    The likelihood of `recordings` of one robot, about candidates.
 
     prior: what references taught; None, the tolerances of the file. variance [J, bands]: what they
     left, below which no variance is taken; rows where it is infinite are left out. nuisance:
