@@ -43,7 +43,9 @@ REFUSED = tuple((re.compile(mark), what, instead) for mark, what, instead in (
     (rb'\xff\xfe|\xfe\xff', 'text in UTF-16', 'UTF-8: convert it (iconv -f utf-16)'),
     (rb'(?:\xef\xbb\xbf)?\s*<', 'XML, as KUKA RSI writes it', 'a table: export its values as CSV'),
     (rb'(?sm).*^\w+:.*\n---\r?\n\w+:', "documents of 'ros2 topic echo'",
-     "a bag, or what 'ros2 topic echo --csv' writes")))
+     "a bag, or what 'ros2 topic echo --csv' writes"),
+    (rb'(?s)(?:.*?\n)?([A-Za-z_]\w*) ?[:={](?:.*?\n\1 ?[:={]){3}', 'a name beside each value',
+     'a table: a column for each name')))
 CPU_SECONDS, MEMORY = 20, 1 << 30  # of the child
 LEAST_FILLED = 0.01  # share of the cells of a column that holds numbers
 MOST_KEYS = 64       # words that tell rows apart, as names of joints do

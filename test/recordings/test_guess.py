@@ -570,10 +570,14 @@ def test_names_that_the_user_gives_to_columns_without(tmp_path, capsys):
         np.testing.assert_array_equal(bag.effort[:, 0], TORQUE)
 
 
-def test_messages_of_kuka_rsi_are_refused_by_name(tmp_path, capsys):
-    (tmp_path / 'rsi.xml').write_text('<Rob TYPE="KUKA"><AIPos A1="1.0"/></Rob>\n' * 400)
-    assert main(['import', str(tmp_path / 'rsi.xml'), str(tmp_path / 'bag')]) == 2
-    assert 'XML, as KUKA RSI writes it, expected a table: export' in capsys.readouterr().err
+def test_text_that_is_no_table_is_refused_by_name(tmp_path, capsys):
+    for text, says in (
+            ('<Rob TYPE="KUKA"><AIPos A1="1.0"/></Rob>\n', 'XML, as KUKA RSI writes it, expected'),
+            ('target:0.5,angle:0.4\n', 'a name beside each value, expected a table'),
+            ('t: 0.1\nq: 0.2\n\n', 'a name beside each value, expected a table')):
+        (tmp_path / 'log').write_text(text * 400)
+        assert main(['import', str(tmp_path / 'log'), str(tmp_path / 'bag')]) == 2
+        assert says in capsys.readouterr().err
 
 
 def test_a_stated_motor_leaves_the_arm_open_where_two_positions_remain(tmp_path, capsys):
