@@ -206,7 +206,7 @@ def test_springs_at_both_ends_of_a_joint_are_two_findings():
     case = random_robots.make(9, False, [], 100)
     chain = chain_of_compiled(random_robots.mujoco.MjModel.from_xml_string(case.xml),
                               Path('robot.xml'))
-    log = random_robots.log(case, 1, 25.0)[0]
+    log = random_robots.log(case, 1, 16.0)[0]
     section, = log.sections
     q, effort = section.position[:, 0], section.input.copy()
     low, high = np.quantile(q, (0.25, 0.75))
@@ -447,7 +447,7 @@ def test_scatter_between_parts_is_no_argument_about_the_name():
 def servo_offset():
     """Return the Case of a servo robot with an offset, and its log."""
     case = random_robots.make(9708, False, ['torque_offset'], 100)
-    return case, random_robots.log(case, 1, 20.0, True, True)
+    return case, random_robots.log(case, 1, 14.0, True, True)
 
 
 def test_gains_of_a_servo_may_be_wrong(servo_offset):
