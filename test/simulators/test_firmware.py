@@ -3,6 +3,7 @@
 
 """The filter in C: the bits of the Estimator and of its checks, no library, any processor."""
 import ctypes
+from functools import cache
 from pathlib import Path
 import re
 import shutil
@@ -35,9 +36,16 @@ OUT = {'smoother_lag': 0.0}
 needs_gcc = pytest.mark.skipif(shutil.which('gcc') is None, reason='gcc is not installed')
 
 
-def built(folder, model, parameters, *flags):
+@cache
+def text_of(name):
+    """Return the firmware of one of CASES, or of the default drive."""
+    changes, parameters = CASES.get(name, ({}, {}))
+    return firmware(DriveModel().with_(**changes), {**OUT, **parameters}, 'drive.h')
+
+
+def built(folder, name, *flags):
     folder.mkdir(exist_ok=True)
-    text = firmware(model, parameters, 'drive.h')
+    text = text_of(name)
     (folder / 'drive.c').write_text(text.source)
     (folder / 'drive.h').write_text(text.header)
     library = folder / f'drive{len(list(folder.iterdir()))}.so'
@@ -49,7 +57,7 @@ def built(folder, model, parameters, *flags):
 @pytest.fixture(scope='module')
 def library(tmp_path_factory):
     """Return that of the default drive and parameters; states are apart from it."""
-    return built(tmp_path_factory.mktemp('default'), DriveModel(), OUT)
+    return built(tmp_path_factory.mktemp('default'), 'default')
 
 
 def pointer(array):
@@ -152,7 +160,7 @@ def expect_equal(library, model, parameters, count):
 def test_estimates_are_the_bits_of_the_estimator(tmp_path, name):
     changes, parameters = CASES[name]
     model, parameters = DriveModel().with_(**changes), {**OUT, **parameters}
-    expect_equal(built(tmp_path, model, parameters), model, parameters, 20_000)
+    expect_equal(built(tmp_path, name), model, parameters, 20_000)
 
 
 @needs_gcc
@@ -160,7 +168,7 @@ def test_estimates_are_the_bits_of_the_estimator(tmp_path, name):
 def test_a_million_samples_are_equal(tmp_path):
     """On an old processor and on a new one."""
     for flags in ([], NEW):
-        library = built(tmp_path, DriveModel(), OUT, *flags)
+        library = built(tmp_path, 'default', *flags)
         expect_equal(library, DriveModel(), OUT, 1_000_000)
 
 
@@ -185,8 +193,7 @@ def test_flags_are_those_of_the_kernel_on_the_host(library):
 @pytest.mark.parametrize('name', ['loaded', 'learned', 'statistical', 'ukf', 'srukf'])
 def test_sanitizers_find_nothing(tmp_path, name):
     """In a process of its own, as the address sanitizer must come first."""
-    changes, parameters = CASES[name]
-    text = firmware(DriveModel().with_(**changes), {**OUT, **parameters}, 'drive.h')
+    text = text_of(name)
     (tmp_path / 'drive.c').write_text(text.source)
     (tmp_path / 'drive.h').write_text(text.header)
     stamps, u, y = damaged(*recording(20_000))
@@ -204,7 +211,7 @@ def test_sanitizers_find_nothing(tmp_path, name):
 def test_single_precision_is_off_as_far_as_the_page_says(tmp_path):
     stamps, u, y = recording(30_000)
     expected = Estimator(DriveModel(), OUT).run(Samples(stamps, u, y))
-    codes, _, out = run(built(tmp_path, DriveModel(), OUT, '-DGM_FLOAT'), stamps, u, y)
+    codes, _, out = run(built(tmp_path, 'default', '-DGM_FLOAT'), stamps, u, y)
     np.testing.assert_array_equal(codes, expected.codes)
     error = out[codes == 0, sample_loop.E_TAU_K] - expected.tau_k
     assert np.abs(error).max() < 0.05 * np.sqrt(np.mean(expected.tau_k ** 2))
@@ -229,8 +236,7 @@ def test_instances_share_nothing_and_begin_anew(library):
     'loaded', *(pytest.param(name, marks=pytest.mark.system) for name in CASES if name != 'loaded')
 ])
 def test_no_symbol_of_libm_or_heap(tmp_path, name):
-    changes, parameters = CASES[name]
-    text = firmware(DriveModel().with_(**changes), parameters, 'drive.h')
+    text = text_of(name)
     (tmp_path / 'drive.c').write_text(text.source)
     (tmp_path / 'drive.h').write_text(text.header)
     for real in ([], ['-DGM_FLOAT']):
@@ -246,7 +252,7 @@ def test_no_symbol_of_libm_or_heap(tmp_path, name):
 def test_code_for_a_microcontroller_is_small_and_needs_no_library(tmp_path, processor, real, most):
     """For the default drive, trust flags and backlash window included."""
     pytest.importorskip('ziglang')
-    text = firmware(DriveModel(), OUT, 'drive.h')
+    text = text_of('default')
     (tmp_path / 'drive.c').write_text(text.source)
     (tmp_path / 'drive.h').write_text(text.header)
     subprocess.run([sys.executable, '-m', 'ziglang', 'cc', '-target', 'thumb-freestanding-eabihf',

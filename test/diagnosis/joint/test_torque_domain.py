@@ -112,7 +112,7 @@ def test_interpreted_is_compiled():
     assert len(one) > 20 and one == other
 
 
-def recorded(path, *effects, seconds=5.0):
+def recorded(path, *effects, seconds=4.5):
     """Write a recording of SERVO with `effects`; returns its path."""
     t = np.arange(round(seconds / DT)) * DT
     u = Excitation('multisine', (0.12, 0.05, 0.03), (0.3, 0.8, 1.7)).torque(t)
