@@ -92,7 +92,7 @@ def test_nothing_is_cut_off(folder, browser, width):
     assert f'gearbox_monitor export {folder}/out/drive.closed.yaml' in browser.page_source
 
 
-@pytest.mark.parametrize('width', [1280, 390])
+@pytest.mark.parametrize('width', [1280, pytest.param(390, marks=pytest.mark.system)])
 def test_page_in_a_browser(folder, browser, width):
     from selenium.webdriver import ActionChains
     from selenium.webdriver.common.by import By

@@ -250,7 +250,7 @@ def test_warning_and_error_differ():
         assert 'gearbox_monitor accept a/bag' in html
 
 
-@pytest.mark.parametrize('width', [1280, 390])
+@pytest.mark.parametrize('width', [1280, pytest.param(390, marks=pytest.mark.system)])
 def test_page_in_a_browser(bags, pages, browser, width):
     from selenium.webdriver import ActionChains
     from selenium.webdriver.common.by import By

@@ -104,7 +104,7 @@ def test_an_alert_keeps_its_recording_once_the_disk_has_room(graph, tmp_path):
     answer = graph.call(Trigger, 'estimator/keep_recording', Trigger.Request())
     assert not answer.success and 'no samples yet on /joint_states' in answer.message
     resource.prlimit(estimator.pid, resource.RLIMIT_FSIZE, (10_000, LIMITS[1]))
-    graph.start('plant_node', rate=250.0, process_noise='[0.0, 0.0, 0.02, 0.02]')
+    graph.start('plant_node', rate=125.0, process_noise='[0.0, 0.0, 0.02, 0.02]')
 
     def recording():
         status = next((s for s in told[-1].status if s.name == 'estimator: backlash'), None)
