@@ -52,6 +52,9 @@ class Regression:
     def gain(self, less, more):
         return less.deviance - more.deviance
 
+    def likeness(self, less, more):
+        return self.gain(less, more) - self.price(more) + self.price(less)
+
     def price(self, h):
         size = sum(4 if m.kind == FUNCTION else 1 for m in h.members)
         return size * math.log(ROWS) + 2.0 * len(h.members) * math.log(len(self.laws))
