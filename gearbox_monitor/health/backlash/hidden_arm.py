@@ -28,7 +28,8 @@ from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.actuator import TORQUE_OFFSET
-from gearbox_monitor.plant.effects.arm_side import ARM_COULOMB, GRAVITY, LOAD_TORQUE
+from gearbox_monitor.plant.effects.arm_side import (
+    ARM_COULOMB, ARM_VISCOUS, GRAVITY, LOAD_TORQUE)
 from gearbox_monitor.plant.effects.gearbox import BACKLASH_GAP
 from gearbox_monitor.signals.uniform import prepare, RecordingKind, rms_of, UniformRecording
 
@@ -36,13 +37,17 @@ STEP = 2e-3         # s between the readings of a fit: resonances lie below 100 
 LONGEST = 20.0      # s of a window that are fitted, its last ones
 FIRST, LATER = 20, 8  # iterations of the fit from the model file, and from the window before
 SCAN = (0.35, 0.6, 1.0, 1.6, 2.5)  # of the gap so far: where a fit may begin
+# Where fits from the model file begin: the same, and the share of the motor's friction on the arm.
+STARTS = ((0.5, 0.0), (0.5, 0.4), (1.0, 0.0), (1.0, 0.4), (2.0, 0.0), (2.0, 0.4))
 BLOCKS = 20         # parts of a window, whose scatter gives the deviation
 SHIFT = (-0.9, 10.0)  # relative, of values of the model
 # Relative standard deviations of values of the model file.
 SPREAD = {'m1': 0.1, 'm2': 0.3, 'D': 0.5, 'Cv': 0.5, 'Cc': 0.5, 'K': 0.5}
-# Effects that are fitted, too: (coordinates, scale, prior), both in the rms of the torque.
+# Effects that are fitted, too: (coordinates, scale, prior), both in the rms of the torque, of
+# viscous friction at the rms of the speed.
 LOADS = {GRAVITY.id: (('As', 'Ac'), 0.1, 1.0), LOAD_TORQUE.id: (('TL',), 0.1, 1.0),
-         ARM_COULOMB.id: (('Cac',), 0.1, 0.3), TORQUE_OFFSET.id: (('u0',), 0.05, 0.1)}
+         ARM_COULOMB.id: (('Cac',), 0.1, 0.3), ARM_VISCOUS.id: (('Cav',), 0.1, 0.3),
+         TORQUE_OFFSET.id: (('u0',), 0.05, 0.1)}
 NOISE = 0.05        # of the torque's rms: torque noise at the start of the first fit
 # What is kept of estimates: torque until then, reading of the motor.
 COLUMNS = (sample_loop.E_U, sample_loop.E_READING_MOTOR)
@@ -98,7 +103,7 @@ class HiddenArm:
         sigma, _ = noise_floor(recording, self.model)
         if not (torque > 0.0 and travel > 10.0 * sigma[0] > 0.0):
             return NotExcited(stamp_ns, 'motor_still')
-        candidate = _candidate(self.model, torque)
+        candidate = _candidate(self.model, recording)
         likelihood = InnovationLikelihood(recording, self.model, sigma,
                                           halves([slice(0, len(recording.u))]))
         fit = self._fit(likelihood, candidate, torque)
@@ -134,19 +139,25 @@ class HiddenArm:
     def _fit(self, likelihood: InnovationLikelihood, candidate: CandidateModel,
              torque: float) -> FilteredFit:
         first = self._state is None or len(self._state) != len(candidate.coordinates) + 2
-        z, noise = candidate.start(), np.full(2, NOISE * torque)
         if not first and self._state is not None:
             z, noise = self._state[:-2], self._state[-2:]
-        i = [c.name for c in candidate.coordinates].index('b')
-        starts = []
-        for factor in SCAN:
-            moved = z.copy()
-            moved[i] += math.log(factor)
-            starts.append(evaluated(likelihood, InnovationFit(
-                candidate, candidate.bounded(moved), noise)))
-        start = min(starts, key=lambda fit: fit.deviance).alone()
-        fit: InnovationFit = fitted(likelihood, start, FIRST if first else LATER)
-        return evaluated(likelihood, fit)
+            starts = [min((evaluated(likelihood, InnovationFit(
+                candidate, self._begin(candidate, z, factor), noise)) for factor in SCAN),
+                key=lambda fit: fit.deviance).alone()]
+        else:
+            starts = [InnovationFit(candidate, self._begin(candidate, candidate.start(), *start),
+                                    np.full(2, NOISE * torque)) for start in STARTS]
+        fits = [fitted(likelihood, start, LATER) for start in starts]
+        fit = min(fits, key=lambda fit: fit.deviance)
+        return evaluated(likelihood, fitted(likelihood, fit, FIRST) if first else fit)
+
+    def _begin(self, candidate: CandidateModel, z: Array, factor: float, share: float = 0.0
+               ) -> Array:
+        """Return `z` [P] with another gap, and a share of the motor's friction on the arm."""
+        model = self.model
+        moves = {'b': math.log(factor), 'Cv': -share, 'Cc': -share,
+                 'Cav': share * model.viscous_friction, 'Cac': share * model.coulomb_friction}
+        return candidate.bounded(z + [moves.get(c.name, 0.0) for c in candidate.coordinates])
 
 
 def _recording(stamps: Integers, rows: Array) -> UniformRecording:
@@ -166,8 +177,10 @@ def _recording(stamps: Integers, rows: Array) -> UniformRecording:
                             channels=(0,))
 
 
-def _candidate(model: DriveModel, torque: float) -> CandidateModel:
-    """Return what is fitted to a window; torque: its rms, N m."""
+def _candidate(model: DriveModel, recording: UniformRecording) -> CandidateModel:
+    """Return what is fitted to the window of a `recording`."""
+    torque = float(np.std(recording.u))
+    speed = rms_of(np.gradient(recording.y[:, 0], recording.dt))
     ids = [name for name in LOADS if model.axis == 'rotary' or name != GRAVITY.id]
     coordinates = [Coordinate(-1, name, 0.0, spread, *SHIFT, prior=spread)
                    for name, spread in SPREAD.items() if model.value(NUISANCES[name])]
@@ -175,9 +188,10 @@ def _candidate(model: DriveModel, torque: float) -> CandidateModel:
         parameters, scale, prior = LOADS[name]
         own = [sine_and_cosine(name, e) if name == GRAVITY.id else e
                for e in model.effects if e['id'] == name]
-        low = 0.0 if name == ARM_COULOMB.id else -math.inf
-        coordinates += [Coordinate(i, parameter, sum(e[parameter] for e in own), scale * torque,
-                                   low, prior=prior * torque) for parameter in parameters]
+        low = 0.0 if name in (ARM_COULOMB.id, ARM_VISCOUS.id) else -math.inf
+        size = torque / speed if name == ARM_VISCOUS.id else torque
+        coordinates += [Coordinate(i, parameter, sum(e[parameter] for e in own), scale * size,
+                                   low, prior=prior * size) for parameter in parameters]
     shape = model.transmission
     smallest = LIMITS.hidden_gap * torque / shape.stiffness
     start = max(shape.half_gap, 100.0 * smallest)
