@@ -42,7 +42,7 @@ class AlertLimits:
     # twist and its rate move, a torque loads a flank, friction at a speed is certain, a
     # learned value is beyond what is allowed, a slope is a trend, neighbours differ by a
     # change. And beyond which a window contradicts those before, or the zero of the twist the
-    # reference: 6e-5.
+    # reference, and within which a hidden twist may be on either flank: 6e-5.
     deviations: float = 3.0
     contradicted: float = 4.0
     # Share from which on something holds most of the time, or is likelier than all else.

@@ -25,7 +25,7 @@ NUMERICAL = {
     'row_checks': {'ENOUGH', 'TINY', 'ITERATIONS', 'ROUNDING'},
     'features': {'TOLERANCE'}, 'change': {'HOUR', 'DAY'}, 'change_tests': {'WEAR_FEATURES'},
     'health_record': {'DIFFERENCE', 'TINY'}, 'wear': {'SMALLEST'},
-    'hidden_arm': {'STEP', 'LONGEST', 'SCAN', 'SHIFT', 'SPREAD', 'LOADS', 'NOISE'}}
+    'hidden_arm': {'STEP', 'LONGEST', 'SCAN', 'STARTS', 'SHIFT', 'SPREAD', 'LOADS', 'NOISE'}}
 
 
 def test_limits_stay_and_none_is_idle():
