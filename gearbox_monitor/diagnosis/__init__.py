@@ -7,6 +7,9 @@ Diagnosis of the sim-to-real gap: where it lies, which effect causes it, how far
 In go recordings and a model; out comes a verdict with findings and a remainder. `joint` diagnoses
 one drive by the innovations of a filter, `robot` all joints by the balance of torques.
 
+Planned for 5 300 lines of code with both kinds of evidence. They need more, as effects without a
+derivative, hidden sides, servos, zeros and conventions each have a numerical method of their own.
+
 Public names, by module:
 
     contest: CONTEST, THRESHOLDS

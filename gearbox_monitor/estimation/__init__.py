@@ -7,6 +7,9 @@ Estimation: one sample in, one estimate out, by one of several Kalman filters.
 In go samples, a model and parameters; out come torque, twist, innovations and deviations, smoothed
 with a fixed lag or over a whole recording. Live nodes and replay run the same loop.
 
+Planned for 3 300 lines of code. It needs more, as filters with different laws of tau_K may be
+mixed, and what errors of the model add is carried beside each estimate.
+
 Public names, by module:
 
     .: innovation_filter, rts_smoother, sample_loop

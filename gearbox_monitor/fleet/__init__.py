@@ -9,6 +9,9 @@ all of them, on the processes `at_home` or a Dask cluster (`on_cluster`). `Fleet
 row as a Parquet file, which says that this bag is done, and writes the table of all rows.
 `gearboxes` folds the windows of each gearbox into its history.
 
+Planned for 400 lines of code. It needs more, as a folder of robots is folded by their watch, and
+a run that is broken off goes on where it ended.
+
 Public names, by module:
 
     fleet_run: at_home, FleetFolder, gearboxes, joints, on_cluster, pending_of, robot_bags,

@@ -7,6 +7,9 @@ Health of a gearbox: trust in the estimates, backlash, its growth and its alarms
 In go estimates, row by row; out come outcomes with a level, windows of features and alerts. The
 same samples give the same outcomes, live and offline.
 
+Planned for 3 200 lines of code with `watch`. They need more, as a motor encoder alone, slips,
+temperature and operating points are told apart from wear.
+
 Public names, by module:
 
     .: judgement

@@ -11,6 +11,9 @@ alike; the repository does not hold it: a second copy could be old, and merges w
 A build needs numpy, as the modules with kernels are imported; pip brings it
 into an isolated build, an apt-installed Jazzy has it.
 
+Planned for 1 200 lines of code. It needs more, as the translator to C and the least squares that
+all fits share are here, too.
+
 Public names, by module:
 
     elementary: arctan, cosine, DIFFERENCE_GAIN, exponential, fma, MAD_TO_SIGMA, noise_levels,

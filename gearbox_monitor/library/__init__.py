@@ -7,6 +7,9 @@ The public API, as `import gearbox_monitor` offers it.
 In go paths, arrays, DataFrames and models; out come results that show themselves. The commands
 call the same functions.
 
+Planned for 1 400 lines of code. It needs more, as each function names the argument that is wrong,
+and each result shows itself as a line, a table and a page.
+
 Public names, by module:
 
     identify: adapt, diagnose, fit, uniform, write_adapted

@@ -7,6 +7,9 @@ Words, charts and pages: here results become sentences.
 In go verdicts, outcomes and time lines; out come lines of text and HTML pages. A page is
 one file that loads nothing.
 
+Planned for 2 300 lines of code. It needs more, as a robot, a drive, a recording, a fleet and a
+live stream each have a page of their own.
+
 Public names, by module:
 
     .: words

@@ -7,6 +7,9 @@ A whole robot: its description, dynamics, loads on its joints, and a simulated a
 In go a compiled model or a URDF text, positions and speeds; out come a chain of links and the
 torque that each joint needs. What a description states and this room cannot represent is refused.
 
+Planned for 1 100 lines of code. It needs more, as a simulated arm that wears is here, and forces
+of MuJoCo that no model can have are each refused by name.
+
 Public names, by module:
 
     .: arm_plant

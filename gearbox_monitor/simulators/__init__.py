@@ -7,6 +7,9 @@ Models of simulators: read the drive or robot in an MJCF or URDF file, and write
 In go a simulator's file and a verdict; out come a model, and the user's file with the values that
 close the gap. All else in the file stays as the user wrote it.
 
+Planned for 2 600 lines of code. It needs more, as whatever MuJoCo compiles is either read or
+refused by name, and edits leave the user's text as it was.
+
 Public names, by module:
 
     c99: firmware
