@@ -133,6 +133,8 @@ def test_the_contest_finds_the_set_that_counting_all_sets_finds(true):
                    key=score)
         assert names_of(outcome) == set(true) == {m.effect for m in best.members}
         assert not outcome.lawless
+        assert outcome.worth(outcome.none, outcome.best) == evidence.likeness(
+            outcome.none, outcome.best)
 
 
 def test_a_function_is_chosen_where_no_law_does_as_much_and_makes_the_verdict_lawless():
@@ -169,6 +171,21 @@ def test_a_nuisance_is_settled_before_a_member_imitates_it():
     y = 0.8 + random.standard_normal(ROWS)
     assert contest(Regression(y, laws, functions)).best.members
     assert not contest(Regression(y, laws, functions, settles=0.8)).best.members
+
+
+def test_a_train_is_taken_where_all_of_it_pays_though_its_first_member_does_not():
+    laws, functions, random = columns(5)
+    laws['law1'] = random.standard_normal(ROWS) - laws['law0']
+
+    class Trained(Regression):
+        def estimates(self, h):
+            return []
+
+        def trains(self, h, best):
+            return [self.fitted(('law0', 'law1')[:count]) for count in (1, 2)]
+    for size, expected in ((1.5, {'law0', 'law1'}), (0.0, set())):
+        y = size * (laws['law0'] + laws['law1']) + 1.3 * random.standard_normal(ROWS)
+        assert names_of(contest(Trained(y, laws, {}))) == expected
 
 
 def test_a_member_at_a_bound_of_physics_is_none():

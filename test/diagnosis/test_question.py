@@ -15,6 +15,8 @@ def test_so_long_a_motion_shows_the_plausible_size(smallest):
     asked = of_size(WHERE, (1.0, 40.0), (smallest, 0.25), PRICE)
     seen = (CONTEST.margin + PRICE) * (0.25 / smallest) ** 2 * asked.seconds / 40.0
     assert asked.evidence == pytest.approx(seen)
+    exact = 40.0 * (smallest / 0.25) ** 2
+    assert asked.seconds == min(max(round(exact, -1), 20.0), 600.0)
     assert asked.evidence >= 0.9 * (CONTEST.margin + PRICE) or asked.seconds == 600.0
 
 

@@ -41,6 +41,11 @@ def test_scales_are_those_of_all_recordings_together():
     twist = np.std(recording(2.0).y @ [1.0, -1.0])
     np.testing.assert_allclose(both.scales, [both.torque, twist], rtol=1e-6)
     np.testing.assert_allclose(both.sigma, SIGMA, rtol=0.1)
+    steady = replace(recording(), y=np.outer(3.0 * recording().t, (1.0, 1.0)))
+    what, (speed, seconds) = replace(both, recordings=(recording(), steady)).asked('gravity')
+    usual = np.quantile(np.abs(np.diff(recording().y[::10, 0])), 0.9) / (10.0 * DT)
+    assert speed == pytest.approx(max(usual, 3.0)) and seconds == pytest.approx(4.0, abs=0.01)
+    assert what == ('gravity', 'arm_side', 'motor')
 
 
 def test_the_noise_of_an_encoder_is_the_largest_of_the_recordings_that_read_it():
@@ -113,6 +118,7 @@ def test_coloured_noise_has_a_level_and_a_correlation():
     assert coloured.level == pytest.approx(white.sigma * np.array([2.0, 1.0]))
     assert coloured.correlation.tolist() == [0.6, 0.0]
     assert coloured.fine.parts[0].colour.tolist() == coloured.colour.tolist()
+    assert coloured.noise_time == [pytest.approx(DT / -math.log(0.6)), None]
 
 
 def test_a_score_counts_what_is_free_in_the_effects():
