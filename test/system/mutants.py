@@ -35,23 +35,22 @@ PARTS = ('gearbox_monitor', 'benchmarks', 'test', 'config', 'docs', 'setup.cfg',
          'package.xml', 'README.md', 'CONTRIBUTING.md', 'ruff.toml')
 KILLED = 0.9   # share that the tests should notice
 TIMEOUT = 900  # s: a mutant that never ends is noticed
-# Room -> {module: its tests, files or folders}.
+# Room -> {module: its tests, files or folders, the quickest first}.
 ROOMS = MappingProxyType({
     'filters': {
-        'estimation/process_model.py': ('test_traces.py', 'test_laws.py',
-                                        'estimation/test_filter.py',
-                                        'estimation/test_sigma_filters.py'),
-        'estimation/filters/ekf.py': ('test_traces.py', 'estimation/test_filter.py',
-                                      'test_laws.py'),
-        'estimation/filters/aekf.py': ('test_traces.py', 'estimation/test_aekf.py',
-                                       'test_laws.py'),
-        'estimation/filters/ukf.py': ('test_traces.py', 'estimation/test_sigma_filters.py',
-                                      'test_laws.py'),
-        'estimation/filters/srukf.py': ('test_traces.py', 'estimation/test_sigma_filters.py',
-                                        'test_laws.py'),
-        'estimation/rts_smoother.py': ('test_traces.py', 'estimation/test_smoother.py',
-                                       'estimation/test_filter.py',
-                                       'estimation/test_consider.py')},
+        'estimation/process_model.py': ('test_laws.py', 'estimation/test_filter.py',
+                                        'estimation/test_consider.py',
+                                        'estimation/test_sigma_filters.py', 'test_traces.py'),
+        'estimation/filters/ekf.py': ('estimation/test_filter.py', 'test_laws.py',
+                                      'test_traces.py'),
+        'estimation/filters/aekf.py': ('estimation/test_aekf.py', 'test_laws.py',
+                                       'test_traces.py'),
+        'estimation/filters/ukf.py': ('estimation/test_sigma_filters.py', 'test_laws.py',
+                                      'test_traces.py'),
+        'estimation/filters/srukf.py': ('estimation/test_sigma_filters.py', 'test_laws.py',
+                                        'test_traces.py'),
+        'estimation/rts_smoother.py': ('estimation/test_smoother.py', 'estimation/test_filter.py',
+                                       'estimation/test_consider.py', 'test_traces.py')},
     'likelihood': {
         'estimation/innovation_filter.py': ('estimation/test_innovation_filter.py',
                                             'diagnosis/joint/test_innovations.py'),
@@ -62,11 +61,12 @@ ROOMS = MappingProxyType({
                                            'diagnosis/joint/test_setpoint.py'),
         'diagnosis/joint/drive_recordings.py': ('diagnosis/joint/test_drive_recordings.py',
                                                 'diagnosis/joint/test_decision.py'),
-        'diagnosis/contest.py': ('diagnosis/test_contest.py',)},
+        'diagnosis/contest.py': ('diagnosis/test_contest.py', 'diagnosis/test_question.py')},
     'alerts': {
         'health/checks/innovation.py': ('health/test_alarms.py', 'health/test_trust.py'),
         'health/alarms.py': ('health/test_outcome.py', 'health/test_alarms.py'),
         'health/checks/row_checks.py': ('health/test_row_checks.py', 'health/test_alarms.py'),
+        'health/backlash/features.py': ('health/test_features.py', 'health/test_drift.py'),
         'health/backlash/wear.py': ('health/test_wear.py',
                                     'health/test_change.py',
                                     'health/test_drift.py'),
