@@ -144,7 +144,7 @@ class Evidence(Protocol):
         """Return the price of all members of `h`."""
 
     def likeness(self, less: Hypothesis, more: Hypothesis) -> float:
-        """Return how much more like the recordings `more` is: what ranks rivals by their name."""
+        """Return how much more like the recordings `more` is than `less`: it ranks rivals."""
 
     def reach(self, h: Hypothesis) -> float:
         """Return what any other explanation gains over `h` at most."""

@@ -8,7 +8,7 @@ In go estimates, row by row; out come outcomes with a level, windows of features
 same samples give the same outcomes, live and offline.
 
 Planned for 3 200 lines of code with `watch`. They need more, as a motor encoder alone, slips,
-temperature and operating points are told apart from wear.
+temperature and operating points are distinguished from wear.
 
 Public names, by module:
 

@@ -60,7 +60,7 @@ def test_setpoint_is_the_input_and_the_servo_commands_the_torque(tmp_path, run):
     exact = np.clip(6.0 * (run.u - run.x[:, 0]) - 0.15 * run.x[:, 2], -5.0, 5.0)
     assert np.std(recording.torque - exact) < 0.06 * np.std(exact)
     _, (note,) = loaded(write(tmp_path, columns_of(run, u=2.0 * recording.torque)))
-    assert note == ('the torque is 2 times what the controller of the model makes of the setpoint '
+    assert note == ('the torque is 2 times the torque by the controller of the model '
                     '(correlation 1.00)')
     _, notes = loaded(write(tmp_path, columns_of(run, arm=np.full(800, np.nan))))
     assert not notes

@@ -80,7 +80,7 @@ class BalanceEvidence:
     def of(cls, likelihood: RobotLikelihood, laws: Sequence[Candidate],
            functions: Sequence[Candidate] = (), knowledge: Knowledge | None = None
            ) -> 'BalanceEvidence':
-        """Return the evidence between laws and functions; knowledge: of references."""
+        """Return the evidence of a `likelihood` between laws and functions; knowledge: learnt."""
         return cls(likelihood, likelihood.fit(), laws, functions,
                    knowledge.scatter if knowledge else {},
                    knowledge.dispersion if knowledge else np.ones(likelihood.joints))
@@ -164,7 +164,7 @@ class BalanceEvidence:
 
     def likeness(self, less: Hypothesis, more: Hypothesis) -> float:
         """
-        Return what `more` gains as a whole over one over-dispersion, beyond its price.
+        Return what `more` gains over `less` by one over-dispersion of all, beyond its price.
 
         How much an effect scatters between healthy parts says nothing against it as the name of a
         large change.
@@ -193,14 +193,14 @@ class BalanceEvidence:
         return h
 
     def settled(self, h: Hypothesis, remains: Remains) -> None:
-        """Return None: all nuisances are coefficients of each fit."""
+        """Return None, whatever `remains` of `h`: all nuisances are coefficients of each fit."""
 
     def variants(self, h: Hypothesis, remains: Remains) -> Sequence['BalanceEvidence']:
-        """Return nothing: friction of any shape is a coefficient."""
+        """Return nothing, whatever `remains` of `h`: friction of any shape is a coefficient."""
         return ()
 
     def trains(self, h: Hypothesis, best: Hypothesis) -> Sequence[Hypothesis]:
-        """Return nothing: bursts of a robot are a remainder."""
+        """Return nothing for `h` and the `best` one: bursts of a robot are a remainder."""
         return ()
 
     def estimates(self, h: Hypothesis) -> list[MemberEstimate]:
@@ -213,7 +213,7 @@ class BalanceEvidence:
         return self.estimates_of(h, [c for c in self.laws if c.joint not in taken])
 
     def remains(self, h: Hypothesis, thorough: bool = False) -> Remains:
-        """Return what remains beside `h`: functions without a law, unless it has one."""
+        """Return what remains beside `h`, `thorough` or not: functions without a law."""
         functions = self.estimates_of(h, () if h.function else self.functions)
         return Remains(-math.inf, -math.inf, functions[0].worth if functions else -math.inf,
                        tuple(functions), 1.0)
@@ -264,7 +264,7 @@ class BalanceEvidence:
             less, known.gained - lost, apart(known.worth, number)[1]))
 
     def rivals(self, h: Hypothesis, number: int) -> dict[str, float]:
-        """Return {effect, with its place: lag} of what explains as much as a member of `h`."""
+        """Return {effect, with its place: lag} of what explains as much as `number` of `h`."""
         c, base = h.fit.fit.chosen[number], self.without(h, number)
         race = self.grown(base, [*leading(self.estimates(base), CONTEST.screened, False),
                                  MemberEstimate(h.members[number], 0.0, 0.0, c)])
@@ -305,12 +305,12 @@ class BalanceEvidence:
 
 
 def apart(items: Sequence[Any], number: int) -> tuple[Any, tuple[Any, ...]]:
-    """Return item `number` and all others."""
+    """Return item `number` of `items` and all others."""
     return items[number], (*items[:number], *items[number + 1:])
 
 
 def member_of(c: Candidate) -> Member:
-    """Return a candidate as a member."""
+    """Return the candidate `c` as a member."""
     return Member(FUNCTION if c.free else LAW, c.effect, c.place, c.over)
 
 
@@ -332,7 +332,7 @@ def _carried_outermost(last: Sequence[Candidate], likeness: list[float]) -> None
 
 
 def gain_at(likelihood: RobotLikelihood, blank: RobotFit, fit: RobotFit, joint: int) -> float:
-    """Return by how much 2 log likelihood of a joint's rows is above that of `blank`."""
+    """Return by how much 2 log likelihood of a joint's rows by `fit` is above that of `blank`."""
     count = likelihood.at[joint].count
     return float((count * np.log(fit.weights[joint] / blank.weights[joint])).sum())
 
