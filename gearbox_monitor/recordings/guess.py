@@ -222,7 +222,8 @@ class _Proposal:
                 self.answers.units.get(c.name, c.unit) for c in own], self.table.joints)
             listed += [replace(m, label=BESIDE + m.label, source=SETPOINT) for m in found] \
                 if beside else found
-        return listed, {c.name: c.values.astype(float) for c in columns}
+        return listed, {c.name: np.where(np.isfinite(x := c.values.astype(float)), x, np.nan)
+                        for c in columns}
 
     def _choice(self, joints: Sequence[str], one: str | None) -> Choice:
         """Return the Choice among the columns of all `joints`, or of `one`. Raises InputError."""

@@ -29,7 +29,7 @@ from gearbox_monitor.kernels.elementary import quantisation_step
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.recordings.mapping import TimeMapping
 from gearbox_monitor.recordings.meaning import (
-    COUNTER, COUNTS, EFFORT, FILTERED, Meaning, meaning_of, meanings, MEASURED, OF_DRIVE, POSITION,
+    COUNTS, EFFORT, FILTERED, Meaning, meaning_of, meanings, MEASURED, OF_DRIVE, POSITION,
     PRISMATIC, RELATIVE, ROTARY, run_of, SENSOR, SETPOINT, TIME, units_of, VELOCITY, vocabulary,
     words_of)
 from gearbox_monitor.recordings.si_signals import absolute_ns, LONGEST, SHORTEST
@@ -411,7 +411,7 @@ def found_time(path: Path, columns: Sequence[Column], units: Mapping[str, str], 
     Return the FoundTime of a recording, None where no column grows like one.
 
     Dates come before names, a measurement's stamp before other times, and all of them before what
-    only grows steadily; what counts rows is never a time.
+    only grows steadily; what counts rows, or is measured by its name, is never a time.
 
     Args:
         path: of the recording, for messages.
@@ -422,7 +422,7 @@ def found_time(path: Path, columns: Sequence[Column], units: Mapping[str, str], 
     quantity = {c.name: meaning_of(c.name, c.unit).quantity for c in columns}
     episode = _episode(columns)
     candidates = [c for c in columns if c.name == name or not name and (
-        _is_date(c) or c.values.dtype.kind in 'iuf' and quantity[c.name] != COUNTER
+        _is_date(c) or c.values.dtype.kind in 'iuf' and quantity[c.name] in (TIME, '')
         and c is not episode and not NANO & set(words_of(c.name)))]
     time: FoundTime | None = None
     for column in sorted(candidates, key=lambda c: -_rank(c, quantity[c.name])):
