@@ -105,6 +105,13 @@ def _files_of(path: Path) -> list[Path]:
     return expect_unpacked(path, files, content)
 
 
+def unpacked(files: Iterable[Path]) -> list[Path]:
+    """Return `files`, in place of compressed ones those that zstd has unpacked beside them."""
+    beside = {file: file.with_suffix('') for file in files if file.suffix == PACKED}
+    return list(dict.fromkeys(own if (own := beside.get(file, file)).is_file() else file
+                              for file in files))
+
+
 def expect_unpacked(path: Path, files: list[Path], content: Mapping[str, Any]) -> list[Path]:
     """
     Return the `files` of a bag. Raises InputError: rosbag2 has compressed them, or its messages.
@@ -114,6 +121,7 @@ def expect_unpacked(path: Path, files: list[Path], content: Mapping[str, Any]) -
         files: recordings of it.
         content: information of its metadata.yaml.
     """
+    files = unpacked(files)
     packed = next((file for file in files if file.suffix == PACKED), None)
     if packed is not None:
         raise InputError(f'{packed}: compressed by rosbag2, expected it unpacked: '
@@ -127,7 +135,8 @@ def expect_unpacked(path: Path, files: list[Path], content: Mapping[str, Any]) -
 def named_files(path: Path, content: Mapping[str, Any]) -> list[Path]:
     """Return the files of the bag directory `path` that its information `content` names."""
     # Before 2020 these paths were relative to the directory that holds the bag.
-    return [path / Path(str(name)).name for name in content.get('relative_file_paths', ())]
+    return unpacked([path / Path(str(name)).name
+                     for name in content.get('relative_file_paths', ())])
 
 
 def natural(path: str | Path) -> list[int | str]:
