@@ -48,6 +48,9 @@ def test_the_statement_is_compared_and_little_motion_tells_nothing():
     assert wiring.effort(smooth, MODEL, 'unknown').verdict() == OK
     wrong = wiring.effort(smooth, MODEL, wiring.COMPENSATED)
     assert wrong.verdict() == WARN and 'effort_is: torque' in wrong.advice
+    assert wrong.values['effort_is'] == wiring.TORQUE and 'factor' not in wrong.values
+    current = wiring.effort(motion(lambda run: run.u / 0.06), MODEL, 'unknown')
+    assert current.values['factor'] == pytest.approx(1.0 / 0.06, rel=0.3)
     quiet = wiring.effort(motion(lambda run: run.u, 0.02), MODEL, wiring.TORQUE)
     assert 'undecided' in quiet.figure and quiet.verdict() == OK
     nothing = wiring.effort(motion(lambda run: 0.0 * run.u), MODEL, wiring.TORQUE)

@@ -8,6 +8,7 @@ import pytest
 from gearbox_monitor.diagnosis.robot.robot_log import CURRENT, raw_log, SETPOINT
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.signals import stamps
 from gearbox_monitor.signals.recording import ARM, drive_samples, JointSignals, MOTOR, Recording
 
 STAMPS = np.arange(5) * 10_000_000 + 7
@@ -49,3 +50,27 @@ def test_a_robot_gives_the_columns_of_its_joints_in_the_order_of_the_model():
     assert log.input['elbow'][0] == 60.0 and log.input['wrist'][0] == 5.0
     assert log.t[0] == 0.0 and log.t[1] == pytest.approx(0.01)
     assert raw_log(recording, names, SETPOINT).input['elbow'][0] == -3.0
+
+
+def test_the_longest_part_without_a_dropout_begins_at_zero():
+    """On an even grid, positions between readings, the torque as it was held before."""
+    random = np.random.default_rng(3)
+    for jitter in (0.0, 2e-3):
+        t = 5.0 + 0.01 * np.append(np.arange(100), np.arange(200, 500)) + jitter * random.random(
+            400)
+        clock = stamps.clock(np.rint(1e9 * t).astype(np.int64))
+        part = stamps.segment(clock, np.floor(t), np.column_stack([3.0 * t, -t]))
+        # Two stamps after a dropout confirm the clock.
+        assert part.t[0] == 0.0 and part.begin == pytest.approx(2.02, abs=2 * jitter + 1e-9)
+        assert part.dt == pytest.approx(0.01, rel=1e-3)
+        assert len(part.t) == pytest.approx(298, abs=1)
+        absolute = t[0] + part.begin + part.t
+        np.testing.assert_allclose(part.y, np.column_stack([3.0 * absolute, -absolute]), atol=1e-6)
+        late = np.flatnonzero(part.u != np.floor(absolute))
+        assert np.abs(absolute[late] - np.rint(absolute[late])).max(initial=0.0) < 0.012
+        for side in (0, 1):  # of an encoder that is not there the other one stands in
+            y = np.full((len(t), 2), np.nan)
+            y[:, side] = 3.0 * t
+            one = stamps.segment(clock, t, y)
+            assert one.channels == (side,)
+            np.testing.assert_array_equal(one.y, part.y[:, [0, 0]])
