@@ -244,7 +244,7 @@ def _shares(evidence: RobotLikelihood, fit: RobotFit) -> list[float]:
 
 
 def rivals_in(search: BalanceSearch) -> Rivals:
-    """Return what explains the recordings as well as each member of the best hypothesis."""
+    """Return the rivals of each member of the best hypothesis: what explains as much."""
     return [{} if m.kind == FUNCTION else search.evidence.rivals(search.best, i)
             for i, m in enumerate(search.best.members)]
 
