@@ -266,7 +266,11 @@ class BalanceEvidence:
     def rivals(self, h: Hypothesis, number: int) -> dict[str, float]:
         """Return {effect, with its place: lag} of what explains as much as `number` of `h`."""
         c, base = h.fit.fit.chosen[number], self.without(h, number)
-        race = self.grown(base, [*leading(self.estimates(base), CONTEST.screened, False),
+        estimates = self.estimates(base)
+        most = max((e.worth for e in estimates), default=0.0)
+        least = min(CONTEST.close * most, most - 2.0 * CONTEST.margin)
+        near = [e for e in estimates if e.worth > least]
+        race = self.grown(base, [*leading(near, CONTEST.screened, False),
                                  MemberEstimate(h.members[number], 0.0, 0.0, c)])
         best = {e.members[-1]: e.fit for e in sorted(race, key=lambda e: e.fit.likeness)}
         winner = best.pop(h.members[number], None)
