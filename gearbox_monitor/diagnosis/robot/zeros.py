@@ -82,7 +82,10 @@ def zeros_in(log: RobotLog, robot: RobotModel, settled: Collection[int] = ()) ->
     if best or another(blank):
         others = raced([c for c in laws if c.effect != READ_OFF.id])
         beside = [evidence.fit((*h.fit.fit.chosen, *zero.chosen), h.fit.fit, 4) for h in others]
-    if all(map(another, (zero, *beside))):
+    # What explains the log best tells whether the description is that of this robot.
+    if another(min([(zero.deviance, zero), *(
+            (both.deviance + balance.price(h), both) for h, both in zip(others, beside))],
+            key=lambda explained: explained[0])[1]):
         return unknown
     seen = {c.place: visible_size(balance, c, e.covariance, balance.loads(blank)) or math.inf
             for c, e in zip(own, evidence.estimates(blank, own))}
