@@ -176,7 +176,9 @@ def contest(evidence: E) -> Search[E]:
     # The member that pays most alone need not be among those that pay most together.
     for start in other_starts(search):
         other = carried(replace(search, best=search.evidence.moved(start)))
-        search = max(search, other, key=lambda s: search.evidence.likeness(search.none, s.best))
+        if search.worth(search.none, other.best) > CONTEST.margin:
+            search = max(search, other, key=lambda s: search.evidence.likeness(
+                search.none, s.best))
     return ended(search)
 
 
@@ -189,8 +191,13 @@ def carried(search: Search[E]) -> Search[E]:
 
 
 def other_starts(search: Search[E]) -> list[Hypothesis]:
-    """Return other first members of a search, the best of each place, if one is not enough."""
-    if not search.first or search.evidence.reach(search.best) <= CONTEST.margin:
+    """
+    Return other first members of a search, the best of each place, if one law is not enough.
+
+    What is alone imitates the others: a first member may win by that, and then needs helpers.
+    """
+    enough = len(search.best.members) < 2 and not search.lawless
+    if enough or not search.first or search.evidence.reach(search.best) <= CONTEST.margin:
         return []  # nothing gains more
     least = 0.0 if search.lawless else CONTEST.close * search.worth(
         search.none, search.first[0])

@@ -28,7 +28,7 @@ URDF = f"""<robot name="pendulum"><link name="base"/><link name="rod"><inertial>
 def log(path, seed, gain=1.0, **changes):
     """Write the log of a pendulum with `changes` of its drive."""
     random = np.random.default_rng(seed)
-    t = np.arange(8000) * DT
+    t = np.arange(12000) * DT
     u = sum(a * np.sin(2.0 * np.pi * f * t + p) for a, f, p in zip(
         (1.0, 0.6, 0.5), np.array((0.21, 0.53, 1.1)) * random.uniform(0.9, 1.1, 3),
         random.uniform(0.0, 2.0 * np.pi, 3)))
