@@ -163,11 +163,9 @@ Q0 = ADAPT_AT + 6
 P0 = Q0 + N_MAX
 N_PACKED = P0 + N_MAX
 
-# Where the adaptive filter finds what it may adapt, and `tune` what it searches; of standard
-# deviations stands the square.
+# Where the adaptive filter finds what it may adapt; of standard deviations stands the square.
 SLOTS = {'q_std_tau_k': Q0 + TAU_K, 'r_std_motor': R1, 'r_std_arm': R2, 'viscous_friction': CV,
-         'coulomb_friction': CC, 'tau_k_stiffness': K_P, 'q_std_motor_speed': Q0 + X3,
-         'q_std_arm_speed': Q0 + X4, 'q_std_tau_arm': Q0 + TAU_ARM}
+         'coulomb_friction': CC, 'tau_k_stiffness': K_P}
 
 N_ALONG = 6  # columns of the tangent that go along with the stages
 # What a stage answers: of (x1, x3, x4, tau_K, x2), and rates of (x3, x4); then of four stages.

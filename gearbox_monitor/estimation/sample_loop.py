@@ -15,7 +15,6 @@ from gearbox_monitor.estimation.consider import (
     accompany, Companions, restart, variance_of, variances_of)
 from gearbox_monitor.estimation.filter_kind import (
     Belief, filter_kind, places, Reading, record_size, Scratch, sensitivities)
-from gearbox_monitor.estimation.filters import aekf
 from gearbox_monitor.estimation.process_model import (
     begin_curve, curve_count, EIGENVALUE, FRICTION_AT, K_P, learned_length, LOAD_AT, motor_side,
     P0, Q0, R1, R2, TAU_ARM, TAU_K, TAU_K_MODEL_STD, torque_of, WALKS, X1, X2, X3, X4)
@@ -32,9 +31,8 @@ class Chosen(NamedTuple):
     number: int
 
 
-KINDS = (*map(filter_kind, FILTER_NAMES), aekf.LIKELIHOOD)
+KINDS = tuple(map(filter_kind, FILTER_NAMES))
 CHOICES = {name: Chosen(i) for i, name in enumerate(FILTER_NAMES)}
-LIKELIHOOD = Chosen(len(FILTER_NAMES))
 # What became of a sample.
 (ESTIMATE, START, ZERO_STAMP, DUPLICATE, BACKWARD, JUMP, NO_EFFORT, NO_MEASUREMENT, DIVERGED,
  POSITION_JUMP,

@@ -4,13 +4,11 @@
 """
 How well a filter predicts: likelihood and its slopes, consistency, whiteness, error of the torque.
 
-Whiteness is the portmanteau statistic of Ljung and Box (Biometrika 65, 1978). `LikelihoodSlopes`
-over the logarithms of noise parameters take one run: the EKF carries sensitivities of state and
-covariance as the adaptive filter does (aekf.accumulate), in the sample loop, so that refused
-samples, dropouts and restarts count as in run_score. `differenced` serves every other filter and
-criterion.
+Whiteness is the portmanteau statistic of Ljung and Box (Biometrika 65, 1978). Slopes over the
+logarithms of noise parameters are `differenced`: whole runs of any filter, in which refused
+samples, dropouts and restarts count as in run_score.
 """
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 import math
@@ -19,23 +17,16 @@ from typing import NamedTuple
 import numpy as np
 
 from gearbox_monitor.estimation import sample_loop
-from gearbox_monitor.estimation.estimates import checked, Estimates, Samples
+from gearbox_monitor.estimation.estimates import Estimates, Samples
 from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
-from gearbox_monitor.estimation.filter_setup import drive_of, loop_arrays, settings_of
-from gearbox_monitor.estimation.filters import aekf
 from gearbox_monitor.estimation.noise_search import BURN_IN, DIVERGED, Slopes
-from gearbox_monitor.estimation.process_model import (
-    ADAPT_AT, ADAPT_COUNT, CURVE_COUNT, layout_of, P0, pack, R1, R2, SLOTS, state_names,
-    X1, X2)
-from gearbox_monitor.estimation.rts_smoother import N_SMOOTHED
 from gearbox_monitor.estimation.sample_loop import (
-    E_INNOVATION_COVARIANCE, E_INNOVATION_STD_ARM, E_INNOVATION_STD_MOTOR, E_LOGLIK, E_WHITE_1,
-    E_WHITE_2, ESTIMATE, N_ESTIMATE, Output, part_of, run, SECOND, Stream)
+    E_INNOVATION_COVARIANCE, E_INNOVATION_STD_ARM, E_INNOVATION_STD_MOTOR, E_WHITE_1,
+    E_WHITE_2, ESTIMATE, SECOND)
 from gearbox_monitor.kernels.kernel import entry
 from gearbox_monitor.kernels.types import Array, Flags, Integers, Values, Vector
 from gearbox_monitor.parameters import EstimatorParameters
-from gearbox_monitor.plant.drive import DriveModel, LAW
-from gearbox_monitor.plant.transmission import ATAN
+from gearbox_monitor.plant.drive import DriveModel
 
 MIN_SAMPLES = 100
 LAGS = 20
@@ -204,78 +195,6 @@ def _rms(values: Array) -> float | None:
 DIFFERENCE = 0.03  # of the logarithms; a criterion may be rough on smaller scales
 
 
-class LikelihoodSlopes:
-    """
-    The log-likelihood of `samples` under an EKF, a function of {name: deviation}.
-
-    model: of the drive. parameters: of the filter, see `suited`. names: of the deviations, of
-    process_model.SLOTS, at most aekf.MAX_THETA.
-    """
-
-    def __init__(self, model: DriveModel, parameters: EstimatorParameters, names: Sequence[str],
-                 samples: Samples) -> None:
-        self._drive = drive_of(model.exact(), parameters)
-        self._p = pack(self._drive, parameters)
-        self._slots = {name: SLOTS[name] for name in names}
-        self._p[ADAPT_COUNT] = len(names)
-        self._p[ADAPT_AT:ADAPT_AT + len(names)] = list(self._slots.values())
-        self._states = layout_of(self._p, len(state_names(self._drive, parameters)))
-        self._settings = settings_of(self._drive, parameters)._replace(
-            lag=0, filter=sample_loop.LIKELIHOOD)
-        self._stream = Stream(*checked(samples))
-        count = len(self._stream.stamps)
-        self._output = Output(np.zeros(count, np.int64), np.empty((count, N_ESTIMATE)),
-                              np.empty(0, np.int64), np.empty((0, N_SMOOTHED)))
-
-    def __call__(self, values: Mapping[str, float]) -> Slopes:
-        """Return the Slopes at `values`; of what follows the last divergence, if there is one."""
-        p, codes, rows = self._p.copy(), self._output.codes, self._output.estimates
-        for name, slot in self._slots.items():
-            p[slot] = values[name] ** 2
-        p[P0 + X1], p[P0 + X2] = p[R1], p[R2]
-        belief, scratch, state = loop_arrays(aekf.LIKELIHOOD, self._states.n, 2, self._drive)
-        state.gate[sample_loop.STOP_AT] = sample_loop.NEVER
-
-        def take(begin: int, end: int) -> tuple[Array, Array]:
-            """Take the samples from `begin` to `end`; return the sums after them."""
-            while begin < end:
-                begin += run(
-                    self._states, self._settings, p, part_of(self._stream, begin, end), state,
-                    belief, scratch, self._output._replace(
-                        codes=codes[begin:end], estimates=rows[begin:end]))[0]
-            return _sums(belief.memory, len(values))
-
-        at, stamps = 0, self._stream.stamps
-        while at < len(codes) and not (at and codes[at - 1] == ESTIMATE):
-            take(at, at + 1)
-            at += 1
-        later = at + int(np.argmax(np.append(settled(stamps[at - 1:])[1:], True)))
-        settled_sums, sums_at_end = take(at, later), take(later, len(codes))
-        diverged = int(state.counts[sample_loop.DIVERGED])
-        logliks = rows[later:, E_LOGLIK][codes[later:] == ESTIMATE]
-        value = float(logliks.sum()) if len(logliks) else -math.inf
-        # theta is the logarithm of a variance
-        gradient, information = (
-            scale * (sums if diverged else sums - first)
-            for scale, sums, first in zip((2.0, 4.0), sums_at_end, settled_sums))
-        return Slopes(value - DIVERGENCE_COST * diverged, gradient, information, 1, bool(diverged))
-
-
-def suited(model: DriveModel, parameters: EstimatorParameters) -> bool:
-    """Return whether LikelihoodSlopes know the filter with `parameters` for the drive `model`."""
-    p = pack(drive_of(model, parameters), parameters)
-    return bool(parameters.filter in ('ekf', 'aekf') and p[CURVE_COUNT] < 0.0 and p[LAW] == ATAN)
-
-
-def _sums(memory: Array, count: int) -> tuple[Array, Array]:
-    """Return gradient [count] and information [count, count] that `step` has added up."""
-    rows, columns = np.tril_indices(count)
-    information = np.zeros((count, count))
-    information[rows, columns] = information[columns, rows] = memory[
-        aekf.INFORMATION:aekf.INFORMATION + len(rows)]
-    return memory[aekf.THETA:aekf.THETA + count].copy(), information
-
-
 class Trial(NamedTuple):
     """
     A criterion and what it is made of.
@@ -290,6 +209,7 @@ class Trial(NamedTuple):
     weights: Array
 
 
+@np.errstate(all='ignore')  # a trial may be anything
 def likelihood(model: DriveModel, parameters: EstimatorParameters, samples: Samples) -> Trial:
     """
     Return the log-likelihood, whose features tell as much as Fisher's information.
@@ -325,6 +245,7 @@ def by_sample(estimates: Estimates, *columns: Array) -> tuple[Array, ...]:
     return tuple(result)
 
 
+@np.errstate(all='ignore')
 def differenced(evaluate: Callable[[Mapping[str, float]], Trial],
                 values: Mapping[str, float]) -> Slopes:
     """

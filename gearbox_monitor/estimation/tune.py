@@ -6,9 +6,8 @@ Tune a filter on recordings: R from standstill, the rest by likelihood.
 
 The search itself is noise_search; here it runs the Estimator. It needs no truth.
 """
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
-from functools import partial
 import math
 from typing import Any
 
@@ -22,7 +21,7 @@ from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.model_bank import member_parameters
 from gearbox_monitor.estimation.noise_search import EncoderMotion, Slopes, Tuned
 from gearbox_monitor.estimation.score import (
-    differenced, LAGS, likelihood, LikelihoodSlopes, run_score, Score, suited, WHITE_LIMIT)
+    differenced, LAGS, likelihood, run_score, Score, WHITE_LIMIT)
 from gearbox_monitor.kernels.types import Flags
 from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, RANDOM_WALK
 from gearbox_monitor.plant.drive import DriveModel
@@ -140,7 +139,7 @@ def _searched(model: DriveModel, parameters: EstimatorParameters, recordings: Se
         base = base.replace(tau_k_model=RANDOM_WALK)
         del others[name]
     result = noise_search.search(
-        _likelihood(model, base, recordings, others), others,
+        _likelihood(model, base, recordings), others,
         lambda share: progress(FIRST * share))
     if len(others) < len(guess):
         return noise_search.with_another(result, as_it_is, name, guess[name])
@@ -191,34 +190,27 @@ def _free_names(model: DriveModel, parameters: EstimatorParameters, speeds: bool
     return names
 
 
-def _likelihood(model: DriveModel, base: EstimatorParameters, recordings: Sequence[Samples],
-                names: Iterable[str]) -> noise_search.Evaluate:
+def _likelihood(model: DriveModel, base: EstimatorParameters,
+                recordings: Sequence[Samples]) -> noise_search.Evaluate:
     """Return the criterion of noise_search.search: log-likelihoods, summed over `recordings`."""
-    coarse_part = _slopes(model, base, names, _liveliest(
-        recordings[0], noise_search.COARSE_SECONDS))
-    fine_parts = [_slopes(model, base, names, _liveliest(samples, noise_search.FINE_SECONDS))
-                  for samples in recordings]
+    coarse_parts = [_liveliest(recordings[0], noise_search.COARSE_SECONDS)]
+    fine_parts = [_liveliest(samples, noise_search.FINE_SECONDS) for samples in recordings]
+
+    def slopes(trial: Mapping[str, float], samples: Samples) -> Slopes:
+        """Return the slopes of the log-likelihood of `samples` at the `trial`."""
+        return differenced(lambda values: likelihood(
+            model, base.replace(**_clipped(values)), samples), _clipped(trial))
 
     def evaluate(trial: Mapping[str, float], coarse: bool) -> Slopes:
         """Return the slopes at the `trial`; `coarse`: on one short part."""
-        values = _clipped(trial)
-        parts = [slopes(values) for slopes in ([coarse_part] if coarse else fine_parts)]
+        parts = [slopes(trial, part) for part in (coarse_parts if coarse else fine_parts)]
         return Slopes(sum(part.criterion for part in parts),
                       np.sum([part.gradient for part in parts], axis=0),
                       np.sum([part.information for part in parts], axis=0),
-                      max(part.runs for part in parts),  # a run takes all recordings
+                      parts[0].runs,  # a run takes all recordings
                       max(part.failed for part in parts))
 
     return evaluate
-
-
-def _slopes(model: DriveModel, base: EstimatorParameters, names: Iterable[str],
-            samples: Samples) -> Callable[[Mapping[str, float]], Slopes]:
-    """Return a function of {name: value} of `names`: the log-likelihood with its slopes."""
-    if suited(model, base):
-        return LikelihoodSlopes(model, base, list(names), samples)
-    return partial(differenced, lambda values: likelihood(
-        model, base.replace(**_clipped(values)), samples))
 
 
 def _nis_band(score: Score, motion: EncoderMotion) -> tuple[float, float]:

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.estimation.estimates import Samples
-from gearbox_monitor.estimation.score import (
-    differenced, likelihood, LikelihoodSlopes, run_score, suited)
+from gearbox_monitor.estimation.score import differenced, likelihood, run_score
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
@@ -42,6 +41,10 @@ def spoiled(samples):
     return samples
 
 
+def slopes(model, base, samples, values):
+    return differenced(lambda moved: likelihood(model, base.replace(**moved), samples), values)
+
+
 def parameters(**changes):
     return EstimatorParameters.of({'arm_load': 'none', **NOISE,
                                    'friction_linearisation': 'statistical', **changes})
@@ -50,69 +53,37 @@ def parameters(**changes):
 @pytest.mark.parametrize('changes, effects, dt', [
     ({}, [], DT),
     ({'filter': 'aekf', 'adapt': ['']}, [], DT),
-    pytest.param({'arm_load': 'unknown', 'friction_error_std': 0.1, 'tau_k_stiffness': 2.0,
-                  'q_std_tau_k_speed': 1.0, 'effort_delay': 2}, LOADS, 4.0 * DT,
-                 marks=pytest.mark.system),
+    ({'arm_load': 'unknown', 'friction_error_std': 0.1, 'tau_k_stiffness': 2.0,
+      'q_std_tau_k_speed': 1.0, 'effort_delay': 2}, LOADS, 4.0 * DT),
 ])
-def test_value_is_the_criterion_and_slopes_are_its_differences(changes, effects, dt):
+def test_value_is_the_criterion_and_slopes_lead_uphill(changes, effects, dt):
     model, samples, base = (
         MODEL.with_(effects=effects), spoiled(recorded(dt=dt)), parameters(**changes))
-    values = {name: getattr(base, name) for name in (
-        *NOISE, *(['q_std_tau_arm'] if base.arm_load == 'unknown' else []))}
-    slopes = LikelihoodSlopes(model, base, list(values), samples)
-    found = slopes(values)
+    values = {name: getattr(base, name) for name in NOISE}
+    found = slopes(model, base, samples, values)
     assert found.criterion == pytest.approx(run_score(model, base, samples).criterion, rel=1e-12)
-    assert not found.failed
-
-    def moved(name, step):
-        return slopes({**values, name: values[name] * math.exp(step)}).criterion
-    expected = [(moved(name, 1e-5) - moved(name, -1e-5)) / 2e-5 for name in values]
-    np.testing.assert_allclose(found.gradient, expected, rtol=1e-5, atol=1e-3)
-
-
-def test_differences_tell_what_the_sensitivities_tell():
-    """Gradient and information, of samples with one encoder, too."""
-    samples, base = recorded(), parameters()
-    samples.y[1000:1100, 0] = samples.y[1500:1600, 1] = np.nan
-    exact = LikelihoodSlopes(MODEL, base, list(NOISE), samples)(NOISE)
-    found = differenced(
-        lambda values: likelihood(MODEL, base.replace(**values), samples), NOISE)
-    assert found.criterion == pytest.approx(exact.criterion, rel=1e-12)
     assert (found.runs, found.failed) == (11, 0)
-    np.testing.assert_allclose(found.gradient, exact.gradient, rtol=0.02, atol=0.5)
-    scale = np.sqrt(np.diag(exact.information))
-    np.testing.assert_allclose(found.information / np.outer(scale, scale),
-                               exact.information / np.outer(scale, scale), atol=0.05)
+    size = 1e-3 / np.linalg.norm(found.gradient)
+    moved = {name: value * math.exp(size * g)
+             for (name, value), g in zip(values.items(), found.gradient)}
+    gained = run_score(model, base.replace(**moved), samples).criterion - found.criterion
+    assert gained == pytest.approx(1e-3 * np.linalg.norm(found.gradient), rel=0.05)
 
 
 def test_information_is_the_variance_of_the_gradient():
     """By Fisher, at the truth; of the encoders' noise, which the model has right."""
     names = ['r_std_motor', 'r_std_arm']
     samples, base = recorded(8000), parameters()
-    slopes = LikelihoodSlopes(MODEL, base, names, samples)({name: NOISE[name] for name in names})
-    step = np.linalg.solve(slopes.information, slopes.gradient)
-    deviations = np.sqrt(np.diag(np.linalg.inv(slopes.information)))
+    found = slopes(MODEL, base, samples, {name: NOISE[name] for name in names})
+    step = np.linalg.solve(found.information, found.gradient)
+    deviations = np.sqrt(np.diag(np.linalg.inv(found.information)))
     assert (np.abs(step) < 3.0 * deviations).all()
     np.testing.assert_allclose(deviations, 1.0 / math.sqrt(2.0 * 7500), rtol=0.1)
 
 
 def test_a_filter_that_diverges_costs_and_is_counted():
-    samples, values = recorded(), {**NOISE, 'q_std_tau_k': 1e9, 'r_std_motor': 1e-9,
-                                   'r_std_arm': 1e-9}
-    found = LikelihoodSlopes(MODEL, parameters(), list(NOISE), samples)(values)
+    samples, values = recorded(), {**NOISE, 'q_std_tau_k': 5e8, 'r_std_motor': 2e-9,
+                                   'r_std_arm': 2e-9}
+    found = slopes(MODEL, parameters(), samples, values)
     assert found.failed and run_score(MODEL, parameters(**values), samples).diverged
     assert found.criterion < -1e6
-
-
-EXACT = [
-    (True, {}, {}), (True, {'filter': 'aekf', 'adapt': ['']}, {}),
-    (True, {'friction_error_std': 0.1, 'tau_k_stiffness': 5.0}, {}),
-    (False, {'filter': 'ukf'}, {}), (False, {'tau_k_model': 'elastic'}, {}),
-    (False, {'tau_k_model': 'learned'}, {}),
-    (False, {}, {'friction_law': {'kind': 'tanh'}}),
-]
-
-
-def test_filters_with_exact_slopes():
-    for known, changes, model in EXACT:
-        assert suited(MODEL.with_(**model), parameters(**changes)) == known

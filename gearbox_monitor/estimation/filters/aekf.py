@@ -26,7 +26,7 @@ from gearbox_monitor.estimation.filter_kind import (
 from gearbox_monitor.estimation.filters import ekf
 from gearbox_monitor.estimation.process_model import (
     ADAPT_AT, ADAPT_COUNT, ADAPT_FORGETTING, ADAPT_RATE, ADAPT_START, EIGENVALUE, K_P, N_MAX,
-    N_PACKED, R1, R2, SLOTS, X1, X2, X3, X4)
+    N_PACKED, SLOTS)
 from gearbox_monitor.kernels.kernel import apart, inline, kernel
 from gearbox_monitor.kernels.types import Array, Layout, Vector
 from gearbox_monitor.plant.drive import ALPHA, CC, CV, INVERSE_M1, INVERSE_M2
@@ -141,12 +141,6 @@ def begin(memory: Array, p: Array) -> None:
         memory[THETA + i] = math.log(p[int(p[ADAPT_AT + i])])
         memory[START + i] = memory[THETA + i]
         memory[INFORMATION + i * (i + 1) // 2 + i] = 1.0
-
-
-@inline
-def gradient(vectors: Array, i: int) -> float:
-    """Return how the log-likelihood of the innovation of `differentiate` answers to theta `i`."""
-    return -vectors[_GRADIENT + i, 0]
 
 
 @inline
@@ -335,60 +329,5 @@ def _solve(memory: Array, count: int, ridge: float, vectors: Array, factor: Arra
     return True
 
 
-@apart
-def accumulate(layout: Layout, belief: Belief, reading: Reading, p: Array, scratch: Scratch,
-               record: Array) -> bool:
-    """
-    Do as ekf.step, and add up gradient and information of the likelihood in the memory.
-
-    The arguments layout, belief, reading, p, scratch and record are as of ekf.step.
-
-    Returns:
-        False if the belief is unusable.
-
-    """
-    memory, vectors = belief.memory, scratch.vectors
-    if memory[STARTED] == 0.0:
-        memory[STARTED] = 1.0
-        memory[IN_USE:IN_USE + N_PACKED] = p
-    if memory[SAMPLES] == 0.0:
-        memory[SAMPLES] = 1.0
-        for i in range(int(p[ADAPT_COUNT])):
-            if p[ADAPT_AT + i] == R1:
-                _begin_noise(belief, i, (X1, X3), p[R1], reading.dt)
-            elif p[ADAPT_AT + i] == R2:
-                _begin_noise(belief, i, (X2, X4), p[R2], reading.dt)
-    if not differentiate(layout, belief, reading, p, scratch, record):
-        return False
-    for i in range(int(p[ADAPT_COUNT])):
-        memory[THETA + i] += gradient(vectors, i)
-        for j in range(i + 1):
-            memory[INFORMATION + i * (i + 1) // 2 + j] += information(vectors, i, j)
-    return True
-
-
-@inline
-def _begin_noise(belief: Belief, i: int, places: tuple[int, int], r: float, dt: float) -> None:
-    """
-    Write how a start answers to the noise of an encoder, see sample_loop.start and first_speed.
-
-    Args:
-        belief: before the first step of `dt` s.
-        i: number of theta.
-        places: of position and speed.
-        r: variance of the encoder, rad^2.
-        dt: s.
-
-    """
-    (z, P, memory), (x, v) = belief, places
-    n = z.shape[0]
-    of_P = r if P[x * n + x] == r else 0.0  # else not measured at the start
-    memory[SENSITIVITY + MAX_THETA * n + (i * n + x) * n + x] = of_P
-    memory[SENSITIVITY + i * n + v] = -z[v] * (of_P + r) / (
-        P[v * n + v] * dt * dt + P[x * n + x] + r)
-
-
 FILTER = FilterKind(step, N_VECTORS, 1, memory_size, resume, used, adaptation=Adaptation(
     adapted, in_use, at_bound, guards))
-# Not for users: the EKF that adds up slopes of its log-likelihood, see score.LikelihoodSlopes.
-LIKELIHOOD = FilterKind(accumulate, N_VECTORS, 1, memory_size, resume)
