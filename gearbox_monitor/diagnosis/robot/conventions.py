@@ -319,6 +319,8 @@ class ConventionBalance:
         if not scored:
             return []
         reading, score = self.refined(scored[0][0])
+        if reading.swapped and len(set(self.slides[list(reading.swapped)])) > 1:
+            return []  # another model: positions of a slide are in m, those of a hinge in rad
         if self._accepted(reading, score, recorded):
             rivals = {tuple(other.swapped or other.joints): other for other, its in scored[::-1]
                       if its.deviance < score.deviance + LIMITS.apart
@@ -401,7 +403,7 @@ class ConventionBalance:
             for group in groups for factor in (-1.0, *_factors())]
         yield from zip(readings, self._scores(readings))
         readings = [RobotReading(swapped=(k, j)) for j in joints for k in range(j)
-                    if not {j, k} & set(self.settled) and links[j].slides == links[k].slides]
+                    if not {j, k} & set(self.settled)]
         for group in groups:
             slide = [links[j].slides for j in group]
             if all(np.abs(self.motion.q[:, j]).max() > 1.0 or links[j].slides for j in group):
