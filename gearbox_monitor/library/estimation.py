@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Estimates of a recording, and its backlash window by window."""
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.estimation.estimates import Estimates, Samples
+from gearbox_monitor.estimation.estimates import Estimates
 from gearbox_monitor.files.baselines import earlier
 from gearbox_monitor.files.user_files import load_parameters
 from gearbox_monitor.health.alarms import LIMITS, Outcome
@@ -138,9 +138,7 @@ def estimate(recording: DriveRecording, model: DriveModel | None = None, *,
     >>> bool(error.std() < 0.1 * drive.tau_k.std())
     True
     """
-    monitor = _monitor(recording, model, parameters, changes)
-    recording = recording.with_model(monitor.model)
-    result = _estimated(monitor.run, recording)
+    monitor, recording, result = _estimated(recording, model, parameters, changes)
     estimator = monitor.estimator
     return RecordingEstimates(
         **{name: getattr(result, name) for name in Estimates.__dataclass_fields__},
@@ -178,27 +176,32 @@ def backlash(recording: DriveRecording, model: DriveModel | None = None, *,
     """
     if window is not None:
         changes = {**changes, 'drift_window': window}
-    monitor = _monitor(recording, model, parameters, changes)
-    recording = recording.with_model(monitor.model)
-    _estimated(monitor.run, recording)
+    monitor, recording, _ = _estimated(recording, model, parameters, changes)
     return BacklashWindows(recording, monitor.model, tuple(monitor.all_features()))
 
 
-def _monitor(recording: Any, model: DriveModel | None, parameters: Parameters,
-             changes: Mapping[str, object]) -> Monitor:
-    """Return a Monitor for a recording, with the baseline that its parameters name."""
-    drive, values = _inputs(recording, model, parameters, changes)
-    baseline, _ = earlier(values)
-    return Monitor(drive, values, baseline)
+def _estimated(recording: Any, model: DriveModel | None, parameters: Parameters,
+               changes: Mapping[str, object]) -> tuple[Monitor, DriveRecording, Estimates]:
+    """
+    Return a Monitor after a recording, the recording as its model reads it, and the estimates.
 
-
-def _estimated(run: Callable[[Samples], Estimates], recording: DriveRecording) -> Estimates:
-    """Return the estimates of `run` on a recording. Raises InputError if there are none."""
-    estimates = run(recording.samples())
+    The Monitor has the baseline that its parameters name, and no arm where none is measured.
+    """
+    recording = expect_recording(recording)
+    drive = recording.model if model is None else expect_model(model)
+    values, readings = estimator_values(parameters, changes), recording.with_model(drive)
+    if np.isnan(readings.motor).all():
+        raise InputError(f'{recording.name}: motor: never measured, expected its encoder: an '
+                         'estimator needs it')
+    if np.isnan(readings.arm).all():
+        values.setdefault('arm_joint', '')
+    monitor = Monitor(drive, values, earlier(values)[0])
+    recording = recording.with_model(monitor.model)
+    estimates = monitor.run(recording.samples())
     if not len(estimates.stamp_ns):
         raise InputError(f'{recording.name}: no estimate of {len(recording)} samples: their times '
                          'do not increase, or nothing was measured; expected a recording')
-    return estimates
+    return monitor, recording, estimates
 
 
 def estimator_values(parameters: Parameters, changes: Mapping[str, object]) -> dict[str, object]:
@@ -221,18 +224,3 @@ def expect_recording(recording: Any) -> DriveRecording:
         return recording
     raise InputError(f'recording: {type(recording).__name__} {str(recording)[:40]!r}, expected '
                      'one recording, as load_recording returns it')
-
-
-def _inputs(recording: Any, model: DriveModel | None, parameters: Parameters,
-            changes: Mapping[str, object]) -> tuple[DriveModel, dict[str, Any]]:
-    """Return (model, parameters) of an Estimator, without arm where none is measured."""
-    recording = expect_recording(recording)
-    drive = recording.model if model is None else expect_model(model)
-    values = estimator_values(parameters, changes)
-    readings = recording.with_model(drive)
-    if np.isnan(readings.motor).all():
-        raise InputError(f'{recording.name}: motor: never measured, expected its encoder: an '
-                         'estimator needs it')
-    if np.isnan(readings.arm).all():
-        values.setdefault('arm_joint', '')
-    return drive, values
