@@ -193,17 +193,15 @@ def finish(folder: Any, rows: Sequence[dict[str, Any]], key: str, results: Mappi
 
     """
     from gearbox_monitor.fleet.fleet_run import gearboxes, joints
-    from gearbox_monitor.report.fleet_page import (
-        CSV_NAME, fleet_csv, fleet_page, headline, robots_headline, robots_page)
+    from gearbox_monitor.report.fleet_page import CSV_NAME, fleet_csv, fleet_page, headline
     boxes = joints(rows) if robots else gearboxes(rows, services)
     status = Counter(row['status'] for row in rows)
     other_settings = sum(row['status'] == 'done' and row['settings'] != key for row in rows)
-    written = folder.write_page((robots_page if robots else fleet_page)(
-        boxes, rows, status, other_settings))
+    written = folder.write_page(fleet_page(boxes, rows, status, other_settings, robots))
     if not robots:
         folder.write_page(fleet_csv(boxes), CSV_NAME)
     failed = [row for row in rows if row['status'] == 'failed']
-    answer = (robots_headline if robots else headline)(boxes)
+    answer = headline(boxes, robots)
     return {
         'summary': answer, 'out': str(folder.path), 'page': str(written), 'bags': len(rows),
         **{name: sum(row['path'] in results and row['status'] == name for row in rows)
@@ -222,7 +220,7 @@ def finish(folder: Any, rows: Sequence[dict[str, Any]], key: str, results: Mappi
 
 def text(data: Mapping[str, Any]) -> str:
     """Return the summary `data` as lines for people."""
-    from gearbox_monitor.report.fleet_page import joint_name
+    from gearbox_monitor.report.fleet_page import name_of
     from gearbox_monitor.report.words import counted
 
     def listed(label: str, words: Sequence[str]) -> list[tuple[str, str]]:
@@ -239,7 +237,7 @@ def text(data: Mapping[str, Any]) -> str:
         *listed('gearboxes', [f'{box["gearbox"]}: {box["summary"]}, {box["points"]} of '
                               f'{counted(box["bags"], "bag")}'
                               for box in data.get('gearboxes', ())]),
-        *listed('joints', [f'{joint_name(joint)}: {joint["summary"]}'
+        *listed('joints', [f'{name_of(joint)}: {joint["summary"]}'
                            for joint in data.get('joints', ())]),
         *listed('failed', [entry['reason'] + ' (will be tried again)' * entry['retry']
                            for entry in data['failures']]),

@@ -17,8 +17,7 @@ Public names, by module:
     chart: Chart, Drawing, Panel, Plane, Trace
     diagnosis_page: diagnosis_page, gather, shows_place
     explanation: ALL_CONDITIONS, Explanation, explanations
-    fleet_page: CSV_NAME, fleet_csv, fleet_page, headline, joint_name, robots_headline,
-        robots_page
+    fleet_page: CSV_NAME, fleet_csv, fleet_page, headline, name_of
     live_page: GearboxHistory, live_frame, LivePage, WatchNews
     recording_page: backlash_chart, figures, headline, overview, recording_page, robot_page,
         ROLES

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """The page of a fleet: backlash of each gearbox over time, the most worn first; failed bags."""
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 import csv
 from io import StringIO
 import shlex
@@ -36,72 +36,46 @@ STATES = {'friction': 'friction', 'torque_scale': 'torque scale', 'weight': 'wei
           'rotor': 'rotor'}
 SHOP = ('gearbox', 'level', 'what', 'since', 'limit about', 'limit earliest', 'serviced')
 CSV_NAME = 'fleet.csv'
-RAISED = ('WARN', 'ERROR')
-KINDS = {None: '', 'OK': 'good', 'WARN': 'warn', 'ERROR': 'error'}
+RAISED = ('WARN', 'ERROR', 1, 2)
+KINDS = {None: '', 'OK': 'good', 0: 'good', 'WARN': 'warn', 1: 'warn', 'ERROR': 'error',
+         2: 'error'}
 
 
-def fleet_page(gearboxes: Sequence[Gearbox], bags: Sequence[Bag], counts: Mapping[str, int],
-               other_settings: int) -> str:
+def fleet_page(boxes: Sequence[Gearbox | Joint], bags: Sequence[Bag], counts: Mapping[str, int],
+               other_settings: int, robots: bool = False) -> str:
     """
     Return the page of a fleet as HTML.
 
     Args:
-        gearboxes: fleet_run.gearboxes(bags), the most urgent first.
+        boxes: fleet_run.gearboxes(bags), the most urgent first; of robots fleet_run.joints(bags).
         bags: rows of the table of bags.
         counts: {status: bags}.
         other_settings: analysed bags with other settings than the last run.
+        robots: whether the fleet is one of robots.
 
     Returns:
         One file that loads nothing.
 
     """
-    sections: list[Section] = [
-        advice(next_steps(gearboxes, bags)), _shop(gearboxes), _curves(gearboxes),
-        _table(gearboxes), bag_problems(bags, other_settings)]
-    return render_page(Page('Fleet', _summary(gearboxes, counts), sections))
+    sections = [_joints(boxes), *_joint_curves(boxes)] if robots else [
+        _shop(boxes), _curves(boxes), _table(boxes)]
+    return render_page(Page('Fleet', _summary(boxes, counts, robots), [
+        advice(next_steps(boxes, bags, robots)), *sections, bag_problems(bags, other_settings)]))
 
 
-def robots_page(joints: Sequence[Joint], bags: Sequence[Bag], counts: Mapping[str, int],
-                other_settings: int) -> str:
-    """
-    Return the page of a fleet of robots as HTML.
-
-    Args:
-        joints: fleet_run.joints(bags), those with findings first.
-        bags: rows of the table of bags.
-        counts: {status: bags}.
-        other_settings: analysed bags with other settings than the last run.
-
-    Returns:
-        One file that loads nothing.
-
-    """
-    found = [j for j in joints if j['level']]
-    steps = [say('inspect', names=', '.join(map(joint_name, found)))] if found else []
-    if any(j['level'] is None for j in joints):
-        steps.append(say('let_move'))
-    silent = any(j['level'] is None for j in joints) or not joints
-    facts = _facts({j['robot'] for j in joints}, 'robots', counts,
-                   max((j['last'] for j in joints), default=0))
-    kind = 'warn' if found else '' if silent else 'good'
-    table = PageTable(('robot', 'joint', 'state', *STATES.values(), 'recorded', 'bags'), [
-        (j['robot'], j['joint'], j['summary'], *(_share(j['states'].get(k)) for k in STATES),
-         _days(j), str(j['bags'])) for j in joints])
-    return render_page(Page('Fleet', page_summary(kind, robots_headline(joints), facts), [
-        advice(steps or [say('nothing_new')]),
-        Section('fleet/joints.html', {'joints': table}, 'All joints'),
-        *_joint_curves(joints), bag_problems(bags, other_settings)]))
+def _joints(joints: Sequence[Joint]) -> Section:
+    """Return the table of all joints."""
+    return Section('fleet/joints.html', {'joints': PageTable(
+        ('robot', 'joint', 'state', *STATES.values(), 'recorded', 'bags'), [
+            (j['robot'], j['joint'], j['summary'], *(_share(j['states'].get(k)) for k in STATES),
+             _days(j), str(j['bags'])) for j in joints])}, 'All joints')
 
 
-def joint_name(joint: Joint) -> str:
-    """Return the name of a `joint` among those of all robots."""
-    return f'{joint["joint"]} of {joint["robot"]}' if joint['joint'] else joint['robot']
-
-
-def robots_headline(joints: Sequence[Joint]) -> str:
-    """Return the most important fact about `joints` in one sentence."""
-    return answer([f'{joint_name(j)}: {j["summary"]}' for j in joints if j['level']],
-                  [j['level'] for j in joints], JOINTS)
+def name_of(box: Gearbox | Joint) -> str:
+    """Return the name of a gearbox, or of a joint among those of all robots."""
+    if 'gearbox' in box:
+        return str(box['gearbox'])
+    return f'{box["joint"]} of {box["robot"]}' if box['joint'] else str(box['robot'])
 
 
 def _share(state: Mapping[str, Any] | None) -> str:
@@ -124,7 +98,7 @@ def _joint_curves(joints: Sequence[Joint]) -> list[Section]:
                      for start, state in known])], height=90))
         if panels:
             label = f'days since {day(first)}'
-            drawn.append(Chart(f'{joint_name(j)}: {j["summary"]}', panels, label, zoom=False))
+            drawn.append(Chart(f'{name_of(j)}: {j["summary"]}', panels, label, zoom=False))
     return [Section('fleet/curves.html', {
         'charts': drawn[:DRAWN], 'unlisted': len(drawn) - DRAWN, 'judged': ''},
                     'Over time')] if drawn else []
@@ -136,24 +110,25 @@ def _each_bag(points: Sequence[tuple[float, float, float]]) -> Trace:
     return Trace(ns / DAY, y, 'each bag', 'closed', dots=True).around(std)
 
 
-def next_steps(gearboxes: Sequence[Gearbox], bags: Sequence[Bag]) -> list[str]:
-    """Return advice about `gearboxes` and their `bags`."""
-    worn = [gearbox['gearbox'] for gearbox in gearboxes if gearbox['level'] in RAISED]
+def next_steps(boxes: Sequence[Gearbox | Joint], bags: Sequence[Bag], robots: bool) -> list[str]:
+    """Return advice about gearboxes, or about joints of `robots`, and their `bags`."""
+    worn = [name_of(box) for box in boxes if box['level'] in RAISED]
     own = [bag for bag in bags if bag['status'] == 'done' and bag['gearbox'] in worn[:1]]
     newest = max(own, key=lambda bag: bag['start'], default={'path': 'BAG'})['path']
-    steps = [say('inspect_newest', names=', '.join(worn), first=worn[0],
+    steps = [say('inspect' if robots else 'inspect_newest', names=', '.join(worn), first=worn[0],
                  bag=shlex.quote(newest))] if worn else []
     if any(bag['status'] == 'failed' and bag['retry'] for bag in bags):
         steps.append(say('run_again'))
-    if any(gearbox['level'] is None for gearbox in gearboxes):
-        steps.append(say('record_again'))
+    if any(box['level'] is None for box in boxes):
+        steps.append(say('let_move' if robots else 'record_again'))
     return steps or [say('nothing_new')]
 
 
-def headline(gearboxes: Sequence[Gearbox]) -> str:
-    """Return the most important fact about `gearboxes` in one sentence."""
-    return answer([f'{g["gearbox"]}: {g["summary"]}' for g in gearboxes
-                   if g['level'] in RAISED], [g['level'] for g in gearboxes], GEARBOXES)
+def headline(boxes: Sequence[Gearbox | Joint], robots: bool = False) -> str:
+    """Return the most important fact about gearboxes, or joints of `robots`, in one sentence."""
+    return answer([f'{name_of(box)}: {box["summary"]}' for box in boxes
+                   if box['level'] in RAISED], [box['level'] for box in boxes],
+                  JOINTS if robots else GEARBOXES)
 
 
 def growth_text(feature: Mapping[str, Any]) -> str:
@@ -207,24 +182,19 @@ def _shop(gearboxes: Sequence[Gearbox]) -> Section:
         'For the shop')
 
 
-def _summary(gearboxes: Sequence[Gearbox], counts: Mapping[str, int]) -> Section:
-    """Return headline and figures of the `gearboxes` and the `counts` {status: bags}."""
-    facts = _facts(gearboxes, 'gearboxes', counts,
-                   max((gearbox['last'] for gearbox in gearboxes), default=0))
-    levels = [gearbox['level'] for gearbox in gearboxes]
-    level = next((level for level in ('ERROR', 'WARN') if level in levels),
-                 'OK' if levels and None not in levels else None)
-    return page_summary(KINDS[level], headline(gearboxes), facts)
-
-
-def _facts(things: Collection[Any], noun: str, counts: Mapping[str, int], last: int
-           ) -> list[tuple[str, str]]:
-    """Return the figures of a fleet of `things`; `last` is the stamp of the newest bag, ns."""
-    facts = [(noun, str(len(things))), ('bags', str(sum(counts.values())))]
+def _summary(boxes: Sequence[Gearbox | Joint], counts: Mapping[str, int], robots: bool
+             ) -> Section:
+    """Return headline and figures of gearboxes or joints and the `counts` {status: bags}."""
+    facts = [('robots', str(len({joint['robot'] for joint in boxes}))) if robots else
+             ('gearboxes', str(len(boxes))), ('bags', str(sum(counts.values())))]
     facts += [(name, str(counts[status])) for status, name in (
         ('done', 'analysed'), ('failed', 'failed'), ('duplicate', 'duplicates'))
         if counts.get(status)]
-    return [*facts, ('newest bag', day(last))] if last else facts
+    last, kinds = max((box['last'] for box in boxes), default=0), {
+        KINDS[box['level']] for box in boxes}
+    kind = next((kind for kind in ('error', 'warn', '', 'good') if kind in kinds), '')
+    return page_summary(kind, headline(boxes, robots),
+                        [*facts, ('newest bag', day(last))] if last else facts)
 
 
 def _curves(gearboxes: Sequence[Gearbox]) -> Section:

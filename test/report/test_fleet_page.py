@@ -9,7 +9,7 @@ import numpy as np
 from pages import overflowing
 import pytest
 
-from gearbox_monitor.report.fleet_page import fleet_csv, fleet_page, headline, robots_page
+from gearbox_monitor.report.fleet_page import fleet_csv, fleet_page, headline
 
 DAY = 86_400_000_000_000
 T0 = 1_768_435_200_000_000_000  # 2026-01-15
@@ -60,7 +60,7 @@ def test_a_joint_of_a_robot_is_drawn_over_its_bags():
     joint = {'robot': 'arm7', 'joint': 'joint3', 'level': 1, 'summary': 'friction +34 ± 5 %',
              'states': points[-1]['states'], 'bags': 3, 'first': T0, 'last': T0 + 2 * DAY,
              'points': points}
-    html = robots_page([joint], (), {'done': 3}, 0)
+    html = fleet_page([joint], (), {'done': 3}, 0, robots=True)
     assert 'class="verdict warn"' in html and 'friction (%)' in html and 'joint3 of arm7' in html
 
 
