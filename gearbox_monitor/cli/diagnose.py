@@ -42,7 +42,7 @@ from gearbox_monitor.diagnosis.hypothesis import NONE, UNDECIDED
 from gearbox_monitor.diagnosis.joint import windows
 from gearbox_monitor.diagnosis.joint.diagnose import chosen_ids
 from gearbox_monitor.diagnosis.joint.verdict import Verdict
-from gearbox_monitor.errors import expect_whole, InputError, unknown
+from gearbox_monitor.errors import expect_whole, InputError
 from gearbox_monitor.files.knowledge_file import save_knowledge, SUFFIX
 from gearbox_monitor.files.user_files import dump, expect_new_file, model_text, plain
 from gearbox_monitor.library.identify import diagnose
@@ -335,7 +335,9 @@ def run_robot(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
     for attribute, reason in OF_ONE_JOINT.items():
         refuse(args, [attribute], f'of one joint, expected --joint with it ({reason})')
-    effects = _effects(args)
+    named, exclude = ids_in(args.only or ()), ids_in(args.exclude or ())
+    effects = chosen_ids(named or None, exclude, ('--only', '--exclude'), sorted(
+        robot_effects())) if named or exclude else None
     expect_new_file(args.out)
     began = time.process_time()
     diagnosis = diagnose_robot(
@@ -349,19 +351,6 @@ def run_robot(args: Namespace) -> int:
     if data['readings']:
         return 1
     return {NONE: 0, UNDECIDED: 3}.get(data['verdict'], 1)
-
-
-def _effects(args: Namespace) -> list[str] | None:
-    """Return the ids of --only without those of --exclude, None for all. Raises InputError."""
-    ids = robot_effects()
-    words = {option: ids_in(getattr(args, option) or ()) for option in ('only', 'exclude')}
-    for option, listed in words.items():
-        for word in listed:
-            if word not in ids:
-                raise InputError(f'--{option}: {unknown(word, ids)}')
-    if not words['only'] and not words['exclude']:
-        return None
-    return [i for i in sorted(words['only'] or ids) if i not in words['exclude']]
 
 
 def _write(args: Namespace, diagnosis: RobotDiagnosis, data: dict[str, Any]) -> None:

@@ -10,7 +10,7 @@ noise that nothing explains. The later one is diagnosed against that model. An e
 as a change if the reference refutes it at the size that it has now: what the reference did not
 show either way may have been there.
 """
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import compress, count
 import math
@@ -210,16 +210,18 @@ def _shown_by_each(decision: Decision) -> Decision | None:
 
 
 def chosen_ids(only: Sequence[str] | None, exclude: Sequence[str],
-               options: tuple[str, str] = ('only', 'exclude')) -> list[str]:
+               options: tuple[str, str] = ('only', 'exclude'),
+               effects: Collection[str] | None = None) -> list[str]:
     """
-    Return the ids that may be named. Raises InputError for unknown ones.
+    Return the ids that are tried. Raises InputError for unknown ones, or where none remains.
 
     Args:
         only: ids of the effects to try, None for all.
         exclude: ids of effects that are not tried.
         options: what these are called.
+        effects: all ids, None for those of a joint.
     """
-    effects = library()
+    effects = library() if effects is None else effects
     for option, names in zip(options, (only, exclude)):
         for name in expect_list(option, names, 'ids of effects'):
             if name not in effects:
