@@ -6,8 +6,10 @@ import signal
 import time
 
 from processes import DOMAIN, Node, put_down
+from rcl_interfaces.srv import SetParameters
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
 
 # With these the estimator loses no sample of a test, however starved the machine is.
 RELIABLE = {'qos_overrides./joint_states.subscription.reliability': 'reliable',
@@ -64,6 +66,12 @@ class Graph:
         assert future.done(), f'no answer of {name}'
         self.node.destroy_client(client)
         return future.result()
+
+    def set(self, node, **values):
+        """Set parameters of a `node`; return what it answers to each."""
+        parameters = [Parameter(name, value=value) for name, value in values.items()]
+        return self.call(SetParameters, f'{node}/set_parameters', SetParameters.Request(
+            parameters=[parameter.to_parameter_msg() for parameter in parameters])).results
 
     def stop(self, process, sig=signal.SIGINT):
         """End `process`; it must end cleanly. Returns what it wrote to stderr."""

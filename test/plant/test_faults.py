@@ -139,18 +139,9 @@ def test_switched_at_run_time():
 def test_node_takes_a_fault_while_it_runs(tmp_path, monkeypatch):
     pytest.importorskip('rclpy')
     from harness import Graph
-    from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
-    from rcl_interfaces.srv import SetParameters
     from rclpy.qos import QoSProfile
     from sensor_msgs.msg import JointState
     graph, received = Graph(tmp_path, monkeypatch), []
-
-    def put(name, **value):
-        kind = {'string_value': ParameterType.PARAMETER_STRING,
-                'double_array_value': ParameterType.PARAMETER_DOUBLE_ARRAY}[next(iter(value))]
-        return graph.call(SetParameters, 'plant/set_parameters', SetParameters.Request(
-            parameters=[Parameter(name=name, value=ParameterValue(type=kind, **value))]
-        )).results[0]
 
     def arm(n=100):
         return np.array([m.position[1] for m in received[-n:]])
@@ -160,12 +151,12 @@ def test_node_takes_a_fault_while_it_runs(tmp_path, monkeypatch):
         graph.start('plant_node', seed=4)
         graph.until(lambda: len(received) > 300, 'samples')
         assert np.ptp(arm()) > 0.01
-        assert put('fault_frozen', string_value='arm').successful
+        assert graph.set('plant', fault_frozen='arm')[0].successful
         graph.until(lambda: np.ptp(arm()) == 0.0, 'a frozen arm')
         assert np.ptp([m.position[0] for m in received[-100:]]) > 0.01
-        refused = put('fault_scale', double_array_value=[1.0])
+        refused, = graph.set('plant', fault_scale=[1.0])
         assert not refused.successful and '2 numbers' in refused.reason
-        assert put('fault_frozen', string_value='none').successful
+        assert graph.set('plant', fault_frozen='none')[0].successful
         graph.until(lambda: np.ptp(arm()) > 0.01, 'an arm that moves again')
     finally:
         graph.close()

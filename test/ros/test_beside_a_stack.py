@@ -12,8 +12,7 @@ import pytest
 
 rclpy = pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402, I100, I202
-from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue  # noqa: E402
-from rcl_interfaces.srv import DescribeParameters, SetParameters  # noqa: E402
+from rcl_interfaces.srv import DescribeParameters  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E402
 from rosgraph_msgs.msg import Clock  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
@@ -94,14 +93,6 @@ class Robot:
         self.clock.publish(Clock(clock=to_time(T0 + k * DT)))
 
 
-def set_parameter(graph, name, value):
-    kind, field = ((ParameterType.PARAMETER_DOUBLE, 'double_value') if isinstance(value, float)
-                   else (ParameterType.PARAMETER_STRING, 'string_value'))
-    request = SetParameters.Request(parameters=[Parameter(name=name, value=ParameterValue(
-        type=kind, **{field: value}))])
-    return graph.call(SetParameters, '/elbow/estimator/set_parameters', request).results[0]
-
-
 @pytest.mark.system
 def test_one_gearbox_of_a_robot(graph, drive, tmp_path):
     """Motor and arm on two topics, remapped, in simulated time, through changes: as in replay."""
@@ -133,14 +124,14 @@ def test_one_gearbox_of_a_robot(graph, drive, tmp_path):
         return int(said[-1].get('samples', 0)) if said else 0
 
     robot.move(0, 1500)
-    assert set_parameter(graph, 'q_std_tau_k', 9.0).successful
+    assert graph.set('/elbow/estimator', q_std_tau_k=9.0)[0].successful
     robot.move(1500, 2000)
-    assert set_parameter(graph, 'coulomb_friction', 0.27).successful
-    refused = set_parameter(graph, 'filter', 'ukf')
+    assert graph.set('/elbow/estimator', coulomb_friction=0.27)[0].successful
+    refused = graph.set('/elbow/estimator', filter='ukf')[0]
     assert not refused.successful
     assert refused.reason == ('filter: read-only while the node runs; change it in the parameter '
                               'file (or with -p) and start estimator again')
-    assert not set_parameter(graph, 'motor_inertia', -1.0).successful
+    assert not graph.set('/elbow/estimator', motor_inertia=-1.0)[0].successful
     robot.move(2000, 3000)
     assert not any(s['reason'] == 'clock' for s in snapshots)
     # Samples that still wait when the clock is set back are of another time: they are refused.

@@ -17,8 +17,7 @@ rclpy = pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402, I100, I202
 from harness import Graph, RELIABLE  # noqa: E402
 from processes import refusals  # noqa: E402
-from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue  # noqa: E402
-from rcl_interfaces.srv import DescribeParameters, SetParameters  # noqa: E402
+from rcl_interfaces.srv import DescribeParameters  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from sensor_msgs.msg import JointState, Temperature  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
@@ -78,12 +77,6 @@ class Feeder:
                 self.graph.executor.spin_once(timeout_sec=0.0)
                 time.sleep(max(0.0, begin + k / rate - time.monotonic()))
         self.graph.spin(0.5)
-
-
-def set_parameter(graph, name, value):
-    request = SetParameters.Request(parameters=[Parameter(name=name, value=ParameterValue(
-        type=ParameterType.PARAMETER_DOUBLE, double_value=value))])
-    return graph.call(SetParameters, 'estimator/set_parameters', request).results[0]
 
 
 def levels_of(message):
@@ -154,7 +147,7 @@ def run(drive, tmp_path_factory):
             for name, value in (('q_std_tau_k', 12.0), ('q_std_tau_k', -1.0),
                                 ('q_std_tau_k', math.nan), ('max_gap', 1.0),
                                 ('friction_error_std', 0.1)):
-                answers[name, str(value)] = set_parameter(graph, name, value)
+                answers[name, str(value)] = graph.set('estimator', **{name: value})[0]
             answers['described'] = graph.call(
                 DescribeParameters, 'estimator/describe_parameters',
                 DescribeParameters.Request(names=['q_std_tau_k', 'filter']))

@@ -10,8 +10,6 @@ import pytest
 pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402, I100, I202
 from harness import RELIABLE  # noqa: E402
-from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue  # noqa: E402
-from rcl_interfaces.srv import SetParameters  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
 from test_change_naming import child_of, gone  # noqa: E402
@@ -52,9 +50,7 @@ def test_a_wider_gap_is_named_after_a_restart_and_nothing_before(graph, tmp_path
     estimator = start()
     graph.until(lambda: diagnosis()[1].get('baseline_recording') == healthy, 'the recording again')
     assert not named
-    graph.call(SetParameters, 'plant/set_parameters', SetParameters.Request(parameters=[Parameter(
-        name='fault_gap', value=ParameterValue(type=ParameterType.PARAMETER_DOUBLE,
-                                               double_value=1.2))]))
+    graph.set('plant', fault_gap=1.2)
     graph.until(lambda: diagnosis()[1].get('alert'), 'the alert')
     child = child_of(estimator.pid)
     graph.stop(estimator)

@@ -9,11 +9,9 @@ import numpy as np
 import pytest
 import yaml
 
-rclpy = pytest.importorskip('rclpy')
-from processes import DOMAIN, Node, put_down, refusals  # noqa: E402, I100, I202
-from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue  # noqa: E402
-from rcl_interfaces.srv import SetParameters  # noqa: E402
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
+pytest.importorskip('rclpy')
+from harness import Graph  # noqa: E402, I100, I202
+from processes import refusals  # noqa: E402
 from rclpy.qos import QoSProfile  # noqa: E402
 from rosgraph_msgs.msg import Clock  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
@@ -27,74 +25,35 @@ pytestmark = pytest.mark.ros
 BLOCK = 10  # samples that the node simulates at once at 1 kHz in real time
 
 
-class Plants:
+class Plants(Graph):
     """Starts plants and keeps what they publish."""
 
-    def __init__(self, node, executor, tmp_path):
-        self.node, self.executor, self.tmp_path = node, executor, tmp_path
-        self.states, self.truth, self.clock, self.started = [], [], [], []
-        qos = QoSProfile(depth=10000)
-        node.create_subscription(JointState, 'joint_states', self.states.append, qos)
-        node.create_subscription(JointState, 'plant/transmission_state', self.truth.append, qos)
-        node.create_subscription(Clock, '/clock', self.clock.append, qos)
+    def __init__(self, tmp_path, monkeypatch):
+        super().__init__(tmp_path, monkeypatch)
+        self.states, self.truth, self.clock = [], [], []
+        for kind, topic, kept in ((JointState, 'joint_states', self.states),
+                                  (JointState, 'plant/transmission_state', self.truth),
+                                  (Clock, '/clock', self.clock)):
+            self.node.create_subscription(kind, topic, kept.append, QoSProfile(depth=10000))
 
     def start(self, **parameters):
         for topic in ('joint_states', 'plant/transmission_state'):  # a starved test loses nothing
             parameters[f'qos_overrides./{topic}.publisher.depth'] = 50_000
-        process = Node('plant_node', (), self.tmp_path, parameters)
-        self.started.append(process)
-        return process
-
-    def until(self, condition, timeout=300.0):
-        """Receive until condition() is true."""
-        end = time.monotonic() + timeout
-        while not condition():
-            assert time.monotonic() < end, 'nothing came'
-            self.executor.spin_once(timeout_sec=0.05)
+        return super().start('plant_node', **parameters)
 
     def rest(self):
         """Receive until nothing has come for half a second."""
-        last = time.monotonic()
-        while time.monotonic() < last + 0.5:
+        count = -1
+        while len(self.states) + len(self.truth) > count:
             count = len(self.states) + len(self.truth)
-            self.executor.spin_once(timeout_sec=0.05)
-            if len(self.states) + len(self.truth) > count:
-                last = time.monotonic()
-
-    def set(self, name, value, kind=ParameterType.PARAMETER_DOUBLE):
-        """Set a parameter of the plant, return the service's result."""
-        field = {ParameterType.PARAMETER_DOUBLE: 'double_value',
-                 ParameterType.PARAMETER_STRING: 'string_value',
-                 ParameterType.PARAMETER_DOUBLE_ARRAY: 'double_array_value'}[kind]
-        client = self.node.create_client(SetParameters, 'plant/set_parameters')
-        assert client.wait_for_service(30.0)
-        future = client.call_async(SetParameters.Request(parameters=[
-            Parameter(name=name, value=ParameterValue(type=kind, **{field: value}))]))
-        self.until(future.done)
-        return future.result().results[0]
+            self.spin(0.5)
 
 
 @pytest.fixture
 def plants(monkeypatch, tmp_path):
-    monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-    context = rclpy.Context()
-    rclpy.init(context=context, domain_id=DOMAIN)
-    node = rclpy.create_node('listener', context=context)
-    executor = SingleThreadedExecutor(context=context)
-    executor.add_node(node)
-    plants = Plants(node, executor, tmp_path)
+    plants = Plants(tmp_path, monkeypatch)
     yield plants
-    put_down(plants.started)
-    executor.shutdown()
-    node.destroy_node()
-    rclpy.shutdown(context=context)
-
-
-def end(process, number=signal.SIGINT):
-    """Send the signal; return (exit code, stderr)."""
-    process.send_signal(number)
-    _, errors = process.communicate(timeout=30)
-    return process.returncode, errors
+    plants.close()
 
 
 def stamps(messages):
@@ -132,8 +91,7 @@ def assert_same(plants, k, run):
 def test_publishes_the_simulation_bit_for_bit(plants):
     process = plants.start(seed=7, process_noise='[0.0, 0.0, 0.0, 0.0]')
     plants.until(lambda: len(plants.states) > 1500)
-    code, errors = end(process)
-    assert (code, 'Traceback' in errors) == (0, False), errors
+    plants.stop(process)
     u = Excitation().torque(np.arange(60_000) * 1e-3)
     run = simulate(load_model(config_path('drive.yaml')), u, 1e-3,
                    Noise(measurement=(0.005, 0.005)), 7)
@@ -165,7 +123,7 @@ def test_parameters_change_while_it_runs(plants):
     # Slow enough for a starved machine to keep up.
     plants.start(measurement_noise='[0.0, 0.0]', process_noise='[0.0, 0.0, 0.0, 0.0]', rate=200.0)
     plants.until(lambda: len(plants.truth) > 40)
-    assert plants.set('stiffness', 400.0).successful
+    assert plants.set('plant', stiffness=400.0)[0].successful
     # By stamps, which are of real time: on a loaded machine older samples are still under way.
     since = time.time_ns() + 50_000_000
 
@@ -181,18 +139,15 @@ def test_parameters_change_while_it_runs(plants):
         tau[outside], 400.0 * (twist - 0.1 * np.sign(twist))[outside], atol=1e-12)
     assert np.all(tau[~outside] == 0)
 
-    for name, value, kind, reason in (
-            ('half_gap', -0.1, ParameterType.PARAMETER_DOUBLE, 'half_gap'),
-            ('rate', 300.0, ParameterType.PARAMETER_DOUBLE, 'read-only'),
-            ('excitation', 'sawtooth', ParameterType.PARAMETER_STRING, 'multisine'),
-            ('amplitudes', [1.0], ParameterType.PARAMETER_DOUBLE_ARRAY, 'frequencies'),
-            ('process_noise', [0.1], ParameterType.PARAMETER_DOUBLE_ARRAY, '4 numbers')):
-        result = plants.set(name, value, kind)
+    for name, value, reason in (
+            ('half_gap', -0.1, 'half_gap'), ('rate', 300.0, 'read-only'),
+            ('excitation', 'sawtooth', 'multisine'), ('amplitudes', [1.0], 'frequencies'),
+            ('process_noise', [0.1], '4 numbers')):
+        result, = plants.set('plant', **{name: value})
         assert not result.successful
         assert reason in result.reason
 
-    assert plants.set('excitation', 'none', ParameterType.PARAMETER_STRING).successful
-    assert plants.set('load_constant', 0.4).successful
+    assert all(r.successful for r in plants.set('plant', excitation='none', load_constant=0.4))
     plants.until(lambda: plants.states[-1].effort[0] == 0.0)
     # With the load the arm ends on the side of the gap where the transmission carries it.
     plants.until(lambda: abs(plants.truth[-1].effort[0] - 0.4) < 0.02)
@@ -225,7 +180,7 @@ def test_motor_turns_as_many_times_as_the_gear_says(plants, tmp_path):
     amps = -2.0 / (50.0 * 0.5)  # at the end of half a period
     plants.until(lambda: plants.states and plants.states[-1].effort[0] < 0.99 * amps
                  and plants.truth and np.ptp(columns(plants.truth, 'position')[:, 0]) > 0.2)
-    assert end(process, signal.SIGTERM)[0] == 0
+    plants.stop(process, signal.SIGTERM)
     plants.rest()
     truth = {t: m for t, m in zip(stamps(plants.truth), plants.truth)}
     matched = [(m, truth[t]) for t, m in zip(stamps(plants.states), plants.states) if t in truth]
@@ -255,7 +210,7 @@ def test_refuses_a_second_clock(plants):
     plants.node.destroy_publisher(clock)
     assert process.returncode == 2
     assert '/clock' in errors
-    assert 'listener' in errors
+    assert 'feeder' in errors
 
 
 def test_the_file_of_defaults_agrees_with_the_table():

@@ -11,10 +11,10 @@ import time
 import numpy as np
 import pytest
 
-rclpy = pytest.importorskip('rclpy')
+pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus  # noqa: E402, I100, I202
 from geometry_msgs.msg import PolygonStamped  # noqa: E402
-from processes import DOMAIN, Node, put_down, refusals  # noqa: E402
+from processes import refusals  # noqa: E402
 from rclpy.duration import Duration  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E402
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores  # noqa: E402
@@ -31,29 +31,16 @@ LATCHED = QoSProfile(depth=5, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 @pytest.fixture
-def node(monkeypatch):
-    monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-    context = rclpy.Context()
-    rclpy.init(context=context, domain_id=DOMAIN)
-    node = rclpy.create_node('feeder', context=context)
-    yield node
-    node.destroy_node()
-    rclpy.shutdown(context=context)
+def node(graph):
+    return graph.node
 
 
 @pytest.fixture
-def recorder(tmp_path):
-    """Start recorders with (topics, **parameters); end what is left of them."""
-    started = []
-
-    def start(topics=('joint_states',), **parameters):
-        process = Node('recorder_node', (), tmp_path, {
-            'output': tmp_path / 'bag', 'topics': f'[{",".join(topics)}]', **parameters})
-        started.append(process)
-        return process
-
-    yield start
-    put_down(started)
+def recorder(graph):
+    """Return a function of (topics, **parameters) that starts a recorder."""
+    return lambda topics=('joint_states',), **parameters: graph.start(
+        'recorder_node', **{'output': graph.tmp_path / 'bag', 'topics': f'[{",".join(topics)}]',
+                            **parameters})
 
 
 def wait_for(condition, what, seconds=120):
@@ -192,14 +179,12 @@ def test_losses_are_counted(node, recorder, tmp_path):
     assert missing > 0 and f'lost {missing} messages' in errors
 
 
-def test_a_full_disk_is_told_and_recording_goes_on_with_room(node, recorder, tmp_path):
+def test_a_full_disk_is_told_and_recording_goes_on_with_room(graph, node, recorder, tmp_path):
     """The limit of the system on the size of files, as a quota sets it, and lifted again."""
     publisher = node.create_publisher(JointState, 'joint_states', 1000)
     told = []
     node.create_subscription(
         DiagnosticArray, '/diagnostics', lambda m: told.append(m.status[0]), 10)
-    executor = rclpy.executors.SingleThreadedExecutor(context=node.context)
-    executor.add_node(node)
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     process = recorder(compression='none')
     resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (60_000, limits[1]))
@@ -207,10 +192,7 @@ def test_a_full_disk_is_told_and_recording_goes_on_with_room(node, recorder, tmp
 
     def until(level):
         told.clear()
-        end = time.monotonic() + 120
-        while not told or told[-1].level != level:
-            assert time.monotonic() < end, told
-            executor.spin_once(timeout_sec=0.1)
+        graph.until(lambda: told and told[-1].level == level, 'the level')
 
     publish_at([publisher], 500, 2)
     until(DiagnosticStatus.ERROR)

@@ -11,8 +11,6 @@ import pytest
 
 rclpy = pytest.importorskip('rclpy')
 from harness import RELIABLE  # noqa: E402, I100, I202
-from rcl_interfaces.srv import SetParameters  # noqa: E402
-from rclpy.parameter import Parameter  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
@@ -71,9 +69,8 @@ def test_live_is_replay_with_a_description_and_a_payload(graph, tmp_path):
         message.effort = array('d', [np.nan] * 6 + list(run.u[k]))
         publisher.publish(message)
         if k == n // 2:
-            answer = graph.call(SetParameters, 'estimator/set_parameters', SetParameters.Request(
-                parameters=[Parameter('elbow.payload_mass', value=2.5).to_parameter_msg()]))
-            assert answer.results[0].successful, answer
+            answer, = graph.set('estimator', **{'elbow.payload_mass': 2.5})
+            assert answer.successful, answer
         if k % 10 == 9:
             graph.executor.spin_once(timeout_sec=0.0)
             time.sleep(max(0.0, begin + k / 500.0 - time.monotonic()))

@@ -16,8 +16,6 @@ rclpy = pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus  # noqa: E402, I100, I202
 from geometry_msgs.msg import InertiaStamped  # noqa: E402
 from harness import RELIABLE  # noqa: E402
-from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue  # noqa: E402
-from rcl_interfaces.srv import SetParameters  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
@@ -161,9 +159,7 @@ def test_the_arm_of_the_tutorial_is_as_most_robots_and_changes_while_it_works(gr
     process = graph.start('arm_plant_node', encoders='arm', rate=100.0, wait_for_subscribers=1)
     graph.until(lambda: described and len(states) > 50, 'its motion')
     for parameter in ('payload', 'rubbing'):
-        request = SetParameters.Request(parameters=[Parameter(name=parameter, value=ParameterValue(
-            type=ParameterType.PARAMETER_DOUBLE, double_value=5.0))])
-        result, = graph.call(SetParameters, '/arm_plant/set_parameters', request).results
+        result, = graph.set('/arm_plant', **{parameter: 5.0})
         assert result.successful, result.reason
     changed = len(states)
     graph.until(lambda: len(states) > changed + 200, 'its motion')
