@@ -168,7 +168,6 @@ def stamp(time_message: Time, ns: int) -> None:
     time_message.sec, time_message.nanosec = divmod(ns, SECOND)
 
 
-DISCOVERY_TIME = 3.5  # s; a participant announces itself every 3 s
 MAX_SUBSTEPS = 500    # integration steps per sample: 0.2 ms of computing time
 LONGEST = 1e7         # s: a plant runs no longer
 # Field of drive.faults.EncoderFault, Faults -> parameter.
@@ -250,25 +249,8 @@ class PlantNode(PacedNode):
         v = self.values
         self._clock_out = None
         if v.publish_clock or v.speed != 1.0:
-            self._refuse_second_clock()
             self._clock_out = advertise(self, ClockMessage, '/clock', 10)
         self._clock_message = ClockMessage()
-
-    def _refuse_second_clock(self) -> None:
-        end, names = time.monotonic() + DISCOVERY_TIME, set[str]()
-        # A publisher is discovered first, the name of its node a little later.
-        while time.monotonic() < end and not any(map(self._is_named, names)):
-            names = {i.node_name for i in self.get_publishers_info_by_topic('/clock')}
-            time.sleep(0.05)
-        if names:
-            publishers = ', '.join(sorted(filter(self._is_named, names))) or 'of unknown name'
-            raise InputError(
-                f'/clock: is published by another node ({publishers}), expected no other source '
-                'of time: stop it, or set speed to 1 and publish_clock to false')
-
-    @staticmethod
-    def _is_named(name: str) -> bool:
-        return not name.startswith('_NODE_')
 
     # ------------------------------------------------------------------ running
 

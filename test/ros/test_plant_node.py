@@ -203,16 +203,6 @@ def test_bad_input_is_one_line(tmp_path):
         assert all(word in lines[0] for word in words), lines
 
 
-def test_refuses_a_second_clock(plants):
-    clock = plants.node.create_publisher(Clock, '/clock', 1)
-    process = plants.start(publish_clock='true')
-    _, errors = process.communicate(timeout=60)
-    plants.node.destroy_publisher(clock)
-    assert process.returncode == 2
-    assert '/clock' in errors
-    assert 'feeder' in errors
-
-
 def test_the_file_of_defaults_agrees_with_the_table():
     values = yaml.safe_load(config_path('plant.yaml').read_text())['plant']['ros__parameters']
     table = PlantParameters().to_dict()
