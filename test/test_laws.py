@@ -10,6 +10,7 @@ import itertools
 import math
 import json
 
+from drives import interrupted, part_of
 import numpy as np
 from plant.test_effects import DT, given, ON_TORQUE, U
 import pytest
@@ -22,8 +23,7 @@ from gearbox_monitor.estimation.process_model import (
 from gearbox_monitor.kernels.kernel import Entry
 from gearbox_monitor.parameters import EstimatorParameters, FILTER_NAMES
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict, substeps
-from gearbox_monitor.plant.faults import Excitation
-from gearbox_monitor.plant.simulate import Noise, Plant, simulate
+from gearbox_monitor.plant.simulate import Plant
 
 # Signs of angle, speed and torque mean nothing to an effect without one of its own.
 ONE_SIDED = {'coulomb_asymmetry', 'viscous_asymmetry', 'cogging', 'gravity', 'load_torque',
@@ -130,20 +130,7 @@ def test_the_tangent_of_every_process_model_is_that_of_its_map():
 
 @pytest.fixture(scope='module')
 def stream():
-    """Return Samples of 2 s with dropouts, missing and impossible values."""
-    count = 2000
-    out = simulate(DriveModel(), Excitation().torque(1e-3 * np.arange(count)), 1e-3,
-                   Noise((0.0, 0.0, 0.4, 0.4), (0.005, 0.005)), 3)
-    stamps = 10 ** 9 + np.arange(count) * 10 ** 6
-    stamps[count // 2:] += 10 ** 8
-    stamps[count // 3] = 0
-    u, y = np.stack([out.u, np.full(count, np.nan)], axis=1), out.y.copy()
-    y[200:220, 0], y[210:250, 1], y[400] = np.nan, np.nan, np.inf
-    return Samples(stamps, u, y)
-
-
-def part(samples, begin, end):
-    return Samples(*(getattr(samples, name)[begin:end] for name in ('stamp_ns', 'u', 'y')))
+    return interrupted()
 
 
 def test_every_filter_gives_the_same_bits_however_a_stream_is_cut_and_restored(stream):
@@ -152,7 +139,7 @@ def test_every_filter_gives_the_same_bits_however_a_stream_is_cut_and_restored(s
         cut, restored = (Estimator(DriveModel(), parameters) for _ in range(2))
         pieces, rows = [], []
         for begin in range(0, 2000, 250):
-            samples = part(stream, begin, begin + 250)
+            samples = part_of(stream, begin, begin + 250)
             pieces.append(cut.run(samples))
             rows.append(restored.run(samples).rows)
             restored = Estimator.restore(json.loads(json.dumps(restored.snapshot())))
@@ -167,10 +154,10 @@ def test_every_filter_gives_the_same_bits_however_a_stream_is_cut_and_restored(s
 def test_every_filter_goes_on_from_a_snapshot_through_a_change_of_parameters(stream):
     for kind, parameters in KINDS.items():
         live = Estimator(DriveModel(), parameters)
-        live.run(part(stream, 0, 700))
+        live.run(part_of(stream, 0, 700))
         live.set_parameters({'r_std_motor': 0.006})
         restored = Estimator.restore(json.loads(json.dumps(live.snapshot())))
-        a, b = (one.run(part(stream, 700, 2000)) for one in (live, restored))
+        a, b = (one.run(part_of(stream, 700, 2000)) for one in (live, restored))
         np.testing.assert_array_equal(a.rows, b.rows, kind)
         np.testing.assert_array_equal(a.smoothed, b.smoothed, kind)
         assert live.snapshot() == restored.snapshot(), kind

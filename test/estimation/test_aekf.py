@@ -3,13 +3,14 @@
 
 """Adaptive filter: exact gradient, bars of convergence, refusals, and the same bits in replay."""
 
+from dataclasses import replace
 from functools import cache
 
+from drives import driven, part_of, samples_of
 import numpy as np
 import pytest
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.filter_kind import Belief, places, Reading, record_size, Scratch
 from gearbox_monitor.estimation.filters import aekf, ekf
@@ -21,8 +22,7 @@ from gearbox_monitor.kernels.kernel import Entry
 from gearbox_monitor.kernels.types import Layout
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.faults import Excitation
-from gearbox_monitor.plant.simulate import Noise, simulate
+from gearbox_monitor.plant.simulate import Noise
 
 # With hysteresis, and the noise of two percent.
 CASE_A = DriveModel().with_(kind='play', stiffness=5.0, half_gap=0.3, hysteresis_width=0.3)
@@ -39,18 +39,12 @@ STEP = Entry(ekf.step)
 
 @cache
 def simulated(seconds, seed=1, dt=1e-3):
-    t = dt * np.arange(round(seconds / dt))
-    return simulate(CASE_A, Excitation().torque(t), dt, Noise(Q_A, R_A), seed)
+    return driven(CASE_A, seconds, Noise(Q_A, R_A), seed, dt)
 
 
-def samples(out, y=None, dt=1e-3):
-    y = out.y if y is None else y
-    stamps = 1_000_000_000 + np.arange(len(y)) * round(dt * 1e9)
-    return Samples(stamps, np.column_stack([out.u, np.full(len(y), np.nan)]), y)
-
-
-def part(data, begin, end):
-    return Samples(data.stamp_ns[begin:end], data.u[begin:end], data.y[begin:end])
+def samples(out, y=None):
+    data = samples_of(out, begin_ns=10 ** 9)
+    return data if y is None else replace(data, y=y)
 
 
 def settled(estimator, out, seconds, y=None):
@@ -174,12 +168,12 @@ def test_what_was_adapted_survives_a_start():
     data = samples(out)
     wrong = {**TUNED, 'r_std_motor': 3.0 * R_A[0], 'adapt': ['q_std_tau_k', 'r_std_motor']}
     estimator = Estimator(CASE_A, wrong)
-    estimator.run(part(data, 0, 5000))
+    estimator.run(part_of(data, 0, 5000))
     found = estimator.adapted()
     assert found['r_std_motor'] < 2.0 * R_A[0]
-    estimator.run(part(data, 5500, 5600))  # max_gap is 0.25 s
+    estimator.run(part_of(data, 5500, 5600))  # max_gap is 0.25 s
     assert estimator.counts[START] == 2 and estimator.adapted() == found
-    estimator.run(part(data, 5600, 8000))
+    estimator.run(part_of(data, 5600, 8000))
     assert estimator.adapted()['r_std_motor'] == pytest.approx(R_A[0], rel=0.2)
 
 
@@ -218,11 +212,11 @@ def test_rests_while_nothing_is_measured_and_keeps_going():
     y[1500:1600] = np.nan  # both encoders
     y[2000:2400, 1] = np.nan  # the arm's
     estimator = Estimator(CASE_A, TUNED)
-    estimator.run(part(samples(out, y), 0, 1500))
+    estimator.run(part_of(samples(out, y), 0, 1500))
     before = estimator.adapted()
-    estimator.run(part(samples(out, y), 1500, 1600))
+    estimator.run(part_of(samples(out, y), 1500, 1600))
     assert estimator.adapted() == before
-    estimator.run(part(samples(out, y), 1600, 3000))
+    estimator.run(part_of(samples(out, y), 1600, 3000))
     after = estimator.adapted()
     assert after != before and all(np.isfinite(list(after.values())))
 

@@ -2,11 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """What the model's tolerances add to the stated deviations, against oracles and drawn drives."""
+from dataclasses import replace
+
+from drives import driven, part_of, samples_of
 import numpy as np
 import pytest
 
 from gearbox_monitor.estimation.consider import UNIFORM
-from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.rts_smoother import (
     S_TAU_K, S_TAU_K_NOISE_STD, S_TAU_K_STD, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_STD)
@@ -18,13 +20,7 @@ DT, N = 1e-3, 500
 
 
 def recorded(model, count=N, process=0.4):
-    u = Excitation().torque(np.arange(count) * DT)
-    return simulate(model, u, DT, Noise((0.0, 0.0, process, process), (5e-3, 5e-3)), 3)
-
-
-def samples_of(u, y):
-    stamps = (1 + np.arange(len(u), dtype=np.int64)) * 1_000_000
-    return Samples(stamps, np.column_stack([u, np.full(len(u), np.nan)]), y)
+    return driven(model, count * DT, Noise((0.0, 0.0, process, process), (5e-3, 5e-3)))
 
 
 def one_step(model, z, u, c):
@@ -58,7 +54,7 @@ def test_cross_covariances_are_those_of_the_state_with_the_errors_added():
     model = DriveModel().with_(friction_sharpness=20.0, **dict.fromkeys(TOLERANCES, small))
     run = recorded(model)
     estimator = Estimator(model, {'arm_load': 'none', 'smoother_lag': 0.0, 'narrow_std': False})
-    estimates = estimator.run(samples_of(run.u, run.y))
+    estimates = estimator.run(samples_of(run))
     p = estimator.parameters
     R = np.diag([p.r_std_motor ** 2, p.r_std_arm ** 2])
     Q = 0.5 * DT * np.diag([0.0, 0.0, p.q_std_motor_speed ** 2, p.q_std_arm_speed ** 2,
@@ -112,7 +108,7 @@ def test_an_error_of_the_torque_shifts_the_estimates_by_what_is_stated():
         model = DriveModel().exact().with_(coulomb_friction=0.0, torque_gain_tolerance=tolerance)
         run = recorded(model)
         parameters = {'filter': name, 'arm_load': load, 'adapt': [''], 'narrow_std': False}
-        first, second = (Estimator(model, parameters).run(samples_of(gain * run.u, run.y))
+        first, second = (Estimator(model, parameters).run(samples_of(replace(run, u=gain * run.u)))
                          for gain in (1.0, 1.0 + UNIFORM * tolerance))
         for estimate, std, noise in (('tau_k', 'tau_k_std', 'tau_k_noise_std'),):
             added = getattr(first, std) ** 2 - getattr(first, noise) ** 2
@@ -128,7 +124,7 @@ def test_an_error_of_the_torque_shifts_the_estimates_by_what_is_stated():
 
 def test_estimates_and_innovations_do_not_depend_on_the_tolerances():
     run = recorded(DriveModel())
-    with_, without = (Estimator(model, {'narrow_std': False}).run(samples_of(run.u, run.y))
+    with_, without = (Estimator(model, {'narrow_std': False}).run(samples_of(run))
                       for model in (DriveModel(), DriveModel().exact()))
     for name in ('tau_k', 'twist', 'nis', 'loglik', 'white_2', 'tau_k_noise_std'):
         np.testing.assert_array_equal(getattr(with_, name), getattr(without, name))
@@ -145,7 +141,7 @@ def test_a_wrong_value_of_the_model_widens_the_deviation_where_it_matters():
     for name, size in (('damping_tolerance', speed), ('inertia_tolerance', acceleration)):
         model = DriveModel().exact().with_(**{name: 0.3})
         estimates = Estimator(model, {'smoother_lag': 0.0, 'narrow_std': False}).run(
-            samples_of(run.u, run.y))
+            samples_of(run))
         added = np.sqrt(estimates.tau_k_std ** 2 - estimates.tau_k_noise_std ** 2)[settled]
         assert np.corrcoef(added, size)[0, 1] > 0.7
         assert added[size > 0.8 * size.max()].mean() > 5.0 * added[size < 0.1 * size.max()].mean()
@@ -155,12 +151,12 @@ def test_errors_that_no_check_sees_stay_as_large_through_a_change_of_parameters(
     """They are taken from steps that are at hand, none from the empty records before them."""
     for lag in (0.0, 0.1):
         run = recorded(DriveModel(), 3000)
-        samples = samples_of(run.u, run.y)
+        samples = samples_of(run)
         estimator = Estimator(DriveModel(), {'smoother_lag': lag})
-        estimator.run(Samples(*(a[:2900] for a in (samples.stamp_ns, samples.u, samples.y))))
+        estimator.run(part_of(samples, 0, 2900))
         before = estimator.undetected_errors()
         estimator.set_parameters({'q_std_tau_k': 1.05 * estimator.parameters.q_std_tau_k})
-        estimator.run(Samples(*(a[2900:2903] for a in (samples.stamp_ns, samples.u, samples.y))))
+        estimator.run(part_of(samples, 2900, 2903))
         after = estimator.undetected_errors()
         assert set(after) == set(before) and before
         assert sum(after.values()) > 0.3 * sum(before.values())
@@ -172,7 +168,7 @@ def test_a_motion_of_little_torque_narrows_the_deviation_to_the_error():
         model, t = DriveModel().exact(), np.arange(12_000) * DT
         runs = [simulate(model, u, DT, Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)), 3)
                 for u in (np.sin(2.0 * t), Excitation().torque(t))]
-        quiet, lively = (Estimator(model, {'arm_load': load}).run(samples_of(run.u, run.y))
+        quiet, lively = (Estimator(model, {'arm_load': load}).run(samples_of(run))
                          for run in runs)
         settled = slice(1000, None)
         for bound, std, noise, error in (
@@ -189,10 +185,10 @@ def test_the_narrowing_ends_with_what_taught_it_and_goes_on_from_a_snapshot():
     model, n = DriveModel().exact(), 4000
     run = simulate(model, np.sin(2.0 * DT * np.arange(n)), DT,
                    Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)), 3)
-    whole = samples_of(run.u, run.y)
+    whole = samples_of(run)
 
     def part(first, end):
-        return Samples(*(a[first:end] for a in (whole.stamp_ns, whole.u, whole.y)))
+        return part_of(whole, first, end)
     expected, half = Estimator(model).run(whole), Estimator(model)
     half.run(part(0, n // 2))
     resumed = Estimator.restore(half.snapshot()).run(part(n // 2, n))

@@ -4,17 +4,16 @@
 """Process models of tau_K: stiffness, noise growing with speed, load friction, its error."""
 import itertools
 
+from drives import driven, samples_of
 import numpy as np
 import pytest
 
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.process_model import noise, pack, state_names, TAU_K
 from gearbox_monitor.parameters import EstimatorParameters, FILTER_NAMES
 from gearbox_monitor.plant.drive import DriveModel, motor_friction
-from gearbox_monitor.plant.faults import Excitation
-from gearbox_monitor.plant.simulate import Noise, simulate
+from gearbox_monitor.plant.simulate import Noise
 
 LOADED = DriveModel().with_(effects=[{'id': 'load_friction', 'Cl': 0.2}])
 OPTIONS = [dict(zip(('arm_load', 'tau_k_stiffness', 'q_std_tau_k_speed', 'friction_error_std'), v))
@@ -31,10 +30,8 @@ def packed(model=LOADED, **parameters):
 
 def recorded(model, seconds=4.0, seed=0):
     """Return (Samples at 1 kHz, true tau_K [N])."""
-    u = Excitation().torque(np.arange(round(1e3 * seconds)) * 1e-3)
-    out = simulate(model, u, 1e-3, NOISE, seed)
-    stamps = (1 + np.arange(len(u), dtype=np.int64)) * 1_000_000
-    return Samples(stamps, np.column_stack([u, np.full_like(u, np.nan)]), out.y), out.tau_k
+    run = driven(model, seconds, NOISE, seed)
+    return samples_of(run), run.tau_k
 
 
 def test_friction_grows_with_the_load_either_way():

@@ -3,13 +3,13 @@
 
 """UKF, SRUKF and the EKF's options against exact cases, filterpy and one another."""
 
+from drives import interrupted, part_of
 from filterpy.kalman import KalmanFilter, MerweScaledSigmaPoints, UnscentedKalmanFilter
 import numpy as np
 import oracle
 import pytest
 from test_filter import data, linear, monitored, prior, rms, setup, TUNED, VARIANTS
 
-from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.filter_kind import (
     Belief, filter_kind, predicted, Reading, record_size, Scratch, updated)
@@ -229,28 +229,11 @@ def test_narrow_sigma_points_are_warned_of():
     assert Estimator(model, {'ukf_alpha': 1e-3}).warnings == []
 
 
-def recording(seconds=2.0):
-    """Return Samples with dropouts and missing values."""
-    noise = Noise((0.0, 0.0, 0.4, 0.4), (0.005, 0.005))
-    steps = round(seconds * 1e3)
-    out = simulate(DriveModel(), Excitation().torque(1e-3 * np.arange(steps)), 1e-3, noise, 3)
-    stamps = 10 ** 9 + np.arange(steps) * 10 ** 6
-    stamps[steps // 2:] += 10 ** 8
-    stamps[steps // 3] = 0
-    u, y = np.stack([out.u, np.full(steps, np.nan)], axis=1), out.y.copy()
-    y[200:220, 0], y[210:250, 1], y[400] = np.nan, np.nan, np.inf
-    return Samples(stamps, u, y)
-
-
-def cut(samples, a, b):
-    return Samples(samples.stamp_ns[a:b], samples.u[a:b], samples.y[a:b])
-
-
 def test_every_filter_is_chosen_by_its_name():
     """Each differs from the EKF where friction bends, though by little."""
     assert all(filter_kind(name).step.__module__.endswith(f'.{name}') for name in FILTER_NAMES)
     assert set(FILTER_NAMES) >= {'ekf', 'ukf', 'srukf', 'aekf'}
-    samples = cut(recording(), 0, 300)
+    samples = part_of(interrupted(), 0, 300)
     rows = {name: Estimator(DriveModel(), {'filter': name}).run(samples)
             for name in ('ekf', 'ukf', 'srukf')}
     for name in ('ukf', 'srukf'):

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """The smoothers in the setting in which the filters' errors are known: cases A and B."""
+from drives import driven, samples_of
 import numpy as np
 from scipy.optimize import least_squares
 
@@ -11,8 +12,7 @@ from gearbox_monitor.estimation.rts_smoother import (
     LAG, S_TAU_K, S_TAU_K_STD, S_TWIST, smoother_parameters)
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.faults import Excitation
-from gearbox_monitor.plant.simulate import Noise, simulate
+from gearbox_monitor.plant.simulate import Noise
 
 # Torque curve, encoder noise (rad), standard deviation of the states.
 CASES = {
@@ -28,16 +28,12 @@ def case(name, seconds=20.0, seed=1):
     curve, encoders, spread = CASES[name]
     model = DriveModel().with_(stiffness=5.0, **curve)
     process = tuple(0.02 * s for s in spread)
-    u = Excitation().torque(np.arange(round(1e3 * seconds)) * 1e-3)
-    out = simulate(model, u, 1e-3, Noise(process, encoders), seed)
-    stamps = (1 + np.arange(len(u), dtype=np.int64)) * 1_000_000
+    out = driven(model, seconds, Noise(process, encoders), seed)
     names = ('motor_position', 'arm_position', 'motor_speed', 'arm_speed')
     parameters = EstimatorParameters(
         **{f'q_std_{n}': q for n, q in zip(names, process)}, q_std_tau_k=10.0, arm_load='none',
         r_std_motor=encoders[0], r_std_arm=encoders[1])
-    return (model, parameters,
-            Samples(stamps, np.column_stack([u, np.full_like(u, np.nan)]), out.y), out.tau_k,
-            out.x[:, 0] - out.x[:, 1])
+    return model, parameters, samples_of(out), out.tau_k, out.x[:, 0] - out.x[:, 1]
 
 
 def rms(values):

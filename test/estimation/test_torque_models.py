@@ -3,17 +3,16 @@
 
 """Laws of tau_K: the curve with its slopes, what is learnt of it, and what is refused."""
 
+from drives import driven, part_of, samples_of
 import numpy as np
 import pytest
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import model_bank
-from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.sample_loop import START
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.faults import Excitation
-from gearbox_monitor.plant.simulate import Noise, simulate
+from gearbox_monitor.plant.simulate import Noise
 from gearbox_monitor.plant.transmission import (
     DEAD_ZONE, elastic_torque, PASSIVE_PLAY, PLAY, play, transmission_torque)
 
@@ -27,10 +26,8 @@ SHAPES = {'dead zone': {}, 'play': {'kind': 'play', 'hysteresis_width': 0.03},
 
 def recorded(model, seconds):
     """Return (Samples at 1 kHz, true tau_K [N])."""
-    u = Excitation().torque(np.arange(round(1e3 * seconds)) * 1e-3)
-    out = simulate(model, u, 1e-3, NOISE, 3)
-    stamps = (1 + np.arange(len(u), dtype=np.int64)) * 1_000_000
-    return Samples(stamps, np.column_stack([u, np.full_like(u, np.nan)]), out.y), out.tau_k
+    run = driven(model, seconds, NOISE)
+    return samples_of(run, begin_ns=1_000_000), run.tau_k
 
 
 CURVES = [
@@ -143,9 +140,7 @@ def test_lost_curve_begins_again_at_the_same_sample_however_the_stream_is_cut(mo
     estimates = Estimator(DriveModel().exact(), parameters).run(samples)
     pieces, rows = Estimator(DriveModel().exact(), parameters), []
     for cut in range(0, len(tau_k), 700):
-        part = slice(cut, cut + 700)
-        rows.append(pieces.run(Samples(*(
-            column[part] for column in (samples.stamp_ns, samples.u, samples.y)))).rows)
+        rows.append(pieces.run(part_of(samples, cut, cut + 700)).rows)
         pieces = Estimator.restore(pieces.snapshot())
     np.testing.assert_array_equal(np.concatenate(rows), estimates.rows)
     assert pieces.members[-1].counts[START] == 4 and pieces.counts[START] == 1

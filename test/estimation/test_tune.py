@@ -5,6 +5,7 @@
 import json
 import math
 
+from drives import samples_of
 import numpy as np
 import pytest
 import yaml
@@ -35,12 +36,6 @@ def simulated(seed, n=6000, rest=0, r=R):
     u[:rest] = 0.0
     process = (0.0, 0.0, 0.0, 0.0) if rest else (0.066, 0.083, 0.387, 0.478)
     return simulate(DRIVE, u, DT, Noise(process, r), seed)
-
-
-def samples_of(drive):
-    n = len(drive.u)
-    return Samples(T0 + np.arange(n) * 1_000_000,
-                   np.column_stack([drive.u, np.full(n, np.nan)]), drive.y)
 
 
 def write(path, drive):

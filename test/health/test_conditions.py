@@ -4,18 +4,15 @@
 """Conditions and the aggregator's configuration agree with the monitor."""
 from pathlib import Path
 
-import numpy as np
+from drives import driven, samples_of
 import pytest
 import yaml
 
 from gearbox_monitor.estimation import sample_loop
-from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.health.checks import innovation, observability
 from gearbox_monitor.health.monitor import COMPONENTS, CONDITIONS, Monitor
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.faults import Excitation
-from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.report.sentences import TABLE
 from gearbox_monitor.ros.diagnostic_keys import DIAGNOSTIC_KEYS
 
@@ -25,11 +22,8 @@ ROOT = Path(__file__).parents[2]
 @pytest.fixture(scope='module')
 def monitor():
     """Return a Monitor that has judged 8 s of a healthy drive."""
-    u = Excitation().torque(1e-3 * np.arange(8000))
-    run = simulate(DriveModel(), u, 1e-3, Noise((0.0, 0.0, 0.4, 0.4), (0.005, 0.005)))
     monitor = Monitor(DriveModel())
-    monitor.run(Samples(10 ** 18 + 1_000_000 * np.arange(8000),
-                        np.stack([run.u, np.full(8000, np.nan)], axis=1), run.y))
+    monitor.run(samples_of(driven(DriveModel(), 8.0)))
     return monitor
 
 

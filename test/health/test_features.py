@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 from types import SimpleNamespace
 
+from drives import driven, part_of, samples_of
 import numpy as np
 import pytest
 
@@ -19,7 +20,7 @@ from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.plant.drive import DriveModel, TWO_OVER_PI
 from gearbox_monitor.plant.faults import Excitation
-from gearbox_monitor.plant.simulate import Noise, Plant
+from gearbox_monitor.plant.simulate import Plant
 from gearbox_monitor.plant.transmission import KINDS, transmission_torque
 from gearbox_monitor.recordings.reading import read_signals, ReadOptions
 from gearbox_monitor.report.sentences import phrase
@@ -241,10 +242,9 @@ def windows_of(case, count, parameters=None, seed=1, **changes):
     t = 1e-3 * np.arange(1500 + 10000 * count + 200)
     out = Plant(model.with_(**changes) if changes else model, noise, seed).run(
         Excitation().torque(t), 1e-3)
-    stamps = 10 ** 18 + np.round(t * 1e9).astype(np.int64)
     rows = Monitor(model, {
         **TUNED[case], 'arm_load': 'none', 'drift_window': 600.0, **(parameters or {})}).run(
-        Samples(stamps, np.column_stack([out.u, np.full(len(t), np.nan)]), out.y)).smoothed
+        samples_of(out)).smoothed
     return [features.fit(rows[1500 + 10000 * k:11500 + 10000 * k], model, k)
             for k in range(count)]
 
@@ -276,22 +276,17 @@ def test_snapshots_carry_what_is_known():
     model, noise, _ = paper.drive('B')
     t = 1e-3 * np.arange(14200)
     out = Plant(model, noise, 4).run(Excitation().torque(t), 1e-3)
-    stamps = 10 ** 18 + np.round(t * 1e9).astype(np.int64)
-    u = np.column_stack([out.u, np.full(len(t), np.nan)])
-
-    def part(first, last):
-        return Samples(stamps[first:last], u[first:last], out.y[first:last])
-
+    samples = samples_of(out)
     live = Monitor(model, {**TUNED['B'], 'arm_load': 'none', 'drift_window': 2.0})
-    live.run(part(0, 7000))
+    live.run(part_of(samples, 0, 7000))
     snapshot = live.snapshot()
     later = Monitor.restore(snapshot)
     for monitor in (live, later):
-        monitor.run(part(7000, 9600))
+        monitor.run(part_of(samples, 7000, 9600))
     assert live.windows and not later.windows
     later.adopt_baseline(live.snapshot())
     for monitor in (live, later):
-        monitor.run(part(9600, len(t)))
+        monitor.run(part_of(samples, 9600))
     n = len(later.windows)
     assert n >= 2 and list(live.windows)[-n:] == list(later.windows)
 
@@ -318,14 +313,8 @@ LOADS = [{'id': 'gravity', 'G': 1.0}, {'id': 'arm_coulomb', 'Cac': 0.5}]
 def test_default_drive_with_a_load():
     for load in LOADS:
         model = DriveModel()
-        t = 1e-3 * np.arange(32000)
-        noise = Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3))
-        out = Plant(model.with_(effects=[load]), noise, 3).run(
-            Excitation().torque(t), 1e-3)
-        stamps = 10 ** 18 + np.round(t * 1e9).astype(np.int64)
         monitor = Monitor(model, {'drift_window': 600.0})
-        rows = monitor.run(Samples(
-            stamps, np.column_stack([out.u, np.full(len(t), np.nan)]), out.y)).smoothed
+        rows = monitor.run(samples_of(driven(model.with_(effects=[load]), 32.0))).smoothed
         found = [features.fit(rows[k:k + 10000], model, 0) for k in (1500, 11500, 21500)]
         np.testing.assert_allclose(column(found, 'gap'), 0.2, rtol=0.025)
         np.testing.assert_allclose(column(found, 'stiffness'), 25.0, rtol=0.1)

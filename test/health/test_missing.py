@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """The notice that model mismatch: with an effect, not without, not for noise."""
+from drives import driven, part_of, samples_of
 import numpy as np
 
 from gearbox_monitor.estimation.estimates import Sample, Samples
@@ -9,8 +10,7 @@ from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.health.checks import innovation
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.faults import Excitation
-from gearbox_monitor.plant.simulate import Noise, simulate
+from gearbox_monitor.plant.simulate import Noise
 
 SECOND = 1_000_000_000
 DT = 2e-3
@@ -18,18 +18,15 @@ PARAMETERS = {'arm_load': 'none', 'model_gap_after': 10.0}
 
 
 def samples(seconds, effects=(), noise=(5e-3, 5e-3)):
-    n = round(seconds / DT)
-    run = simulate(DriveModel(effects=tuple(effects)), Excitation().torque(DT * np.arange(n)), DT,
-                   Noise((0.0, 0.0, 0.4, 0.4), noise), seed=3)
-    return Samples(10 ** 18 + round(DT * 1e9) * np.arange(n),
-                   np.stack([run.u, np.full(n, np.nan)], axis=1), run.y)
+    return samples_of(driven(DriveModel(effects=tuple(effects)), seconds,
+                             Noise((0.0, 0.0, 0.4, 0.4), noise), dt=DT), DT)
 
 
 def history(monitor, data, part=500):
     """Return the outcomes on the model after every second of `data`."""
     found = []
     for k in range(0, len(data.stamp_ns), part):
-        monitor.run(Samples(*(a[k:k + part] for a in (data.stamp_ns, data.u, data.y))))
+        monitor.run(part_of(data, k, k + part))
         found.append(monitor.outcomes['model'])
     return found
 

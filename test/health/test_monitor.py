@@ -5,6 +5,7 @@
 from dataclasses import replace
 import json
 
+from drives import part_of
 from filter_choice import EACH_FILTER
 import numpy as np
 import pytest
@@ -42,10 +43,6 @@ def drive(seconds, dt=1e-3, model=MODEL, seed=1, measured=False):
     load = out.tau_arm if measured else np.full(len(t), np.nan)
     stamps = START + np.arange(len(t)) * round(dt * 1e9)
     return Samples(stamps, np.stack([out.u, load], axis=1), out.y), out
-
-
-def cut(samples, a, b):
-    return Samples(samples.stamp_ns[a:b], samples.u[a:b], samples.y[a:b])
 
 
 def one(samples, k):
@@ -125,7 +122,7 @@ def test_step_by_step_equals_run():
         same(smoothed, expected.smoothed)
         same(smoothed_stamps, expected.smoothed_stamp_ns)
         edges = np.sort(np.random.default_rng(seed).integers(0, 3000, 20))
-        parts = [chunked.run(cut(samples, a, b))
+        parts = [chunked.run(part_of(samples, a, b))
                  for a, b in zip([0, *edges], [*edges, len(samples.stamp_ns)])]
         same(np.concatenate([p.rows for p in parts]), expected.rows)
         same(np.concatenate([p.smoothed for p in parts]), expected.smoothed)
@@ -166,14 +163,14 @@ def test_snapshot_goes_on_bit_for_bit():
         parameters = {'arm_load': 'none', 'friction_error_std': 0.1, 'effort_delay': 3,
                       'tau_k_stiffness': 1.0}
         live = Monitor(MODEL, parameters)
-        live.run(cut(samples, 0, at))
+        live.run(part_of(samples, 0, at))
         for changes in ({}, {'q_std_tau_k': 12.0, 'r_std_arm': 0.01}, {'p0_std_torque': 2.0}):
             live.set_parameters(changes)
             text = live.snapshot()
             assert all(isinstance(value, str) for value in text.values())
             other = Monitor.restore(text)
             assert other.parameters == live.parameters and other.model == live.model
-            a, b = cut(samples, at, at + 600), cut(samples, at + 600, 3000)
+            a, b = part_of(samples, at, at + 600), part_of(samples, at + 600, 3000)
             first, second = live.run(a), other.run(a)
             same(first.rows, second.rows)
             same(first.codes, second.codes)
@@ -191,9 +188,9 @@ def test_smoothed_rows_after_a_snapshot():
     for at in (1018, 1099):
         samples, _ = drive(2.0)
         live = Monitor(MODEL)
-        live.run(cut(samples, 0, at))
+        live.run(part_of(samples, 0, at))
         other = Monitor.restore(live.snapshot())
-        first, second = live.run(cut(samples, at, 2000)), other.run(cut(samples, at, 2000))
+        first, second = live.run(part_of(samples, at, 2000)), other.run(part_of(samples, at, 2000))
         expected = first.smoothed_stamp_ns >= samples.stamp_ns[at - 1]
         same(first.smoothed_stamp_ns[expected], second.smoothed_stamp_ns)
         same(first.smoothed[expected], second.smoothed)
@@ -212,9 +209,9 @@ def test_a_snapshot_keeps_what_earlier_windows_told_of_the_torque():
 def test_a_window_that_began_before_a_snapshot_is_not_kept_as_a_whole_one():
     samples, _ = drive(24.0)
     live = Monitor(MODEL)
-    live.run(cut(samples, 0, 9000))
+    live.run(part_of(samples, 0, 9000))
     restored = Monitor.restore(live.snapshot())
-    restored.run(cut(samples, 9000, 24000))
+    restored.run(part_of(samples, 9000, 24000))
     stamps = [stamp for stamp, _ in json.loads(restored.snapshot()['monitor'])[-1][2]]
     assert len(stamps) == 1 and stamps[0] - START >= 19 * SECOND
 
@@ -240,7 +237,7 @@ def test_every_step_is_smoothed_once():
 def test_parameters_while_running():
     samples, _ = drive(3.0)
     monitor = Monitor(MODEL)
-    monitor.run(cut(samples, 0, 1000))
+    monitor.run(part_of(samples, 0, 1000))
     before = state_of(monitor)
     for bad in ({'q_std_tau_k': -1.0}, {'q_std_tau_k': float('nan')}, {'no_such': 1},
                 {'filter': 'crystal ball'}, {'r_std_arm': 'small'}):
@@ -249,10 +246,10 @@ def test_parameters_while_running():
     assert state_of(monitor) == before
     monitor.set_parameters({'q_std_tau_k': 20.0})
     assert state_of(monitor)['P'] == before['P']
-    estimates = monitor.run(cut(samples, 1000, 2000))
+    estimates = monitor.run(part_of(samples, 1000, 2000))
     assert len(estimates.rows) == 1000  # no restart
     monitor.set_parameters({'p0_std_torque': 1.0})
-    assert len(monitor.run(cut(samples, 2000, 3000)).rows) == 999
+    assert len(monitor.run(part_of(samples, 2000, 3000)).rows) == 999
 
 
 @pytest.mark.parametrize('phase, expected', [
@@ -264,11 +261,11 @@ def test_evaluations_come_at_their_phase_of_the_second(phase, expected, monkeypa
     monkeypatch.setattr(Monitor, '_evaluate', lambda self, stamp_ns: (
         evaluated.append((stamp_ns - int(samples.stamp_ns[0])) // MS), evaluate(self, stamp_ns)))
     monitor = Monitor(MODEL, phase_ns=phase * MS)
-    monitor.run(cut(samples, 137, 3000))
+    monitor.run(part_of(samples, 137, 3000))
     restored = Monitor.restore(monitor.snapshot())
-    restored.run(cut(samples, 3000, 5000))
+    restored.run(part_of(samples, 3000, 5000))
     restored.reset()
-    restored.run(cut(samples, 5000, 7000))
+    restored.run(part_of(samples, 5000, 7000))
     assert evaluated == expected
 
 
@@ -284,7 +281,7 @@ def test_a_change_between_two_evaluations_is_the_same_step_by_step(arm_joint):
                                 (17432, 24000, {})):
         for k in range(begin, end):
             single.step(one(samples, k))
-        whole.run(cut(samples, begin, end))
+        whole.run(part_of(samples, begin, end))
         assert repr(single.outcomes) == repr(whole.outcomes) and whole.windows
         assert repr(single.windows) == repr(whole.windows)
         for monitor in (single, whole):
@@ -549,10 +546,10 @@ def test_loads_of_the_model_in_replay():
     model = MODEL.with_(effects=[*LOADS['all'], {'id': 'arm_viscous', 'Cav': 0.1}])
     samples, _ = drive(0.6, model=model)
     live = Monitor(model, {'arm_load': 'none'})
-    live.run(cut(samples, 0, 300))
+    live.run(part_of(samples, 0, 300))
     snapshot = json.loads(json.dumps(live.snapshot()))
-    rows = live.run(cut(samples, 300, 600)).rows
-    again = Monitor.restore(snapshot).run(cut(samples, 300, 600)).rows
+    rows = live.run(part_of(samples, 300, 600)).rows
+    again = Monitor.restore(snapshot).run(part_of(samples, 300, 600)).rows
     np.testing.assert_array_equal(again, rows)
 
 
@@ -570,7 +567,7 @@ def test_nothing_alarms_without_a_fault():
     samples, _ = drive(30.0)
     monitor = Monitor(MODEL)
     for k in range(0, 30000, 500):
-        monitor.run(cut(samples, k, k + 500))
+        monitor.run(part_of(samples, k, k + 500))
         if k > 3000:
             levels = {c: monitor.outcomes[c].level for c in COMPONENTS
                       if c not in ('backlash', 'friction')}
@@ -593,9 +590,9 @@ def test_divergence_is_named_and_the_filter_starts_anew(name):
     stamps = 1_000_000_000 + 1_000_000 * np.arange(300, dtype=np.int64)
     samples = Samples(stamps, np.zeros((300, 2)), np.zeros((300, 2)))
     monitor, one = (Monitor(DriveModel(), {'filter': name}) for _ in range(2))
-    monitor.run(cut(samples, 0, 100))
+    monitor.run(part_of(samples, 0, 100))
     monitor.estimator._belief.z[0] = np.nan  # nothing that comes in does this any more
-    estimates = monitor.run(cut(samples, 100, 300))
+    estimates = monitor.run(part_of(samples, 100, 300))
     told, = monitor.estimator.divergences
     assert (told.step, told.stamp_ns) == (100, stamps[100])
     assert 'not finite' in told.reason

@@ -7,6 +7,7 @@ from itertools import product
 import json
 import math
 
+from drives import driven, samples_of
 import numpy as np
 import pytest
 
@@ -19,8 +20,6 @@ from gearbox_monitor.health.judgement import (
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.faults import Excitation
-from gearbox_monitor.plant.simulate import Noise, Plant
 from gearbox_monitor.presentation import Quantity
 from gearbox_monitor.signals.examine import admitted, examine
 from gearbox_monitor.signals.uniform import at_one_rate
@@ -31,11 +30,7 @@ SECONDS, AT = 34.0, 14.0
 
 @pytest.fixture(scope='module')
 def healthy():
-    t = np.arange(round(SECONDS / DT)) * DT
-    run = Plant(MODEL, Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)), seed=3).run(
-        Excitation().torque(t), DT)
-    return Samples((1e9 * t).astype(np.int64) + 10 ** 18,
-                   np.column_stack([run.u, np.full(len(t), np.nan)]), run.y)
+    return samples_of(driven(MODEL, SECONDS, dt=DT), DT)
 
 
 def monitor_of(samples):

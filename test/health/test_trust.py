@@ -5,6 +5,7 @@
 import itertools
 import math
 
+from drives import driven, part_of, samples_of
 import numpy as np
 import pytest
 from scipy import stats
@@ -12,7 +13,6 @@ from scipy import stats
 from benchmarks import paper
 from benchmarks.trust_runs import significant
 from gearbox_monitor.estimation import process_model, sample_loop
-from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.score import LAGS, ljung_box, WHITE_LIMIT
 from gearbox_monitor.health.alarms import Level, LIMITS, Outcome
 from gearbox_monitor.health.checks import innovation, observability, row_checks
@@ -34,10 +34,7 @@ BOTH, ARM_LOST, MOTOR_LOST = (True, True), (True, False), (False, True)
 
 
 def samples(seconds, model, noise, dt=1e-3, seed=1):
-    t = dt * np.arange(round(seconds / dt))
-    out = simulate(model, Excitation().torque(t), dt, noise, seed)
-    stamps = START + np.arange(len(t)) * round(dt * 1e9)
-    return Samples(stamps, np.stack([out.u, np.full(len(t), np.nan)], axis=1), out.y)
+    return samples_of(driven(model, seconds, noise, seed, dt), dt, START)
 
 
 def default_samples(seconds, model=None, scale=1.0, **kwargs):
@@ -147,7 +144,7 @@ def test_lost_encoder_under_an_unknown_load_with_precise_encoders():
         monitor = Monitor(DriveModel(), {'r_std_motor': 5e-5, 'r_std_arm': 5e-5})
         for begin, level in ((0, Level.OK), (6000, Level.ERROR)):
             end = begin + 6000 if begin == 0 else 16000
-            monitor.run(Samples(data.stamp_ns[begin:end], data.u[begin:end], data.y[begin:end]))
+            monitor.run(part_of(data, begin, end))
             found = monitor.outcomes['observability']
             assert found.level == level
         assert found.values['information_share_tau_k'] < 0.5  # of what both encoders tell

@@ -12,6 +12,7 @@ import pytest
 
 rclpy = pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402, I100, I202
+from drives import driven  # noqa: E402
 from rcl_interfaces.srv import DescribeParameters  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E402
 from rosgraph_msgs.msg import Clock  # noqa: E402
@@ -21,8 +22,6 @@ from std_srvs.srv import Trigger  # noqa: E402
 from gearbox_monitor.files.user_files import load_parameters  # noqa: E402
 from gearbox_monitor.parameters import resolve, SETTINGS  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
-from gearbox_monitor.plant.faults import Excitation  # noqa: E402
-from gearbox_monitor.plant.simulate import Noise, simulate  # noqa: E402
 from gearbox_monitor.recordings.joint_input import find_input, read_snapshots  # noqa: E402
 from gearbox_monitor.recordings.read import open_bag  # noqa: E402
 from gearbox_monitor.recordings.reading import paired_bag  # noqa: E402
@@ -49,9 +48,7 @@ UNPAIRED = range(1000, 1100)
 
 @pytest.fixture(scope='module')
 def drive():
-    t = np.arange(3000) * DT * 1e-9
-    return simulate(DriveModel(), Excitation().torque(t), DT * 1e-9,
-                    Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)), seed=3)
+    return driven(DriveModel(), 3000 * DT * 1e-9, dt=DT * 1e-9)
 
 
 class Robot:

@@ -15,6 +15,7 @@ import yaml
 
 rclpy = pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402, I100, I202
+from drives import driven  # noqa: E402
 from harness import Graph, RELIABLE  # noqa: E402
 from processes import refusals  # noqa: E402
 from rcl_interfaces.srv import DescribeParameters  # noqa: E402
@@ -28,8 +29,6 @@ from gearbox_monitor.health.health_record import HealthSettings, Window  # noqa:
 from gearbox_monitor.health.judgement import Health, judge  # noqa: E402
 from gearbox_monitor.parameters import EstimatorParameters  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
-from gearbox_monitor.plant.faults import Excitation  # noqa: E402
-from gearbox_monitor.plant.simulate import Noise, simulate  # noqa: E402
 from gearbox_monitor.recordings.read import open_bag  # noqa: E402
 from gearbox_monitor.recordings.replay import replay  # noqa: E402
 from gearbox_monitor.recordings.topics import SIGNALS  # noqa: E402
@@ -45,9 +44,7 @@ LATCHED = QoSProfile(depth=20, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 @pytest.fixture(scope='module')
 def drive():
-    t = np.arange(6000) * DT * 1e-9
-    return simulate(DriveModel(), Excitation().torque(t), DT * 1e-9,
-                    Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)), seed=3)
+    return driven(DriveModel(), 6000 * DT * 1e-9, dt=DT * 1e-9)
 
 
 class Feeder:

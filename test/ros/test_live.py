@@ -18,13 +18,12 @@ import pytest
 rclpy = pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import (  # noqa: E402, I100, I202
     DiagnosticArray)
+from drives import driven  # noqa: E402
 from harness import RELIABLE  # noqa: E402
 from processes import DOMAIN, put_down, ROOT  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
-from gearbox_monitor.plant.faults import Excitation  # noqa: E402
-from gearbox_monitor.plant.simulate import Noise, simulate  # noqa: E402
 from gearbox_monitor.ros.convert import to_time  # noqa: E402
 
 pytestmark = pytest.mark.ros
@@ -45,17 +44,15 @@ def live(*options):
 
 def send(publisher, end):
     """Publish both gearboxes, about as fast as real time, until `end` is set or 120 s are sent."""
-    t = np.arange(60_000) * DT * 1e-9
-    drives = [simulate(DriveModel(), Excitation().torque(t), DT * 1e-9,
-                       Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)), seed=k) for k in range(2)]
+    drives = [driven(DriveModel(), 120.0, seed=k, dt=DT * 1e-9) for k in range(2)]
     begin = time.monotonic()
-    for k in range(len(t)):
+    for k, t in enumerate(drives[0].t.tolist()):
         message = JointState(name=[f'{name}_{j}' for name in NAMES for j in ('motor', 'arm')])
         message.header.stamp = to_time(T0 + k * DT)
         message.position = array('d', [v for drive in drives for v in drive.y[k]])
         message.effort = array('d', [v for drive in drives for v in (drive.u[k], np.nan)])
         publisher.publish(message)
-        if end.wait(max(begin + t[k] - time.monotonic(), 0.0)):
+        if end.wait(max(begin + t - time.monotonic(), 0.0)):
             return
 
 

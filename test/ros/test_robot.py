@@ -13,6 +13,7 @@ import pytest
 
 rclpy = pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402, I100, I202
+from drives import driven, samples_of  # noqa: E402
 from harness import RELIABLE  # noqa: E402
 from processes import refusals  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
@@ -23,13 +24,11 @@ from std_srvs.srv import Trigger  # noqa: E402
 
 from gearbox_monitor.cli.main import main  # noqa: E402
 from gearbox_monitor.errors import InputError  # noqa: E402
-from gearbox_monitor.estimation.estimates import Sample, Samples  # noqa: E402
+from gearbox_monitor.estimation.estimates import Sample  # noqa: E402
 from gearbox_monitor.files.user_files import config_path, load_parameters  # noqa: E402
 from gearbox_monitor.health.monitor import Monitor  # noqa: E402
 from gearbox_monitor.parameters import resolve, SETTINGS  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
-from gearbox_monitor.plant.faults import Excitation  # noqa: E402
-from gearbox_monitor.plant.simulate import Noise, simulate  # noqa: E402
 from gearbox_monitor.recordings.cdr import encode_joint_states, FIELDS  # noqa: E402
 from gearbox_monitor.recordings.read import open_bag  # noqa: E402
 from gearbox_monitor.recordings.replay import replay  # noqa: E402
@@ -63,13 +62,9 @@ def written(tmp_path, **changes):
 
 def robot():
     """Return {gearbox: Samples} of N samples; the elbow is silent for a while."""
-    t = np.arange(N) * DT * 1e-9
-    samples = {}
-    for seed, name in enumerate(NAMES):
-        drive = simulate(DriveModel(), Excitation().torque(t), DT * 1e-9,
-                         Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)), seed=seed)
-        samples[name] = Samples(T0 + np.arange(N) * DT,
-                                np.column_stack([drive.u, np.full(N, np.nan)]), drive.y.copy())
+    dt = DT * 1e-9
+    samples = {name: samples_of(driven(DriveModel(), N * dt, seed=seed, dt=dt), dt, T0)
+               for seed, name in enumerate(NAMES)}
     samples['elbow'].u[SILENT] = samples['elbow'].y[SILENT] = np.nan
     return samples
 

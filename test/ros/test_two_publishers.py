@@ -10,6 +10,7 @@ import pytest
 
 rclpy = pytest.importorskip('rclpy')
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402, I100, I202
+from drives import driven  # noqa: E402
 from harness import Graph, RELIABLE  # noqa: E402
 from rclpy.qos import QoSProfile  # noqa: E402
 from rclpy.serialization import serialize_message  # noqa: E402
@@ -18,8 +19,6 @@ from sensor_msgs.msg import JointState  # noqa: E402
 from gearbox_monitor.estimation.estimates import Samples  # noqa: E402
 from gearbox_monitor.health.monitor import Monitor  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
-from gearbox_monitor.plant.faults import Excitation  # noqa: E402
-from gearbox_monitor.plant.simulate import Noise, simulate  # noqa: E402
 from gearbox_monitor.ros.convert import stamp_of, to_time  # noqa: E402
 
 pytestmark = pytest.mark.ros
@@ -41,9 +40,7 @@ def graph(tmp_path, monkeypatch):
 
 @pytest.fixture(scope='module')
 def drive():
-    t = np.arange(N) * DT * 1e-9
-    return simulate(DriveModel(), Excitation().torque(t), DT * 1e-9,
-                    Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)), seed=3)
+    return driven(DriveModel(), N * DT * 1e-9, dt=DT * 1e-9)
 
 
 class Source:
