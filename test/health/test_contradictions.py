@@ -4,6 +4,7 @@
 """What is said never contradicts what was measured, nor what was said before."""
 from dataclasses import replace
 
+from drives import part_of
 from live import PARAMETERS, worn
 import numpy as np
 import pytest
@@ -114,8 +115,7 @@ def test_messages_do_not_change_from_second_to_second():
     samples.y[:, 1] = np.nan
     monitor, told = Monitor(DriveModel(), PARAMETERS), set()
     for k in range(8):
-        part = slice(1000 * k, 1000 * (k + 1))
-        monitor.run(Samples(samples.stamp_ns[part], samples.u[part], samples.y[part]))
+        monitor.run(part_of(samples, 1000 * k, 1000 * (k + 1)))
         if k >= 5:
             told.add(monitor.outcomes['input'].message)
             assert monitor.outcomes['input'].values['lasts_s'] > 0.0

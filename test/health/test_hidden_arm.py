@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Backlash from torque and motor encoder alone, against the blind plant of the benchmarks."""
+from drives import part_of
 import numpy as np
 import pytest
 
@@ -26,8 +27,7 @@ def drawn():
 
 
 def taken(monitor, samples, first, last):
-    monitor.run(Samples(samples.stamp_ns[first:last], samples.u[first:last],
-                        samples.y[first:last]))
+    monitor.run(part_of(samples, first, last))
 
 
 def test_a_wider_gap_raises_the_alarm_and_replay_repeats_it(drawn):

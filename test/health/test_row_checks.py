@@ -2,12 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Torque against twist: exact curves with one error each, and checks that abstain."""
-import math
 
+from drives import driven, part_of, samples_of
 import numpy as np
 import pytest
 
-from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.rts_smoother import (
     N_SMOOTHED, S_MOTOR_SIDE, S_MOTOR_SIDE_NOISE_STD, S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST,
     S_TWIST_NOISE_STD, S_TWIST_RATE_NOISE_STD, S_U, S_X2, S_X3, S_X4)
@@ -17,8 +16,6 @@ from gearbox_monitor.health.checks import innovation, row_checks
 from gearbox_monitor.health.checks.row_checks import AGAINST, passivity, RowCheck, twist_range
 from gearbox_monitor.health.monitor import Monitor
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.plant.faults import Excitation
-from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.plant.transmission import KINDS, transmission_torque
 
 MODEL = DriveModel()
@@ -206,14 +203,9 @@ def test_an_alarm_counts_only_evaluations_that_reached_a_result(monkeypatch):
         return None if answers[-1] is None else ([innovation.BIASED] if answers[-1] else [], {})
 
     monkeypatch.setattr(monitor_module, 'ROW_CHECKS', (RowCheck('seldom', 2.0, seldom),))
-    t = 1e-3 * np.arange(36_000)
-    run = simulate(MODEL, Excitation().torque(t), 1e-3, Noise((0.0, 0.0, 0.4, 0.4),
-                                                              (0.005, 0.005)))
-    monitor, levels = Monitor(MODEL), []
-    for k in range(0, len(t), 1000):
-        part = slice(k, k + 1000)
-        monitor.run(Samples(10 ** 18 + 1_000_000 * np.arange(k, k + 1000),
-                            np.column_stack([run.u[part], np.full(1000, math.nan)]), run.y[part]))
+    samples, monitor, levels = samples_of(driven(MODEL, 36.0)), Monitor(MODEL), []
+    for k in range(0, 36_000, 1000):
+        monitor.run(part_of(samples, k, k + 1000))
         levels.append(monitor.outcomes['prediction error'].level)
     values = monitor.outcomes['prediction error'].values
     assert values['seldom_evaluations'] == len(answers)
