@@ -269,7 +269,7 @@ def with_laws(search: Search[E], h: Hypothesis, left: bool) -> list[Hypothesis]:
     """Return `h` of a search with one more law, one that may pay unless noise alone is `left`."""
     estimates = search.evidence.estimates(h)
     if not (left or not h.members or any(
-            CONTEST.close * e.price < e.gain < math.inf for e in estimates)):
+            search.evidence.shown * e.price < e.gain < math.inf for e in estimates)):
         return []
     count = CONTEST.confirmed if not left else CONTEST.further if h.members else CONTEST.screened
     return search.evidence.grown(h, leading(estimates, count, left))

@@ -14,7 +14,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 import math
 from types import MappingProxyType
-from typing import Any, Protocol, Self
+from typing import Any, ClassVar, Protocol, Self
 
 LAW, FUNCTION, TRAIN = 'law', 'function', 'train'
 # Kinds of verdicts.
@@ -129,7 +129,10 @@ class Evidence(Protocol):
     What a contest asks of recordings. Implementations are frozen: a change returns another one.
 
     Gains and prices are in -2 log L over the over-dispersion between parts of the recordings.
+    shown: share of a gain that a linear step shows at least.
     """
+
+    shown: ClassVar[float]
 
     def none(self) -> Hypothesis:
         """Return the fit without members."""

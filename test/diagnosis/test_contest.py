@@ -25,6 +25,8 @@ class Regression:
     at the place that begins their name.
     """
 
+    shown = 1.0
+
     y: np.ndarray
     laws: dict
     functions: dict

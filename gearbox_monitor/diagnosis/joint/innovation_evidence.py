@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import product
 import math
+from typing import ClassVar
 
 import numpy as np
 
@@ -76,6 +77,8 @@ class InnovationEvidence:
     data: recordings, model, noise and likelihoods. dispersion: between parts of the recordings.
     about: names of the hypotheses about which the nuisances were set.
     """
+
+    shown: ClassVar[float] = 1.0
 
     data: DriveRecordings
     dispersion: float = 1.0

@@ -17,7 +17,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 import math
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import scipy
@@ -66,6 +66,8 @@ class BalanceEvidence:
     scatter: {key: deviations} between healthy parts; dispersion [J]. Where references are short:
     extra, price of each member; day: share of the effort by which days may differ.
     """
+
+    shown: ClassVar[float] = 0.5  # variances follow: what explains all gains more than its rows
 
     likelihood: RobotLikelihood
     blank: RobotFit
@@ -207,10 +209,9 @@ class BalanceEvidence:
         """
         Return the laws that may be added to `h`, each at its settings, the best first.
 
-        Beside a function without a law, no law of its joint alone is a finding.
+        Beside a function without a law the model is not true, and no further law is a finding.
         """
-        taken = {h.function.place} if h.function else ()
-        return self.estimates_of(h, [c for c in self.laws if c.joint not in taken])
+        return self.estimates_of(h, () if h.function else self.laws)
 
     def remains(self, h: Hypothesis, thorough: bool = False) -> Remains:
         """Return what remains beside `h`, `thorough` or not: functions without a law."""
