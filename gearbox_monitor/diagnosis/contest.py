@@ -199,8 +199,8 @@ def other_starts(search: Search[E]) -> list[Hypothesis]:
     enough = len(search.best.members) < 2 and not search.lawless
     if enough or not search.first or search.evidence.reach(search.best) <= CONTEST.margin:
         return []  # nothing gains more
-    least = 0.0 if search.lawless else CONTEST.close * search.worth(
-        search.none, search.first[0])
+    least = 0.0 if search.remains.worth > CONTEST.margin else CONTEST.close * max(
+        (search.worth(search.none, h) for h in search.first if h.laws), default=0.0)
     best: dict[str, Hypothesis] = {}
     for h in sorted(search.first, key=partial(rank, search, search.none)):
         if h.laws and h.laws[0] not in search.best.members and search.worth(
