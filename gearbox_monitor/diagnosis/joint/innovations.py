@@ -714,14 +714,13 @@ class Tested:
         """Covariance [P, P] of the coordinates."""
         return covariance(self.own.T @ self.own)
 
-    def _yielding(self, columns: Array) -> tuple[Array, Array]:
-        """Return (products of columns [N, C] with `own`, change of the coordinates) [P, C]."""
-        products = self.own[:len(columns)].T @ columns
-        return products, -self.covariance @ products
+    def _yielding(self, columns: Array) -> Array:
+        """Return the change of the coordinates [P, C] beside columns [N, C]."""
+        return np.asarray(-self.covariance @ (self.own[:len(columns)].T @ columns))
 
     def without(self, columns: Array) -> Array:
         """Return columns [M, C] of innovations less what the coordinates of the fit imitate."""
-        X = np.asarray(self.own @ self._yielding(columns)[1])
+        X = np.asarray(self.own @ self._yielding(columns))
         X[:len(columns)] += columns
         return X
 
@@ -732,18 +731,13 @@ class Tested:
         Returns:
             Gain in -2 log L, step [C], change [P, C] of the coordinates per unit of the step.
         """
-        products, change = self._yielding(columns)
-        power = columns.T @ columns
-        S = power + products.T @ change
-        S[np.diag_indices_from(S)] += RIDGE * np.diag(power) + 1e-300
-        h = columns.T @ self.residual[:len(columns)] + change.T @ self._pull
+        # Squares of what remains: a difference of sums would not hold what is nearly imitated.
+        X = self.without(columns)
+        S = X.T @ X
+        S[np.diag_indices_from(S)] += RIDGE * (columns ** 2).sum(axis=0) + 1e-300
+        h = X.T @ self.residual
         step = np.linalg.solve(S, h)
-        return float(h @ step), -step, change
-
-    @cached_property
-    def _pull(self) -> Array:
-        """Products [P] of `own` with the residual."""
-        return np.asarray(self.own.T @ self.residual)
+        return float(h @ step), -step, self._yielding(columns)
 
 
 def _noise_columns(likelihood: Likelihood, fit: FilteredFit) -> tuple[Array, Array]:
