@@ -88,6 +88,9 @@ def test_what_the_motion_lacks_is_said(drawn):
                               drive.acceleration, drive.noise, 3.0 * drive.torque)
     heavy.run(work(heavier, 12.0, np.random.default_rng(1)))
     assert not heavy.windows and 'backlash not measured yet' in heavy.outcomes['backlash'].message
+    # A restored Monitor begins its next fit where this one does.
+    again = Monitor.restore(heavy.snapshot())
+    assert again._hidden_arm.to_list() == heavy._hidden_arm.to_list() == [1.0]
 
     light = watched(drive, model.with_(driven_by='position', process_torque_time=0.3))
     light.run(work(drive, 12.0, np.random.default_rng(1)))

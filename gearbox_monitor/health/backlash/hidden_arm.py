@@ -60,7 +60,8 @@ class HiddenArm:
     """
     Fits windows of a drive whose arm nobody measures, each from where the last one ended.
 
-    model: the DriveModel, of which the transmission counts as a dead zone. state: of to_list.
+    model: the DriveModel, of which the transmission counts as a dead zone. state: of to_list; None
+    at the start.
     """
 
     def __init__(self, model: DriveModel, state: Sequence[float] | None = None) -> None:
@@ -71,12 +72,11 @@ class HiddenArm:
         self.model = model.with_(kind='dead_zone', half_gap=shape.half_gap + play,
                                  hysteresis_width=0.0, controller=None, arm_load='none',
                                  effects=servo)
-        self._state = None if state is None else np.array(state, float)
-        self._tried = 0  # windows that were fitted from the model file
+        self._state = np.array([0.0] if state is None else state, float)
 
-    def to_list(self) -> list[float] | None:
-        """Return the coordinates of the last fit and its torque noise, None before the first."""
-        return None if self._state is None else [float(v) for v in self._state]
+    def to_list(self) -> list[float]:
+        """Return coordinates and torque noise of the last gap; before it, the number of fits."""
+        return [float(v) for v in self._state]
 
     @staticmethod
     def columns(rows: Array) -> Array:
@@ -145,15 +145,16 @@ class HiddenArm:
 
     def _fit(self, likelihood: InnovationLikelihood, candidate: CandidateModel,
              torque: float) -> FilteredFit:
-        first = self._state is None or len(self._state) != len(candidate.coordinates) + 2
-        if not first and self._state is not None:
+        first = len(self._state) != len(candidate.coordinates) + 2
+        if not first:
             z, noise = self._state[:-2], self._state[-2:]
             starts = [min((evaluated(likelihood, InnovationFit(
                 candidate, self._begin(candidate, z, factor), noise)) for factor in SCAN),
                 key=lambda fit: fit.deviance).alone()]
         else:
-            turn = self._tried % len(STARTS)
-            self._tried += 1
+            tried = self._state[0] if len(self._state) == 1 else 0.0  # else of another model
+            turn = int(tried) % len(STARTS)
+            self._state = np.array([tried + 1.0])
             starts = [InnovationFit(candidate, self._begin(candidate, candidate.start(), *start),
                                     np.full(2, NOISE * torque))
                       for start in (STARTS[turn:turn + 1] if turn else STARTS)]
