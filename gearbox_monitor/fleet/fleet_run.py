@@ -84,9 +84,9 @@ def joints(rows: Iterable[Row]) -> list[dict[str, Any]]:
         rows: of the table of bags (SCHEMA), of robots.
 
     Returns:
-        Dicts: robot, joint ('' for the robot as a whole), level (None: not judged), summary (its
-        finding, or why it is not judged), finding, states (as of watch_data), bags (analysed),
-        first, last (ns); points: of each bag, {start (ns), states}.
+        Dicts: robot, joint ('' for the robot as a whole), level (name; None: not judged), summary
+        (its finding, or why it is not judged), finding, states (as of watch_data), bags
+        (analysed), first, last (ns); points: of each bag, {start (ns), states}.
 
     """
     groups: dict[str, list[Row]] = {}
@@ -94,7 +94,7 @@ def joints(rows: Iterable[Row]) -> list[dict[str, Any]]:
         groups.setdefault(row['gearbox'], []).append(row)
     out = [joint for robot, own in groups.items() if robot is not None
            for joint in _joints_of(robot, [row for row in own if row['status'] == 'done'])]
-    return sorted(out, key=lambda j: (1 if j['level'] is None else -j['level'], j['robot']))
+    return sorted(out, key=lambda joint: (-_urgency(joint), joint['robot']))
 
 
 def _joints_of(robot: str, rows: Sequence[Row]) -> list[dict[str, Any]]:
@@ -106,12 +106,13 @@ def _joints_of(robot: str, rows: Sequence[Row]) -> list[dict[str, Any]]:
     known = [json.loads(row['judged']) for row in rows]
     newest, out = known[-1], []
     for joint in (*newest['joints'], ''):
-        own = newest['joints'].get(joint) or {'level': 0, 'states': {}}
+        own = newest['joints'].get(joint) or {'level': int(Level.OK), 'states': {}}
         found = [f for f in newest['findings'] if (f['joint'] or '') == joint]
         if not joint and not found:
             continue        # of the whole robot there is nothing to say
+        level = int(Level.WARN) if found else own['level']
         out.append({
-            'robot': robot, 'joint': joint, 'level': int(Level.WARN) if found else own['level'],
+            'robot': robot, 'joint': joint, 'level': None if level is None else Level(level).name,
             'summary': '; '.join(f['words'].partition(': ')[2] for f in found) or (
                 own['words'] if newest['phase'] == WATCH else newest['summary']),
             'finding': found[0] if found else None, 'states': own['states'], 'bags': len(rows),
@@ -121,11 +122,15 @@ def _joints_of(robot: str, rows: Sequence[Row]) -> list[dict[str, Any]]:
     return out
 
 
+def _urgency(box: Mapping[str, Any]) -> int:
+    """Return the number of the level of a gearbox or joint; not judged is the least urgent."""
+    return -1 if box['level'] is None else int(Level[box['level']])
+
+
 def _order(box: dict[str, Any]) -> tuple[int, bool, float, str]:
-    level = -1 if box['level'] is None else int(Level[box['level']])
     width = box['features'][box['feature']]
     sure = 2.0 * width['change_std'] - width['change'] if width['change'] is not None else 0.0
-    return -level, not box['points'], sure, box['gearbox']
+    return -_urgency(box), not box['points'], sure, box['gearbox']
 
 
 def _history(name: str, rows: Sequence[Row], services: list[tuple[int, str]]) -> dict[str, Any]:

@@ -36,9 +36,8 @@ STATES = {'friction': 'friction', 'torque_scale': 'torque scale', 'weight': 'wei
           'rotor': 'rotor'}
 SHOP = ('gearbox', 'level', 'what', 'since', 'limit about', 'limit earliest', 'serviced')
 CSV_NAME = 'fleet.csv'
-RAISED = ('WARN', 'ERROR', 1, 2)
-KINDS = {None: '', 'OK': 'good', 0: 'good', 'WARN': 'warn', 1: 'warn', 'ERROR': 'error',
-         2: 'error'}
+RAISED = ('WARN', 'ERROR')
+KINDS = {None: '', 'OK': 'good', 'WARN': 'warn', 'ERROR': 'error'}
 
 
 def fleet_page(boxes: Sequence[Gearbox | Joint], bags: Sequence[Bag], counts: Mapping[str, int],

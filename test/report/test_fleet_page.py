@@ -57,7 +57,7 @@ def test_what_is_not_compared_is_never_good():
 def test_a_joint_of_a_robot_is_drawn_over_its_bags():
     points = [{'start': T0 + k * DAY, 'states': {'friction': {
         'size': 0.17 * k, 'std': 0.05, 'judged': True}}} for k in range(3)]
-    joint = {'robot': 'arm7', 'joint': 'joint3', 'level': 1, 'summary': 'friction +34 ± 5 %',
+    joint = {'robot': 'arm7', 'joint': 'joint3', 'level': 'WARN', 'summary': 'friction +34 ± 5 %',
              'states': points[-1]['states'], 'bags': 3, 'first': T0, 'last': T0 + 2 * DAY,
              'points': points}
     html = fleet_page([joint], (), {'done': 3}, 0, robots=True)

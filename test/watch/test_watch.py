@@ -435,11 +435,11 @@ def test_a_fleet_has_a_row_for_each_joint_and_goes_on_where_it_ended(
     assert (data['done'], data['skipped'], rows['arm8/tuesday_copy']['status']) == (
         2, 4, 'duplicate')
     worst, *others = data['joints']
-    assert (worst['robot'], worst['joint'], worst['level']) == ('arm7', 'joint2', 1)
+    assert (worst['robot'], worst['joint'], worst['level']) == ('arm7', 'joint2', 'WARN')
     assert data['summary'] == f'joint2 of arm7: {worst["summary"]}.'
     assert worst['summary'].startswith('friction +') and ' since 2023-11-14' in worst['summary']
     assert [(j['robot'], j['level']) for j in others] == [
-        *[('arm7', 0)] * 2, *[('arm8', 0)] * 3, *[('new', None)] * 3]
+        *[('arm7', 'OK')] * 2, *[('arm8', 'OK')] * 3, *[('new', None)] * 3]
     page = (tmp_path / 'out/fleet.html').read_text()
     assert data['summary'] in page and 'broken.mcap' in page
     assert fleet(capsys, folder)[0]['skipped'] == 7
