@@ -162,9 +162,17 @@ def test_a_search_that_imitators_led_astray_starts_again_at_another_place(seed):
 
 
 def test_what_no_member_explains_is_left():
+    """A law that is worth less than the margin is none, though much is left."""
     laws, functions, random = columns(2)
-    outcome = contest(Regression(1.5 * random.standard_normal(ROWS), laws, functions))
-    assert not outcome.best.members and outcome.lawless
+    noise = 1.5 * random.standard_normal(ROWS)
+    for size in np.linspace(0.0, 0.4, 41):
+        evidence = Regression(noise + size * laws['law5'], laws, functions)
+        none, law = evidence.fitted(()), evidence.fitted(('law5',))
+        outcome, worth = contest(evidence), evidence.likeness(none, law)
+        assert outcome.lawless and (worth > CONTEST.margin or not outcome.best.members)
+        if worth > 0.5 * CONTEST.margin:
+            break
+    assert 0.0 < worth < CONTEST.margin
 
 
 def test_a_nuisance_is_settled_before_a_member_imitates_it():

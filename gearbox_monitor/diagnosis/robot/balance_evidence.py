@@ -5,8 +5,8 @@
 The evidence of a whole robot: the balance of all its joints, as the contest asks for it.
 
 It implements hypothesis.Evidence. A gain is what pays beyond the over-dispersion of its joints and
-beyond what differs between healthy parts and days; the gain of a set is that of its members, each
-beside those that were taken before it. Where a function without a law pays more than every law,
+beyond what differs between healthy parts and days; a set gains what its members add to each other
+in the order in which they were taken. Where a function without a law pays more than every law,
 the cause is unknown.
 
 The power of a motion is the smallest size of each effect that would have been a finding. Where a
@@ -67,7 +67,8 @@ class BalanceEvidence:
     extra, price of each member; day: share of the effort by which days may differ.
     """
 
-    shown: ClassVar[float] = 0.5  # variances follow: what explains all gains more than its rows
+    # Variances are fitted, too: a linear step understates what explains most of a joint's rows.
+    shown: ClassVar[float] = 0.5
 
     likelihood: RobotLikelihood
     blank: RobotFit
@@ -166,10 +167,11 @@ class BalanceEvidence:
 
     def likeness(self, less: Hypothesis, more: Hypothesis) -> float:
         """
-        Return what `more` gains over `less` by one over-dispersion of all, beyond its price.
+        Return what `more` gains over `less` beyond its price, not tempered by days.
 
         How much an effect scatters between healthy parts says nothing against it as the name of a
-        large change.
+        large change. Members that were grown together share one over-dispersion; sets have that of
+        their joint with the largest.
         """
         if more.fit.likeness is not None and len(more.members) == len(less.members) + 1:
             return float(more.fit.likeness)
@@ -209,7 +211,8 @@ class BalanceEvidence:
         """
         Return the laws that may be added to `h`, each at its settings, the best first.
 
-        Beside a function without a law the model is not true, and no further law is a finding.
+        Where only a function without a law explains a joint, the model is not true: no further law
+        is a finding.
         """
         return self.estimates_of(h, () if h.function else self.laws)
 
@@ -267,7 +270,7 @@ class BalanceEvidence:
     def rivals(self, h: Hypothesis, number: int) -> dict[str, float]:
         """Return {effect, with its place: lag} of what explains as much as `number` of `h`."""
         c, base = h.fit.fit.chosen[number], self.without(h, number)
-        estimates = self.estimates(base)
+        estimates = self.estimates_of(base, self.laws)
         most = max((e.worth for e in estimates), default=0.0)
         least = min(CONTEST.close * most, most - 2.0 * CONTEST.margin)
         near = [e for e in estimates if e.worth > least]

@@ -618,7 +618,8 @@ def held_setpoints(evidence: RobotLikelihood, fit: RobotFit) -> tuple[Said, ...]
 def _of_small(search: BalanceSearch) -> tuple[Said, ...]:
     """Return a caution about a function without a law that pays, but adds little to the laws."""
     evidence, base, best = search.evidence.likelihood, search.best.fit.fit, search.remains
-    if not best.functions or best.follows < CONTEST.margin or search.best.function:
+    if not search.best.laws or search.best.function or not (
+            best.functions and best.follows > CONTEST.margin):
         return ()
     c: Candidate = best.functions[0].source
     fit = evidence.fit((*base.chosen, c), base, 4)

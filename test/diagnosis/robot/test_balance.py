@@ -528,6 +528,22 @@ def test_of_two_that_explain_the_same_the_one_of_fewer_coefficients_is_first():
         assert [h.members[0].effect for h in entries] == ['narrow', 'wide']
 
 
+def test_a_function_hides_no_rival_of_a_law():
+    """Which names explain as much is asked for where something without a law remains, too."""
+    recording = healthy_evidence()[0].recordings[0]
+    torque = np.random.default_rng(0).standard_normal((2, recording.tests.rows, 1))
+    target = recording.target.copy()
+    target[:2] += torque[:, :, 0]
+    law, rival = (Candidate(name, {0: torque[0]}, joint='a') for name in ('law', 'rival'))
+    function = Candidate('function', {1: torque[1]}, joint='b', free=True, over='angle')
+    balance = BalanceEvidence.of(RobotLikelihood([replace(recording, target=target)]),
+                                 [law, rival], [function])
+    h = balance.none()
+    for field in ([law], [function]):
+        h, = balance.grown(h, balance.estimates_of(h, field))
+        assert balance.rivals(h, 0) == {'rival': 0.0}
+
+
 def test_what_a_limit_hides_is_no_evidence():
     """Beyond a limit near 0 nothing is left to explain, and that was the best of all laws."""
     evidence, fit = healthy_evidence()

@@ -5,17 +5,20 @@
 from dataclasses import replace
 import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
+import random_robots
 
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.diagnosis.robot.conventions import named_readings
+from gearbox_monitor.diagnosis.robot.conventions import log_as_read, named_readings, RobotReading
 from gearbox_monitor.diagnosis.robot.robot_log import checked_log, continuous, RawLog, read_by
 from gearbox_monitor.diagnosis.robot.rows import RobotModel
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.robot.chain import Chain, inertial, Link
 from gearbox_monitor.signals.recording import Convention, conventions_of
+from gearbox_monitor.simulators.robot_model import chain_of_compiled
 
 JOINTS = ('base', 'shoulder', 'elbow')
 
@@ -103,6 +106,19 @@ def test_exchanged_joints_are_named():
     robot = RobotModel(replace(arm(), links=links), np.full(3, 0.05), 0.05)
     assert not any(n.reading.swapped and 2 in n.reading.swapped for n in named_readings(
         checked_log(continuous(columns), JOINTS), robot))
+
+
+def test_a_slide_exchanged_with_a_hinge_is_no_other_unit():
+    """The exchange explains the log best, and an effort 68 times as large passed for it."""
+    case = random_robots.make(181028, False)
+    chain = chain_of_compiled(random_robots.mujoco.MjModel.from_xml_string(case.xml),
+                              Path('robot.xml'))
+    robot = RobotModel(chain, np.full(len(chain.links), 0.05), 0.05)
+    log = random_robots.log(case, 1, 40.0)[0]
+    assert [link.slides for link in chain.links] == [False, False, True]
+    for pair, readings in (((1, 2), []), ((0, 1), [(0, 1)])):
+        misread = log_as_read(log, [RobotReading(swapped=pair)])
+        assert [n.reading.swapped for n in named_readings(misread, robot)] == readings
 
 
 def test_conventions_are_stated_in_words():
