@@ -7,8 +7,8 @@ Laws of every effect and every filter: a new one needs no test beyond its equati
 Two plants and the interpreted kernels are compared in test_effects and test_interpreted.
 """
 import itertools
-import math
 import json
+import math
 
 from drives import interrupted, part_of
 import numpy as np

@@ -163,7 +163,7 @@ Q0 = ADAPT_AT + 6
 P0 = Q0 + N_MAX
 N_PACKED = P0 + N_MAX
 
-# Where the adaptive filter finds what it may adapt; of standard deviations stands the square.
+# Where the adaptive filter finds what it may adapt: standard deviations as their squares.
 SLOTS = {'q_std_tau_k': Q0 + TAU_K, 'r_std_motor': R1, 'r_std_arm': R2, 'viscous_friction': CV,
          'coulomb_friction': CC, 'tau_k_stiffness': K_P}
 
