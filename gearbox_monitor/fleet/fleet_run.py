@@ -381,6 +381,7 @@ def at_home(workers: int, memory: int = 0) -> Iterator[Executor]:
     context: Any = multiprocessing.get_context('forkserver')
     # Workers are forked from a process that has imported the modules of a run.
     context.set_forkserver_preload(['gearbox_monitor.fleet.fleet_run'])
+    os.environ.setdefault('PYTHONSAFEPATH', '1')  # no folder of a user passes for this package
     resource_tracker.ensure_running()  # or the server starts it, and unblocks SIGINT
     # Ctrl-C reaches every process of a terminal; this one ends the others in order.
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])

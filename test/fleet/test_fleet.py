@@ -87,11 +87,16 @@ def rows_of(out):
     return {row['path']: row for row in parquet.read_table(out / 'bags.parquet').to_pylist()}
 
 
-def command(*words):
-    """Start the command in a process of its own, in a session of its own."""
+def command(archive, *words):
+    """Start the installed command in its own session, where a folder has the package's name."""
+    (archive.parent / 'gearbox_monitor').mkdir(exist_ok=True)
+    (archive.parent / 'bin').mkdir(exist_ok=True)
+    script = archive.parent / 'bin/command.py'
+    script.write_text('from gearbox_monitor.cli.main import main\n'
+                      'if __name__ == "__main__":\n    raise SystemExit(main())\n')
     return subprocess.Popen(
-        [sys.executable, '-m', 'gearbox_monitor', 'fleet', *map(str, words)], cwd=ROOT, text=True,
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True)
+        [sys.executable, script, 'fleet', archive, *map(str, words)], cwd=archive.parent,
+        text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True)
 
 
 def until(condition, what, timeout=120.0):
