@@ -144,7 +144,7 @@ MEASURED, SETPOINT, FILTERED, PART, SENSOR, RELATIVE = (
     'measured', 'setpoint', 'filtered', 'part', 'sensor', 'relative')
 OF_DRIVE = (POSITION, VELOCITY, EFFORT)
 _WORD = re.compile(r'[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+|[^\W\d_]+')
-JOINT = re.compile(r'(?i)(joint|axis|j|a)[ _]?\d+')
+JOINT = re.compile(r'(?i)(joint|axis|j|a)[ _/]?\d+')
 SHORTEST = 3  # letters of each of several words that are written as one
 ALL = 0.8  # share of the names of a file that a product of joints and signals makes up
 
@@ -197,6 +197,14 @@ class Meaning:
             return self.unit in units_of(EFFORT, 'input')
         words = set(self.words)
         return bool(words & set(vocabulary()['inputs'])) and not words & vocabulary()['torques']
+
+    @property
+    def is_silent(self) -> bool:
+        """Whether the name is that of a joint alone, as 'elbow' beside 'goal/elbow'."""
+        known = vocabulary()
+        return self.quantity == NOTHING and self.source in (MEASURED, '') and not (
+            self.unit or known['foreign'] & set(words_of(self.label))
+            or known['poses'].issuperset(self.joint.split()))
 
     @property
     def moves(self) -> bool:
@@ -360,8 +368,10 @@ def meanings(labels: Sequence[str], units: Sequence[str], listed: Sequence[str] 
     columns = _ruled(columns)
     columns = [replace(column, label=label) for label, column in zip(labels, columns)]
     if not any(c.quantity == POSITION and c.source in (MEASURED, '') for c in columns):
-        columns = [replace(column, quantity=POSITION, why='the joint itself')
-                   if JOINT.fullmatch(column.label) else column for column in columns]
+        desired = {c.joint for c in columns if c.quantity == POSITION and c.source == SETPOINT}
+        columns = [replace(c, quantity=POSITION, why='the joint itself')
+                   if JOINT.fullmatch(c.label) or c.is_silent and c.joint in desired else c
+                   for c in columns]
     own = [column for column in columns if column.quantity in OF_DRIVE]
     parts = [(joints[c.label].strip('_./ '),) if c.label in joints else tuple(c.joint.split())
              for c in own]

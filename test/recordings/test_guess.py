@@ -513,6 +513,11 @@ ROBOTS = [
     ({'actualposition_1': np.rint(1e4 * ARM), 'actualposition_2': np.rint(20.0 * ARM)}, {
         '1': {'position': 'actualposition_1', 'unit': 'counts'},
         '2': {'position': 'actualposition_2', 'unit': 'counts'}}),
+    # A goal before a joint says that the joint alone is where it is; a pose is no joint.
+    ({'elbow': ARM, 'state/hip': SPEED, 'goal/elbow': ARM, 'goal/hip': SPEED,
+      'yaw': NOISE, 'goal/yaw': NOISE, 'volt_hip': NOISE}, {
+        'elbow': {'position': 'elbow', 'setpoint': 'goal/elbow'},
+        'hip': {'position': 'state/hip', 'setpoint': 'goal/hip'}}),
     # Numbers in all names are of joints, however few signals each of them has.
     ({'Axis 1 ActVelo [rad/s]': SPEED, 'Axis 2 ActPos [rad]': ARM}, {
         '1': {'velocity': 'Axis 1 ActVelo [rad/s]', 'unit': 'rad/s'},
