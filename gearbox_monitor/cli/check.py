@@ -32,6 +32,8 @@ import shlex
 import textwrap
 from typing import Any
 
+import numpy as np
+
 from gearbox_monitor.cli.options import (
     estimator_options, names_of, opened, reading_of_robot, refuse, robot_of, settings_of, show,
     wrapped)
@@ -43,6 +45,7 @@ from gearbox_monitor.library.robot import check_robot
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.presentation import on_axis, Said, said
+from gearbox_monitor.recordings.cdr import JointStates, MessageBlock
 from gearbox_monitor.recordings.joint_input import (
     bag_arguments, find_input, innovation_topics, nis_of, sample_parts)
 from gearbox_monitor.recordings.read import BagReader
@@ -138,16 +141,20 @@ def _examined(reader: BagReader, topic: str, model: DriveModel | None,
               ) -> tuple[Examination, list[str], list[str]]:
     """Return findings, notes and joints of a recording, examined part by part."""
     motor, arm = parameters.motor_joint, parameters.arm_joint
-    name_of_setpoint = setpoint[0] if setpoint else 'setpoint'
-    decode = reader.decoder(topic, (motor, arm, *setpoint))
+    decode, torques = reader.decoder(topic, (motor, arm, *setpoint)), list[bool]()
+
+    def decoded(block: MessageBlock) -> JointStates:
+        states = decode(block)
+        torques[:] = [any(torques) or bool(np.isfinite(states.effort[:, 0]).any())]
+        return states
     parts: list[Examination | InputError] = []
     with count_bar('check', reader.topics[topic][1]) as bar:
-        for samples in sample_parts(reader, topic, decode, model or DriveModel(),
+        for samples in sample_parts(reader, topic, decoded, model or DriveModel(),
                                     _min_samples(reader, topic, parameters), bar.update):
             if motor in decode.joints:
                 try:
-                    parts.append(examine(samples, parameters, model,
-                                         name_of_setpoint in decode.joints))
+                    parts.append(examine(samples, parameters, model, any(torques) if setpoint
+                                         else 'setpoint' in decode.joints))
                 except InputError as error:
                     parts.append(error)
     reader.require_joints(topic, [motor, *setpoint], decode.joints,

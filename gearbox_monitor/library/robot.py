@@ -384,6 +384,8 @@ def check_robot(log: str | Path, robot: Robot, *, recorded: Mapping[str, str] | 
         place = note.numbers.get('place')
         findings.append(judged(place if place in robot.joints else 'log', 'note', note,
                                hurts(diagnosis=WARN)))
+    if checked.of_servos is not None:
+        findings.append(judged('log', 'used', said('both_used')))
     model = robot_model(robot.file, robot.values, False)
     if checked.kind == TORQUE and model.kp is not None:
         evidence = RobotLikelihood([rows_of(checked, model)])

@@ -13,7 +13,7 @@ arrays and kind of damage that it reads, and a library for bags refuses what is 
 
 Public names, by module:
 
-    cdr: encode_joint_states, MAX_LAYOUTS, read_layout
+    cdr: encode_joint_states, JointStates, MAX_LAYOUTS, MessageBlock, read_layout
     examples: ExampleMotion, NOISE, process_torque, write_example_bag, write_robot_pair
     from_bag: ANY, load_locked, load_log, load_values, names_in_log, recorded_joints,
         robot_model, RobotValues

@@ -29,7 +29,7 @@ from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import expect_format, SnapshotError
 from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict
-from gearbox_monitor.recordings.cdr import Decoder, joined, JointStates, rows_of
+from gearbox_monitor.recordings.cdr import joined, JointStates, MessageBlock, rows_of
 from gearbox_monitor.recordings.read import BagReader, JOINT_STATE
 from gearbox_monitor.recordings.topics import (
     JOINT_STATES, PAIRED_JOINT_STATES, SNAPSHOT, TRANSMISSION)
@@ -353,8 +353,9 @@ def snapshot_of(reader: BagReader, raw: bytes) -> dict[str, str]:
 NO_SAMPLES = Samples(np.empty(0, np.int64), *np.empty((2, 0, 2)))
 
 
-def sample_parts(reader: BagReader, topic: str, decode: Decoder, model: DriveModel, size: int,
-                 progress: Callable[[int], object]) -> Iterator[Samples]:
+def sample_parts(reader: BagReader, topic: str, decode: Callable[[MessageBlock], JointStates],
+                 model: DriveModel, size: int, progress: Callable[[int], object]
+                 ) -> Iterator[Samples]:
     """
     Read the samples of a topic in parts of bounded size.
 
@@ -364,7 +365,7 @@ def sample_parts(reader: BagReader, topic: str, decode: Decoder, model: DriveMod
     Args:
         reader: the bag.
         topic: topic of the joint states.
-        decode: decoder of the joints motor and arm.
+        decode: makes columns of the joints motor and arm.
         model: see samples_of.
         size: number of samples per part; the last part has up to twice as many.
         progress: called with the number of messages read.

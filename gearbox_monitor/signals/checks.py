@@ -283,6 +283,7 @@ def torques(u: Array, known: bool, has_setpoint: bool = False) -> list[DataFindi
         low, high = float(torque.min()), float(torque.max())
         values.update(rms=rms_of(torque), low=low, high=high)
         code, limits = 'torque', torque_limits(torque)
+        limits += [judged('torque', 'used', said('torque_used'))] * has_setpoint
         grades = hurts(WARN, WARN, BAD) if share > LIMITS.missing_notice else {}
         if low == high:
             code, grades, limits = 'same_torque', everything(BAD), []

@@ -52,7 +52,7 @@ class Examination:
 
 
 def examine(samples: Samples, parameters: EstimatorParameters,
-            model: DriveModel | None = None, has_setpoint: bool = False) -> Examination:
+            model: DriveModel | None = None, beside: bool = False) -> Examination:
     """
     Return the Examination of samples on the arm side.
 
@@ -60,7 +60,7 @@ def examine(samples: Samples, parameters: EstimatorParameters,
         samples: recorded samples [N]; u is the setpoint, rad, if the model has a controller.
         parameters: parameters of the estimator.
         model: model of the drive, None if unknown: then nothing is said against it.
-        has_setpoint: whether a setpoint is recorded, too.
+        beside: whether a setpoint is recorded, too, or with a controller a torque.
 
     Raises:
         InputError: there is nothing to judge.
@@ -81,9 +81,10 @@ def examine(samples: Samples, parameters: EstimatorParameters,
     part = stamps.segment(clock, samples.u[:, 0], y)
     if model is not None and model.controller is not None:
         part = replace(part, u=np.full(len(part.u), np.nan))
-        lines.append(judged('torque', 'readings', said('setpoint_read'), hurts(BAD, BAD)))
+        lines.append(judged('torque', 'readings', said(
+            'both_recorded' if beside else 'setpoint_read'), hurts(BAD, BAD)))
     if part.channels:
-        lines += _moved(samples, clock, part, parameters, model, has_setpoint)
+        lines += _moved(samples, clock, part, parameters, model, beside)
     lines += _diagnosis(samples, model, parameters.effort_is) if not publishers else []
     if apart:  # what was interpolated has no noise of its own
         lines = [line for line in lines if line.group != 'arm' or line.name == 'readings']
@@ -177,7 +178,7 @@ def _jumping(samples: Samples) -> tuple[Samples, list[DataFinding]]:
 
 # --- a segment by itself and against a model ----------------------------------------------------
 def _moved(samples: Samples, clock: stamps.StampClock, part: UniformRecording,
-           parameters: EstimatorParameters, model: DriveModel | None, has_setpoint: bool
+           parameters: EstimatorParameters, model: DriveModel | None, beside: bool
            ) -> list[DataFinding]:
     """Return the findings about encoders, motion and torque of the segment `part` of samples."""
     part, lines = without_slip(part)
@@ -194,7 +195,7 @@ def _moved(samples: Samples, clock: stamps.StampClock, part: UniformRecording,
                           (parameters.r_std_motor, parameters.r_std_arm))
     known = bool(np.isfinite(part.u).all())
     if model is None or model.controller is None:
-        lines += checks.torques(u, known, has_setpoint)
+        lines += checks.torques(u, known, beside)
         lines += checks.stuck(u, y, clock.seconds, noises)
     moving = len(motion) > len(part.channels)  # else the drive rests, and nothing more is said
     if moving and known and np.ptp(part.u) > 0.0:

@@ -254,7 +254,11 @@ def test_held_positions_suit_a_servo_alone(sound):
 
 
 def test_a_setpoint_is_no_torque(sound):
-    assert checks.torques(sound.u[:, 0], True, has_setpoint=True)[0].verdict() == OK
+    beside = checks.torques(sound.u[:, 0], True, has_setpoint=True)
+    assert [(line.name, line.verdict()) for line in beside] == [('readings', OK), ('used', OK)]
+    servo = MODEL.with_(controller={'kind': 'pd', 'kp': 20.0})
+    assert [examine(sound, PARAMETERS, servo, beside).lines[5].figure.split()[0]
+            for beside in (False, True)] == ['none:', 'recorded,']
     alone = checks.torques(np.full(N, np.nan), False, has_setpoint=True)[0]
     assert alone.verdict(('diagnosis',)) == WARN and alone.verdict(('drift',)) == BAD
     for late in (0, 150):

@@ -194,12 +194,18 @@ def test_setpoints_of_position_actuators_in_the_file(tmp_path, capsys, mass, kp,
         if k % 5 == 0:
             d.ctrl[:] = r
         if k % 10 == 0:
-            rows.append([k * 1e-3, *(d.qpos + rng.normal(0.0, 1e-4, 2)), *d.ctrl])
+            rows.append([k * 1e-3, *(d.qpos + rng.normal(0.0, 1e-4, 2)), *d.ctrl,
+                         *d.actuator_force])
         mujoco.mj_step(m, d)
-    np.savetxt(tmp_path / 'log.csv', rows, '%.9g', ',', comments='',
-               header='t,q_j1,q_j2,setpoint_j1,setpoint_j2')
-    main(['diagnose', str(tmp_path / 'log.csv'), '--model', str(tmp_path / 'robot.xml'),
-          '--values', str(tmp_path / 'values.yaml'), '--json', '-'])
+    header = 't,q_j1,q_j2,setpoint_j1,setpoint_j2'
+    np.savetxt(tmp_path / 'log.csv', np.array(rows)[:, :5], '%.9g', ',', comments='',
+               header=header)
+    np.savetxt(tmp_path / 'both.csv', rows, '%.9g', ',', comments='',
+               header=f'{header},tau_j1,tau_j2')
+    options = ['--model', str(tmp_path / 'robot.xml'), '--values', str(tmp_path / 'values.yaml')]
+    main(['check', str(tmp_path / 'both.csv'), *options])
+    assert ' used ' in capsys.readouterr().out
+    main(['diagnose', str(tmp_path / 'log.csv'), *options, '--json', '-'])
     findings = json.loads(capsys.readouterr().out)['findings']
     assert [f['effect'] for f in findings] == found
     assert all(f['link'] == 'fore' and 0.5 < f['values']['m'] < 1.3 for f in findings)
