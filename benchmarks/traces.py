@@ -2,19 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Traces: what ten small recordings gave, as numbers in test/traces.json, beside what they give now.
+Traces: what small recordings and drawn problems gave, in test/traces.json, beside today's figures.
 
 A trace is a table of figures: of estimates one row for each half second and joint, of health one
-for each feature, of a verdict one for each finding. `changed` says which rows moved, so that a
-change of code shows which seconds of which joint it changed. Where a change is meant, --update
-renews the file: commit it alone.
+for each feature, of a verdict one for each finding; of the rooms on the way, see traced_rooms.
+`changed` says which rows moved, so that a change of code shows which seconds of which joint it
+changed. Where a change is meant, --update renews the file: commit it alone.
 
 usage examples:
   python -m benchmarks traces             # compare
   python -m benchmarks traces --update
+  python -m benchmarks traces --update contest signals  # these alone
 """
 import argparse
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 import copy
 import json
 import math
@@ -24,6 +25,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from benchmarks import traced_rooms
 import gearbox_monitor as gm
 from gearbox_monitor.files.knowledge_file import save_knowledge
 from gearbox_monitor.files.user_files import config_path
@@ -37,7 +39,7 @@ BLOCK, DT = 0.5, 2e-3  # s
 COLUMNS = ('tau_k', 'tau_k_std', 'twist', 'nis', 'smoothed_tau_k')
 # Relative change that is one: other processors and libraries differ by less. The search of a
 # verdict ends within its own tolerance, and its names are compared as they are.
-MOVED = {'estimates': 1e-6, 'health': 1e-4, 'verdict': 1e-2}
+MOVED = {'estimates': 1e-6, 'health': 1e-4, 'verdict': 1e-2, 'decided': 1e-6}
 SMALL = 1e-2  # of the largest figure of a row: below it the change counts against that one
 Row: TypeAlias = list[Any]
 Trace: TypeAlias = dict[str, dict[str, Row]]  # {kind: {where: figures and words}}
@@ -134,9 +136,15 @@ TRACES: Mapping[str, Callable[[], Trace]] = {
         measurement=(2e-3, 2e-3))))}
 
 
-def traced() -> dict[str, Trace]:
-    """Return {name: trace} of all recordings."""
-    return {name: make() for name, make in TRACES.items()} | robot_verdicts()
+ROOMS: Mapping[str, Callable[[], Mapping[str, Trace]]] = {
+    'drive': lambda: {name: make() for name, make in TRACES.items()}, 'robot': robot_verdicts,
+    **{room: lambda room=room, make=make: {room: {'decided': make()}}  # type: ignore[misc]
+       for room, make in traced_rooms.ROOMS.items()}}
+
+
+def traced(rooms: Iterable[str] = ROOMS) -> dict[str, Mapping[str, Trace]]:
+    """Return {room: {name: trace}} of the recordings and problems of `rooms`."""
+    return {room: ROOMS[room]() for room in rooms}
 
 
 def changed(before: Mapping[str, Trace], now: Mapping[str, Trace]) -> list[str]:
@@ -173,9 +181,9 @@ def _words(row: Row | None) -> str:
     return ' '.join(f'{x:.7g}' if isinstance(x, float) else str(x) for x in row)
 
 
-def load() -> dict[str, Trace]:
-    """Return the stored traces."""
-    stored: dict[str, Trace] = json.loads(FILE.read_text(encoding='utf-8'))
+def load() -> dict[str, dict[str, Trace]]:
+    """Return the stored traces of all rooms."""
+    stored: dict[str, dict[str, Trace]] = json.loads(FILE.read_text(encoding='utf-8'))
     return stored
 
 
@@ -187,7 +195,7 @@ def plain(value: Any) -> Any:
             float(f'{x:.10g}') if isinstance(x, float) else x for x in value]
 
 
-def _text(traces: Mapping[str, Trace]) -> str:
+def _text(traces: Mapping[str, Mapping[str, Trace]]) -> str:
     """Return plain `traces` as JSON with a line for each row, so that a diff shows what moved."""
     def lines(value: Any, depth: int) -> str:
         if not isinstance(value, Mapping):
@@ -201,14 +209,17 @@ def _text(traces: Mapping[str, Trace]) -> str:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options in `parser`."""
     parser.add_argument('--update', action='store_true', help='store the traces of this code')
+    parser.add_argument('rooms', metavar='ROOM', nargs='*', choices=[[], *ROOMS],
+                        help=f'of {", ".join(ROOMS)} (default: all)')
 
 
 def run(args: argparse.Namespace) -> int:
     """Compare, or store with --update; returns 1 where something moved and is not stored."""
-    now = plain(traced())
-    lines = changed(load() if FILE.exists() else {}, now)
+    stored = load() if FILE.exists() else {}
+    now = plain(traced(args.rooms or ROOMS))
+    lines = [line for room in now for line in changed(stored.get(room, {}), now[room])]
     print('\n'.join(lines) or 'no row moved')
     if args.update:
-        FILE.write_text(_text(now), encoding='utf-8')
+        FILE.write_text(_text({**stored, **now}), encoding='utf-8')
         return 0
     return int(bool(lines))

@@ -2,109 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """The contest on evidence with known answers: linear regression, where sets can be counted out."""
-from dataclasses import dataclass, replace
 from itertools import combinations
-import math
 
 import numpy as np
 import pytest
 
+from benchmarks.regression import Regression, ROWS
 from gearbox_monitor.diagnosis.contest import CONTEST, contest
-from gearbox_monitor.diagnosis.hypothesis import (
-    FUNCTION, Hypothesis, LAW, Member, MemberEstimate, Remains)
-
-ROWS = 400
-
-
-@dataclass(frozen=True, eq=False)
-class Regression:
-    """
-    y = X b + noise of variance 1 / scale; laws are columns, a function is four of them at once.
-
-    offset: a nuisance without a derivative, which is settled once: y is shifted by it. Laws are
-    at the place that begins their name.
-    """
-
-    shown = 1.0
-
-    y: np.ndarray
-    laws: dict
-    functions: dict
-    bounded: tuple = ()
-    offset: float = 0.0
-    settles: float | None = None
-
-    def fitted(self, names):
-        """Return the hypothesis of these members by least squares."""
-        known = {**self.laws, **self.functions}
-        columns = [np.atleast_2d(known[n].T).T for n in names]
-        X = np.column_stack([np.zeros((ROWS, 0)), *columns])
-        b = np.linalg.lstsq(X, self.y - self.offset, rcond=None)[0]
-        r = self.y - self.offset - X @ b
-        members = tuple(Member(FUNCTION if n in self.functions else LAW, n, n[:3], n,
-                               (n,) * (n in self.bounded)) for n in names)
-        return Hypothesis(members, float(r @ r), (tuple(names), r))
-
-    def none(self):
-        return self.fitted(())
-
-    def dispersed(self, dispersion):
-        return self
-
-    def gain(self, less, more):
-        return less.deviance - more.deviance
-
-    def likeness(self, less, more):
-        return self.gain(less, more) - self.price(more) + self.price(less)
-
-    def price(self, h):
-        size = sum(4 if m.kind == FUNCTION else 1 for m in h.members)
-        return size * math.log(ROWS) + 2.0 * len(h.members) * math.log(len(self.laws))
-
-    def reach(self, h):
-        return h.deviance
-
-    def _estimates(self, h, field, kind):
-        out = []
-        for name in field:
-            if name not in h.fit[0]:
-                more = self.fitted((*h.fit[0], name))
-                price = self.price(more) - self.price(h)
-                out.append(MemberEstimate(Member(kind, name, name[:3], name),
-                                          h.deviance - more.deviance, price, name))
-        return sorted(out, key=lambda e: -e.worth)
-
-    def estimates(self, h):
-        return self._estimates(h, self.laws, LAW)
-
-    def remains(self, h, thorough=False):
-        functions = self._estimates(h, self.functions, FUNCTION)
-        torque = h.deviance - ROWS - 2.0 * math.sqrt(2.0 * ROWS)
-        return Remains(torque, -math.inf, max((f.worth for f in functions), default=-math.inf),
-                       tuple(functions), 1.0)
-
-    def grown(self, h, added):
-        fits = sorted((self.fitted((*h.fit[0], e.source)) for e in added),
-                      key=lambda f: f.deviance)
-        placed = {} if h.members else {f.members[0].place: f for f in reversed(fits)}
-        return list(dict.fromkeys((*fits[:CONTEST.finalists], *placed.values())))
-
-    def without(self, h, number):
-        return self.fitted(tuple(n for i, n in enumerate(h.fit[0]) if i != number))
-
-    def settled(self, h, remains):
-        if self.settles is None or remains.worth <= CONTEST.margin:
-            return None
-        return replace(self, offset=self.settles, settles=None)
-
-    def variants(self, h, remains):
-        return []
-
-    def moved(self, h):
-        return self.fitted(h.fit[0])
-
-    def trains(self, h, best):
-        return ()
+from gearbox_monitor.diagnosis.hypothesis import FUNCTION, LAW
 
 
 def columns(seed, count=12):
