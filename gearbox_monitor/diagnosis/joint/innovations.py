@@ -126,7 +126,11 @@ MOST = 50.0         # times the standard deviation of the torque: noise with whi
 
 @dataclass(frozen=True)
 class Filtered:
-    """The run of a filter under a DriveModel: its input, its record and -2 log L."""
+    """
+    The run of a filter under a DriveModel: its input, its record and -2 log L.
+
+    innovation [N, 2], rad, 0 where nothing was read; variance [N, 2] of it, rad^2, else 1.
+    """
 
     model: DriveModel
     drive: PackedDrive
@@ -135,21 +139,8 @@ class Filtered:
     start: FilterStart
     trace: FilterTrace
     deviance: float
-
-    @property
-    def torque(self) -> Array:
-        """Torque noise [2] on motor and arm, N m rms in a sample."""
-        return self.data.torque
-
-    @property
-    def innovation(self) -> Array:
-        """Innovations [N, 2], rad, 0 where nothing was read."""
-        return self.trace.innovation
-
-    @property
-    def variance(self) -> Array:
-        """Variance of the innovations [N, 2], rad^2, 1 where nothing was read."""
-        return self.trace.variance
+    innovation: Array
+    variance: Array
 
     @property
     def read(self) -> Flags:
@@ -159,14 +150,13 @@ class Filtered:
     @property
     def residual(self) -> Array:
         """Innovations [N, 2] in their standard deviations, 0 where nothing was read."""
-        return self.trace.innovation / np.sqrt(self.trace.variance)
+        return self.innovation / np.sqrt(self.variance)
 
     @property
     def deviances(self) -> Array:
         """-2 log L of each reading [N, 2], 0 where nothing was read."""
-        variance = self.trace.variance
         return np.where(self.read, self.residual ** 2 - 1.0
-                        + np.log(variance / self.data.variance), 0.0)
+                        + np.log(self.variance / self.data.variance), 0.0)
 
 
 class InnovationLikelihood:
@@ -332,7 +322,8 @@ class InnovationLikelihood:
         groups = min(kernels.GROUPS, LANES // (states + 1))
         room = np.zeros((groups + 1, states + N_FILTER, states))
         deviance = filtered(drive, parts, data, start, self._lanes.copy(), room, trace)
-        return Filtered(model, drive, parts, data, start, trace, deviance)
+        return Filtered(model, drive, parts, data, start, trace, deviance, trace.innovation,
+                        trace.variance)
 
     def change(self, run: Filtered, model: DriveModel) -> Array:
         """
@@ -413,34 +404,27 @@ def halves(spans: Iterable[slice]) -> list[slice]:
 
 @dataclass(frozen=True)
 class JointlyFiltered:
-    """Runs of a filter over several recordings, their rows one after the other."""
+    """
+    Runs of a filter over several recordings, their rows one after the other.
 
-    runs: tuple[Filtered, ...]
+    deviance: -2 log L of all. innovation [N, 2], rad, 0 where nothing was read, and residual [N,
+    2], the same in its standard deviations; variance [N, 2] of the innovations, rad^2, 1 where
+    nothing was read; read [N, 2]: whether an encoder was read.
+    """
 
-    @property
-    def deviance(self) -> float:
-        """-2 log L of all recordings."""
-        return sum(run.deviance for run in self.runs)
+    runs: tuple[Any, ...]
+    deviance: float
+    innovation: Array
+    variance: Array
+    read: Flags
+    residual: Array
 
-    @property
-    def innovation(self) -> Array:
-        """Innovations [N, 2], rad, 0 where nothing was read."""
-        return np.concatenate([run.innovation for run in self.runs])
-
-    @property
-    def variance(self) -> Array:
-        """Variance of the innovations [N, 2], rad^2, 1 where nothing was read."""
-        return np.concatenate([run.variance for run in self.runs])
-
-    @property
-    def read(self) -> Flags:
-        """Whether an encoder was read [N, 2]."""
-        return np.concatenate([run.read for run in self.runs])
-
-    @property
-    def residual(self) -> Array:
-        """Innovations [N, 2] in their standard deviations, 0 where nothing was read."""
-        return np.concatenate([run.residual for run in self.runs])
+    @classmethod
+    def of(cls, runs: Sequence[Any]) -> 'JointlyFiltered':
+        """Return the runs of all recordings."""
+        return cls(tuple(runs), sum(run.deviance for run in runs), *(
+            np.concatenate([getattr(run, name) for run in runs])
+            for name in ('innovation', 'variance', 'read', 'residual')))
 
 
 class JointLikelihood:
@@ -481,7 +465,7 @@ class JointLikelihood:
             model: model of the drive.
             torque: noise of the torque on motor and arm, N m rms in a sample.
         """
-        return JointlyFiltered(tuple(part.run(model, torque) for part in self.parts))
+        return JointlyFiltered.of([part.run(model, torque) for part in self.parts])
 
     def change(self, run: JointlyFiltered, model: DriveModel) -> Array:
         """

@@ -70,11 +70,6 @@ class InputEstimate:
     chi2: Array
     freedom: Array
 
-    @property
-    def evidence(self) -> Array:
-        """Gain in chi2 that each value of the signal brings [W, H]; 1 on average by noise."""
-        return self.signal * np.einsum('wij,wj->wi', self.precision, self.signal)
-
 
 def triangles(length: int, lead: int, dt: float) -> Array:
     """
@@ -158,31 +153,8 @@ class InputEstimator(StateProblems):
                              np.einsum('wl,wl->w', residual, residual), freedom)
 
 
-def reduced_chi2(estimates: Sequence[InputEstimate]) -> float:
-    """
-    Return chi2 per reading that is left, geometric mean of windows: one stuck counts less.
-
-    Args:
-        estimates: of a free signal at one place, in each recording.
-    """
-    per_reading = np.concatenate([np.maximum(free.chi2 / free.freedom, 1e-300)
-                                  for free in estimates])
-    return float(np.exp(np.mean(np.log(per_reading))))
-
-
 DECIDING = 10     # windows of a single recording that decide on a place
 ILLUSTRATING = 6  # windows of each recording, if an effect names the place
-
-
-def free_forms(runs: WindowRuns, places: Sequence[str]) -> dict[str, InputEstimate]:
-    """
-    Return {place: InputEstimate} on the windows of one recording, on top of free runs.
-
-    Args:
-        runs: of the model that lacks something.
-        places: places of the free signals.
-    """
-    return {place: InputEstimator(runs, place).solve() for place in places}
 
 
 def visible_places(runs: WindowRuns) -> tuple[str, ...]:
@@ -234,12 +206,14 @@ def places(runs: Sequence[WindowRuns], illustrates: bool = False) -> dict[str, A
     limit = ILLUSTRATING if illustrates else max(DECIDING // len(runs), ILLUSTRATING)
     runs = [some_windows(run, limit) for run in runs]
     visible = [place for place in PLACES if all(place in visible_places(run) for run in runs)]
-    estimates = [free_forms(run, visible) for run in runs]
     chi2_before = sum(float(run.chi2.sum()) for run in runs)
     floor = sum(run.data.size * len(run.chi2) for run in runs)
     table = {}
     for place in visible:
-        reduced = reduced_chi2([estimate[place] for estimate in estimates])
+        estimates = [InputEstimator(run, place).solve() for run in runs]
+        # Geometric mean of windows: one stuck counts less.
+        reduced = float(np.exp(np.mean(np.log(np.concatenate([
+            np.maximum(free.chi2 / free.freedom, 1e-300) for free in estimates])))))
         share = (chi2_before - reduced * floor) / max(chi2_before - floor,
                                                       1e-9) if chi2_before > floor else 0.0
         table[place] = {'left': reduced, 'explained': float(np.clip(share, 0.0, 1.0))}
@@ -609,8 +583,7 @@ def pulses_in(runs: WindowRuns, price: float) -> Array:
     """
     if 'arm_side' not in visible_places(runs):
         return np.zeros((0, 3))
-    free = free_forms(runs, ('arm_side',))['arm_side']
-    bursts, windows, gains = rectangles(free, price)
+    bursts, windows, gains = rectangles(InputEstimator(runs, 'arm_side').solve(), price)
     bursts[:, 0] += runs.data.windows.first[windows] * runs.recording.dt
     # Windows overlap: one burst is found in several of them, best in the middle of one.
     apart: list[int] = []

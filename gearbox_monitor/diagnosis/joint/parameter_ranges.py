@@ -386,7 +386,6 @@ def _normalised(covariance: Array) -> Array:
     return np.asarray(r)
 
 
-EFFECT_CONFIDENCE = 0.9
 EXACT = 1e-9   # relative error of a value that has none
 
 
@@ -421,7 +420,7 @@ def pooled(values: Sequence[float], errors: Sequence[float]) -> RandomEffect:
     weight = 1.0 / (variance + between ** 2)
     mean = float(weight @ y / weight.sum())
     scatter = float(weight @ (y - mean) ** 2) / (len(y) - 1)  # 1 where drives differ
-    reach = float(scipy.stats.t.ppf(0.5 + 0.5 * EFFECT_CONFIDENCE, len(y) - 1)) * math.sqrt(
+    reach = float(scipy.stats.t.ppf(0.5 + 0.5 * CONFIDENCE, len(y) - 1)) * math.sqrt(
         scatter / weight.sum())
     return RandomEffect(mean, mean - reach, mean + reach, between, y.tolist(),
                         [float(e) for e in errors])

@@ -588,19 +588,14 @@ def validate(recording: UniformRecording, nominal: DriveModel, closed: DriveMode
         closed: model with the effects that were identified.
         sigma: noise of the encoders [2], rad.
     """
-    recording = driven(recording, nominal)
-    plain = [open_loop(recording, model, sigma) for model in (nominal, closed)]
-    fits = with_starts_of(plain, plain[::-1])
-    gaps = [misfit_of([run]) for run in fits]
-    runs = []
-    for run in fits:
-        off = rms(recording, free_run(run))
-        runs.append({name: float(v) if np.isfinite(v) else None
-                     for name, v in zip(recording.readings, off)})
+    laid = overlay(recording, {'before': nominal, 'after': closed}, sigma)
+    gaps = [run.gap for run in laid.runs]
+    readings = laid.recording.readings
+    rows = {run.name: {name: float(v) if np.isfinite(v) else None for name, v in zip(
+        readings, rms(laid.recording, run.free))} for run in laid.runs}
     return {'gap_before': gaps[0], 'gap_after': gaps[1], 'closed_fraction': closed_of(*gaps),
-            'windows': len(fits[0].chi2),
-            'free_run': {'seconds': float(recording.duration), 'before': runs[0],
-                         'after': runs[1]}}
+            'windows': len(laid.windows),
+            'free_run': {'seconds': float(laid.recording.duration), **rows}}
 
 
 def free_run(runs: WindowRuns) -> Array:
