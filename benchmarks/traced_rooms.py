@@ -27,10 +27,13 @@ from gearbox_monitor.estimation.rts_smoother import (
     N_SMOOTHED, S_MOTOR_SIDE, S_TAU_K, S_TAU_K_NOISE_STD, S_TWIST, S_TWIST_RATE_NOISE_STD, S_U,
     S_X2, S_X3, S_X4)
 from gearbox_monitor.health.alarms import Alarm, joined as at_once, Outcome, outcome_of, with_more
+from gearbox_monitor.health.backlash.change_tests import FEATURES
 from gearbox_monitor.health.backlash.features import (
-    Backlash, combine, fit, is_locked, locked_windows, NotExcited, reason_of, separable_of)
+    Backlash, combine, fit, is_locked, locked_windows, lost_motion_of, NotExcited, reason_of,
+    separable_of)
 from gearbox_monitor.health.health_record import AT_ODDS, TRUSTED, Window
-from gearbox_monitor.health.judgement import figures, judge, outcomes, serviced, to_data
+from gearbox_monitor.health.judgement import (
+    figures, from_data, judge, outcomes, serviced, to_data)
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.drive import DriveModel
@@ -255,10 +258,14 @@ def lives() -> Rows:
                 health.coefficients)]
 
     def lived(name: str, life: Life, *stages: Callable[[Life], object]) -> None:
+        life.stamp = 10 ** 10  # beside which a window is long
         for k, stage in enumerate(stages):
             stage(life)
             note(f'{name}, stage {k}', life)
             life.restart()
+        named = to_data(life.health) | {'features': ['another', *FEATURES[2:], 'gap']}
+        rows[f'{name}, other features'] = [digest(to_data(from_data(
+            life.health.settings, named)))]
 
     def grow(windows: int = 8, kelvin: float | None = None, motion: Any = HOME, **wear: float
              ) -> Callable[[Life], object]:
@@ -340,6 +347,12 @@ def windows() -> Rows:
     found = {name: fit(part, model, 7) for name, (part, model) in made.items()}
     rows: Rows = {name: [getattr(f, 'reason', ''), *(getattr(f, key, math.nan) for key in (
         'gap', 'gap_std', 'stiffness', 'coulomb')), digest(f)] for name, f in found.items()}
+    slow = smoothed(MODEL)
+    for share in (0.0, 0.05, 0.3):  # of the twist that does not follow the direction
+        slow[:, S_TWIST] = 0.3 + 0.2 * np.where(
+            np.arange(len(slow)) % 50 < 50 * share, 0.0, np.sign(slow[:, S_X4])
+        ) + 1e-3 * slow[:, S_U]
+        rows[f'lost motion, {share:g} off'] = [*lost_motion_of(slow)]
     gaps = [f for f in found.values() if isinstance(f, Backlash)]
     t = np.arange(0.0, 8.0, 4e-3)
     torque = 3.0 * np.sin(1.6 * t)
