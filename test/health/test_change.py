@@ -194,10 +194,10 @@ def test_a_cold_start_is_not_wear():
             found += gearbox.go(1, -0.002 * (kelvin - 15.0), temperature=kelvin)
         return found
 
-    first = day(60)
+    first = day(40)
     assert not alarmed(first) and first[0]['backlash'].message.endswith(
         'above the model file: no earlier recording to compare with')
-    assert not alarmed(day(60)) and len(gearbox.health.data.points) > 5
+    assert not alarmed(day(40)) and len(gearbox.health.data.points) > 5
     # Colder than ever: the gap is as large as the coefficient says.
     cold = gearbox.go(2, 0.04, temperature=-5.0)
     assert not alarmed(cold)

@@ -68,12 +68,12 @@ def sound():
 
 # --- sound recordings ---------------------------------------------------------------------------
 def test_sound_recordings_raise_nothing():
-    for motion in MOTIONS:
-        for effect in EFFECTS:
-            t, u, y = record(motion, EFFECTS[effect])
-            recording, notices = prepare(t, u, y)
-            assert not notices
-            assert not [p for p in check(recording, MODEL) if decides(p)]
+    """Each motion, and each effect once; random ones of random drives: see below."""
+    for motion, effect in zip(MOTIONS, EFFECTS):
+        t, u, y = record(motion, EFFECTS[effect])
+        recording, notices = prepare(t, u, y)
+        assert not notices
+        assert not [p for p in check(recording, MODEL) if decides(p)]
 
 
 def test_other_rates():
@@ -92,11 +92,9 @@ OTHER_DRIVES = [
 
 
 def test_a_drive_that_differs_from_the_model_is_no_bad_input():
-    for change in OTHER_DRIVES:
+    for change, gain in zip(OTHER_DRIVES, (0.8, 1.0, 1.2) * 2):
         t, u, y = record(model=replace(MODEL, **change))
-        assert not found(t, u, y)
-        for gain in (0.8, 1.2):
-            assert not found(t, u / gain, y)
+        assert not found(t, u / gain, y)
 
 
 def loaded(seed):
