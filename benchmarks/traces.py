@@ -115,7 +115,7 @@ def robot_verdicts() -> dict[str, Trace]:
             write(copy.deepcopy(rng), differs)
             data = gm.diagnose_robot(log, robot, reference=learnt).data
             rows: dict[str, Row] = {'answer': [data['verdict']]}
-            for gap in data['ranked']:
+            for gap in data['gaps']:
                 rows[f'gap of {gap["joint"]}'] = [gap['before'], gap['after']]
             for part in data['findings']:
                 rows[f'{part["effect"]} at {part.get("joint") or part.get("link")}'] = [

@@ -35,8 +35,7 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.cli.options import (
-    estimator_options, names_of, opened, reading_of_robot, refuse, robot_of, settings_of, show,
-    wrapped)
+    estimator_options, names_of, opened, reading_of_robot, refuse, robot_of, settings_of, show)
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.noise_search import MIN_SAMPLES, MIN_SECONDS
 from gearbox_monitor.health.alarms import LIMITS
@@ -50,7 +49,7 @@ from gearbox_monitor.recordings.joint_input import (
     bag_arguments, find_input, innovation_topics, nis_of, sample_parts)
 from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.table import is_log_of_xml
-from gearbox_monitor.report.sentences import told
+from gearbox_monitor.report.sentences import told, wrapped
 from gearbox_monitor.robot.compiled_model import implausible, implausible_limits
 from gearbox_monitor.robot.description import SUFFIXES
 from gearbox_monitor.signals.examine import (

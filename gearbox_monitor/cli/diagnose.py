@@ -26,18 +26,17 @@ usage examples:
   gearbox_monitor diagnose LOG --model robot.urdf --reference healthy.csv    # all joints at once
 """
 from argparse import Namespace
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from pathlib import Path
 import time
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
 from gearbox_monitor import __version__
 from gearbox_monitor.cli.options import (
-    entries, ids_in, joint_of, labelled, load_recordings, names_of, reading_of_robot, refuse,
-    robot_of, robot_options, show, wrapped, write_folder, written_options)
+    ids_in, joint_of, load_recordings, names_of, reading_of_robot, refuse, robot_of,
+    robot_options, show, write_folder, written_options)
 from gearbox_monitor.diagnosis.hypothesis import NONE, UNDECIDED
 from gearbox_monitor.diagnosis.joint import windows
 from gearbox_monitor.diagnosis.joint.diagnose import chosen_ids
@@ -51,14 +50,9 @@ from gearbox_monitor.library.robot import (
     diagnose_robot, learn_robot, robot_effects, RobotDiagnosis)
 from gearbox_monitor.library.simulator_file import export_model, written_model
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.presentation import number, on_axis, percent, Quantity, Said, said
-from gearbox_monitor.report.diagnosis_page import diagnosis_page, gather, shows_place
-from gearbox_monitor.report.robot_pages import robot_gap_page
-from gearbox_monitor.report.robot_words import robot_text
-from gearbox_monitor.report.sentences import summary
-from gearbox_monitor.report.words import (
-    counted, NAMING, next_steps, NO_FILES, NOTHING, place_text, torque_map_of, undefined, unit_of,
-    UserFiles, value_rows)
+from gearbox_monitor.report.diagnosis_page import context_of, diagnosis_page
+from gearbox_monitor.report.sentences import entries
+from gearbox_monitor.report.words import counted, headline, LABEL, verdict_text
 from gearbox_monitor.robot.description import SUFFIXES
 from gearbox_monitor.ros.middleware import cores
 from gearbox_monitor.signals.uniform import UniformRecording
@@ -86,8 +80,9 @@ def run(args: Namespace) -> int:
     data = plain(verdict.to_dict())
     data['warnings'] = [*notes, *(data.get('warnings') or [])]
     closed, basis = verdict.model, verdict.basis
-    changes = _changes(args, verdict, validate, data) if verdict.findings else []
-    data = {'summary': summary(data, model.axis), **data}
+    if verdict.findings and args.joint is not None:
+        _put_file(args, verdict, validate, data)
+    data = {'summary': headline(data), **data, **_of_command(args)}
     if simulator is not None:
         sigma = np.array([1.0 if s is None else s for s in data['sigma']])
         try:
@@ -97,15 +92,21 @@ def run(args: Namespace) -> int:
                     sigma, progress))
         except InputError as error:  # the diagnosis is complete without it
             data['warnings'].append(str(error))
-    files = replace(user_files(args), changes=changes)
     written = [] if not args.out else write_folder(args.out, {
         VERDICT: dump(data) + '\n',
-        PAGE: diagnosis_page(data, gather(verdict, model), recordings, files),
+        PAGE: diagnosis_page(data, context_of(verdict, model)),
         CLOSED: model_text(closed, [
             f'Written by gearbox_monitor {__version__} diagnose from {", ".join(args.bag)} and '
             f'{args.model}.', data['summary']])})
-    show(args, data, lambda: text(data, recordings, model, written, files, args.verbose))
+    _show(args, data, written)
     return {NONE: 0, UNDECIDED: 3}.get(verdict.verdict, 1)
+
+
+def _show(args: Namespace, data: dict[str, Any], written: Sequence[Path]) -> None:
+    """Print the verdict `data` and which files were `written`, or write them as JSON."""
+    names = ', '.join(path.name for path in written)
+    show(args, data, lambda: '\n'.join([verdict_text(data, args.verbose), *entries(
+        [('written', f'{args.out}: {names}')] if written else [], LABEL)]))
 
 
 def _user_simulator(name: str, recordings: Sequence[UniformRecording], model: DriveModel
@@ -119,25 +120,21 @@ def _user_simulator(name: str, recordings: Sequence[UniformRecording], model: Dr
     return simulator
 
 
-def user_files(args: Namespace) -> UserFiles:
-    """Return the UserFiles of the options `args`, as further commands have them."""
-    closed = str(Path(args.out) / CLOSED) if args.out else ''
-    reading = written_options(args, OF_RECORDINGS)
-    return UserFiles(args.model, args.bag, reading, closed, args.validate,
-                     args.model if args.joint else '', written_options(args, OF_JOINTS),
-                     args.values)
+def _of_command(args: Namespace) -> dict[str, Any]:
+    """Return what data of a verdict tell of the command with `args`, for further commands."""
+    joint = written_options(args, OF_JOINTS)
+    return {'logs': args.bag, 'model': args.model, 'joint': joint, 'options': ' '.join(filter(
+        None, (joint, written_options(args, ('values', *OF_RECORDINGS))))),
+        'closed': str(Path(args.out) / CLOSED) if args.out else None}
 
 
-def _changes(args: Namespace, verdict: Verdict, validation: UniformRecording | None,
-             data: dict[str, Any]) -> list[str]:
+def _put_file(args: Namespace, verdict: Verdict, validation: UniformRecording | None,
+              data: dict[str, Any]) -> None:
     """
-    Return what the closed model changes in the simulator's file --model, in words.
+    Put into `data` what the closed model changes in the simulator's file --model.
 
-    It goes into `data` as well, as `file_changes` and `lacking`, and the gap after becomes that of
-    the written file; a file that cannot take it leaves a warning.
+    The gap after becomes that of the written file; one that cannot take it leaves a warning.
     """
-    if args.joint is None:
-        return []
     closed, basis = verdict.model, verdict.basis
     try:
         to = 'urdf' if Path(args.model).suffix.lower() == '.urdf' else 'mjcf'
@@ -145,169 +142,15 @@ def _changes(args: Namespace, verdict: Verdict, validation: UniformRecording | N
         written = written_model(file, closed, **joint_of(args))
     except InputError as error:
         data['warnings'].append(f'not in the file of the simulator: {error}')
-        return []
+        return
     data |= plain(windows.file_closure(
         basis.data.recordings, written, basis.data.level, basis.compared.published,
         basis.compared.closed, args.seed))
     if validation is not None:
         data['validation'] = plain(windows.validate(
             validation, basis.model, written, basis.data.level))
-    data['file_changes'] = [change._asdict() for change in file.patch.changes]
+    data['changes'] = file.diff.splitlines()
     data['lacking'] = [f'{row.id}: {row.words}' for row in file.lacking]
-    return [*(f'{Path(args.model).name}: {change.words}' for change in file.patch.changes),
-            *(f'not in it: {row}' for row in data['lacking'])]
-
-
-VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a verdict
-Rows: TypeAlias = Iterator[Said]  # of a line, whose label is the name of the code
-LABEL = 15
-RANKED = 8  # lines of the ranking
-NEXT = 1    # steps that are printed without -v
-
-
-def text(data: VerdictData, recordings: Sequence[UniformRecording], model: DriveModel,
-         written: Sequence[Path] = (), files: UserFiles = NO_FILES, verbose: bool = False) -> str:
-    """
-    Return a verdict as lines for people, at most 80 columns.
-
-    Args:
-        data: the verdict as plain data.
-        recordings: those it is about.
-        model: the nominal model.
-        written: files.
-        files: of the user.
-        verbose: whether all that is known is printed, not only answer, values and next step.
-
-    """
-    says = [*_gap(data), *_parameters(data, model.axis)]
-    if verbose:
-        says += [*_ranking(data), *_where(data, recordings, model), *_nominal(data, model)]
-    says += [*_simulator(data), *_validation(data, files.validated, on_axis('rad', model.axis))]
-    rows = [*labelled(says, model.axis), *_notes(data, verbose), *_changed(data, files, verbose),
-            *(('next', advice) for advice in next_steps(data, files, model.axis)[
-                 :None if verbose else NEXT]),
-            *(('written', words) for words in _written(written))]
-    return '\n'.join([*wrapped(data['summary']), *entries(rows, LABEL)])
-
-
-def _notes(data: VerdictData, verbose: bool) -> Iterator[tuple[str, str]]:
-    """Yield the notes, unless `verbose` the first one and how many follow it."""
-    notes = list(data.get('warnings', ()))
-    if len(notes) > 1 and not verbose:
-        notes = [f'{notes[0]} (-v prints {counted(len(notes) - 1, "more note")})']
-    return (('note', note) for note in notes)
-
-
-def _changed(data: VerdictData, files: UserFiles, verbose: bool) -> Iterator[tuple[str, str]]:
-    """Yield the changes of a simulator's file, unless `verbose` their number, and the rest."""
-    rows, count = list(files.changes), len(data.get('file_changes') or ())
-    if count and not verbose:
-        rows[:count] = [f'{counted(count, "change")} of {Path(files.robot).name}: -v prints them']
-    return (('' if k else 'change', row) for k, row in enumerate(rows))
-
-
-def _written(written: Sequence[Path]) -> Iterator[str]:
-    """Yield the files `written`, all of a folder together."""
-    for folder in sorted({path.parent for path in written}):
-        names = [path.name for path in written if path.parent == folder]
-        yield str(folder / names[0]) if len(names) == 1 else f'{folder}: {", ".join(names)}'
-
-
-def _gap(data: VerdictData) -> Rows:
-    """Yield the line on the misfit before and after."""
-    share, closed = data.get('closed_fraction'), tuple[Said, ...]()
-    if data['verdict'] not in NOTHING:
-        closed = (said('closed_undefined', why=undefined(data)) if share is None else
-                  said('closed_share', share=percent(share)),)
-    yield said('misfit_row', before=number(data['gap_before']), after=number(data['gap_after']),
-               closed=closed)
-
-
-def _parameters(data: VerdictData, axis: str) -> Rows:
-    for row in value_rows(data, axis):
-        yield said('value_row', effect=row.effect, value=row)
-    for name, ranges in (data.get('between_recordings') or {}).items():
-        for parameter, part in ranges.items():
-            yield said('between_row', name=name, parameter=parameter,
-                       count=len(part['recordings']), **{key: number(part[key]) for key in (
-                           'mean', 'low', 'high', 'between')})
-    for burst in data.get('bursts') or ():
-        yield said('burst_row', begin=burst['t0'], end=burst['t0'] + burst['duration'],
-                   size=number(burst['amplitude'], on_axis('N m', axis)))
-    for slip in data.get('slips') or ():
-        yield said('slip_row', begin=slip['t0'],
-                   size=Quantity(slip['size'], slip['std'], on_axis('rad', axis)))
-    for words in data.get('equivalent') or ():
-        yield said('same_row', words=words)
-    torque_map = torque_map_of(data)
-    if torque_map is not None:
-        place, knots = torque_map
-        yield said('torque_map_row', place=place, unit=on_axis('N m', axis), knots=', '.join(
-            f'{x}: {torque} ± {error}' for x, torque, error in knots))
-
-
-def _ranking(data: VerdictData) -> Rows:
-    gains: Mapping[str, float] = data.get('gains') or {}
-    ranking = sorted(gains, key=lambda name: gains[name], reverse=True)[:RANKED]
-    for place, name in enumerate(ranking, 1):
-        yield said('ranking_row', place=place, name=name, gain=gains[name])
-    if ranking:
-        yield said('gain_row')
-    if data.get('confusable') and data['verdict'] in NAMING:
-        yield said('rivals_row', names=', '.join(data['confusable']))
-
-
-def _where(data: VerdictData, recordings: Sequence[UniformRecording], model: DriveModel) -> Rows:
-    if data['verdict'] in NOTHING:
-        return
-    if not any(shows_place(recording, model) for recording in recordings):
-        yield said('no_where_row')
-        return
-    for place, part in data['where']['places'].items():
-        yield said('where_row', place=place_text(place), share=percent(part['explained']))
-
-
-def _nominal(data: VerdictData, model: DriveModel) -> Rows:
-    shifts = data.get('nominal_shift')
-    if shifts:
-        yield said('nominal_row', values=', '.join(
-            f'{name} {number(data["nominal"][name])} ({shift:+.1f})'
-            for name, shift in shifts.items()))
-    if shifts and model.tolerance and data['process_torque'] is not None:
-        yield said('noise_row', noise=number(data['process_torque'], on_axis('N m', model.axis)))
-
-
-def _closed(code: str, name: str | None, part: Mapping[str, Any]) -> Said:
-    return said(code, name=name, before=number(part.get('gap_before')),
-                after=number(part.get('gap_after')), share=percent(part.get('closed_fraction')))
-
-
-def _simulator(data: VerdictData) -> Rows:
-    theirs = data.get('simulator')
-    if not theirs:
-        return
-    yield _closed('simulator_row', theirs['name'], theirs)
-    yield _closed('simulator_row', 'this package', theirs['here'])
-    if theirs['passed']:
-        yield said('passed_row', effects=', '.join(
-            f'{name} as {way}' for name, way in theirs['passed'].items()))
-    if theirs['values']:
-        yield said('values_row', values=', '.join(
-            f'{name} {key} = {Quantity(value, deviation)}'
-            for name, values in theirs['values'].items()
-            for key, (value, deviation) in values.items()))
-
-
-def _validation(data: VerdictData, validated: str | None, unit: str) -> Rows:
-    result = data.get('validation')
-    if not result:
-        return
-    yield _closed('validation_row', validated, result)
-    if run := result.get('free_run'):
-        yield said('free_run_row', seconds=run['seconds'], units=', '.join(dict.fromkeys(
-            unit_of(name, unit) for name in run['before'])), **{when: ', '.join(
-                f'{name} {number(value)}' for name, value in run[when].items())
-                for when in ('before', 'after')})
 
 
 # Options of one joint: why a whole robot has no use for each.
@@ -345,25 +188,20 @@ def run_robot(args: Namespace) -> int:
         recorded=names_of(args), reading=reading_of_robot(args), topic=args.topic)
     data = {**diagnosis.data, 'options': robot_options(args),
             'cpu_s': round(time.process_time() - began, 2)}
-    if args.out:
-        _write(args, diagnosis, data)
-    show(args, data, lambda: robot_text(data))
+    _show(args, data, _write(args, diagnosis, data) if args.out else [])
     if data['readings']:
         return 1
     return {NONE: 0, UNDECIDED: 3}.get(data['verdict'], 1)
 
 
-def _write(args: Namespace, diagnosis: RobotDiagnosis, data: dict[str, Any]) -> None:
+def _write(args: Namespace, diagnosis: RobotDiagnosis, data: dict[str, Any]) -> list[Path]:
     """Write verdict, page and the model with the findings into the new folder --out."""
     path, files = diagnosis.robot.file.path, dict[str, str]()
     if diagnosis.closed is not None:
         files[name := f'{path.stem}.closed{path.suffix}'] = diagnosis.closed
         data['closed'] = f'{args.out}/{name}'
-    if diagnosis.lacking:
-        data['warnings'].append('not in the file that closes the gap: '
-                                + ', '.join(diagnosis.lacking))
-    write_folder(args.out, {VERDICT: dump(data) + '\n',
-                            PAGE: robot_gap_page(data, diagnosis.context()), **files})
+    return write_folder(args.out, {
+        VERDICT: dump(data) + '\n', PAGE: diagnosis_page(data, diagnosis.context()), **files})
 
 
 def learn(args: Namespace) -> int:

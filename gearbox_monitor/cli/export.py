@@ -41,8 +41,7 @@ from argparse import Namespace
 from pathlib import Path
 import sys
 
-from gearbox_monitor.cli.options import (
-    estimator_options, joint_of, refuse, wrapped, write_or_print)
+from gearbox_monitor.cli.options import estimator_options, joint_of, refuse, write_or_print
 from gearbox_monitor.errors import InputError, refusal
 from gearbox_monitor.files.user_files import expect_new, expect_new_file, write_new
 from gearbox_monitor.library.ranges import randomisation, ranges, WRITERS
@@ -50,6 +49,7 @@ from gearbox_monitor.library.simulator_file import (
     CatalogueActuator, export_model, is_actuator, load_actuator, load_model, NAMES, SimulatorFile,
     SIMULATORS, TARGETS, with_backlash)
 from gearbox_monitor.plant.drive import DriveModel
+from gearbox_monitor.report.sentences import wrapped
 from gearbox_monitor.simulators.c99 import firmware
 from gearbox_monitor.simulators.file_edits import Patch
 from gearbox_monitor.simulators.xml_edit import difference

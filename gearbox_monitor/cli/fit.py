@@ -40,7 +40,7 @@ from typing import Any
 
 
 from gearbox_monitor.cli.options import (
-    estimator_options, load_recordings, opened, refuse, settings_of, show, warn, wrapped)
+    estimator_options, load_recordings, opened, refuse, settings_of, show, warn)
 from gearbox_monitor.diagnosis.joint.nominal import FittedValue
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.tune import tune
@@ -52,7 +52,7 @@ from gearbox_monitor.library.progress import progress_bar
 from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, MIXED, MODEL as MODEL_VALUES
 from gearbox_monitor.presentation import credible, number, on_axis, percent
 from gearbox_monitor.recordings.joint_input import find_input, NO_MODEL, samples_of
-from gearbox_monitor.report.sentences import of_fit, of_noise, of_unit, say, told, UNITS
+from gearbox_monitor.report.sentences import of_fit, of_noise, of_unit, say, told, UNITS, wrapped
 from gearbox_monitor.signals.examine import measured_samples
 
 MODEL, NOISE, UNIT = WHAT = ('model', 'noise', 'unit')

@@ -37,11 +37,12 @@ import sys
 from typing import Any
 
 from gearbox_monitor.cli.main import INTERRUPTED, UNDECIDED
-from gearbox_monitor.cli.options import entries, estimator_options, refuse, show, wrapped
+from gearbox_monitor.cli.options import estimator_options, refuse, show
 from gearbox_monitor.errors import expect_whole, InputError, installed_by
 from gearbox_monitor.files.user_files import expect_outside_of_bag, load_model, read_text
 from gearbox_monitor.library.progress import count_bar
 from gearbox_monitor.recordings.joint_input import NO_MODEL, NO_SERIAL
+from gearbox_monitor.report.sentences import entries, wrapped
 from gearbox_monitor.ros.middleware import cores, Interrupt
 
 MAX_SERVICES = 1 << 24  # bytes of a file

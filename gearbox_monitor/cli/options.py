@@ -7,7 +7,7 @@ What commands share: how options are read, recordings and robots opened, results
 The options themselves are in commands.toml.
 """
 from argparse import Action, Namespace
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 import os
 from pathlib import Path
@@ -15,7 +15,6 @@ import re
 import shlex
 import shutil
 import sys
-import textwrap
 from types import MappingProxyType
 from typing import Any, TYPE_CHECKING
 
@@ -24,14 +23,12 @@ from gearbox_monitor.files.user_files import dump, load_model, load_parameters, 
 from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.parameters import EstimatorParameters, resolve, SETTINGS
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.presentation import on_axis, Said
 from gearbox_monitor.recordings.from_bag import ANY
 from gearbox_monitor.recordings.guess import Answers, Guess
 from gearbox_monitor.recordings.joint_input import (
     JointInput, NO_MODEL, read_snapshots, recorded_settings)
 from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.reading import open_recording, ReadOptions
-from gearbox_monitor.report.sentences import title
 from gearbox_monitor.signals.uniform import UniformRecording
 
 if TYPE_CHECKING:
@@ -96,27 +93,6 @@ def stated(args: Namespace, names: Iterable[str]) -> dict[str, Any]:
         actions.setdefault(action.dest, action)
     return {(*actions[name].option_strings, name)[0]: getattr(args, name) for name in names
             if getattr(args, name) != actions[name].default}
-
-
-def wrapped(words: str, first: str = '', further: str = '') -> list[str]:
-    """Return `words` in lines of at most 80 columns, which `first` and `further` begin."""
-    return textwrap.wrap(words, 80, initial_indent=first, subsequent_indent=further,
-                         break_on_hyphens=False)
-
-
-def entries(rows: Iterable[tuple[str, str]], wide: int = 13) -> list[str]:
-    """Return lines with the words of each of `rows` behind its label of `wide` columns."""
-    return [line for label, words in rows if words
-            for line in wrapped(words, f'{label:<{wide}s}', ' ' * wide)]
-
-
-def labelled(says: Iterable[Said], axis: str = 'rotary') -> Iterator[tuple[str, str]]:
-    """Yield the rows of `entries` for codes on a drive with `axis`, each label once in a row."""
-    before = ''
-    for said in says:
-        label = on_axis(title(said.code), axis)
-        yield ('' if label == before else label), str(said)
-        before = label
 
 
 def ids_in(words: Iterable[str]) -> list[str]:

@@ -25,8 +25,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from gearbox_monitor.cli.options import (
-    entries, estimator_options, labelled, opened, show, warn, wrapped)
+from gearbox_monitor.cli.options import estimator_options, opened, show, warn
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.user_files import expect_new_file, load_model
 from gearbox_monitor.health.alarms import Level, LIMITS
@@ -39,7 +38,7 @@ from gearbox_monitor.recordings.player import Player
 from gearbox_monitor.recordings.replay import (
     BagOutput, Comparison, CsvTable, ParquetTable, Replay, replay, summarised)
 from gearbox_monitor.report import words
-from gearbox_monitor.report.sentences import told
+from gearbox_monitor.report.sentences import entries, labelled, told, wrapped
 from gearbox_monitor.robot.description import SUFFIXES
 
 OUTPUTS: dict[str, type[CsvTable] | type[BagOutput]] = {

@@ -33,7 +33,7 @@ from typing import Any, NamedTuple
 from urllib.parse import quote
 import webbrowser
 
-from gearbox_monitor.cli.options import reading_of, show, warn, wrapped
+from gearbox_monitor.cli.options import reading_of, show, warn
 from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.errors import InputError, most_similar
 from gearbox_monitor.health.alarms import Level
@@ -42,7 +42,7 @@ from gearbox_monitor.plant.effects import EFFECTS, library, LOCATIONS
 from gearbox_monitor.recordings.reading import is_bag
 from gearbox_monitor.report.builder import Page, page_summary, render_page, Section
 from gearbox_monitor.report.explanation import ALL_CONDITIONS, Explanation, explanations
-from gearbox_monitor.report.sentences import title
+from gearbox_monitor.report.sentences import title, wrapped
 from gearbox_monitor.report.words import counted
 
 

@@ -22,8 +22,8 @@ from gearbox_monitor.errors import InputError, installed_by
 from gearbox_monitor.files.knowledge_file import save_watch
 from gearbox_monitor.files.user_files import expect_new_file, write_new
 from gearbox_monitor.library.robot import watch_robot
-from gearbox_monitor.report.robot_pages import watch_page
-from gearbox_monitor.report.robot_words import watch_data, watch_text
+from gearbox_monitor.report.watch_page import watch_page
+from gearbox_monitor.report.watch_words import watch_data, watch_text
 
 
 def run(args: Namespace) -> int:

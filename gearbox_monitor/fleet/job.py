@@ -36,7 +36,7 @@ from gearbox_monitor.recordings.player import Player
 from gearbox_monitor.recordings.read import natural
 from gearbox_monitor.recordings.reading import open_recording
 from gearbox_monitor.recordings.storage import FILE_NAME
-from gearbox_monitor.report.robot_words import watch_data
+from gearbox_monitor.report.watch_words import watch_data
 from gearbox_monitor.watch.fold import begin
 
 SUFFIXES = ('.mcap', '.db3', '.bag')  # ROS 1 bags are found, too, to report them as foreign

@@ -93,7 +93,7 @@ def _read(path: Path, notes: list[str]) -> UnitEstimate:
     """Return the UnitEstimate in a JSON file."""
     data = read_json(path, EXPECTED)
     if isinstance(data, dict) and isinstance(data.get('findings'), list):
-        if isinstance(data.get('remainders'), list):
+        if isinstance(data.get('remainders'), list) and 'axis' not in data:
             return _of_payload(data['findings'], str(path), notes)
         return _of_findings(data['findings'], str(path), notes)
     rows = data.get('values') if isinstance(data, dict) else None

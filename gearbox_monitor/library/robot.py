@@ -10,7 +10,6 @@ from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime, UTC
-from difflib import unified_diff
 from pathlib import Path
 from typing import Any
 
@@ -45,15 +44,16 @@ from gearbox_monitor.recordings.from_bag import (
 from gearbox_monitor.recordings.joint_input import find_topic
 from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOptions
 from gearbox_monitor.recordings.topics import JOINT_STATES
-from gearbox_monitor.report.robot_pages import by_effect, RobotContext
-from gearbox_monitor.report.robot_words import finding_words, reading_words, robot_headline
-from gearbox_monitor.report.words import counted
+from gearbox_monitor.report.diagnosis_page import by_effect, DiagnosisContext, effort_chart
+from gearbox_monitor.report.watch_words import reading_words
+from gearbox_monitor.report.words import counted, finding_words, headline
 from gearbox_monitor.robot.description import LONGEST, SUFFIXES
 from gearbox_monitor.signals.finding import BAD, DataFinding, hurts, judged, WARN
 from gearbox_monitor.signals.recording import conventions_of
 from gearbox_monitor.signals.stamps import require_stamps
 from gearbox_monitor.simulators.robot_model import ChainFile, MODEL_FILES, read_robot
 from gearbox_monitor.simulators.robot_patch import closed_file, rollouts, title_of
+from gearbox_monitor.simulators.xml_edit import difference
 from gearbox_monitor.watch.fold import begin, step
 from gearbox_monitor.watch.record import Block, Cutter, DATED, SECOND, Watch, WATCH_SETTINGS
 
@@ -110,18 +110,15 @@ class RobotDiagnosis(Paged, Saved):
         """What no finding explains."""
         return self.verdict.remainders
 
-    def context(self) -> RobotContext:
+    def context(self) -> DiagnosisContext:
         """Return what accompanies the verdict on its page."""
-        recordings, changes = self.verdict.evidence.recordings, list[str]()
-        if self.closed is not None:
-            path = self.robot.file.path
-            changes = list(unified_diff(
-                path.read_text('utf-8').splitlines(), self.closed.splitlines(), path.name,
-                f'{path.stem}.closed{path.suffix}', lineterm='', n=1))
-        return RobotContext(
+        recordings = self.verdict.evidence.recordings
+        curves = effort_curves(self.verdict, by_effect(self.data)[0]['joint'])
+        return DiagnosisContext(
+            [('worst joint', effort_chart(curves))],
+            [(Path(r.name).name, len(r.tests.mask) / r.rate, r.rate) for r in recordings],
             self.robot.file.chain,
-            np.median(np.concatenate([r.motion.q for r in recordings]), axis=0),
-            effort_curves(self.verdict, by_effect(self.data)[0]['joint']), changes)
+            np.median(np.concatenate([r.motion.q for r in recordings]), axis=0))
 
 
 def load_robot(path: str | Path, *, values: str | Path | None = None,
@@ -256,8 +253,8 @@ def _learnt(logs: str | Path | Sequence[str | Path], robot: Robot,
     if robot.file.drive is None:  # no known load gives the torque of a drive a scale
         stated = robot_model(robot.file, robot.values, False)
         floor = min(misfit(log, stated, (robot.file.low, robot.file.high)) for log in read)
-        axes = {link.joint: 'prismatic' if link.slides else 'rotary'
-                for link in robot.file.chain.links}
+        axes = {'gaps': [{'joint': link.joint, 'axis': 'prismatic' if link.slides else 'rotary'}
+                         for link in robot.file.chain.links]}
         notes += [str(said('reference_differs', finding=finding_words(f.to_dict(), axes)))
                   for f in balance.examined(model, read, result)]
     notes += [str(said('unjudged', place=joint)) for joint in result.unjudged]
@@ -323,12 +320,15 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
         'logs': names, 'model': str(file.path), 'model_digest': file.digest,
         'locked': dict(file.locked),
         'references': list(knowledge.references) if knowledge else [],
-        'readings': readings, 'options': '', 'warnings': notes, 'rollouts': None, 'closed': None}
+        'readings': readings, 'options': '', 'rollouts': None, 'closed': None}
+    data['warnings'] += notes
     if file.compiled is not None and verdict.findings:
         _confirm(data, plain(rollouts(file, verdict)))
     text, refused = closed_file(file, data['findings'], f'gearbox_monitor {__version__} diagnose')
     data['lacking'] = [f'{title}: {reason}' for title, reason in refused.items()]
-    return RobotDiagnosis(verdict, robot, {'summary': robot_headline(data), **data}, text,
+    data['changes'] = [] if text is None else difference(
+        file.path.name, file.path.read_bytes(), text.encode())
+    return RobotDiagnosis(verdict, robot, {'summary': headline(data), **data}, text,
                           tuple(data['lacking']))
 
 
@@ -348,7 +348,7 @@ def _confirm(data: dict[str, Any], runs: dict[str, Any]) -> None:
     for finding in data['findings']:
         name = title_of(finding)
         finding['confirmed'] = None if name in runs['without'] else name not in runs['vetoed']
-    data['cautions'] += [f'{name}: free runs in MuJoCo are farther off with it than without'
+    data['warnings'] += [f'{name}: free runs in MuJoCo are farther off with it than without'
                          for name in runs['vetoed']]
 
 

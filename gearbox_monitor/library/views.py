@@ -35,13 +35,12 @@ from gearbox_monitor.presentation import credible, number, on_axis, Quantity
 from gearbox_monitor.recordings.joint_input import match_stamps
 from gearbox_monitor.report.builder import Page, page_summary, render_page, Section
 from gearbox_monitor.report.chart import Chart, Drawing, Panel, Plane, Trace
-from gearbox_monitor.report.diagnosis_page import diagnosis_page, gather
+from gearbox_monitor.report.diagnosis_page import context_of, diagnosis_page
 from gearbox_monitor.report.recording_page import backlash_chart, overview, ROLES
-from gearbox_monitor.report.robot_pages import robot_gap_page
-from gearbox_monitor.report.robot_words import robot_text, watch_headline, watch_text
-from gearbox_monitor.report.sentences import of_fit, of_noise, of_unit, summary, told
+from gearbox_monitor.report.sentences import of_fit, of_noise, of_unit, told
 from gearbox_monitor.report.timeline import measured, Timeline, timeline_of
-from gearbox_monitor.report.words import sentence, value_rows
+from gearbox_monitor.report.watch_words import watch_headline, watch_text
+from gearbox_monitor.report.words import headline, sentence, verdict_text
 from gearbox_monitor.watch.record import Watch
 
 ROWS = 10  # of a long table in a notebook
@@ -104,11 +103,11 @@ def _windows_in_brief(windows: BacklashWindows) -> str:
     return f'{len(windows.fits)} windows; {text}'
 
 
-def _verdict_in_words(verdict: Verdict) -> list[str]:
-    data, axis = plain(verdict.to_dict()), verdict.basis.model.axis
-    return [summary(data, axis), *(f'{row.effect} {row}' for row in value_rows(data, axis)),
-            f'gap {number(verdict.gap_before)} before, {number(verdict.gap_after)} after, in '
-            'standard deviations of the noise; 1 is the floor', *_notes(verdict.warnings)]
+def verdict_data(verdict: Verdict) -> dict[str, Any]:
+    """Return a verdict as plain data, as JSON has it, without what a command adds."""
+    data = plain(verdict.to_dict())
+    return {'summary': headline(data), **data, 'model': 'drive.yaml', 'options': '', 'joint': '',
+            'logs': [r.name for r in verdict.basis.data.recordings], 'closed': None}
 
 
 def _fitted(fit: NominalFit) -> list[str]:
@@ -120,7 +119,7 @@ BRIEFS: dict[type, Callable[[Any], str]] = {
     DriveRecording: lambda r: f'{r.name!r}: {_recorded_in_brief(r)}',
     Estimates: _estimated_in_brief,
     BacklashWindows: lambda w: f'{w.recording.name!r}: {_windows_in_brief(w)}',
-    Verdict: lambda v: summary(plain(v.to_dict()), v.basis.model.axis),
+    Verdict: lambda v: verdict_data(v)['summary'],
     NominalFit: lambda f: told(of_fit(f))['summary'],
     TunedParameters: lambda t: told(of_noise(t.figures, t.model.axis))['summary'],
     Adapted: lambda a: told(of_unit(a))['summary'],
@@ -133,8 +132,8 @@ BRIEFS: dict[type, Callable[[Any], str]] = {
     ReportPages: lambda p: f'{p.page}: {p.extent}'}
 # Lines of print where they are more than those of repr.
 WORDS: dict[type, Callable[[Any], list[str]]] = {
-    RecordingEstimates: _estimated_in_words, Verdict: _verdict_in_words,
-    RobotDiagnosis: lambda d: [robot_text(d.data)], Watch: lambda w: [watch_text(w)],
+    RecordingEstimates: _estimated_in_words, Verdict: lambda v: [verdict_text(verdict_data(v))],
+    RobotDiagnosis: lambda d: [verdict_text(d.data)], Watch: lambda w: [watch_text(w)],
     ReportPages: lambda p: [p.headline, f'{p.page}: {p.extent}'],
     DriveRecording: lambda r: [brief(r), *_notes(r.notes)],
     NominalFit: lambda f: [_entry(BRIEFS, f)(f), *_fitted(f)],
@@ -317,16 +316,12 @@ def _windows_page(windows: BacklashWindows) -> str:
     return _charts_page(windows.recording.name, answer, axis, [backlash_chart(line, axis)])
 
 
-def _verdict_page(verdict: Verdict) -> str:
-    data, model = plain(verdict.to_dict()), verdict.basis.model
-    return diagnosis_page({'summary': summary(data, model.axis), **data}, gather(verdict, model),
-                          verdict.basis.data.recordings)
-
-
 PAGES: dict[type, Callable[[Any], str]] = {
     DriveRecording: _recorded_page, RecordingEstimates: _estimated_page,
-    BacklashWindows: _windows_page, Verdict: _verdict_page,
-    RobotDiagnosis: lambda diagnosis: robot_gap_page(diagnosis.data, diagnosis.context())}
+    BacklashWindows: _windows_page,
+    Verdict: lambda verdict: diagnosis_page(
+        verdict_data(verdict), context_of(verdict, verdict.basis.model)),
+    RobotDiagnosis: lambda diagnosis: diagnosis_page(diagnosis.data, diagnosis.context())}
 
 
 def write_page(result: Any, path: str | Path) -> Path:

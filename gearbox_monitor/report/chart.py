@@ -197,18 +197,13 @@ def _inner(values: Array) -> Array:
 
 @dataclass(frozen=True)
 class BarRow:
-    """
-    One bar: name, note below it, value (None: no bar), its text, its role.
-
-    interval: (low, high) of a whisker, or None.
-    """
+    """One bar: name, note below it, value (None: no bar), its text, its role."""
 
     name: str
     note: str
     value: float | None
     text: str
     role: str
-    interval: Span | None = None
 
 
 @dataclass(frozen=True)
@@ -217,7 +212,7 @@ class Bars:
     Horizontal bars from top to bottom.
 
     log: whether lengths are logarithms, from 1 on; top: value of a full bar, None: the largest
-    value or end of a whisker.
+    value.
     """
 
     rows: Sequence[BarRow]
@@ -226,8 +221,8 @@ class Bars:
 
     def full(self) -> float:
         """Return the value of a full bar."""
-        return self.top or max((v for row in self.rows for v in (
-            row.value, *(row.interval or ())) if v is not None), default=1.0)
+        return self.top or max((row.value for row in self.rows if row.value is not None),
+                               default=1.0)
 
 
 Drawing: TypeAlias = Chart | Plane
@@ -466,13 +461,8 @@ def bar_views(bars: Bars) -> list[View]:
         else:
             share = value / full if full > 0.0 else 0.0
         return 100.0 * min(1.0, max(0.0, share))
-
-    def whisker(interval: Span) -> Span:
-        """Return begin and length of a whisker in percent."""
-        low, high = map(part, interval)
-        return low, max(high - low, 0.0)
-    return [{'row': row, 'fill': None if row.value is None else part(row.value),
-             'whisker': row.interval and whisker(row.interval)} for row in bars.rows]
+    return [{'row': row, 'fill': None if row.value is None else part(row.value)}
+            for row in bars.rows]
 
 
 WIDTH, HEIGHT, MARGIN = 460.0, 300.0, 40.0

@@ -2,65 +2,85 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The page of a diagnosis: the effect, its place, its certainty, and the share it explains.
+The page of a diagnosis, of a drive and of a robot: the answer, what to do, the evidence.
 
-The evidence comes first: residuals binned over the motion, charts of models over a recording.
+Sections that a verdict has no data for are left out: a drive has no sketch, a robot no ranking.
 """
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 import re
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.contest import CONTEST, THRESHOLDS
-from gearbox_monitor.diagnosis.joint.shooting import ShootingWindows
+from gearbox_monitor.diagnosis.contest import THRESHOLDS
 from gearbox_monitor.diagnosis.joint.verdict import Verdict
 from gearbox_monitor.diagnosis.joint.windows import Overlay, overlay
+from gearbox_monitor.diagnosis.robot.verdict import EffortCurves
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
-from gearbox_monitor.presentation import number, on_axis, percent
-from gearbox_monitor.report.builder import Page, PageTable, render_page, Section, verdict_numbers
-from gearbox_monitor.report.chart import BarRow, Bars, Chart, Panel, Span, Trace
+from gearbox_monitor.presentation import number, on_axis, percent, Quantity
+from gearbox_monitor.report.builder import (
+    advice, Page, page_summary, PageTable, render_page, Section, verdict_numbers)
+from gearbox_monitor.report.chart import BarRow, Bars, Chart, Dot, Panel, sketch, Trace
 from gearbox_monitor.report.words import (
-    gain_text, ids_of, meaning, MEANINGS, NAMING, next_steps, NO_FILES, NOTHING, place_text,
-    sentence, torque_map_of, undefined, unit_of, UserFiles, value_rows)
+    axis_of, finding_words, gain_text, meaning, MEANINGS, NAMING, next_steps, NOTHING,
+    reading_unit, remainder_words, sentence, size_unit, subject_of, torque_map_of, unit_of,
+     value_rows, VerdictData)
+from gearbox_monitor.robot.chain import Chain
 from gearbox_monitor.signals.uniform import UniformRecording
 
-BINS = 24
-BRIEF = 0.01      # s, over which positions are smoothed
-TAIL = 0.5        # percent of the samples on either end that share the outermost bins
-FEWEST = 0.002    # share of the samples below which a bin says nothing
+RUN_ROLES = ('nominal', 'closed')  # of curves, in the order of the runs
+RANKED = 10
+NOISE_RANGE = (0.9, 1.5)  # gaps that are always in view: noise must not look large
+LISTED = 40  # lines of a difference; longer ones are folded
+ROLES = {'none': 'good', 'effect': ''}  # others warn
 
 
-def binned(x: Array, value: Array, edges: Array) -> Array:
+@dataclass(frozen=True, eq=False)
+class DiagnosisContext:
     """
-    Return the rms [B] of `value` [...] over x [...], or of value [..., C]; NaN: few samples.
+    What accompanies a verdict on its page.
 
-    What lies beyond the edges counts in the outermost bins.
+    charts: (words, recording and models over each other). recordings: (name, s, samples/s) of
+    each. chain, posture: of a robot, and its usual positions [J], rad or m.
+    """
+
+    charts: Sequence[tuple[str, Chart]]
+    recordings: Sequence[tuple[str, float, float]]
+    chain: Chain | None = None
+    posture: Array | None = None
+
+
+def context_of(verdict: Verdict, model: DriveModel) -> DiagnosisContext:
+    """
+    Return what accompanies a verdict on a drive, of the recording with the largest gap.
 
     Args:
-        x: motion variable in each sample.
-        value: quantity to average, of the shape of `x`, or with channels as a last axis.
-        edges: edges of the bins [B + 1], in the unit of the motion variable.
+        verdict: of the search.
+        model: the nominal model.
     """
-    bins = len(edges) - 1
-    at = np.clip(np.searchsorted(edges, np.ravel(x), side='right') - 1, 0, bins - 1)
-    power = (np.asarray(value, float).reshape(len(at), -1) ** 2).mean(axis=-1)
-    count = np.bincount(at, minlength=bins)
-    populated = count >= max(1.0, FEWEST * len(at))
-    total = np.bincount(at, power, minlength=bins)
-    return np.sqrt(np.where(populated, total / np.where(populated, count, 1), np.nan))
+    data = verdict.basis.data
+    models = {'nominal model': model}
+    if verdict.model != model:
+        models[closed_name(verdict, model)] = verdict.model
+    laid = overlay(data.recordings[verdict.basis.widest], models, data.level)
+    charts = [(words, window_chart(laid, words, window, model.axis))
+              for words, window in notable_windows(laid)]
+    return DiagnosisContext(
+        [*charts, ('whole recording, one run', whole_chart(laid, model.axis))],
+        [(_short(r), r.duration, 1.0 / r.dt) for r in data.recordings])
 
 
-def edges_of(x: Array) -> Array:
-    """Return the edges [BINS + 1] of bins, evenly spaced over all of `x` but its tails."""
-    low, high = np.percentile(x, [TAIL, 100.0 - TAIL])
-    if not high > low:
-        low, high = low - 0.5, low + 0.5
-    return np.linspace(low, high, BINS + 1)
+def _short(recording: UniformRecording) -> str:
+    """Return the name of `recording` without its folders."""
+    return re.split(r'[\\/]', recording.name)[-1]
+
+
+# ---------------------------------------------------------------------- models over a recording
 
 
 def smoothed(residual: Array, dt: float, seconds: float = 0.02) -> Array:
@@ -82,87 +102,6 @@ def clipped_to_range(y: Array, measured: Array) -> Array:
     low, high = float(measured.min()), float(measured.max())
     with np.errstate(invalid='ignore'):
         return np.where(np.abs(y - 0.5 * (low + high)) < 2.0 * (high - low), y, np.nan)
-
-
-QUANTITIES = {'speed': 'speed of the motor (rad/s)', 'angle': 'angle of the arm (rad)',
-              'twist': 'twist, motor - arm (rad)', 'time': 'time (s)'}  # and units, rotary
-RUN_ROLES = ('nominal', 'closed')  # of curves, in the order of the runs
-
-
-@dataclass(frozen=True)
-class DiagnosisEvidence:
-    """
-    Arrays behind a verdict.
-
-    axis: of the model; labels {quantity: words with unit}; overlay: nominal model first; windows:
-    (words, window) of those to show; maps {quantity: (edges [B + 1] of bins, rms [B] of the
-    residual in sigma of each run)}; placed: whether the recording shows where an effect acts: both
-    encoders, or one of a rigid drive.
-    """
-
-    axis: str
-    labels: Mapping[str, str]
-    overlay: Overlay
-    windows: Sequence[tuple[str, int]]
-    maps: Mapping[str, tuple[Array, Sequence[Array]]]
-    placed: bool
-
-
-def gather(verdict: Verdict, model: DriveModel) -> DiagnosisEvidence:
-    """
-    Return the evidence behind a verdict, of the recording with the largest gap.
-
-    Args:
-        verdict: of the search.
-        model: the nominal model.
-
-    Returns:
-        Arrays that the page shows.
-
-    """
-    data = verdict.basis.data
-    recording = data.recordings[verdict.basis.widest]
-    models = {'nominal model': model}
-    if verdict.model != model:
-        models[closed_name(verdict, model)] = verdict.model
-    laid = overlay(recording, models, data.level)
-    motion = _motion(recording, model, laid.windows)
-    residuals = [laid.residual(run) for run in laid.runs]
-    maps = {name: (edges, [binned(value, r, edges) for r in residuals])
-            for name, value in motion.items() for edges in (edges_of(value),)}
-    return DiagnosisEvidence(
-        model.axis, {name: on_axis(_label(name, recording), model.axis) for name in motion}, laid,
-        notable_windows(laid), maps, shows_place(recording, model))
-
-
-def shows_place(recording: UniformRecording, model: DriveModel) -> bool:
-    """Return whether a recording of `model` shows the side of an effect: one encoder does not."""
-    return model.transmission.kind == 'rigid' or _both_sides(recording)
-
-
-def _both_sides(recording: UniformRecording) -> bool:
-    """Return whether motor and arm of a recording were measured."""
-    return len(recording.channels) > 1 or recording.readings[0] == 'torque'
-
-
-def _label(quantity: str, recording: UniformRecording) -> str:
-    """Return the name of a quantity with its unit; one encoder shows its own side alone."""
-    words = QUANTITIES[quantity]
-    if _both_sides(recording):
-        return words
-    side = recording.readings[recording.channels[0]]
-    return words.replace('of the motor', f'of the {side}').replace('of the arm', f'of the {side}')
-
-
-def _motion(recording: UniformRecording, model: DriveModel, windows: ShootingWindows
-            ) -> dict[str, Array]:
-    """Return {quantity: [W, L]} of a recording; the twist only where it exists and is measured."""
-    (motor, arm), dt = recording.positions.T, recording.dt
-    values = {'speed': np.gradient(smoothed(motor, dt), dt), 'angle': smoothed(arm, dt, BRIEF),
-              'time': np.arange(len(arm)) * dt}
-    if model.transmission.kind != 'rigid' and _both_sides(recording):
-        values['twist'] = smoothed(motor - arm, dt, BRIEF)
-    return {name: values[name][windows.samples] for name in QUANTITIES if name in values}
 
 
 def closed_name(verdict: Verdict, model: DriveModel) -> str:
@@ -232,168 +171,216 @@ def whole_chart(overlay: Overlay, axis: str) -> Chart:
 def _channel_panels(name: str, readings: Sequence[Trace], residual: Sequence[Trace],
                     axis: str) -> list[Panel]:
     """Return the panels of one encoder: its readings and, below, the residual."""
-    unit = unit_of(name, 'rad')
+    unit = reading_unit(name, 'rotary')
     quantity = f'{name}, angle' if unit == 'rad' else name
     return [Panel(on_axis(f'{quantity} ({unit})', axis), readings),
             Panel(on_axis(f'{name}, recording - model ({unit})', axis), residual, 0.0, 110)]
 
 
-VerdictData: TypeAlias = Mapping[str, Any]  # the JSON of a verdict
-RANKED = 10
-NOISE_RANGE = (0.9, 1.5)  # gaps that are always in view: noise must not look large
+def effort_chart(curves: EffortCurves) -> Chart:
+    """Return the effort of a joint, recorded and by both models."""
+    unit, t = on_axis('N m', curves.axis), curves.t
+    return Chart(f'{curves.joint}, before and after', [
+        Panel(f'effort ({unit})', [
+            Trace(t, curves.recorded, 'recording', 'recording'),
+            Trace(t, curves.recorded - curves.before, 'model', 'nominal'),
+            Trace(t, curves.recorded - curves.after, 'with the findings', 'closed')]),
+        Panel(f'recording - model ({unit})', [
+            Trace(t, curves.before, 'model', 'nominal'),
+            Trace(t, curves.after, 'with the findings', 'closed')], 0.0, 110)], 'time (s)')
 
 
-def diagnosis_page(data: VerdictData, evidence: DiagnosisEvidence,
-                   recordings: Sequence[UniformRecording],
-                   files: UserFiles = NO_FILES) -> str:
+# ---------------------------------------------------------------------- page
+
+
+def diagnosis_page(data: VerdictData, context: DiagnosisContext) -> str:
     """
-    Return the page of a diagnosis as HTML.
+    Return the page of a diagnosis as HTML, one file that loads nothing.
 
     Args:
         data: the verdict as plain data.
-        evidence: arrays behind it.
-        recordings: those it is about.
-        files: of the user.
-
-    Returns:
-        One file that loads nothing.
-
+        context: what accompanies it.
     """
-    names = ', '.join(short_name(recording) for recording in recordings)
-    return render_page(Page(f'Diagnosis of {names}', _summary(data, evidence.axis), (
-        _steps(data, files, evidence.axis), _gaps(data, files.validated),
-        _overlays(evidence), _location(data, evidence), _ranking(data, evidence),
-        _values(data, evidence.axis), _doubts(data, recordings, evidence),
-        verdict_numbers(data)), evidence.axis))
+    names = ', '.join(Path(name).name for name in data['logs'])
+    sections = (advice([sentence(step) for step in next_steps(data)]), _picture(data, context),
+                _gaps(data), Section('diagnosis/charts.html', {
+                    'charts': context.charts, 'windows': 'axis' in data}, 'Before and after'),
+                _findings(data), _values(data), _changes(data), _ranking(data), _visible(data),
+                _doubts(data, context), verdict_numbers(data))
+    return render_page(Page(f'Diagnosis of {names}', _summary(data), [
+        section for section in sections if section is not None], axis_of(data)))
 
 
-def short_name(recording: UniformRecording) -> str:
-    """Return the name of `recording` without its folders."""
-    return re.split(r'[\\/]', recording.name)[-1]
+def _summary(data: VerdictData) -> Section:
+    """Return the verdict in words, the main figures, and what the effects are."""
+    if 'axis' in data:
+        facts = [('gap before', number(data['gap_before']))]
+        if data['verdict'] not in NOTHING:
+            closed = data['closed_fraction']
+            facts += [('gap after', number(data['gap_after'])),
+                      ('closed', 'not defined' if closed is None else str(percent(closed)))]
+    else:
+        highest = (data['servos'] if data['servos'] and {
+            f['place'] for f in data['findings']} == {'controller'} else by_effect(data))[0]
+        unit = on_axis('N m', axis_of(data, highest['joint']))
+        facts = [('worst joint', highest['joint']),
+                 ('its gap before', f'{number(highest["before"], unit)} rms'),
+                 ('after', f'{number(highest["after"], unit)} rms')]
+    facts.append(('compared with', ', '.join(data.get('references') or [data['model']])))
+    names = dict.fromkeys(f['effect'] for f in data['findings'])
+    return page_summary(ROLES.get(data['verdict'], 'warn'), data['summary'], facts, [
+        f'{name}: {meaning(name, axis_of(data))}.' for name in names if name in MEANINGS])
 
 
-def _summary(data: VerdictData, axis: str) -> Section:
-    """Return the verdict in one sentence, its effects, the main figures."""
-    facts = [('gap before', number(data['gap_before']))]
-    if data['verdict'] not in NOTHING:
-        facts.append(('gap after', number(data['gap_after'])))
-        closed = data.get('closed_fraction')
-        facts.append(('closed', 'not defined' if closed is None else str(percent(closed))))
-    if data['verdict'] in NAMING:
-        facts.append(('indistinguishable from it', ', '.join(data['confusable']) or 'nothing'))
-    colour = {'none': 'good', 'undecided': 'warn', 'unknown': 'warn', 'incomplete': 'warn'}
-    rows = value_rows(data, axis)
-    sizes = {name: ', '.join(str(row) for row in rows
-                             if row.effect == name and row.size is not None)
-             for name in ids_of(data)}
-    return Section('diagnosis/summary.html', {
-        'kind': colour.get(data['verdict'], ''), 'headline': data['summary'], 'facts': facts,
-        'meanings': [(name, meaning(name, axis), sizes[name]) for name in ids_of(data)
-                     if name in MEANINGS]})
+def _picture(data: VerdictData, context: DiagnosisContext) -> Section | None:
+    """Return the robot from its side: a dot per joint as large as its gap, with findings."""
+    if context.chain is None or context.posture is None:
+        return None
+    joint_of = {link.name: link.joint for link in context.chain.links}
+    said = dict[str, list[str]]()
+    for f in data['findings']:
+        joint = f.get('joint') or joint_of.get(f.get('link') or '', '')
+        said.setdefault(joint, []).append(finding_label(f, data))
+    gaps = {r['joint'] for r in data['remainders']}
+    highest = max(map(_share, data['gaps']), default=1.0)
+    dots = {}
+    for gap in sorted(by_effect(data), key=lambda gap: gap['joint'] not in said):
+        joint = gap['joint']
+        share = _share(gap) / max(highest, 1e-9)
+        role = 'hit' if joint in said else 'lost' if joint in gaps else 'calm'
+        dots[joint] = Dot(joint, said.get(joint, ()), role, 4.0 + 7.0 * share)
+    return Section('diagnosis/picture.html', sketch(context.chain, context.posture, dots), 'Where')
 
 
-def _steps(data: VerdictData, files: UserFiles, axis: str) -> Section:
-    """Return advice, with the changes of a file and further files."""
-    return Section('diagnosis/next.html', {
-        'steps': [sentence(step) for step in next_steps(data, files, axis)],
-        'changes': files.changes,
-        'files': ['verdict.json', *(['drive.closed.yaml'] if files.closed else [])]},
-        'What to do next')
+def finding_label(finding: Mapping[str, Any], data: VerdictData) -> str:
+    """Return the size of a `finding` of the verdict `data` for a sketch, as "+2.0 kg"."""
+    effect, values = finding['effect'], finding['values']
+    name = 'm' if 'm' in values else subject_of(effect, values)[0]
+    if effect in ('payload', 'base_tilt', 'link_inertia') and 'm' not in values:
+        return effect.replace('_', ' ')
+    is_factor = name.endswith('_factor')
+    size, _ = Quantity(values[name], finding['deviations'].get(name)).digits('+' * (not is_factor))
+    unit = 'kg' if name == 'm' else unit_of(effect, name, axis_of(data, finding.get('joint')))
+    return f'\u00d7 {size}' if is_factor else f'{size} {unit}'.strip()
 
 
-def _gaps(data: VerdictData, validated: str | None) -> Section:
-    """Return the gap before and after, as bars, and the share that is closed, or why none is."""
-    gaps, closed = [], []
-    for name, nominal, closed_gap, share, interval in _gap_parts(data):
-        gaps.append(BarRow(name, 'before', nominal, number(nominal), 'nominal'))
-        if data['verdict'] in NOTHING:
-            continue
-        gaps.append(BarRow('', 'after', closed_gap, number(closed_gap), 'closed'))
-        if share is not None:
-            note = (f'90 % interval {percent(interval[0])} to {percent(interval[1])}'
-                    if interval else '')
-            closed.append(BarRow(name, note, share, str(percent(share)), 'closed', interval))
+def by_effect(data: VerdictData) -> list[Mapping[str, Any]]:
+    """Return the gaps of the joints of a robot, those that change the motion most first."""
+    runs = (data.get('rollouts') or {}).get('joints') or {}
+    return sorted(data['gaps'], reverse=True, key=lambda gap: (
+        runs[gap['joint']]['before'] if gap['joint'] in runs else _share(gap)))
+
+
+def _share(gap: Mapping[str, Any]) -> float:
+    """Return the `gap` of a joint as a share of its torque."""
+    return float(gap['before'] / (gap['effort'] + 1e-9))
+
+
+def _gaps(data: VerdictData) -> Section:
+    """Return the gap before and after, as bars, with the share that is closed."""
+    is_drive, runs = 'axis' in data, (data.get('rollouts') or {}).get('joints') or {}
+    gaps = []
+    for name, note, before, after, unit, closed in (
+            _gaps_of_readings(data) if is_drive else _gaps_of_joints(data, runs)):
+        gaps.append(BarRow(name, f'before{note}', before, number(before, unit), 'nominal'))
+        if not is_drive or data['verdict'] not in NOTHING:
+            gaps.append(BarRow('', f'after{closed}', after, number(after, unit), 'closed'))
     top = max([NOISE_RANGE[1], *(row.value for row in gaps if row.value is not None)])
-    whole = max([1.0, *(v for row in closed for v in (row.value, *(row.interval or ()))
-                        if v is not None)])
     return Section('diagnosis/gap.html', {
-        'gaps': Bars(gaps, True, top), 'closed': Bars(closed, top=whole),
-        'undefined': '' if closed or data['verdict'] in NOTHING else undefined(data),
-        'free_run': _free_run(data, validated)}, 'The gap')
+        'is_drive': is_drive, 'runs': bool(runs),
+        'gaps': Bars(gaps, True, top) if is_drive else Bars(gaps)}, 'The gap')
 
 
-GapPart: TypeAlias = tuple[str, float, float, float | None, Span | None]
+# Name, note, gap before and after, their unit, words on the closed share.
+GapPart = tuple[str, str, float, float, str, str]
 
 
-def _gap_parts(data: VerdictData) -> list[GapPart]:
-    """Return (name, gap before, after, closed share, its interval) in all and of each reading."""
-    channels = data.get('channels') or {}
+def _gaps_of_readings(data: VerdictData) -> list[GapPart]:
+    """Return the gap of a drive in all and of each reading, in multiples of the noise."""
+    names, low_high = [gap['reading'] for gap in data['gaps']], data['closed_fraction_ci']
     parts: list[GapPart] = [
-        (' and '.join(channels) or 'all', data['gap_before'], data['gap_after'],
-         data.get('closed_fraction'), data.get('closed_fraction_ci'))]
-    for name, part in channels.items() if len(channels) > 1 else ():
-        parts.append((name if name == 'torque' else f'{name} encoder', part['before'],
-                      part['after'], part['closed'], None))
-    validation = data.get('validation')
-    if validation:
-        parts.append(('second recording', validation['gap_before'], validation['gap_after'],
-                      validation['closed_fraction'], None))
+        (' and '.join(names) or 'all', '', data['gap_before'], data['gap_after'], '',
+         _closed(data['closed_fraction']) + (
+             f' ({percent(low_high[0])} to {percent(low_high[1])})' if low_high else ''))]
+    for gap in data['gaps'] if len(names) > 1 else ():
+        name = gap['reading']
+        parts.append((name if name == 'torque' else f'{name} encoder', '', gap['before'],
+                      gap['after'], '', _closed(gap['closed'])))
     theirs = data.get('simulator')
-    if theirs:
-        parts.append((f'in {theirs["name"]}', theirs['gap_before'], theirs['gap_after'],
-                      theirs['closed_fraction'], None))
+    for name, part in (('second recording', data.get('validation')),
+                       (theirs and f'in {theirs["name"]}', theirs)):
+        if part:
+            parts.append((str(name), '', part['gap_before'], part['gap_after'], '',
+                          _closed(part['closed_fraction'])))
     return parts
 
 
-def _free_run(data: VerdictData, validated: str | None) -> dict[str, Any] | None:
-    """Return name, seconds, unit and rms of the free run on the second recording, or None."""
-    run = (data.get('validation') or {}).get('free_run')
-    if not run:
+def _closed(share: float | None) -> str:
+    return '' if share is None else f', {percent(share)} closed'
+
+
+def _gaps_of_joints(data: VerdictData, runs: Mapping[str, Any]) -> list[GapPart]:
+    """Return the gap of each joint of a robot, of torque or, where there are any, of free runs."""
+    parts: list[GapPart] = []
+    for gap in by_effect(data):
+        joint, axis = gap['joint'], axis_of(data, gap['joint'])
+        if joint in runs:
+            before, after = (1e3 * runs[joint][key] for key in ('before', 'after'))
+            parts.append((joint, '', before, after, on_axis('mrad', axis), ''))
+        else:
+            note = f', {percent(_share(gap))} of its {on_axis("torque", axis)}'
+            parts.append((joint, note, gap['before'], gap['after'], on_axis('N m', axis), ''))
+    return parts
+
+
+def _findings(data: VerdictData) -> Section:
+    """Return the findings, one line each, and the remainders."""
+    rows = [(finding_words(f, data), f['effect'],
+             '-' if f['share'] is None else f'{100 * f["share"]:.0f} %',
+             '-' if f['evidence'] is None else f'{f["evidence"]:.0f}') for f in data['findings']]
+    header = ('finding', 'effect', 'share', 'evidence')
+    return Section('diagnosis/findings.html', {
+        'rows': PageTable(header, rows, (2, 3)),
+        'remains': [f'{remainder_words(r, data)}.' for r in data['remainders']]}, 'Findings')
+
+
+def _changes(data: VerdictData) -> Section | None:
+    """Return what the findings change in the user's file, as lines of a difference."""
+    lines, lacking = data.get('changes') or [], data.get('lacking') or []
+    if not lines and not lacking:
         return None
-    units = ', '.join(dict.fromkeys(unit_of(name, 'rad') for name in run['before']))
-    return {'name': str(validated), 'seconds': run['seconds'], 'unit': units,
-            'rms': PageTable(('', 'before', 'after'), [
-                (name, number(run['before'][name]), number(run['after'][name]))
-                for name in run['before']], (1, 2))}
+    return Section('diagnosis/changes.html', {
+        'lines': [(line, {'+': 'added', '-': 'removed'}.get(line[:1], '')) for line in lines],
+        'lacking': lacking}, 'The file', folded=len(lines) > LISTED)
 
 
-def _overlays(evidence: DiagnosisEvidence) -> Section:
-    """Return charts of recording and models over each other, of typical windows and of all."""
-    charts = [(words, window_chart(evidence.overlay, words, window, evidence.axis))
-              for words, window in evidence.windows]
-    charts.append(('whole recording, one run', whole_chart(evidence.overlay, evidence.axis)))
-    return Section('diagnosis/overlays.html', {'charts': charts}, 'Before and after')
-
-
-def _location(data: VerdictData, evidence: DiagnosisEvidence) -> Section:
-    """Return where the gap is: places and maps."""
+def _visible(data: VerdictData) -> Section | None:
+    """Return the smallest size of each effect that the motion of a robot would have shown."""
+    if 'visible' not in data:
+        return None
     rows = []
-    if data['verdict'] not in NOTHING and evidence.placed:
-        for place, part in data['where']['places'].items():
-            role = 'closed' if place == data['where']['place'] else 'closed faint'
-            rows.append(BarRow(place_text(place), '', part['explained'],
-                               str(percent(part['explained'])), role))
-    charts = []
-    for name, (edges, maps) in evidence.maps.items():
-        panel = Panel('gap', [
-            Trace(edges, rms, run.name, role, step=True)
-            for run, role, rms in zip(evidence.overlay.runs, RUN_ROLES, maps)],
-            1.0, 130, NOISE_RANGE)
-        charts.append(Chart(f'over {name}', [panel], evidence.labels[name], zoom=False))
-    return Section('diagnosis/where.html', {
-        'placed': evidence.placed, 'places': Bars(rows, top=1.0), 'charts': charts},
-        'Where', folded=True)
+    for effect, places in data['visible'].items():
+        if places:
+            low, high = min(places, key=places.get), max(places, key=places.get)
+            ends = [(f'{places[place]:.2g} {size_unit(effect, axis_of(data, place))}', place)
+                    for place in (low, high)]
+            rows.append((MEANINGS.get(effect, effect), *ends[0], *ends[1]))
+    return Section('diagnosis/visible.html', {
+        'rows': PageTable(('effect', 'visible from', 'at', 'elsewhere up to', 'at'), rows),
+        'untried': data['not_tried'].items()}, 'Smallest visible sizes', folded=True)
 
 
-def _ranking(data: VerdictData, evidence: DiagnosisEvidence) -> Section:
-    """Return the gains of the effects, and the rivals of the verdict."""
+def _ranking(data: VerdictData) -> Section | None:
+    """Return the gains of the effects of a drive, and the rivals of the verdict."""
     gains: Mapping[str, float] = data.get('gains') or {}
+    if not gains:
+        return None
     effect, rivals = data.get('effect'), data.get('confusable') or ()
     ranking = sorted(gains, key=lambda name: gains[name], reverse=True)[:RANKED]
     rows = []
     for name in ranking:
         note = ('the verdict' if name == effect else 'indistinguishable from the verdict'
-                if name in rivals else meaning(name, evidence.axis))
+                if name in rivals else meaning(name, axis_of(data)))
         rows.append(BarRow(name, note, max(gains[name], 0.0), gain_text(gains, name),
                            'closed' if name == effect else 'closed faint'))
     has_effect = data['verdict'] in NAMING
@@ -405,38 +392,34 @@ def _ranking(data: VerdictData, evidence: DiagnosisEvidence) -> Section:
         'Which effect', folded=True)
 
 
-def _values(data: VerdictData, axis: str) -> Section:
-    """Return values of the effects, their equations, values of the model that were estimated."""
-    effects, params = library(), data.get('params') or {}
+def _values(data: VerdictData) -> Section | None:
+    """Return values of a drive: of effects with their equations, of the model as estimated."""
+    if 'axis' not in data:
+        return None
+    effects, params = library(), data['params']
     words, knots = torque_map_of(data) or ('', [])
     return Section('diagnosis/values.html', {
         'nearest_only': data['verdict'] == 'incomplete', 'torque_map': words,
         'parameters': PageTable(('effect', 'parameter', 'value', 'in the model', 'change'), [
-            row.cells for row in value_rows(data, axis)], (2, 3, 4)),
-        'knots': PageTable(('at', f'torque, {on_axis("N m", axis)}', 'standard error'), knots,
-                           (0, 1, 2)),
+            row.cells for row in value_rows(data)], (2, 3, 4)),
+        'knots': PageTable(('at', on_axis('torque, N m', axis_of(data)), 'standard error'),
+                           knots, (0, 1, 2)),
         'equations': [(name, effects[name].equation) for name in params if name in effects],
         'nominal': PageTable(('value', 'estimate', 'off by tolerances'), [
             (name, number(data['nominal'][name]), f'{shift:+.1f}')
             for name, shift in (data.get('nominal_shift') or {}).items()], (1, 2))}, 'Values')
 
 
-def _doubts(data: VerdictData, recordings: Sequence[UniformRecording],
-            evidence: DiagnosisEvidence) -> Section:
-    """Return the recordings, their noise, and the doubts about the verdict."""
-    noise = ', '.join(
-        f'{name} {number(value, unit_of(name, "rad"))}' for name, value in
-        zip(evidence.overlay.recording.readings, data['sigma']) if value is not None)
-    misfit = data.get('misfit') or {}
-    torque, memory = misfit.get('torque'), misfit.get('memory')
+def _doubts(data: VerdictData, context: DiagnosisContext) -> Section:
+    """Return the recordings, the noise of a drive, and the doubts about the verdict."""
+    noise = '' if 'sigma' not in data else ', '.join(
+        f'{gap["reading"]} {number(value, reading_unit(gap["reading"], axis_of(data)))}'
+        for gap, value in zip(data['gaps'], [s for s in data['sigma'] if s is not None]))
+    torque = data.get('process_torque')
     return Section('diagnosis/doubts.html', {
         'recordings': PageTable(('recording', 's', 'samples/s'), [
-            (short_name(r), f'{r.duration:.1f}', f'{1.0 / r.dt:.0f}')
-            for r in recordings], (1, 2)),
-        'noise': noise,
-        'torque_noise': '' if data['process_torque'] is None else number(data['process_torque']),
-        'misfit': None if torque is None or memory is None else (
-            f'{torque:.1f}', f'{memory:.1f}', f'{CONTEST.margin:g}'),
-        'condition': number(data['condition']) if data.get('condition') else '',
-        'warnings': [sentence(warning) for warning in data.get('warnings') or ()]},
-        'Recording and doubts')
+            (name, f'{seconds:.1f}', f'{rate:.0f}')
+            for name, seconds, rate in context.recordings], (1, 2)),
+        'noise': noise, 'torque_noise': '' if torque is None else number(torque),
+        'warnings': [sentence(warning) for warning in data['warnings']]},
+        'Recordings and doubts')

@@ -26,7 +26,7 @@ from gearbox_monitor.report.chart import (
     Chart, Lane, LoopSlice, Panel, Plane, round_span, thinned_rows, Trace)
 from gearbox_monitor.report.recording_page import (
     backlash_panel, drawn_windows, joint_table, JointRow, ROLES, trusted_share, worst_rows)
-from gearbox_monitor.report.robot_pages import watch_part
+from gearbox_monitor.report.watch_page import watch_part
 from gearbox_monitor.report.timeline import (
     is_number, LARGEST, LEVELS, LevelSpans, PublishedWindows, SECOND_NS, State, state_of,
     WindowBacklash)

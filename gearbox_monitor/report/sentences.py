@@ -5,13 +5,14 @@
 The one table of sentences, from sentences.toml: the meaning of each code of a result.
 
 The core says codes and numbers (presentation.Said). Texts, pages, JSON and /diagnostics print them
-by this table, `explain` prints the table itself. Below it the answers of verdicts on a joint and
-of fits, with sizes: one definition for the terminal, the page, the JSON and repr.
+by this table, `explain` prints the table itself. Below it the answers of fits, with sizes: one
+definition for the terminal, the JSON and repr.
 """
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from importlib.resources import files
 import math
 import re
+import textwrap
 import tomllib
 from types import SimpleNamespace
 from typing import Any, NamedTuple, TYPE_CHECKING
@@ -22,11 +23,8 @@ from gearbox_monitor.health.alarms import Group, LIMITS as ALERT
 from gearbox_monitor.health.backlash.change_tests import TESTS, WEAR, WEAR_FEATURES
 from gearbox_monitor.health.checks.innovation import LJUNG_BOX_LIMIT, MEAN_LIMIT
 from gearbox_monitor.parameters import ESTIMATOR
-from gearbox_monitor.plant.effects import EFFECTS, library
-from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
-from gearbox_monitor.plant.effects.gearbox import SLIP
 from gearbox_monitor.presentation import (
-    change, credible, EXACT, number, on_axis, percent, Quantity, Said, said)
+    change, credible, EXACT, number, on_axis, Quantity, Said, said)
 from gearbox_monitor.signals.finding import LIMITS as RECORDING
 
 if TYPE_CHECKING:
@@ -154,100 +152,33 @@ def _group(group: Group) -> str:
 
 CERTAIN = 3.0  # errors by which a value differs from the model file
 UNITS = {row.name: row.unit for row in ESTIMATOR}
-NEAR_FLOOR = 1.5  # misfit that may be noise of the encoders
-OWNERS = {
-    'motor_side': "The motor's", 'arm_side': "The arm's", 'transmission': "The gearbox's",
-    'controller': "The servo's", 'actuator': "The actuator's",
-    'motor_sensor': "The motor encoder's", 'arm_sensor': "The arm encoder's"}
+
+
+def wrapped(words: str, first: str = '', further: str = '') -> list[str]:
+    """Return `words` in lines of at most 80 columns, which `first` and `further` begin."""
+    return textwrap.wrap(words, 80, initial_indent=first, subsequent_indent=further,
+                         break_on_hyphens=False)
+
+
+def entries(rows: Iterable[tuple[str, str]], wide: int = 13) -> list[str]:
+    """Return lines with the words of each of `rows` behind its label of `wide` columns."""
+    return [line for label, words in rows if words
+            for line in wrapped(words, f'{label:<{wide}s}', ' ' * wide)]
+
+
+def labelled(says: Iterable[Said], axis: str = 'rotary') -> Iterator[tuple[str, str]]:
+    """Yield the rows of `entries` for codes on a drive with `axis`, each label once in a row."""
+    before = ''
+    for row in says:
+        label = on_axis(title(row.code), axis)
+        yield ('' if label == before else label), str(row)
+        before = label
+
+
 PLACES = {
     'motor_side': 'motor side', 'arm_side': 'arm side', 'transmission': 'transmission',
     'controller': 'controller', 'actuator': 'actuator', 'motor_sensor': 'motor encoder',
     'arm_sensor': 'arm encoder'}
-
-
-def summary(data: Mapping[str, Any], axis: str = 'rotary') -> str:
-    """
-    Return the verdict in words: differences from the model, their sizes, their share.
-
-    Args:
-        data: of a verdict on one joint, as JSON has it.
-        axis: of the drive.
-
-    Returns:
-        One to four sentences.
-    """
-    gap, misfit = data.get('gap_before') or 0.0, data.get('gap_after') or 0.0
-    if data['verdict'] == 'undecided':
-        return say('unshown', changes=' or of '.join(
-            f'any {effect.noun}' if q['smallest'] is None else f'{effect.noun} below '
-            f'{number(q["smallest"], on_axis(effect.parameters[0].unit, axis))}'
-            for q in data['questions'] for effect in (EFFECTS[q['effect']],)))
-    if data['verdict'] == 'none':
-        code = ('small_residual' if misfit > NEAR_FLOOR else
-                'within_tolerances' if gap > NEAR_FLOOR else 'no_gap')
-        return say(code, misfit=number(misfit))
-    if data['verdict'] == 'unknown':
-        remainder = data.get('remainder') or {'location': data.get('location')}
-        place = (Said('at', {'place': _place(remainder)}) if remainder['location'] in PLACES
-                 else Said('no_place'))
-        return say('unexplained', misfit=number(gap), place=(place,))
-    findings, many = data['findings'], '1' if len(data['findings']) == 1 else 'n'
-    sentences = [finding_sentence(f, data, axis) for f in findings]
-    if data['verdict'] == 'incomplete' and data.get('remainder'):
-        share = findings[0].get('share')
-        part = percent(share) if many == '1' and share is not None else 'a part'
-        sentences.append(say(f'part_{many}', part=part, place=_place(data['remainder'])))
-    else:
-        sentences.append(say(f'all_{many}'))
-    if data.get('confusable'):
-        sentences.append(say(f'rivals_{many}', rivals=', '.join(data['confusable'])))
-    return ' '.join(sentences)
-
-
-def finding_sentence(finding: Mapping[str, Any], data: Mapping[str, Any], axis: str) -> str:
-    """
-    Return one sentence on one effect: its value, the value of the model, the change.
-
-    Args:
-        finding: one of the findings of a verdict.
-        data: the verdict, with `model_values`, `bursts` and `slips`.
-        axis: of the drive.
-    """
-    name, values = finding['effect'], finding['values']
-    effect = library().get(name)
-    if name == DISTURBANCE.id:
-        count = len(data.get('bursts') or ()) or 1
-        return say('bursts', bursts='One burst' if count == 1 else f'{count} bursts',
-                   torque=on_axis('torque', axis), time=number(values['t0'], 's'),
-                   size=number(values['amplitude'], on_axis('N m', axis)))
-    if name == SLIP.id:
-        count = len(data.get('slips') or ())
-        return say('slipped_n' if count > 1 else 'slipped_1', count=count, size=Quantity(
-            abs(values['Ds']), finding['deviations']['Ds'], on_axis('rad', axis)),
-            time=number(values['t0'], 's'))
-    if effect is None or effect.parameters[0].name not in values:
-        return say('acts', effect=name)
-    parameter = effect.parameters[0]
-    size = credible(values[parameter.name], finding['deviations'].get(parameter.name),
-                    on_axis(parameter.unit, axis))
-    nominal = (data.get('model_values') or {}).get(name, {}).get(parameter.name)
-    if not nominal:
-        model = Said('model_has_none')
-    elif name in EFFECTS and EFFECTS[name].adds_to:
-        model = Said('beyond_model', {'size': Quantity(nominal, unit=size.unit)})
-    else:
-        model = Said('not_model', {'size': Quantity(nominal),
-                                   'change': change(values[parameter.name], nominal)})
-    return say('effect', owner=OWNERS.get(finding['place'], 'The'), noun=effect.noun or name,
-               size=size, doubt=(Said('doubt'),) if size.deviation is None else (),
-               turns=(Said('turns', {'count': values['N']}),) if 'N' in values else (),
-               nominal=(model,))
-
-
-def _place(remainder: Mapping[str, Any]) -> str:
-    """Return the place of a remainder and the quantity that it follows."""
-    over = f', over the {remainder["over"]}' if remainder.get('over') else ''
-    return PLACES.get(remainder['location'], remainder['location']) + over
 
 
 def told(says: Iterable[Said]) -> dict[str, Any]:

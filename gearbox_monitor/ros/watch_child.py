@@ -109,7 +109,7 @@ class Watching:
 
     def tell(self, events: tuple[str, ...] = ()) -> None:
         """Write what is known, and the `events` that led to it, as a line."""
-        from gearbox_monitor.report.robot_words import watch_data
+        from gearbox_monitor.report.watch_words import watch_data
         data = {} if self.watch is None else watch_data(self.watch)
         print(json.dumps({'data': data, 'events': events, 'dropped': self.cutter.dropped,
                           'problem': self.problem}), flush=True)

@@ -3,9 +3,9 @@
 
 """What the diagnosis of a robot says in words."""
 
-from gearbox_monitor.report.robot_words import question_words, remainder_words
+from gearbox_monitor.report.words import question_words, remainder_words
 
-
+SLIDE = {'gaps': [{'joint': 'lift', 'axis': 'prismatic'}]}
 REMAINS = [
     ('speed', {}, 'lift: 1.23 N rms over speed, by no law of the library'),
     ('bursts', {'times': [[3.0, 5.0], [9.0, 11.0]], 'recordings': ['a', 'b']},
@@ -17,7 +17,7 @@ REMAINS = [
 def test_what_remains_has_its_size_and_how_it_shows():
     for over, more, words in REMAINS:
         remainder = {'joint': 'lift', 'size': 1.23, 'over': over, **more}
-        assert remainder_words(remainder, {'lift': 'prismatic'}) == words
+        assert remainder_words(remainder, SLIDE) == words
 
 
 QUESTIONS = [
@@ -36,4 +36,4 @@ def test_a_question_is_answered_by_a_motion():
     for effect, rival, words in QUESTIONS:
         question = {'joint': 'lift', 'place': 'lift', 'effect': effect, 'rival': rival,
                     'speed': 0.5, 'seconds': 40.0, 'evidence': 12.0, 'plausible': 1.0}
-        assert question_words(question, {'lift': 'prismatic'}) == words
+        assert question_words(question, SLIDE) == words

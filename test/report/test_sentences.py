@@ -20,8 +20,9 @@ from gearbox_monitor.health.judgement import Health, outcomes, worst
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.presentation import Quantity, Said
-from gearbox_monitor.report.robot_words import change_words, finding_words, payload_words
-from gearbox_monitor.report.sentences import message, PARTS, phrase, summary, TABLE, title
+from gearbox_monitor.report.watch_words import change_words, payload_words
+from gearbox_monitor.report.words import finding_words, headline
+from gearbox_monitor.report.sentences import message, PARTS, phrase, TABLE, title
 from gearbox_monitor.watch.record import Change, HeldLoad, KINDS
 
 QUANTITIES = ('size', 'std', 'limit', 'viscous', 'coulomb')
@@ -154,9 +155,9 @@ def test_any_finding_is_told_with_its_unit():
             sizes['N'] = float(rng.integers(1, 90)), 0.0
             finding = Finding(effect.id, effect.location, {k: v for k, (v, _) in sizes.items()},
                               {k: s for k, (_, s) in sizes.items()}, 9.0, joint='joint4')
-            data = {'verdict': 'effect', 'findings': [finding.to_dict()], 'gap_before': 3.0,
-                    'gap_after': 1.0, 'model_values': {}}
-            expect_good(summary(data), effect.id)
+            data = {'verdict': 'effect', 'findings': [finding.to_dict()], 'axis': 'rotary',
+                    'remainders': [], 'model_values': {}}
+            expect_good(headline(data), effect.id)
             if effect.column is not None:
                 expect_good(finding_words(finding.to_dict()), effect.id)
     for effect in ROBOT_EFFECTS:

@@ -14,8 +14,8 @@ from gearbox_monitor.files.user_files import config_path
 from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.report.chart import Box, Dot, HEIGHT, LETTER, LINE, sketch, WIDTH
 from gearbox_monitor.report.live_page import LivePage, WatchNews
-from gearbox_monitor.report.robot_pages import watch_page
-from gearbox_monitor.report.robot_words import watch_data
+from gearbox_monitor.report.watch_page import watch_page
+from gearbox_monitor.report.watch_words import watch_data
 from gearbox_monitor.robot.chain import chain_of
 from gearbox_monitor.robot.description import parse
 from gearbox_monitor.watch.fold import begin

@@ -25,8 +25,8 @@ from test_live import live  # noqa: E402
 
 from gearbox_monitor.files.knowledge_file import load_watch, save_watch, watch_bytes  # noqa: E402
 from gearbox_monitor.health.alarms import Level  # noqa: E402
-from gearbox_monitor.report.robot_pages import watch_part  # noqa: E402
-from gearbox_monitor.report.robot_words import watch_data  # noqa: E402
+from gearbox_monitor.report.watch_page import watch_part  # noqa: E402
+from gearbox_monitor.report.watch_words import watch_data  # noqa: E402
 from gearbox_monitor.robot.arm_plant import WorkingArm  # noqa: E402
 from gearbox_monitor.robot.description import parse  # noqa: E402
 from gearbox_monitor.ros.convert import to_time  # noqa: E402

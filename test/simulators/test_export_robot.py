@@ -59,7 +59,7 @@ def test_a_veto_is_of_a_finding_and_not_of_its_name(tmp_path, monkeypatch):
     assert [gap['after'] for gap in data['rollouts']['joints'].values()] == [0.5, 0.5, 0.5]
     assert data['lacking'] == ['payload of j1: free runs are farther off with it than without']
     words = 'payload of j1: free runs in MuJoCo are farther off with it than without'
-    assert words in data['cautions']
+    assert words in data['warnings']
     before, after = (read_robot(tmp_path / name).chain
                      for name in ('robot.xml', 'gap/robot.closed.xml'))
     assert after.coulomb[1] != before.coulomb[1]

@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 
-from gearbox_monitor.report.robot_words import finding_words
+from gearbox_monitor.report.words import finding_words
 from gearbox_monitor.robot.chain import inertial
 from gearbox_monitor.simulators.robot_model import read_robot
 from gearbox_monitor.simulators.robot_patch import closed_file

@@ -26,7 +26,7 @@ from gearbox_monitor.library.robot import watch_robot
 from gearbox_monitor.recordings.cdr import encode_joint_states
 from gearbox_monitor.recordings.read import JOINT_STATE
 from gearbox_monitor.recordings.write import BagWriter
-from gearbox_monitor.report.robot_words import change_words, watch_data
+from gearbox_monitor.report.watch_words import change_words, watch_data
 from gearbox_monitor.robot.chain import inertial
 from gearbox_monitor.ros.watch_child import DESCRIPTION, Watching
 from gearbox_monitor.watch.features import columns_of, dispersed, Group, groups_of

@@ -18,7 +18,7 @@ from gearbox_monitor.diagnosis.joint.innovation_evidence import InnovationEviden
 from gearbox_monitor.diagnosis.joint.innovations import (
     evaluated, fitted, InnovationFit, JointLikelihood, Tested)
 from gearbox_monitor.diagnosis.joint.localisation import (
-    Burst, places, slip_events, SlipEvent, without_slips)
+    Burst, place_in, slip_events, SlipEvent, without_slips)
 from gearbox_monitor.diagnosis.joint.windows import (
     misfit_of, open_loop, runs_from, SIGMA_ERROR, WindowRuns, with_starts_of)
 from gearbox_monitor.kernels.types import Values
@@ -177,7 +177,7 @@ class Decision:
         if function and best.function and self.outcome.remains.worth <= CONTEST.margin:
             return function.place
         # Beside what is missing, friction of another shape may imitate a part of it.
-        return str(places(self.recordings.runs(unshaped(self.fit)))['place'])
+        return place_in(self.recordings.runs(unshaped(self.fit)))
 
     @property
     def gains(self) -> dict[str, float]:

@@ -17,12 +17,11 @@ interval per window, as far as its price allows: that tells about where bursts m
 duration and amplitude are those of the largest likelihood of innovations with their torque put in,
 which knows no windows, and says what they are worth as for any effect.
 """
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 import math
-from typing import Any
 
 import numpy as np
 
@@ -154,7 +153,7 @@ class InputEstimator(StateProblems):
 
 
 DECIDING = 10     # windows of a single recording that decide on a place
-ILLUSTRATING = 6  # windows of each recording, if an effect names the place
+FEWEST = 6        # windows of each of several recordings
 
 
 def visible_places(runs: WindowRuns) -> tuple[str, ...]:
@@ -167,9 +166,6 @@ def visible_places(runs: WindowRuns) -> tuple[str, ...]:
         return (*TORQUES, *sensors) if both or recording.motor is not None else TORQUES
     # Any torque moves both sides alike.
     return ('motor_side', *sensors) if both else ('motor_side',)
-
-
-NOWHERE: Mapping[str, Any] = {'place': 'none', 'location': 'none', 'places': {}}
 
 
 def some_windows(runs: WindowRuns, most: int) -> WindowRuns:
@@ -191,34 +187,25 @@ def some_windows(runs: WindowRuns, most: int) -> WindowRuns:
     return runs.take(lacking[np.linspace(0, len(lacking) - 1, most).round().astype(int)])
 
 
-def places(runs: Sequence[WindowRuns], illustrates: bool = False) -> dict[str, Any]:
+def place_in(runs: Sequence[WindowRuns]) -> str:
     """
-    Return how much of the gap that `runs` leave a free signal at each place explains.
+    Return the place at which a free signal explains most of the gap that `runs` leave.
 
-    {'place', 'location': the best, 'places': {place: {'left': chi2 per reading,
-    'explained': share}}}. Effects of the actuator show as motor_side. What a recording cannot
-    tell apart is what all recordings tell.
+    Effects of the actuator show as motor_side. What a recording cannot tell apart is what all
+    recordings tell.
 
     Args:
         runs: without effects, of each recording.
-        illustrates: whether the place is known otherwise: fewer windows do.
     """
-    limit = ILLUSTRATING if illustrates else max(DECIDING // len(runs), ILLUSTRATING)
-    runs = [some_windows(run, limit) for run in runs]
+    runs = [some_windows(run, max(DECIDING // len(runs), FEWEST)) for run in runs]
     visible = [place for place in PLACES if all(place in visible_places(run) for run in runs)]
-    chi2_before = sum(float(run.chi2.sum()) for run in runs)
-    floor = sum(run.data.size * len(run.chi2) for run in runs)
-    table = {}
-    for place in visible:
+
+    def left(place: str) -> float:
+        """Return chi2 per reading, geometric mean of windows: one stuck counts less."""
         estimates = [InputEstimator(run, place).solve() for run in runs]
-        # Geometric mean of windows: one stuck counts less.
-        reduced = float(np.exp(np.mean(np.log(np.concatenate([
+        return float(np.exp(np.mean(np.log(np.concatenate([
             np.maximum(free.chi2 / free.freedom, 1e-300) for free in estimates])))))
-        share = (chi2_before - reduced * floor) / max(chi2_before - floor,
-                                                      1e-9) if chi2_before > floor else 0.0
-        table[place] = {'left': reduced, 'explained': float(np.clip(share, 0.0, 1.0))}
-    order = sorted(table, key=lambda p: table[p]['left'])
-    return {'place': order[0], 'location': order[0], 'places': table}
+    return min(visible, key=left)
 
 
 SOFT = 0.2       # of the torque: noise with which a filter follows the motion after a slip

@@ -14,7 +14,7 @@ import scipy
 from gearbox_monitor.diagnosis.contest import of_rival, STATEMENTS, THRESHOLDS
 from gearbox_monitor.diagnosis.hypothesis import (
     Finding, kind_of, NONE, Remainder, UNDECIDED, UNKNOWN)
-from gearbox_monitor.diagnosis.joint import localisation, windows
+from gearbox_monitor.diagnosis.joint import windows
 from gearbox_monitor.diagnosis.joint.candidates import (
     CandidateModel, GAINS, NUISANCES, replaced_value, SHAPES, with_effects, ZERO)
 from gearbox_monitor.diagnosis.joint.decision import Decision, standard_errors
@@ -59,7 +59,7 @@ class Verdict(Paged):
     floor: float
     closed_fraction: float | None
     closed_fraction_ci: list[float] | None
-    channels: Mapping[str, Any]
+    gaps: Sequence[Mapping[str, Any]]
     standard_errors: Mapping[str, Mapping[str, float]]
     condition: float | None
     at_bound: list[str]
@@ -69,8 +69,7 @@ class Verdict(Paged):
     process_torque: float | None
     gains: Mapping[str, float]
     misfit: Mapping[str, Any]
-    where: Mapping[str, Any]
-    remainder: Mapping[str, Any] | None
+    remainders: Sequence[Mapping[str, Any]]
     warnings: list[Said]
     bursts: list[Mapping[str, Any]]
     slips: list[Mapping[str, Any]]
@@ -98,6 +97,7 @@ class Verdict(Paged):
         """Return plain data, as JSON has it."""
         data = {f.name: getattr(self, f.name) for f in fields(self)
                 if f.name not in ('model', 'basis')}
+        data['axis'] = self.basis.model.axis
         data['findings'] = [finding.to_dict() for finding in self.findings]
         data |= {name: list(map(str, data[name])) for name in ('warnings', 'equivalent')}
         data['not_tried'] = {name: str(why) for name, why in self.not_tried.items()}
@@ -145,7 +145,7 @@ def report(decision: Decision, lattices: Sequence[str], validate: UniformRecordi
         confusable=list(dict.fromkeys(chain(*others.values() if effects else ()))),
         params=params, standard_errors=errors, condition=condition,
         at_bound=candidate.at_bound(decision.fit.z),
-        remainder=remainder(decision, torque_map) if decision.remains else None,
+        remainders=[remainder(decision, torque_map)] if decision.remains else [],
         warnings=[*notes, *warnings(decision, kind)],
         bursts=[*map(asdict, decision.bursts)], slips=[*map(asdict, decision.slips)],
         equivalent=equivalents(findings, decision.model),
@@ -153,7 +153,7 @@ def report(decision: Decision, lattices: Sequence[str], validate: UniformRecordi
         questions=[*map(asdict, unseen), *_questions(decision, findings)],
         validation=None if validate is None else windows.validate(
             validate, decision.model, model, data.level),
-        **_located(decision, kind, effects), **_closure(decision, seed), **_noise(decision),
+        location=_located(decision, kind, effects), **_closure(decision, seed), **_noise(decision),
         **_ranked(decision, effects), **_nominal(decision))
 
 
@@ -171,15 +171,10 @@ def _named(decision: Decision, lattices: Sequence[str]) -> list[str]:
     return effects
 
 
-def _located(decision: Decision, kind: str, effects: Sequence[str]) -> dict[str, Any]:
-    """Return where the gap lies; of one effect alone, free signals illustrate its place."""
-    runs, places = decision.compared, [location_of(i) for i in effects]
-    where = localisation.places(runs.none, illustrates=True) if len(effects) == 1 else (
-        localisation.NOWHERE)
-    if kind == UNKNOWN:
-        places = [decision.place]
-        where = {**localisation.places(runs.laws), 'location': decision.place}
-    return {'location': places if len(places) > 1 else (*places, NONE)[0], 'where': where}
+def _located(decision: Decision, kind: str, effects: Sequence[str]) -> str | list[str]:
+    """Return the place of each effect, or of what remains without one."""
+    places = [decision.place] if kind == UNKNOWN else [location_of(i) for i in effects]
+    return places if len(places) > 1 else (*places, NONE)[0]
 
 
 def _closed(decision: Decision, effects: Sequence[str]

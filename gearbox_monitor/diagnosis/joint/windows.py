@@ -427,8 +427,8 @@ def closure(before: Sequence[WindowRuns], after: Sequence[WindowRuns], claims: b
     Return how far a model closes the gap, as plain data.
 
     gap_before, gap_after, closed_fraction on the held-out windows; closed_fraction_ci [low, high],
-    90 %, of all windows (both None where the gap before may be noise); channels:
-    {name: {before, after, closed}}.
+    90 %, of all windows (both None where the gap before may be noise); gaps: of each
+    reading {reading, before, after, closed}.
 
     Args:
         before: free runs of the model as published, of each recording.
@@ -450,7 +450,7 @@ def closure(before: Sequence[WindowRuns], after: Sequence[WindowRuns], claims: b
         else:  # it judges all windows, the fraction the held-out ones
             interval = [min(interval[0], fraction), max(interval[1], fraction)]
     return {'gap_before': gaps[0], 'gap_after': gaps[1], 'floor': 1.0, 'closed_fraction': fraction,
-            'closed_fraction_ci': interval, 'channels': _channels(before, after)}
+            'closed_fraction_ci': interval, 'gaps': _gaps(before, after)}
 
 
 def file_closure(recordings: Sequence[UniformRecording], model: DriveModel, sigma: Array,
@@ -510,11 +510,10 @@ def _interval(chi2_before: Array, chi2_after: Array, noise: Array, readings: int
     return interval((gap0 - gap1) / np.maximum(gap0 - 1.0, 1e-3)).tolist()
 
 
-def _channels(before: Sequence[WindowRuns], after: Sequence[WindowRuns]
-              ) -> dict[str, dict[str, float | None]]:
-    """Return {channel: figures} of the windows that are held out."""
+def _gaps(before: Sequence[WindowRuns], after: Sequence[WindowRuns]) -> list[dict[str, Any]]:
+    """Return the figures of each reading on the windows that are held out."""
     every = not any(run.data.held_out.any() for run in after)
-    out: dict[str, dict[str, float | None]] = {}
+    out = []
     for number, name in enumerate(after[0].recording.readings):
         gaps = []
         for runs in (before, after):
@@ -523,7 +522,8 @@ def _channels(before: Sequence[WindowRuns], after: Sequence[WindowRuns]
                 for run in runs if number in run.data.channels]
             gaps += [math.sqrt(float(np.concatenate(powers).mean()))] if powers else []
         if gaps:
-            out[name] = {'before': gaps[0], 'after': gaps[1], 'closed': closed_of(*gaps)}
+            out.append({'reading': name, 'before': gaps[0], 'after': gaps[1],
+                        'closed': closed_of(*gaps)})
     return out
 
 
@@ -650,16 +650,6 @@ class Overlay:
     sigma: Array
     channels: tuple[int, ...]
     runs: tuple[ModelRun, ...]
-
-    def residual(self, run: ModelRun) -> Array:
-        """
-        Return measured less modelled [W, L, C] of the encoders `channels`, in sigma.
-
-        Args:
-            run: simulated readings of one model.
-        """
-        use = list(self.channels)
-        return ((self.measured - run.y) / self.sigma)[:, :, use]
 
 
 def overlay(recording: UniformRecording, models: Mapping[str, DriveModel],

@@ -643,17 +643,15 @@ def _cautions(joints: Sequence[str], shares: Sequence[Mapping[str, float]], away
 
 def verdict_data(verdict: RobotVerdict) -> dict[str, Any]:
     """Return the verdict as plain data, for JSON."""
-    remainder = [r.to_dict() for r in verdict.remainders]
     return {
         'verdict': verdict.kind,
         'findings': [f.to_dict() for f in verdict.findings],
-        'remainder': remainder[0] if remainder else None,
-        'remainders': remainder,
-        'ranked': [asdict(gap) for gap in verdict.ranked],
+        'remainders': [r.to_dict() for r in verdict.remainders],
+        'gaps': [asdict(gap) for gap in verdict.ranked],
         'servos': [asdict(gap) for gap in verdict.servos],
         'visible': {k: dict(v) for k, v in verdict.visible.items()},
         'not_tried': {name: str(why) for name, why in verdict.not_tried.items()},
-        'cautions': list(map(str, verdict.cautions)), 'unvisited': verdict.unvisited,
+        'warnings': list(map(str, verdict.cautions)), 'unvisited': verdict.unvisited,
         'questions': [asdict(q) for q in verdict.questions],
         'not_judged': list(verdict.not_judged),
         'drifts': [asdict(d) for d in verdict.drifts]}

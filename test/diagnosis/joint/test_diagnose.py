@@ -117,7 +117,7 @@ def test_verdict_as_json(worn):
     part, = data['findings']
     assert (part['effect'], part['place']) == ('arm_coulomb', 'arm_side')
     assert part['values'] == data['params']['arm_coulomb'] and part['share'] > 0.9
-    assert data['remainder'] is None
+    assert data['remainders'] == []
     assert data['sigma'] == pytest.approx([0.002, 0.002], rel=0.05)
     assert any('few windows' in warning for warning in data['warnings'])
     assert '\r' not in worn.errors and '%|' not in worn.errors  # no bar in a pipe
@@ -126,8 +126,8 @@ def test_verdict_as_json(worn):
 def test_text_files_and_a_second_recording(folder, worn, capsys):
     out, shown, data = worn.out, worn.shown, worn.data
     first = ' '.join(shown.split('\nmisfit ')[0].split())
-    assert first == data['summary'] and first.startswith("The arm's Coulomb friction is 0.0")
-    assert first.endswith('the model has none. This explains the whole difference.')
+    assert first == data['summary'] and first.startswith('arm side: Coulomb friction 0.0')
+    assert first.endswith('none in the model. This explains the whole difference.')
     assert 'Cac = 0.0' in shown and ' N m' in shown and 'validation' in shown
     text = shown.replace(str(folder), '').replace(str(out.parent), '')
     assert max(map(len, text.splitlines())) <= 80
@@ -193,7 +193,7 @@ def test_a_drive_with_one_encoder(tmp_path, capsys):
             MODEL.coulomb_friction + 0.05, rel=0.02)
         assert set(data['ranked']) == {'motor_coulomb', 'motor_viscous', f'{name}_encoder_delay'}
         assert [s is None for s in data['sigma']] == [name != 'motor', name != 'arm']
-        assert set(data['channels']) == {name}
+        assert [gap['reading'] for gap in data['gaps']] == [name]
 
 
 @pytest.mark.parametrize('side, effect, key, value', [
@@ -209,10 +209,8 @@ def test_one_encoder_shows_gap_and_stiffness(folder, tmp_path, capsys, side, eff
     assert (data['effect'], data['location']) == (effect, 'transmission')
     error = data['standard_errors'][effect][key]
     assert abs(data['params'][effect][key] - value) < 4.0 * error < 0.1 * value
-    assert set(data['channels']) == {name}
-    # Neither the other encoder, nor a free signal at the one that there is.
+    assert [gap['reading'] for gap in data['gaps']] == [name]
     assert f'{other}_encoder_delay' not in data['ranked']
-    assert set(data['where']['places']) == {'motor_side', 'arm_side', 'transmission'}
 
 
 def test_what_needs_both_encoders_of_an_elastic_drive_says_so(folder, tmp_path, capsys):
@@ -251,8 +249,8 @@ def test_an_unknown_effect_is_told_by_its_place(folder, tmp_path, capsys):
     path = write_csv(tmp_path / 'heavy.csv', *record(({'id': 'gravity', 'G': 0.01},)))
     report = tmp_path / 'verdict.json'
     assert call(folder, path, '--only', 'arm_viscous', 'torque_gain', '--json', str(report)) == 1
-    assert 'no known effect explains it: arm side, ' in ' '.join(capsys.readouterr().out.split())
-    rest = json.loads(report.read_text())['remainder']
+    assert 'no known effect explains it: arm side: ' in ' '.join(capsys.readouterr().out.split())
+    rest = json.loads(report.read_text())['remainders'][0]
     assert rest['location'] == 'arm_side'
     assert 0.0 < rest['size'] < 0.02 and rest['channel'] in ('motor', 'arm')
 

@@ -32,7 +32,7 @@ def test_map_is_the_law_that_the_library_lacks(effect, place, variable, law):
     model = model_from_dict({}, 'test')
     verdict = diagnose([recorded(effect)], model, validate=recorded(effect, seconds=4.0, seed=1),
                        only=['torque_map'])
-    data, table = verdict.data, verdict.data['remainder']['torque_map']
+    data, table = verdict.data, verdict.data['remainders'][0]['torque_map']
     assert (data['verdict'], data['effect'], data['findings']) == ('unknown', None, [])
     assert (table['place'], table['variable']) == (place, variable)
     assert data['misfit']['follows']['gain'] > 100.0
@@ -48,7 +48,7 @@ def test_no_map_of_noise():
     """Nothing is missing: neither an effect nor a map, and the model stays as it is."""
     model = model_from_dict({}, 'test')
     verdict = diagnose([recorded()], model, only=['torque_map'])
-    assert verdict.data['verdict'] == 'none' and verdict.data['remainder'] is None
+    assert verdict.data['verdict'] == 'none' and verdict.data['remainders'] == []
     assert verdict.model == model
 
 
@@ -57,5 +57,5 @@ def test_excluded_or_already_there():
     """Without a map the gap stays; a model has one map at most."""
     spring = recorded({'id': 'arm_spring', 'k': 0.8}, seconds=4.0)
     data = diagnose([spring], model_from_dict({}, 'test'), only=['motor_inertia']).data
-    assert data['verdict'] == 'unknown' and data['remainder']['torque_map'] is None
+    assert data['verdict'] == 'unknown' and data['remainders'][0]['torque_map'] is None
     assert data['closed_fraction'] is None or data['closed_fraction'] >= 0.0

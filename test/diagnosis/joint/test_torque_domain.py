@@ -206,7 +206,7 @@ def test_nothing_is_found_where_nothing_is(tmp_path, capsys):
     for driven_by, first in (('position', 'torque'), ('torque', 'motor')):
         data = diagnosed(tmp_path, recording, capsys, model={**SERVO, 'driven_by': driven_by})
         assert data['verdict'] == 'none' and data['effect'] is None
-        assert set(data['channels']) == {first, 'arm'}
+        assert {gap['reading'] for gap in data['gaps']} == {first, 'arm'}
 
 
 def test_bad_model_files():
@@ -231,4 +231,5 @@ def test_a_real_gearbox_has_a_dead_zone(tmp_path, capsys):
     assert not {'stiffness', 'stribeck'} & set(named)
     # Lost motion of 1.7 deg, as its users know it; compliance takes a part of it.
     assert 1.2 < 2.0 * np.degrees(data['params']['backlash_gap']['b']) < 1.9
-    assert data['channels']['arm']['after'] < 0.5 * data['channels']['arm']['before']
+    arm = data['gaps'][-1]
+    assert arm['reading'] == 'arm' and arm['after'] < 0.5 * arm['before']

@@ -13,7 +13,7 @@ from test_decision import record
 from gearbox_monitor.diagnosis.hypothesis import Finding, kind_of, KINDS
 from gearbox_monitor.diagnosis.joint import verdict as verdicts
 from gearbox_monitor.diagnosis.joint.diagnose import diagnose
-from gearbox_monitor.diagnosis.joint.windows import _channels
+from gearbox_monitor.diagnosis.joint.windows import _gaps
 from gearbox_monitor.plant.drive import DriveModel
 
 GOLDEN = json.loads((Path(__file__).parent / 'verdict_keys.json').read_text(encoding='utf-8'))
@@ -45,7 +45,7 @@ def test_keys_of_the_last_release_stay(name):
         assert kind(value) in (expected, 'null') or expected == 'null', path
     assert [f['effect'] for f in data['findings']] == (
         data['effect'].split('+') if data['effect'] else [])
-    assert (data['remainder'] is None) == (name in ('none', 'effect'))
+    assert (data['remainders'] == []) == (name in ('none', 'effect'))
 
 
 def test_a_verdict_cannot_be_changed():
@@ -84,5 +84,5 @@ def test_windows_of_several_recordings_differ_in_length():
             recording=SimpleNamespace(readings=('motor', 'arm')),
             residual=np.full((3, rows, 1), residual),
             data=SimpleNamespace(held_out=np.array([False, True, True]), channels=(1,)))
-    figures = _channels([run(1000, 3.0), run(990, 3.0)], [run(1000, 1.0), run(990, 1.0)])
-    assert figures == {'arm': {'before': 3.0, 'after': 1.0, 'closed': 1.0}}
+    figures = _gaps([run(1000, 3.0), run(990, 3.0)], [run(1000, 1.0), run(990, 1.0)])
+    assert figures == [{'reading': 'arm', 'before': 3.0, 'after': 1.0, 'closed': 1.0}]

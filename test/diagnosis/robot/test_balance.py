@@ -33,7 +33,7 @@ from gearbox_monitor.diagnosis.robot.verdict import (
 from gearbox_monitor.files.user_files import plain
 from gearbox_monitor.plant.effects.actuator import ACTUATOR_DELAY, limits_reached
 from gearbox_monitor.plant.effects.effect import JointMotion
-from gearbox_monitor.report.robot_words import finding_words, next_steps, robot_headline
+from gearbox_monitor.report.words import finding_words, headline, next_steps
 from gearbox_monitor.robot.chain import inertial
 from gearbox_monitor.simulators.robot_model import chain_of_compiled
 
@@ -635,8 +635,8 @@ def test_a_motion_that_would_not_show_a_change_is_undecided(taught):
     # A size that no joint has is none: it would show no such change at all.
     assert all(q.smallest < 10.0 * q.plausible or q.smallest == np.inf for q in verdict.questions)
     data = plain(verdict_data(verdict)) | {'references': ['a'], 'logs': ['a'], 'model': 'a',
-                                           'options': '', 'warnings': [], 'readings': []}
-    assert question.place in robot_headline(data)
+                                           'options': '', 'readings': []}
+    assert question.place in headline(data)
     assert any(question.place in step and f'(expected evidence {question.evidence:.0f}): it would '
                'show' in step for step in next_steps(data))
 
@@ -669,10 +669,10 @@ def test_friction_beyond_what_days_differ_by_is_no_green(taught):
     assert verdict.kind == 'undecided' and drift.joint == name
     assert 0.2 < drift.change < 0.4   # of dry friction, which viscous hides in part
     data = plain(verdict_data(verdict)) | {'references': ['a'], 'logs': ['a'], 'model': 'a',
-                                           'options': '', 'warnings': [], 'readings': []}
-    assert robot_headline(data).startswith(f'{name}: friction ')
+                                           'options': '', 'readings': []}
+    assert headline(data).startswith(f'{name}: friction ')
     both = {**data, 'drifts': [*data['drifts'], {**data['drifts'][0], 'joint': 'wrist'}]}
-    assert '; wrist: friction ' in robot_headline(both)
+    assert '; wrist: friction ' in headline(both)
 
 
 def test_a_joint_whose_reference_is_not_understood_is_not_judged(taught):

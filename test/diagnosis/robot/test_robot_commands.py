@@ -44,7 +44,7 @@ def out(arm):
 
 def test_pair_names_the_load_and_the_rubbing_joint(arm, out):
     data = json.loads((out / 'verdict.json').read_text())
-    for key in ('verdict', 'findings', 'remainder', 'ranked', 'visible', 'not_tried', 'cpu_s'):
+    for key in ('verdict', 'findings', 'remainders', 'gaps', 'visible', 'not_tried', 'cpu_s'):
         assert key in data
     payload = next(f for f in data['findings'] if f['effect'] == 'payload')
     assert payload['link'] == 'flange'
@@ -85,7 +85,7 @@ def test_all_keys_of_a_verdict_are_documented(out):
     words = set(re.findall(r'`(\w+)`', page.split('## What it says')[1].split('\n## ')[0]))
     data = json.loads((out / 'verdict.json').read_text())
     remainder = Remainder('arm_side', joint='a', times=((0.0, 1.0),), recordings=('b',))
-    for table in (data, *data['findings'], *data['ranked'], remainder.to_dict()):
+    for table in (data, *data['findings'], *data['gaps'], remainder.to_dict()):
         assert table.keys() <= words, table.keys() - words
     assert {'confirmed', 'vetoed', 'without', 'window', 'joints', 'burstiness'} <= words
 
