@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.contest import THRESHOLDS
 from gearbox_monitor.diagnosis.joint.verdict import Verdict
 from gearbox_monitor.diagnosis.joint.windows import Overlay, overlay
 from gearbox_monitor.diagnosis.robot.verdict import EffortCurves
@@ -27,7 +26,7 @@ from gearbox_monitor.report.builder import (
     advice, Page, page_summary, PageTable, render_page, Section, verdict_numbers)
 from gearbox_monitor.report.chart import BarRow, Bars, Chart, Dot, Panel, sketch, Trace
 from gearbox_monitor.report.words import (
-    axis_of, finding_words, gain_text, meaning, MEANINGS, NAMING, next_steps, NOTHING,
+    axis_of, finding_words, gain_text, ids_of, meaning, MEANINGS, next_steps, NOTHING,
     reading_unit, remainder_words, sentence, size_unit, subject_of, torque_map_of, unit_of,
      value_rows, VerdictData)
 from gearbox_monitor.robot.chain import Chain
@@ -371,40 +370,27 @@ def _visible(data: VerdictData) -> Section | None:
 
 
 def _ranking(data: VerdictData) -> Section | None:
-    """Return the gains of the effects of a drive, and the rivals of the verdict."""
+    """Return the gains of the effects of a drive, the best first."""
     gains: Mapping[str, float] = data.get('gains') or {}
-    if not gains:
-        return None
-    effect, rivals = data.get('effect'), data.get('confusable') or ()
-    ranking = sorted(gains, key=lambda name: gains[name], reverse=True)[:RANKED]
-    rows = []
-    for name in ranking:
-        note = ('the verdict' if name == effect else 'indistinguishable from the verdict'
-                if name in rivals else meaning(name, axis_of(data)))
-        rows.append(BarRow(name, note, max(gains[name], 0.0), gain_text(gains, name),
-                           'closed' if name == effect else 'closed faint'))
-    has_effect = data['verdict'] in NAMING
-    close = [name for name in ranking if name != effect and name not in rivals
-             and gains.get(effect or '', 0.0) - gains[name] < THRESHOLDS.isolable
-             ] if has_effect else []
-    return Section('diagnosis/ranking.html', {
-        'gains': Bars(rows), 'has_effect': has_effect, 'rivals': rivals, 'close': close},
-        'Which effect', folded=True)
+    names, ids = sorted(gains, key=lambda name: gains[name], reverse=True)[:RANKED], ids_of(data)
+    return Section('diagnosis/ranking.html', {'gains': Bars([BarRow(
+        name, meaning(name, axis_of(data)), max(gains[name], 0.0), gain_text(gains, name),
+        'closed' if name == '+'.join(ids) else 'closed faint') for name in names])},
+        'Which effect', folded=True) if gains else None
 
 
-def _values(data: VerdictData) -> Section | None:
-    """Return values of a drive: of effects with their equations, of the model as estimated."""
-    if 'axis' not in data:
-        return None
-    effects, params = library(), data['params']
+def _values(data: VerdictData) -> Section:
+    """Return values of the effects with their equations, and of a drive as estimated along."""
+    effects = library()
     words, knots = torque_map_of(data) or ('', [])
     return Section('diagnosis/values.html', {
-        'nearest_only': data['verdict'] == 'incomplete', 'torque_map': words,
-        'parameters': PageTable(('effect', 'parameter', 'value', 'in the model', 'change'), [
-            row.cells for row in value_rows(data)], (2, 3, 4)),
+        'torque_map': words,
+        'parameters': PageTable(('effect', 'parameter', 'value', 'in the model', 'change'),
+                                value_rows(data), (2, 3, 4)),
         'knots': PageTable(('at', on_axis('torque, N m', axis_of(data)), 'standard error'),
                            knots, (0, 1, 2)),
-        'equations': [(name, effects[name].equation) for name in params if name in effects],
+        'equations': [(name, effects[name].equation) for name in dict.fromkeys(
+            f['effect'] for f in data['findings']) if name in effects],
         'nominal': PageTable(('value', 'estimate', 'off by tolerances'), [
             (name, number(data['nominal'][name]), f'{shift:+.1f}')
             for name, shift in (data.get('nominal_shift') or {}).items()], (1, 2))}, 'Values')

@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.health.alarms import LIMITS
 from gearbox_monitor.health.backlash.features import width_of
 from gearbox_monitor.health.backlash.wear import when
 from gearbox_monitor.health.judgement import worst
@@ -30,7 +29,6 @@ from gearbox_monitor.report.timeline import (
 from gearbox_monitor.report.words import answer, JOINTS, sentence
 
 MINUTES = 600.0    # s: longer recordings are shown in minutes
-COARSE = 400       # points of the line of the prediction errors
 CHANNELS = ('motor', 'arm')
 ROLES = ('good', 'warn', 'error')  # of alerts and of the headline, by level
 GROUP = 'time'
@@ -174,31 +172,6 @@ def errors_chart(timeline: Timeline, axis: str) -> Chart | None:
     return time.chart('Prediction errors of the encoders', panels) if panels else None
 
 
-def nis_chart(timeline: Timeline) -> Chart | None:
-    """Return the NIS of `timeline` with the limits of its alarm, or None without any."""
-    _, _, nis = timeline.nis.of(0)
-    finite = np.isfinite(nis)
-    if not finite.any():
-        return None
-    time = time_axis(timeline)
-    edges = np.array([0.0, time.last])
-    t, nis = _coarser(timeline.nis.t[finite] / time.scale, nis[finite])
-    top = max(1.6, min(4.0, float(np.nanpercentile(nis, 99)) * 1.2))
-    return time.chart('Size of the prediction errors: NIS over its degrees of freedom', [
-        Panel('1 is expected', (
-            Trace(edges, np.full(2, LIMITS.nis_high), 'limits of the alarm', 'warn'),
-            Trace(edges, np.full(2, LIMITS.nis_low), '', 'warn'),
-            Trace(t, nis, 'NIS', 'closed')), 1.0, 140, limits=(0.0, top))])
-
-
-def _coarser(t: Array, values: Array) -> tuple[Array, Array]:
-    """Return means of neighbours of `t` and `values`, no more than COARSE."""
-    size = -(-len(t) // COARSE)
-    count = len(t) // size
-    return (t[:count * size].reshape(count, size).mean(axis=1),
-            values[:count * size].reshape(count, size).mean(axis=1))
-
-
 def torque_chart(timeline: Timeline, axis: str) -> Chart:
     """Return torque, its deviation and the command of `timeline`, in units of `axis`."""
     time = time_axis(timeline)
@@ -258,9 +231,8 @@ def recording_page(timeline: Timeline, facts: RecordingFacts, name: str, bag: st
         advice(next_steps(timeline, facts, bag)), _backlash(timeline, axis),
         Section('recording/loops.html', {'plane': loop_plane(timeline, axis)},
                 'Torque over twist'), _trust(timeline),
-        Section('recording/errors.html', {
-            'errors': errors_chart(timeline, axis), 'nis': nis_chart(timeline)},
-            'Prediction errors'),
+        Section('recording/errors.html', {'errors': errors_chart(timeline, axis)},
+                'Prediction errors'),
         Section('recording/chart.html', {'chart': torque_chart(timeline, axis)}, 'Torque'),
         _input(timeline, facts), _parameters(facts)), axis))
 

@@ -26,7 +26,7 @@ from gearbox_monitor.plant.effects.controller import SERVO_GAIN
 from gearbox_monitor.plant.effects.gearbox import SLIP
 from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_INERTIA
 from gearbox_monitor.presentation import (
-    change, credible, EXACT, number, on_axis, percent, Quantity, Said, said)
+    change, credible, number, on_axis, percent, Quantity, Said, said)
 from gearbox_monitor.report.sentences import entries, labelled, PLACES, say, wrapped
 
 VerdictData = Mapping[str, Any]  # a verdict as plain data
@@ -147,46 +147,34 @@ def sentence(words: str) -> str:
 
 class ValueRow(NamedTuple):
     """
-    One identified value of an effect.
+    One value of a finding: effect, name, size with its deviation.
 
-    size: with its deviation, None for a text; text: the size or that text. nominal: value of
-    the model, '' where it has none; change: from it.
+    nominal: value of the model, '' where it has none; change: from it.
     """
 
     effect: str
     name: str
-    size: Quantity | None
-    text: str
+    size: Quantity
     nominal: str
     change: str
 
-    @property
-    def cells(self) -> tuple[str, ...]:
-        """The row of a table: effect, name, value with deviation and unit, nominal, change."""
-        return self.effect, self.name, self.text, self.nominal, self.change
-
     def __str__(self) -> str:
         model = f' (model: {self.nominal}{", " * bool(self.change)}{self.change})'
-        return f'{self.name} = {self.text}' + model * bool(self.nominal)
+        return f'{self.name} = {self.size}' + model * bool(self.nominal)
 
 
 def value_rows(data: VerdictData) -> list[ValueRow]:
-    """Return a ValueRow for each value that a verdict on a drive identified."""
+    """Return a ValueRow for each value that the findings of a verdict have; events have none."""
     rows = []
-    errors = data.get('standard_errors') or {}
-    stated = data.get('model_values') or {}
-    undetermined = {(f['effect'], name) for f in data.get('findings') or ()
-                    for name, deviation in f['deviations'].items() if deviation is None}
-    for effect, values in (data.get('params') or {}).items():
-        for name, value in values.items():
-            error = (errors.get(effect) or {}).get(name) or EXACT
-            size = credible(value, None if (effect, name) in undetermined else error, unit_of(
-                effect, name, axis_of(data))) if isinstance(value, (int, float)) else None
-            nominal = stated.get(effect, {}).get(name)
+    for finding in data['findings']:
+        effect, axis = finding['effect'], axis_of(data, finding.get('joint'))
+        stated = (data.get('model_values') or {}).get(effect, {})
+        for name, value in finding['values'].items() if effect not in EVENTS else ():
+            nominal = stated.get(name)
             rows.append(ValueRow(
-                effect, name, size, str(value if size is None else size),
+                effect, name, _sized(finding, name, unit_of(effect, name, axis)),
                 '' if nominal is None else number(nominal),
-                change(value, nominal) if nominal and size else ''))
+                change(value, nominal) if nominal else ''))
     return rows
 
 
@@ -606,7 +594,7 @@ def _gap_rows(data: VerdictData) -> Rows:
 
 def _value_rows(data: VerdictData) -> Rows:
     axis = axis_of(data)
-    for row in value_rows(data):
+    for row in value_rows(data) if 'axis' in data else ():   # the answer has those of a robot
         yield said('value_row', effect=row.effect, value=row)
     for name, ranges in (data.get('between_recordings') or {}).items():
         for parameter, part in ranges.items():

@@ -15,7 +15,6 @@ import time
 from typing import Any, TypeAlias
 
 from rclpy.node import Node
-from rclpy.qos import qos_check_compatible, QoSCompatibility
 from sensor_msgs.msg import JointState
 
 from gearbox_monitor.errors import InputError
@@ -262,20 +261,6 @@ class GearboxInput:
         if self.joiner is not None and self.joiner.dropped and not has_samples:
             return Said('arm_alone', {'arm_topic': self.arm_topic, 'motor': self.joints[0],
                                       'motor_topic': self.motor_topic}, Level.ERROR)
-        return None if has_samples else self._mismatch()
-
-    def _mismatch(self) -> Said | None:
-        """Return which publisher's QoS does not fit ours, or None."""
-        node, ours = self._node, (self._node.get_name(), self._node.get_namespace())
-        for topic in filter(None, (self.motor_topic, self.arm_topic)):
-            profiles = [info.qos_profile for info in node.get_subscriptions_info_by_topic(topic)
-                        if (info.node_name, info.node_namespace) == ours]
-            for info in node.get_publishers_info_by_topic(topic):
-                for qos in profiles:
-                    fits, reason = qos_check_compatible(info.qos_profile, qos)
-                    if fits == QoSCompatibility.ERROR:
-                        return Said('qos', {'node': info.node_name, 'topic': topic,
-                                            'reason': reason.strip('; ')}, Level.ERROR)
         return None
 
     def counts(self) -> dict[str, int]:

@@ -95,8 +95,7 @@ def test_a_quantity_has_the_digits_of_its_deviation():
     for quantity, expected in QUANTITIES:
         assert str(quantity) == expected
     assert f'{Quantity(15.03, 0.37, "%"):+}' == '+15.0 ± 0.4 %'
-    data = data_of('effect', HEAVY, params={'arm_inertia': {'m2': 0.0234531}},
-                   standard_errors={'arm_inertia': {'m2': 3.8e-7}})
+    data = data_of('effect', replace(HEAVY, values={'m2': 0.0234531}, deviations={'m2': 3.8e-7}))
     row, = value_rows(data)
     assert str(row).startswith('m2 = 0.02345 ± 0.00002 kg m² (model: 0.0235')
     assert str(width_of(0.2, 0.0)) == '0.200 ± 0.002 rad'

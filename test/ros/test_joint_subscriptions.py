@@ -10,13 +10,10 @@ import pytest
 rclpy = pytest.importorskip('rclpy')
 from processes import DOMAIN  # noqa: E402, I100, I202
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor  # noqa: E402
-from rclpy.qos import (  # noqa: E402
-    qos_profile_sensor_data, QoSProfile, ReliabilityPolicy)
 from sensor_msgs.msg import JointState  # noqa: E402
 
 from gearbox_monitor.parameters import EstimatorParameters  # noqa: E402
 from gearbox_monitor.plant.drive import DriveModel  # noqa: E402
-from gearbox_monitor.report.sentences import message  # noqa: E402
 from gearbox_monitor.ros import gearbox_input  # noqa: E402
 from gearbox_monitor.ros.convert import to_time  # noqa: E402
 from gearbox_monitor.ros.gearbox_input import GearboxInput  # noqa: E402
@@ -80,31 +77,6 @@ def test_a_callback_awaits_the_next_messages_unless_another_node_waits(
         thread.join()
         executor.shutdown()
     assert waits == [] if others else waits and len(taken) > 1
-
-
-def test_a_publisher_whose_qos_does_not_fit_is_named(nodes):
-    """Nothing would arrive, and no message could say why."""
-    taker, giver = nodes
-    source = GearboxInput(taker, EstimatorParameters(), DriveModel(), lambda: None)
-    reliable = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
-    subscription = taker.create_subscription(JointState, 'joint_states', print, reliable)
-    fitting = giver.create_publisher(JointState, 'joint_states', reliable)
-
-    def seen(count):
-        while taker.count_publishers('joint_states') != count or \
-                not taker.get_subscriptions_info_by_topic('/joint_states'):
-            time.sleep(0.02)
-
-    seen(1)
-    assert source.silence(False) is None
-    giver.destroy_publisher(fitting)
-    seen(0)
-    giver.create_publisher(JointState, 'joint_states', qos_profile_sensor_data)
-    seen(1)
-    said = message([[source.silence(False)]])
-    assert 'the QoS of giver on /joint_states does not fit ours' in said
-    assert 'qos_overrides./joint_states' in said and source.silence(True) is None
-    taker.destroy_subscription(subscription)
 
 
 def test_a_node_is_alone_with_one_thread_and_no_other_node(nodes):
