@@ -12,8 +12,7 @@ derivative, hidden sides, servos, zeros and conventions each have a numerical me
 
 Public names, by module:
 
-    contest: CONTEST, THRESHOLDS
-    hypothesis: Finding, INCOMPLETE, kind_of, NONE, Remainder, UNDECIDED, UNKNOWN
+    hypothesis: EFFECT, Finding, INCOMPLETE, kind_of, NONE, Remainder, UNDECIDED, UNKNOWN
     joint: diagnose, nominal, windows
     joint.candidates: CandidateModel, Coordinate, NUISANCES, sine_and_cosine, with_effects
     joint.diagnose: chosen_ids, diagnose_change
@@ -21,7 +20,7 @@ Public names, by module:
         InnovationFit, InnovationLikelihood, noise_floor
     joint.nominal: Adapted, fit_nominal, FittedValue, NominalFit, samples_of
     joint.parameter_ranges: Combination, NORMAL, ParameterRanges, ranges_of, UnitEstimate
-    joint.shooting: ShootingWindows, Simulator
+    joint.shooting: Simulator
     joint.verdict: Verdict
     joint.windows: closed_of, gap_of, ModelRun, Overlay, overlay
     robot: knowledge, verdict

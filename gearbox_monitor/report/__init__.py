@@ -15,17 +15,16 @@ Public names, by module:
     .: words
     builder: Page, page_summary, render_page, Section
     chart: Chart, Drawing, Panel, Plane, Trace
-    diagnosis_page: diagnosis_page, gather, shows_place
+    diagnosis_page: by_effect, context_of, diagnosis_page, DiagnosisContext, effort_chart
     explanation: ALL_CONDITIONS, Explanation, explanations
     fleet_page: CSV_NAME, fleet_csv, fleet_page, headline, name_of
     live_page: GearboxHistory, live_frame, LivePage, WatchNews
     recording_page: backlash_chart, figures, headline, overview, recording_page, robot_page,
         ROLES
-    robot_pages: by_effect, robot_gap_page, RobotContext, watch_page
-    robot_words: finding_words, reading_words, robot_headline, robot_text, watch_data,
-        watch_headline, watch_text
-    sentences: CHANGES, of_fit, of_noise, of_unit, say, summary, title, told, UNITS
+    sentences: CHANGES, entries, labelled, of_fit, of_noise, of_unit, say, title, told, UNITS,
+        wrapped
     timeline: measured, recorded_timeline, RecordingFacts, state_of, Timeline, timeline_of
-    words: change_sentence, counted, NAMING, next_steps, NO_FILES, NOTHING, place_text,
-        sentence, torque_map_of, undefined, unit_of, UserFiles, value_rows
+    watch_page: watch_page
+    watch_words: reading_words, watch_data, watch_headline, watch_text
+    words: change_sentence, counted, finding_words, headline, LABEL, sentence, verdict_text
 """

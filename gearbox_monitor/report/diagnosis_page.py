@@ -177,7 +177,7 @@ def _channel_panels(name: str, readings: Sequence[Trace], residual: Sequence[Tra
 
 
 def effort_chart(curves: EffortCurves) -> Chart:
-    """Return the effort of a joint, recorded and by both models."""
+    """Return the chart of the `curves` of a joint: effort, recorded and by both models."""
     unit, t = on_axis('N m', curves.axis), curves.t
     return Chart(f'{curves.joint}, before and after', [
         Panel(f'effort ({unit})', [
@@ -264,7 +264,7 @@ def finding_label(finding: Mapping[str, Any], data: VerdictData) -> str:
 
 
 def by_effect(data: VerdictData) -> list[Mapping[str, Any]]:
-    """Return the gaps of the joints of a robot, those that change the motion most first."""
+    """Return the gaps of joints in a verdict `data`, those that change the motion most first."""
     runs = (data.get('rollouts') or {}).get('joints') or {}
     return sorted(data['gaps'], reverse=True, key=lambda gap: (
         runs[gap['joint']]['before'] if gap['joint'] in runs else _share(gap)))

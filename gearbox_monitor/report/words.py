@@ -7,7 +7,7 @@ What a verdict says in words, of a drive and of a robot alike: for terminals, pa
 All of it reads the plain data of a verdict, as JSON has them. Those of a drive have an `axis`;
 those of a robot have it at each joint of `gaps`.
 """
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 import math
 from pathlib import Path
@@ -36,7 +36,8 @@ NOTHING = ('none', 'undecided')  # verdicts without a gap
 LACKING = ('incomplete', 'unknown')  # verdicts with a remainder
 NAMING = ('effect', 'incomplete')  # verdicts with findings
 # The meaning of each effect on a real drive or robot.
-MEANINGS = {effect.id: effect.meaning for effect in (*EFFECTS.values(), *ROBOT_EFFECTS)}
+MEANINGS = {e.id: e.meaning for e in EFFECTS.values()} | {
+    e.id: e.meaning for e in ROBOT_EFFECTS}
 OF_ROBOTS = {effect.id: effect for effect in ROBOT_EFFECTS}
 OF_CHANGES = {'Cc_change': 'N m', 'Cv_change': 'N m s/rad', 'm1_change': 'kg m^2',
               'T_change': 's', 'kp_factor': '', 'kp_of_model': '', 'Ca': 'N m', 'moment': 'kg m',
@@ -61,7 +62,7 @@ def reading_unit(reading: str | None, axis: str) -> str:
 
 
 def axis_of(data: VerdictData, joint: str | None = None) -> str:
-    """Return rotary or prismatic: the axis of the drive of a verdict, or of a `joint`."""
+    """Return rotary or prismatic: the axis of the drive, or of a `joint`, of a verdict `data`."""
     if 'axis' in data:
         return str(data['axis'])
     return next((gap.get('axis', 'rotary') for gap in data.get('gaps', ())
@@ -164,7 +165,7 @@ class ValueRow(NamedTuple):
 
 
 def value_rows(data: VerdictData) -> list[ValueRow]:
-    """Return a ValueRow for each value that the findings of a verdict have; events have none."""
+    """Return a ValueRow for each value of the findings of a verdict `data`; events have none."""
     rows = []
     for finding in data['findings']:
         effect, axis = finding['effect'], axis_of(data, finding.get('joint'))
@@ -211,7 +212,7 @@ def torque_map_of(data: VerdictData) -> tuple[str, list[tuple[str, str, str]]] |
 
 # --- what is found ------------------------------------------------------------------------------
 def place_of(found: Mapping[str, Any], data: VerdictData) -> str:
-    """Return where a finding or remainder of a verdict is: a joint, a link, a part of a drive."""
+    """Return where what is `found` by a verdict `data` is: a joint, a link, a part of a drive."""
     if found.get('joint') or found.get('link'):
         return str(found.get('joint') or found['link'])
     if 'axis' in data:
@@ -327,8 +328,9 @@ def _tilt(finding: Mapping[str, Any], data: VerdictData, place: str) -> str:
 
 
 # Effects with a sentence of their own.
-EVENTS = {DISTURBANCE.id: _bursts, SLIP.id: _slips, 'payload': _load, 'base_tilt': _tilt,
-          'link_inertia': lambda finding, data, place: say('inertia', place=place)}
+EVENTS: Mapping[str, Callable[[Mapping[str, Any], VerdictData, str], str]] = {
+    DISTURBANCE.id: _bursts, SLIP.id: _slips, 'payload': _load, 'base_tilt': _tilt,
+    'link_inertia': lambda finding, data, place: say('inertia', place=place)}
 
 
 def remainder_words(remainder: Mapping[str, Any], data: VerdictData = NO_DATA) -> str:
@@ -353,7 +355,7 @@ def remainder_words(remainder: Mapping[str, Any], data: VerdictData = NO_DATA) -
 
 # --- the answer ---------------------------------------------------------------------------------
 def headline(data: VerdictData) -> str:
-    """Return the verdict in words: differences, their sizes, and whether others remain."""
+    """Return the verdict `data` in words: differences, their sizes, and whether others remain."""
     if data.get('readings'):
         return say('read_so', readings='; '.join(data['readings']),
                    answer=headline({**data, 'readings': []}))
@@ -390,7 +392,7 @@ def _no_gap(data: VerdictData, reference: str) -> str:
 
 
 def drift_words(drift: Mapping[str, Any]) -> str:
-    """Return how far friction of a joint is from the references, without a full stop."""
+    """Return a `drift` in words: how far friction of a joint is from the references."""
     return say('drift_above' if drift['change'] > 0.0 else 'drift_below', place=drift['joint'],
                size=Quantity(100.0 * abs(drift['change']), 100.0 * drift['deviation'], '%'),
                usual=percent(drift['usual']))
@@ -429,7 +431,7 @@ def question_words(question: Mapping[str, Any], data: VerdictData = NO_DATA) -> 
 
 
 def next_steps(data: VerdictData) -> list[str]:
-    """Return the next steps after a verdict, with the files and options of the user's command."""
+    """Return the next steps after a verdict `data`, with files and options of the user."""
     verdict, ids, is_drive = data['verdict'], set(ids_of(data)), 'axis' in data
     asked = [(q, question_words(q, data)) for q in data.get('questions', ())]
     steps = []
