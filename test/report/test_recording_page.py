@@ -298,7 +298,7 @@ def test_page_in_a_browser(bags, pages, browser, width):
 
     # All charts over time zoom together.
     charts = find('figure.chart')
-    assert len(charts) == 6
+    assert len(charts) == 5
     charts[0].find_element(By.CSS_SELECTOR, '[data-zoom=in]').click()
     begin, end = shown(charts[0])
     assert end - begin == pytest.approx(0.5 * SECONDS, rel=0.01)
