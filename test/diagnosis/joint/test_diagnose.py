@@ -15,6 +15,7 @@ import yaml
 
 from gearbox_monitor.cli import diagnose as command
 from gearbox_monitor.cli.main import main
+from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.files.user_files import load_model
 from gearbox_monitor.plant.drive import DriveModel, Transmission
 from gearbox_monitor.plant.effects import EFFECTS, LOCATIONS
@@ -321,5 +322,5 @@ def test_interrupted_it_leaves_nothing(folder, worn, tmp_path, monkeypatch):
 
 
 def test_every_effect_and_place_has_words():
-    assert list(MEANINGS) == list(EFFECTS)
+    assert set(MEANINGS) == {*EFFECTS, *(effect.id for effect in ROBOT_EFFECTS)}
     assert set(PLACES) == set(LOCATIONS)
