@@ -192,6 +192,8 @@ class DriveRecording(Paged):
             torque = prepare(self.stamp_ns[rows], motor.effort[rows] * self.model.effort_scale,
                              y[rows], kind=kind)[0].u
             servo = recording.servo_torque
+            if not np.ptp(torque) or not np.ptp(servo):
+                return [said('torque_idle')]
             correlation = float(np.corrcoef(torque, servo)[0, 1])
         except (InputError, ValueError):  # known too seldom, or elsewhere than the setpoint
             return [said('torque_idle')]

@@ -62,6 +62,8 @@ def test_setpoint_is_the_input_and_the_servo_commands_the_torque(tmp_path, run):
     _, (note,) = loaded(write(tmp_path, columns_of(run, u=2.0 * recording.torque)))
     assert note == ('the torque is 2 times the torque by the controller of the model '
                     '(correlation 1.00)')
+    _, (note,) = loaded(write(tmp_path, columns_of(run, u=np.zeros(800))))
+    assert note.startswith('column u is not used')  # a log of what nobody measured
     _, notes = loaded(write(tmp_path, columns_of(run, arm=np.full(800, np.nan))))
     assert not notes
 
