@@ -100,6 +100,13 @@ class BalanceEvidence:
         return float(size * np.log(max(rows, 3.0)) + 2.0 * np.log(self._rivals[free])) + self.extra
 
     @cached_property
+    def _efforts(self) -> list[float]:
+        """Sums of squares of each joint's effort."""
+        recordings = self.likelihood.recordings
+        return [sum(float(np.sum((rows.target[j] + rows.model[j]) ** 2)) for rows in recordings)
+                for j in range(self.likelihood.joints)]
+
+    @cached_property
     def _rivals(self) -> tuple[int, int]:
         """The numbers of laws and of functions."""
         laws, functions = (max(len({c.name for c in field}), 1)
@@ -140,7 +147,8 @@ class BalanceEvidence:
         """
         Return the covariance [k, k] of a candidate's coefficients between healthy parts and days.
 
-        Of a torque of any of its shapes a short reference leaves a share of the effort open.
+        Of a torque of any of its shapes a short reference leaves a share of the effort open, of
+        each joint's own: a slide's force says nothing of a wrist.
 
         Args:
             candidate: effect or function.
@@ -154,12 +162,11 @@ class BalanceEvidence:
             out = out + loads[list(candidate.columns)] ** 2
         if not self.day:
             return out
-        effort = sum(float(np.sum((rows.target[j] + rows.model[j]) ** 2))
-                     for rows in self.likelihood.recordings for j in candidate.columns)
-        inner = np.sum([x.T @ x for x in candidate.columns.values()], axis=0)
+        inner = sum((x.T @ x / self._efforts[j] for j, x in candidate.columns.items()),
+                    np.zeros_like(out))
         size = np.sqrt(np.diag(inner)) + 1e-30
         inverse = np.linalg.pinv(inner / np.outer(size, size), 1e-9) / np.outer(size, size)
-        return out + self.day ** 2 * effort * inverse
+        return out + self.day ** 2 * len(candidate.columns) * inverse
 
     def gain(self, less: Hypothesis, more: Hypothesis) -> float:
         """Return by how much `more` beats `less`, beyond what differs between parts and days."""

@@ -544,6 +544,21 @@ def test_a_function_hides_no_rival_of_a_law():
         assert balance.rivals(h, 0) == {'rival': 0.0}
 
 
+def test_differences_between_days_know_no_units():
+    """The force of a slide, in N, left a load of 1 kg at the hand of its arm open by days."""
+    rows, columns = healthy_evidence()[0].recordings[0], np.random.default_rng(3).normal(
+        size=(2, healthy_evidence()[0].recordings[0].target.shape[1], 3))
+    seen = []
+    for unit in (1.0, 1000.0):
+        units = np.array([unit, 1.0])[:, None]
+        scaled = SimpleNamespace(joints=2, recordings=[SimpleNamespace(
+            target=units * rows.target[:2], model=units * rows.model[:2])])
+        evidence = BalanceEvidence(scaled, None, (), (), {}, np.ones(2), day=SETTINGS.day)
+        seen.append(evidence.of_days(Candidate('payload', {
+            j: units[j] * columns[j] for j in (0, 1)}, link='hand'), np.zeros(2)))
+    np.testing.assert_allclose(*seen, rtol=1e-9)
+
+
 def test_what_a_limit_hides_is_no_evidence():
     """Beyond a limit near 0 nothing is left to explain, and that was the best of all laws."""
     evidence, fit = healthy_evidence()
