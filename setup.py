@@ -56,7 +56,7 @@ setup(
     packages=find_packages(exclude=['benchmarks', 'benchmarks.*', 'test', 'test.*']),
     package_data={package_name: [
         'py.typed', '*.toml', '*/*.toml', 'kernels/translate/prelude.h',
-        'recordings/vocabulary.yaml', 'simulators/firmware/*', 'simulators/templates/*',
+        'recordings/vocabulary.yaml', 'simulators/firmware/*',
         'report/assets/*', 'report/templates/*.html', 'report/templates/*/*.html']},
     data_files=[
         ('share/ament_index/resource_index/packages', ['resource/' + package_name]),

@@ -21,8 +21,8 @@ With --to c it writes the estimator's filter with the model as C99 for the firmw
 FILE.c of --out, and FILE.h. --params states the parameters of the estimator. See
 docs/firmware.md.
 
---ranges turns several estimates into the domain randomisation of a simulator: 90 % ranges of a new
-drive with their correlation, as YAML, or as event terms of Isaac Lab or mjlab (docs/actuators.md).
+--ranges turns several estimates into ranges for domain randomisation: 90 % ranges of a new drive
+with their correlation, as YAML (docs/actuators.md).
 The estimates are JSON files of fit or diagnose, one of each drive or recording. MODEL may
 also be the name of an actuator of the catalogue (docs/actuators.md); a file of that name wins.
 
@@ -35,7 +35,7 @@ usage examples:
   gearbox_monitor export --backlash 0.012 --to mjcf --into robot.xml --joint elbow --out play.xml
   gearbox_monitor export drive.closed.yaml --to urdf --into robot.urdf --joint elbow --out new.urdf
   gearbox_monitor export drive.yaml --params estimator.yaml --to c --out elbow.c --prefix elbow
-  gearbox_monitor export unit1.json unit2.json unit3.json --to isaac --ranges --out events.py
+  gearbox_monitor export unit1.json unit2.json unit3.json --to yaml --ranges --out ranges.yaml
 """
 from argparse import Namespace
 from pathlib import Path
@@ -44,7 +44,7 @@ import sys
 from gearbox_monitor.cli.options import estimator_options, joint_of, refuse, write_or_print
 from gearbox_monitor.errors import InputError, refusal
 from gearbox_monitor.files.user_files import expect_new, expect_new_file, write_new
-from gearbox_monitor.library.ranges import randomisation, ranges, WRITERS
+from gearbox_monitor.library.ranges import ranges, ranges_yaml
 from gearbox_monitor.library.simulator_file import (
     CatalogueActuator, export_model, is_actuator, load_actuator, load_model, NAMES, SimulatorFile,
     SIMULATORS, TARGETS, with_backlash)
@@ -54,7 +54,7 @@ from gearbox_monitor.simulators.c99 import firmware
 from gearbox_monitor.simulators.file_edits import Patch
 from gearbox_monitor.simulators.xml_edit import difference
 
-CHOICES = (*TARGETS, 'c', *WRITERS)
+CHOICES = (*TARGETS, 'c', 'yaml')
 OF_FILES = ('into', 'joint', 'model_arm_joint', 'keyframe', 'actuator', 'root')
 
 
@@ -70,8 +70,8 @@ def run(args: Namespace) -> int:
         raise InputError('MODEL: missing, expected a model file, or --backlash')
     if args.ranges:
         return _export_ranges(args)
-    if args.to in WRITERS:
-        raise InputError(f'--to {args.to}: without --ranges, expected it with --ranges')
+    if args.to == 'yaml':
+        raise InputError('--to yaml: without --ranges, expected it with --ranges')
     if len(args.models) > 1:
         raise InputError(f'{len(args.models)} models: without --ranges, expected one')
     args.model = args.models[0]
@@ -134,12 +134,12 @@ def _write_c(args: Namespace) -> int:
 
 def _export_ranges(args: Namespace) -> int:
     """Write or print the domain randomisation of several estimates; return the exit code."""
-    if args.to not in WRITERS:
-        raise InputError(f'--to {args.to}: with --ranges, expected one of {", ".join(WRITERS)}')
+    if args.to != 'yaml':
+        raise InputError(f'--to {args.to}: with --ranges, expected --to yaml')
     refuse(args, OF_FILES, 'with --ranges, expected none of it')
     actuator = _actuator(args.models[0]) if len(args.models) == 1 else None
     of_drives = ranges(args.models) if actuator is None else actuator.ranges
-    write_or_print(args.out, randomisation(of_drives, args.to))
+    write_or_print(args.out, ranges_yaml(of_drives))
     return 0
 
 

@@ -19,7 +19,7 @@ Public names, by module:
     joint.innovations: coordinate_columns, evaluated, FilteredFit, fitted, halves,
         InnovationFit, InnovationLikelihood, noise_floor
     joint.nominal: Adapted, fit_nominal, FittedValue, NominalFit, samples_of
-    joint.parameter_ranges: Combination, NORMAL, ParameterRanges, ranges_of, UnitEstimate
+    joint.parameter_ranges: Combination, ParameterRanges, ranges_of, UnitEstimate
     joint.shooting: Simulator
     joint.verdict: Verdict
     joint.windows: closed_of, gap_of, ModelRun, Overlay, overlay

@@ -14,7 +14,7 @@ Public names, by module:
 
     identify: adapt, diagnose, fit, uniform, write_adapted
     progress: Bar, count_bar, progress_bar, shown_time
-    ranges: randomisation, ranges, WRITERS
+    ranges: ranges, ranges_yaml
     recording: DriveRecording, load_recording
     recording_report: write_report
     robot: check_robot, description_in, diagnose_robot, learn_robot, load_robot,

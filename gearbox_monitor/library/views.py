@@ -25,7 +25,7 @@ from gearbox_monitor.health.backlash.features import Backlash, NotExcited, width
 from gearbox_monitor.health.judgement import worst
 from gearbox_monitor.library.estimation import BacklashWindows, RecordingEstimates
 from gearbox_monitor.library.identify import TunedParameters, write_adapted
-from gearbox_monitor.library.ranges import randomisation
+from gearbox_monitor.library.ranges import ranges_yaml
 from gearbox_monitor.library.recording import DriveRecording
 from gearbox_monitor.library.recording_report import ReportPages
 from gearbox_monitor.library.robot import RobotDiagnosis
@@ -358,7 +358,7 @@ WRITERS: dict[type, Callable[[Any, str | Path], object]] = {
         path, expect_model(model), [f'Written by gearbox_monitor {__version__}.']),
     TunedParameters: lambda tuned, path: write_parameters(
         path, tuned.before, ('', {}), tuned.figures),
-    ParameterRanges: lambda ranges, path: write_new(path, randomisation(ranges, 'yaml')),
+    ParameterRanges: lambda ranges, path: write_new(path, ranges_yaml(ranges)),
     Adapted: lambda adapted, path: write_adapted(path, adapted, 'recordings'),
     SimulatorFile: lambda file, path: write_new(path, file.text),
     Watch: lambda watch, path: save_watch(path, watch), RobotDiagnosis: _write_closed}

@@ -2,10 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Ranges of a population of drives: intervals with a known answer, and the texts made of them."""
-import ast
 import json
-from pathlib import Path
-import re
 
 import numpy as np
 import pytest
@@ -16,8 +13,7 @@ import gearbox_monitor as gm
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.diagnosis.joint.parameter_ranges import ranges_of, UnitEstimate
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.library.ranges import randomisation
-from gearbox_monitor.library.robot import RobotDiagnosis
+from gearbox_monitor.library.ranges import ranges_yaml
 
 
 def estimate(values, covariance, name='unit'):
@@ -116,7 +112,7 @@ def test_combination_is_said_and_drawn_along():
     drawn = found.sample(4000, seed=1)
     ratio, product = (np.log(f(drawn['m1'], drawn['Cc'])).std() for f in (np.divide, np.multiply))
     assert ratio < 0.4 < 1.2 < product  # four estimates do not average the open direction away
-    assert 'known only in combination' in randomisation(found, 'isaac')
+    assert len(yaml.safe_load(ranges_yaml(found))['known_only_in_combination']) == 1
 
 
 def test_correlation_between_drives_is_drawn():
@@ -147,54 +143,6 @@ def test_coverage_of_new_drives_with_known_variances():
     assert 0.8 < inside / count < 0.99
 
 
-def rich():
-    """Return ranges of all parameters that an event exists for, and one more."""
-    names = ('Cc', 'Cv', 'm1', 'kp', 'kd', 'actuator_delay.T', 'gravity.G', 'kt')
-    rng = np.random.default_rng(5)
-    return ranges_of([estimate(dict(zip(names, np.exp(0.1 * rng.standard_normal(8)))),
-                               1e-4 * np.eye(len(names))) for _ in range(8)])
-
-
-FUNCTIONS = [
-    ('isaac', {'randomize_joint_parameters', 'randomize_actuator_gains',
-               'randomize_rigid_body_mass', 'write_joint_friction_coefficient_to_sim'}),
-    ('mjlab', {'joint_friction', 'joint_damping', 'joint_armature', 'pd_gains', 'body_mass',
-               'sync_actuator_delays', 'requires_model_fields'})]
-
-
-def test_events_are_python_with_the_functions_of_the_framework():
-    for to, functions in FUNCTIONS:
-        text = randomisation(rich(), to)
-        tree = ast.parse(text)
-        used = {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
-        used |= {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
-        assert functions <= used
-        assert '# No event: kt' in text
-
-
-def test_each_range_of_an_event_is_that_of_the_parameter():
-    found = rich()
-    tree = ast.parse(randomisation(found, 'mjlab'))
-    call = next(node.value for node in tree.body if isinstance(node, ast.Assign)
-                and getattr(node.targets[0], 'id', '') == 'joint_damping')
-    params = next(k.value for k in call.keywords if k.arg == 'params')
-    values = dict(zip((k.value for k in params.keys), params.values))
-    i = found.names.index('Cv')
-    assert ast.literal_eval(values['ranges']) == pytest.approx((found.low[i], found.high[i]), 1e-4)
-
-
-def test_factor_on_a_mass_rises_and_keeps_its_sign():
-    for to in ('isaac', 'mjlab'):
-        down = [UnitEstimate('unit', {'gravity.G': v}, {'gravity.G': 'N m'}, np.array([[1e-4]]))
-                for v in (-1.0, -1.1, -0.9, -1.05)]
-        text = randomisation(ranges_of(down), to)
-        low, high = re.search(
-            r"(?:mass_distribution_params|ranges)': \((\S+), (\S+)\)", text).groups()
-        assert 0.0 < float(low) < 1.0 < float(high)
-        up = UnitEstimate('unit', {'gravity.G': 1.0}, {'gravity.G': 'N m'}, np.array([[1e-4]]))
-        assert '# No event: gravity.G' in randomisation(ranges_of([*down, up]), to)
-
-
 def written(path, value, error, name='Cc', unit='N m'):
     """Write what fit model writes as JSON."""
     path.write_text(json.dumps({
@@ -223,9 +171,10 @@ BAD_ESTIMATES = [
     ('{"findings": []}', 'bad.json: no finding with values and deviations'),
     ('{"findings": ["x"]}', 'bad.json: findings: no effect, values and deviations'),
     ('{"findings": [{"effect": ["x"]}]}', 'bad.json: findings: no effect, values'),
-    ('{"findings": [], "remainders": []}', 'bad.json: 0 payloads'),
-    ('{"findings": [{"effect": "payload", "values": [1]}], "remainders": []}',
-     'bad.json: findings: no effect, values and deviations'),
+    ('{"findings": [{"effect": "payload", "values": {}, "deviations": {}, "link": "tip"}]}',
+     'bad.json: findings: of a robot, expected a verdict on a drive'),
+    ('{"findings": [{"effect": "payload", "values": {}, "deviations": {}}]}',
+     "bad.json: findings: effect: 'payload', expected the id of an effect"),
     ('{"accepted": true}', 'bad.json: neither values nor findings'),
     ('{', 'bad.json: no JSON')]
 
@@ -268,38 +217,3 @@ def test_sources_without_errors_are_refused(tmp_path):
     one = written(tmp_path / 'b.json', 1.0, 0.1)
     with pytest.raises(InputError, match='in common'):
         gm.ranges([one, written(tmp_path / 'c.json', 1.0, 0.1, 'Cv')])
-
-
-def held(path, mass, link='flange', others=()):
-    """Write the verdict on a robot that holds a `mass` (kg) at `link`; returns the path."""
-    payload = {'effect': 'payload', 'link': link, 'values': {'m': mass, 'cx': 0.1, 'cy': 0.0},
-               'deviations': {'m': 0.0, 'cx': None, 'cy': 0.01}}
-    path.write_text(json.dumps({'findings': [payload, *others], 'remainders': []}))
-    return str(path)
-
-
-def test_payload_of_several_robots_is_drawn_on_top_of_the_link(tmp_path, capsys):
-    masses = np.array([1.9, 2.0, 2.2])
-    rubs = {'effect': 'motor_coulomb', 'joint': 'joint2', 'values': {}, 'deviations': {}}
-    paths = [held(tmp_path / f'{mass}.json', mass, others=[rubs]) for mass in masses]
-    found = gm.ranges(paths)
-    reach = student.ppf(0.95, 2) * masses.std(ddof=1) * np.sqrt(4 / 3)
-    i = found.index('payload.m')
-    assert found.high[i] == pytest.approx(masses.mean() + reach, rel=1e-3)
-    assert found.units[i] == 'kg at flange' and found.index('payload.cx') is None
-    assert any('motor_coulomb at joint2' in note for note in found.notes)
-    robots = [RobotDiagnosis(None, None, json.loads(Path(path).read_text()), None, ())
-              for path in paths]
-    assert gm.ranges(robots).high == pytest.approx(found.high)
-    for to, field in (('isaac', 'mass_distribution_params'), ('mjlab', 'ranges')):
-        assert main(['export', *paths, '--to', to, '--ranges']) == 0
-        text = capsys.readouterr().out
-        ast.parse(text)
-        assert f"'{field}': ({found.low[i]:.6g}, {found.high[i]:.6g})" in text
-        assert "'operation': 'add'" in text
-
-
-def test_payloads_at_two_links_have_no_range(tmp_path):
-    paths = [held(tmp_path / 'a.json', 1.0), held(tmp_path / 'b.json', 1.0, 'wrist')]
-    with pytest.raises(InputError, match='kg at flange in .*a.json, kg at wrist in .*b.json'):
-        gm.ranges(paths)
