@@ -10,6 +10,7 @@ with each of them, by as little as they do.
 from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import fields, is_dataclass, replace
 from functools import partial
+import json
 import math
 from typing import Any, TypeAlias
 import zlib
@@ -18,6 +19,7 @@ import numpy as np
 
 from benchmarks.histories import FAST, HOME, Life, PAYLOAD
 from benchmarks.regression import drawn
+from gearbox_monitor import plain_data
 from gearbox_monitor.diagnosis.contest import contest, of_rival, of_size
 from gearbox_monitor.diagnosis.hypothesis import Finding, kind_of, Remainder
 from gearbox_monitor.errors import InputError
@@ -36,6 +38,7 @@ from gearbox_monitor.health.judgement import (
     figures, from_data, judge, outcomes, serviced, to_data)
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.parameters import EstimatorParameters
+from gearbox_monitor.plain_data import ARRAY, KIND, TABLE
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
@@ -49,6 +52,7 @@ from gearbox_monitor.signals.uniform import at_one_rate, prepare, usable_rows
 Row: TypeAlias = list[Any]
 Rows: TypeAlias = dict[str, Row]
 MODEL = DriveModel()
+SERVO = MODEL.with_(controller={'kind': 'pd', 'kp': 20.0})
 
 
 def numbers(value: Any) -> Iterator[float]:
@@ -59,10 +63,11 @@ def numbers(value: Any) -> Iterator[float]:
         yield zlib.crc32(value.encode()) * 2.0 ** -32
     elif isinstance(value, (bool, int, float, np.number, np.bool_)):
         yield float(value)
+    elif isinstance(value, Mapping) and value.get(KIND) == ARRAY:
+        yield from numbers(plain_data.from_data(value, {}))
     elif isinstance(value, Mapping):
-        for key in sorted(value, key=str):
-            yield from numbers(key)
-            yield from numbers(value[key])
+        rows = value['rows'] if value.get(KIND) == TABLE else value.items()
+        yield from numbers(sorted(rows, key=str))
     elif isinstance(value, (Sequence, Set)):
         for part in sorted(value, key=str) if isinstance(value, Set) else value:
             yield from numbers(part)
@@ -151,6 +156,7 @@ def recordings() -> dict[str, Samples]:
     rows, walk = np.arange(n), np.cumsum(rng.standard_normal(n))
     jitter, late = 4e6 * rng.standard_normal(n), 4e5 * walk / np.ptp(walk) * 20.0
     half = np.where(rows[:, None] % 2 == [0, 1], 1.0, np.nan)
+    servo = recorded(SERVO, 0.1)
     degrees, still = 180.0 / math.pi, rng.standard_normal((n, 2)) * [5e-3, 4e-3]
     slow = 0.05 * Excitation('triangle', (1.0,), (0.05,)).torque(rows * 4e-3)
     return {
@@ -193,6 +199,9 @@ def recordings() -> dict[str, Samples]:
         'torque at its limit': damaged(u=lambda u: np.clip(u, -3.0, 3.0)),
         'torque late': damaged(u=lambda u: np.roll(u, 4, axis=0)),
         'setpoint': damaged(u=lambda u: np.column_stack([SOUND.y[:, 0], u[:, 1]])),
+        'servo sound': servo, 'servo turned': replace(servo, u=-servo.u),
+        'servo in degrees': replace(servo, u=degrees * servo.u),
+        'servo unrelated': replace(servo, u=servo.u + 9.0 * np.sin(0.4 * rows)[:, None]),
         'two drives': damaged(y=lambda y: np.column_stack([y[:, 0], y[::-1, 1]])),
         'coloured noise': damaged(y=lambda y: y + np.outer(0.02 * np.convolve(
             rng.standard_normal(n), np.ones(20) / 4.0, 'same'), [1.0, 0.5]))}
@@ -200,7 +209,7 @@ def recordings() -> dict[str, Samples]:
 
 MODELS = {'none': None, 'drive': MODEL, 'rigid': MODEL.with_(kind='rigid'),
           'gear': MODEL.with_(gear_ratio=35.0),
-          'servo': MODEL.with_(controller={'kind': 'pd', 'kp': 20.0}),
+          'servo': SERVO,
           'held motor': MODEL.with_(driven_by='position')}
 
 
@@ -208,10 +217,11 @@ def checked() -> Rows:
     """Return each line of the examination of each recording, and what the diagnosis admits."""
     parameters, made = EstimatorParameters(drift_window=2.5, max_gap=0.1), recordings()
     rows: Rows = {}
-    pairs: list[tuple[str, str]] = [(name, 'none') for name in made]
+    pairs: list[tuple[str, str]] = [
+        (name, 'none') for name in made if not name.startswith('servo')]
     pairs += [(name, 'drive') for name in ('sound', 'loaded', 'one encoder', 'at rest', 'current')]
-    pairs += [('weak', 'rigid'), ('motor side', 'gear'), ('setpoint', 'servo'), ('weak', 'servo'),
-              ('weak', 'held motor')]
+    pairs += [(name, 'servo') for name in made if name.startswith(('servo', 'setpoint'))]
+    pairs += [('weak', 'rigid'), ('motor side', 'gear'), ('weak', 'held motor')]
     for name, kind in pairs:
         s, model = made[name], MODELS[kind]
         found = tried(partial(examine, s, parameters, model, name == 'setpoint'))
@@ -348,8 +358,8 @@ def windows() -> Rows:
     rows: Rows = {name: [getattr(f, 'reason', ''), *(getattr(f, key, math.nan) for key in (
         'gap', 'gap_std', 'stiffness', 'coulomb')), digest(f)] for name, f in found.items()}
     slow = smoothed(MODEL)
-    for share in (0.0, 0.05, 0.3):  # of the twist that does not follow the direction
-        slow[:, S_TWIST] = 0.3 + 0.2 * np.where(
+    for share, size in ((0.0, 0.2), (0.05, -0.2), (0.3, 0.2)):  # off the direction, by the way
+        slow[:, S_TWIST] = 0.3 + size * np.where(
             np.arange(len(slow)) % 50 < 50 * share, 0.0, np.sign(slow[:, S_X4])
         ) + 1e-3 * slow[:, S_U]
         rows[f'lost motion, {share:g} off'] = [*lost_motion_of(slow)]
@@ -393,6 +403,7 @@ FILTERS: Mapping[str, tuple[dict[str, Any], dict[str, Any]]] = {
         'q_std_tau_k', 'r_std_motor', 'coulomb_friction', 'viscous_friction']}, {}),
     'aekf, fast': ({'filter': 'aekf', 'adapt': ['r_std_arm', 'q_std_tau_k'],
                     'adapt_forgetting': 0.9}, {'effects': LAWS})}
+CARRIED = ('z', 'P', 'memory', 'sensitivities', 'weights')
 
 
 def filtered() -> Rows:
@@ -406,8 +417,10 @@ def filtered() -> Rows:
         for begin in (260, 350, 440, 530):
             part = slice(begin, begin + 90)
             got = estimator.run(Samples(s.stamp_ns[part], s.u[part], s.y[part]))
+            state = estimator.snapshot()
             rows[f'{name}: from row {begin}'] = [digest(x) for x in (
-                got.rows, got.smoothed, got.codes, estimator.snapshot())]
+                got.rows, got.smoothed, got.codes, state['counts'], *(
+                    [float.fromhex(x) for x in json.loads(state[key])] for key in CARRIED))]
         rows[f'{name}: told'] = [len(estimator.warnings), digest(estimator.warnings)]
     return rows
 
