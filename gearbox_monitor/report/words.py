@@ -34,7 +34,6 @@ NO_DATA: VerdictData = {}
 NEAR_FLOOR = 1.5  # misfit that may be noise of the encoders
 NOTHING = ('none', 'undecided')  # verdicts without a gap
 LACKING = ('incomplete', 'unknown')  # verdicts with a remainder
-NAMING = ('effect', 'incomplete')  # verdicts with findings
 # The meaning of each effect on a real drive or robot.
 MEANINGS = {e.id: e.meaning for e in EFFECTS.values()} | {
     e.id: e.meaning for e in ROBOT_EFFECTS}
@@ -408,7 +407,7 @@ def _unseen(data: VerdictData) -> str:
     first, count = questions[0], len(questions) - 1
     noun = subject_of(first['effect'])[1]
     below = '' if first['smallest'] is None else f' below {_size(first, "smallest", data)}'
-    return say('not_shown', change=f'any {noun}{below}', place=_asked_place(first),
+    return say('not_shown', change=f'any {noun}{below}', place=_part(first['place']),
                more=f', and {counted(count, "more change")}' * bool(count))
 
 
@@ -417,17 +416,13 @@ def _size(question: Mapping[str, Any], key: str, data: VerdictData) -> str:
     return str(Quantity(question[key], None, size_unit(question['effect'], axis)))
 
 
-def _asked_place(question: Mapping[str, Any]) -> str:
-    return PLACES.get(question['place'], question['place'])
-
-
 def question_words(question: Mapping[str, Any], data: VerdictData = NO_DATA) -> str:
     """Return the motion that would answer a `question` of the verdict `data`."""
     motion = motion_words(question, axis_of(data, question['joint']))
     if question['rival']:
         return motion
     return say('would_show', motion=motion, noun=subject_of(question['effect'])[1],
-               size=_size(question, 'plausible', data), place=_asked_place(question))
+               size=_size(question, 'plausible', data), place=_part(question['place']))
 
 
 def next_steps(data: VerdictData) -> list[str]:
@@ -494,7 +489,7 @@ def motion_words(question: Mapping[str, Any], axis: str) -> str:
     joint, effect, rival = question['joint'], question['effect'], question['rival']
     speed, evidence = max(question['speed'], 0.1), question['evidence']
     slow, fast = (on_axis(f'{factor * speed:.2g} rad/s', axis) for factor in (0.2, 2.0))
-    how = say(SHOWS.get(effect, 'move_carriers'), joint=joint, place=_asked_place(question))
+    how = say(SHOWS.get(effect, 'move_carriers'), joint=joint, place=_part(question['place']))
     if rival:
         name, _, other = rival.partition('@')
         apart = SEPARATES.get(frozenset((effect, name)), '')
@@ -513,8 +508,8 @@ def change_sentence(verdict: Mapping[str, Any]) -> str:
     """Return a verdict on a change, as ChangeVerdict.to_dict has it, in one sentence."""
     kind, remainder = verdict['verdict'], verdict.get('remainder')
     code = {NONE: 'no_cause', UNKNOWN: 'unknown_cause', INCOMPLETE: 'part_of_cause'}
-    return say(code.get(kind, 'cause'), findings=', '.join(map(_finding, verdict['findings'])),
-               place=remainder and _place(remainder), model=model_words(verdict))
+    return say(code.get(kind, 'cause'), findings='; '.join(map(_changed, verdict['findings'])),
+               place=remainder and _part(remainder), model=model_words(verdict))
 
 
 def model_words(verdict: Mapping[str, Any]) -> str:
@@ -525,22 +520,21 @@ def model_words(verdict: Mapping[str, Any]) -> str:
     return say('model_never', missed=(said('missed_effects', effects=missed),) if missed else ())
 
 
-def _finding(finding: Mapping[str, Any]) -> str:
-    return say('one_cause', effect=finding['effect'], place=_place(finding['place']),
-               sizes=', '.join(map(_value, finding['values'])))
+def _changed(finding: Mapping[str, Any]) -> str:
+    """Return what changed in one finding: the value by which reports state it, before and now."""
+    values = {value['name']: value for value in finding['values']}
+    name, noun = subject_of(finding['effect'], values)
+    value = values[name]
+    known = value['relative'] is not None
+    return say('changed', place=_part(finding['place']), noun=noun,
+               before=number(value['before']), now=number(value['now'], value['unit']) if known
+               else Quantity(value['now'], value['std'], value['unit']),
+               change=(said('by_share', size=percent(value['relative'], value['relative_std'])),)
+               if known else ())
 
 
-def _place(location: str) -> str:
+def _part(location: str) -> str:
     return PLACES.get(location, location)
-
-
-def _value(value: Mapping[str, Any]) -> str:
-    name, before = value['name'], number(value['before'])
-    if value['relative'] is None:
-        return say('was_and_is_now', name=name, before=before,
-                   now=Quantity(value['now'], value['std'], value['unit']))
-    return say('was_and_is', name=name, before=before, now=number(value['now'], value['unit']),
-               size=percent(value['relative'], value['relative_std']))
 
 
 # --- the lines for people -----------------------------------------------------------------------

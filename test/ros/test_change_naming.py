@@ -76,7 +76,7 @@ def test_a_change_is_named_from_raw_rows_of_both_sides_of_the_gear():
     (finding,) = verdict['findings']
     assert finding['effect'] == 'backlash_gap'
     assert finding['values'][0]['relative'] == pytest.approx(0.2, abs=0.01)
-    assert verdict['text'].startswith('backlash_gap (transmission): b 0.100 to 0.120 rad, +')
+    assert verdict['text'].startswith('transmission: half backlash 0.100 to 0.120 rad, +')
     assert verdict['text'].endswith('the model file no longer holds')
     begin, end = verdict['recording']
     assert (begin, end) == pytest.approx((1_700_000_041.0, 1_700_000_045.996), abs=0.01)
