@@ -50,12 +50,14 @@ from gearbox_monitor.recordings.joint_input import (
 from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.table import is_log_of_xml
 from gearbox_monitor.report.sentences import told, wrapped
-from gearbox_monitor.robot.compiled_model import implausible, implausible_limits
+from gearbox_monitor.robot.compiled_model import (
+    implausible_limits, implausible_links, implausible_ranges)
 from gearbox_monitor.robot.description import SUFFIXES
 from gearbox_monitor.signals.examine import (
     Examination, examine, examined, joined, SAMPLES, WINDOWS)
 from gearbox_monitor.signals.finding import BAD, DataFinding, hurts, judged, OK, PURPOSES, WARN
 from gearbox_monitor.simulators.mjcf_file import compiled_file, read_file, RobotFile
+from gearbox_monitor.simulators.robot_model import links_of_compiled
 from gearbox_monitor.simulators.user_simulator import (
     joint_readings, JointReading, NONE, SERVO, SPEED, TORQUE)
 
@@ -333,8 +335,9 @@ def show_table(args: Namespace) -> int:
 def doubts_of(file: RobotFile) -> list[str]:
     """Return a line for each value of a robot's `file` that cannot be true."""
     document, path = file.document, str(file.path)
-    return implausible(file.compiled) + (
-        implausible_limits(document.data, path) if document.root.tag == 'robot' else [])
+    return [*implausible_links(links_of_compiled(file.compiled)), *(
+        implausible_limits(document.data, path) if document.root.tag == 'robot' else []),
+        *implausible_ranges(file.compiled)]
 
 
 def robot_data(file: RobotFile, readings: Sequence[JointReading]) -> dict[str, Any]:

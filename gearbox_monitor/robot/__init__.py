@@ -16,9 +16,10 @@ Public names, by module:
     arm_plant: DRIVES, GapGrowth, HIGH, LOW, program, WorkingArm
     chain: body_of, Chain, chain_of, inertial, level_frame, Link, PER_LINK, pseudo_inertia
     compiled_model: actuator_law, actuator_losses, ActuatorLaw, actuators_on, at_rest,
-        disabled, DRAG, enabled, ends_of, implausible, implausible_limits, implausible_links,
-        is_off, kind_of, moved_by, mujoco_module, name_of, open_loop, Refusal, runge_kutta,
-        scalar_joints, tendon_forces, undecided, undecided_of_robot, Unread
+        disabled, DRAG, enabled, ends_of, implausible_limits, implausible_links,
+        implausible_ranges, is_off, kind_of, moved_by, mujoco_module, name_of, open_loop,
+        Refusal, runge_kutta, scalar_joints, tendon_forces, undecided, undecided_of_robot,
+        Unread
     description: expanded_root, finite_number, LOCKED_IN_VALUES, LONGEST, own_joints, parse,
         PRINCIPAL, RobotDescription, SUFFIXES, turn
     dynamics: ArmLoad, arrays_of, GRAVITY, MotionState, Payload

@@ -19,7 +19,7 @@ import numpy as np
 
 from gearbox_monitor.errors import InputError, installed_by
 from gearbox_monitor.kernels.types import Array, Flags
-from gearbox_monitor.robot.chain import body_of, Chain
+from gearbox_monitor.robot.chain import body_of, Link
 from gearbox_monitor.robot.description import expanded_root, MOVABLE
 
 SAME = 1e-9        # relative: what differs by less is equal
@@ -603,26 +603,21 @@ class _Body:
     radius: float
 
 
-def implausible(m: Any) -> list[str]:
-    """Return a line for each value of a mujoco.MjModel `m` that cannot be true, with a remedy."""
-    return _of_bodies(_bodies(m)) + _of_limits(m)
-
-
-def implausible_links(chain: Chain) -> list[str]:
-    """Return a line for each link of a `chain` that cannot be true, with a remedy."""
-    carried = [[k for k, x in enumerate(chain.links) if x.parent == i]
-               for i in range(len(chain.links))]
-    bodies = {}
-    for i, (link, own) in enumerate(zip(chain.links, carried)):
+def implausible_links(links: Sequence[Link]) -> list[str]:
+    """Return a line for each of the `links` of a robot that cannot be true, with a remedy."""
+    bodies = []
+    for i, link in enumerate(links):
+        carried = [k for k, other in enumerate(links) if other.parent == i]
         off, radius = np.nan, 0.0
         if link.mass > LIMITS.absent:
             _, centre, inertia = body_of(link.theta)
             radius = float(np.sqrt(np.linalg.eigvalsh(inertia)[-1] / link.mass))
             if not link.slides:
                 off = float(np.linalg.norm(np.cross(link.axis, centre)))
-        length = max([0.0, *(float(np.linalg.norm(chain.links[k].origin)) for k in own)])
-        bodies[i] = _Body(link.name, link.mass, link.parent, own, length, off, radius)
-    return _of_bodies(bodies)
+        length = max([0.0, *(float(np.linalg.norm(links[k].origin)) for k in carried)])
+        bodies.append(_Body(link.name, link.mass, link.parent, carried, length, off, radius))
+    longest = max([0.0, *(body.length for body in bodies)])
+    return [line for body in bodies for line in _of_mass(body, bodies) + _of_size(body, longest)]
 
 
 def implausible_limits(urdf: str | bytes, source: str) -> list[str]:
@@ -649,41 +644,10 @@ def _is_zero(value: str) -> bool:
         return False
 
 
-def _of_bodies(bodies: dict[int, _Body]) -> list[str]:
-    """Return what is wrong with bodies, by number."""
-    longest = max([0.0, *(body.length for body in bodies.values())])
-    return [line for body in bodies.values()
-            for line in _of_mass(body, bodies) + _of_size(body, longest)]
-
-
-def _bodies(m: Any) -> dict[int, _Body]:
-    """Return what moves of `m`, by number."""
-    state, roots = at_rest(m), [b for b in range(1, m.nbody) if m.body_weldid[b] == b]
-    hinge = int(mujoco_module().mjtJoint.mjJNT_HINGE)
-    carrier = {b: int(m.body_weldid[m.body_parentid[b]]) for b in roots}
-    joint = {b: int(m.body_jntadr[b]) for b in roots}
-    out = {}
-    for b in roots:
-        own = np.flatnonzero(m.body_weldid == b)
-        mass = float(m.body_mass[own].sum())
-        carried = [c for c in roots if carrier[c] == b]
-        at, off, radius = state.xanchor[joint[b]], np.nan, 0.0
-        if mass > LIMITS.absent:
-            centre: Array = m.body_mass[own] @ state.xipos[own] / mass
-            if m.jnt_type[joint[b]] == hinge:
-                off = float(np.linalg.norm(np.cross(state.xaxis[joint[b]], centre - at)))
-            real = own[m.body_mass[own] > LIMITS.absent]
-            radius = float(np.sqrt(m.body_inertia[real].max(axis=1) / m.body_mass[real]).max())
-        length = max([0.0, *(float(np.linalg.norm(state.xanchor[joint[c]] - at))
-                             for c in carried)])
-        out[b] = _Body(name_of(m, 'body', b), mass, carrier[b], carried, length, off, radius)
-    return out
-
-
-def _of_mass(body: _Body, bodies: dict[int, _Body]) -> list[str]:
+def _of_mass(body: _Body, bodies: Sequence[_Body]) -> list[str]:
     """Return what is wrong with the mass of a `body` among its neighbours."""
     mass, limits, kg = body.mass, LIMITS, 'check the unit (kg) and the point'
-    carrier = bodies[body.carrier].mass if body.carrier in bodies else 0.0
+    carrier = bodies[body.carrier].mass if body.carrier >= 0 else 0.0
     carried = max([0.0, *(bodies[c].mass for c in body.carried)])
     if mass <= limits.absent:
         return []
@@ -715,8 +679,8 @@ def _of_size(body: _Body, longest: float) -> list[str]:
     return lines
 
 
-def _of_limits(m: Any) -> list[str]:
-    """Return which joints of `m` may not move or take no torque."""
+def implausible_ranges(m: Any) -> list[str]:
+    """Return a line for each joint of `m` that may not move or take no torque."""
     kinds, lines = mujoco_module().mjtJoint, []
     for j in range(m.njnt):
         if m.jnt_type[j] not in (int(kinds.mjJNT_HINGE), int(kinds.mjJNT_SLIDE)):

@@ -18,7 +18,7 @@ Public names, by module:
     mjcf: CONSTRUCT, Exported, expression_of, model_values, NATIVE, REFUSED, refused, values_of
     mjcf_file: compiled_file, drive_of, MjcfDrive, model_of, read_file, read_mjcf, RobotFile,
         values_in
-    robot_model: ChainFile, MODEL_FILES, read_robot
+    robot_model: ChainFile, links_of_compiled, MODEL_FILES, read_robot
     robot_patch: closed_file, rollouts, title_of
     user_simulator: confirmation, joint_readings, JointReading, NONE, SERVO, SPEED, TORQUE,
         user_simulator, UserSimulator

@@ -23,8 +23,8 @@ from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel, weight_of
 from gearbox_monitor.robot.chain import Chain, chain_of, inertial, Link, PER_LINK
 from gearbox_monitor.robot.compiled_model import (
-    actuator_law, actuator_losses, actuators_on, disabled, ends_of, implausible,
-    implausible_limits, implausible_links, mujoco_module, name_of, scalar_joints, tendon_forces,
+    actuator_law, actuator_losses, actuators_on, at_rest, disabled, ends_of, implausible_limits,
+    implausible_links, implausible_ranges, mujoco_module, name_of, scalar_joints, tendon_forces,
     undecided_of_robot, Unread)
 from gearbox_monitor.robot.description import LOCKED_IN_VALUES, parse
 from gearbox_monitor.robot.dynamics import GRAVITY
@@ -100,7 +100,9 @@ def read_robot(path: str | Path, root: str | Path | None = None,
         return ChainFile(path, chain, None, None, digest, no_servo='a URDF has no actuators',
                          locked=locked, low=low, high=high, unread=tuple(
                              name for name in unread if name not in (*chain.joints, *locked)),
-                         doubts=(*implausible_links(chain), *implausible_limits(text, str(path))))
+                         doubts=(
+                             *implausible_links(chain.links),
+                             *implausible_limits(text, str(path))))
     if element.tag != 'mujoco':
         raise InputError(f'{path}: line {element.line}: <{element.tag}>, expected <mujoco> or '
                          '<robot> of a URDF file')
@@ -109,10 +111,11 @@ def read_robot(path: str | Path, root: str | Path | None = None,
     _refuse(m, path)
     kp, kd, missing = servo_of(m)
     limited = m.jnt_limited.astype(bool)
-    return ChainFile(path, chain_of_compiled(m, path), kp, kd, digest, m, folder, missing, locked,
+    chain = chain_of_compiled(m, path)
+    return ChainFile(path, chain, kp, kd, digest, m, folder, missing, locked,
                      np.where(limited, m.jnt_range[:, 0], -math.inf),
                      np.where(limited, m.jnt_range[:, 1], math.inf),
-                     doubts=tuple(implausible(m)))
+                     doubts=(*implausible_links(chain.links), *implausible_ranges(m)))
 
 
 def _of_drive(path: Path, digest: str) -> ChainFile:
@@ -206,23 +209,15 @@ def servo_of(m: Any) -> tuple[Array | None, Array | None, str]:
     return kp, kd, ''
 
 
-def chain_of_compiled(m: Any, path: Path) -> Chain:
+def links_of_compiled(m: Any) -> tuple[Link, ...]:
     """
-    Return the Chain of a model that MuJoCo compiled.
+    Return the links of a model `m` that MuJoCo compiled, one of each joint.
 
     Bodies that are welded to another one belong to its link. A link's frame is its joint's, in the
     posture qpos0.
-
-    Args:
-        m: mujoco.MjModel of hinges and slides.
-        path: of its file, for messages.
     """
     mujoco = mujoco_module()
-    state = mujoco.MjData(m)
-    state.qpos[:] = m.qpos0
-    mujoco.mj_kinematics(m, state)
-    if m.njnt == 0:
-        raise InputError(f'{path}: no joint, expected at least one hinge or slide')
+    state = at_rest(m)
     of_body = {0: -1}                       # body -> link that carries it
     frames: list[tuple[Array, Array]] = []  # rotation and origin of links in the world
     rows: list[dict[str, Any]] = []
@@ -236,7 +231,7 @@ def chain_of_compiled(m: Any, path: Path) -> Chain:
                 'name': m.body(b).name or f'body{b}', 'joint': m.joint(i).name or f'joint{i}',
                 'parent': parent, 'rotation': base.T @ turn, 'origin': base.T @ (anchor - at),
                 'axis': turn.T @ state.xaxis[i],
-                'slides': bool(m.jnt_type[i] == int(mujoco.mjtJoint.mjJNT_SLIDE))})
+                'slides': bool(m.jnt_type[i] != int(mujoco.mjtJoint.mjJNT_HINGE))})
             frames.append((turn.copy(), anchor.copy()))
             parent = len(rows) - 1
         of_body[b] = parent
@@ -245,11 +240,23 @@ def chain_of_compiled(m: Any, path: Path) -> Chain:
             axes = base.T @ state.ximat[b].reshape(3, 3)
             theta[parent] += inertial(float(m.body_mass[b]), base.T @ (state.xipos[b] - at),
                                       axes @ np.diag(m.body_inertia[b]) @ axes.T)
+    return tuple(Link(**row, theta=x) for row, x in zip(rows, theta))
+
+
+def chain_of_compiled(m: Any, path: Path) -> Chain:
+    """
+    Return the Chain of a model that MuJoCo compiled.
+
+    Args:
+        m: mujoco.MjModel of hinges and slides.
+        path: of its file, for messages.
+    """
+    if m.njnt == 0:
+        raise InputError(f'{path}: no joint, expected at least one hinge or slide')
     losses = np.array([actuator_losses(m, joint) for joint in range(m.njnt)])
     damping = np.where(disabled(m, 'DAMPER'), 0.0, m.dof_damping) + losses[:, 1]
     friction = np.where(disabled(m, 'FRICTIONLOSS', 'CONSTRAINT'), 0.0, m.dof_frictionloss)
     spring = np.where(disabled(m, 'SPRING'), 0.0, m.jnt_stiffness)
     gravity = np.zeros(3) if disabled(m, 'GRAVITY') else np.array(m.opt.gravity)
-    return Chain(tuple(Link(**row, theta=x) for row, x in zip(rows, theta)),
-                 m.dof_armature + losses[:, 0], damping, friction, gravity, np.array(m.qpos0),
-                 spring, np.array(m.qpos_spring))
+    return Chain(links_of_compiled(m), m.dof_armature + losses[:, 0], damping, friction, gravity,
+                 np.array(m.qpos0), spring, np.array(m.qpos_spring))

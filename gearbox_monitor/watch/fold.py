@@ -55,7 +55,7 @@ def begin(description: str) -> Watch:
                      )[0].chain
     fixed = {name: 'other joints mimic it' if leading else '' if name in chain.joints else
              'moves no mass in the description' for name, leading in leads.items()}
-    return Watch(description, (*implausible_links(chain),
+    return Watch(description, (*implausible_links(chain.links),
                                *implausible_limits(description, SOURCE)), joints=tuple(
         JointWatch(name, why, why=why or 'no sample yet') for name, why in fixed.items()))
 
