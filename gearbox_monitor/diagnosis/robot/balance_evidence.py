@@ -28,7 +28,7 @@ from gearbox_monitor.diagnosis.hypothesis import (
 from gearbox_monitor.diagnosis.robot.candidates import Candidate
 from gearbox_monitor.diagnosis.robot.knowledge import key_of, Knowledge
 from gearbox_monitor.diagnosis.robot.likelihood import RobotFit, RobotLikelihood
-from gearbox_monitor.diagnosis.robot.robot_effects import COUPLING, PAYLOAD
+from gearbox_monitor.diagnosis.robot.robot_effects import PAYLOAD
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects.actuator import SATURATION, TORQUE_GAIN
@@ -248,7 +248,7 @@ class BalanceEvidence:
             fit = self.likelihood.fit((*base.chosen, c), base, 4)
             if c.at_setting is not None and base.deviance - fit.deviance > self.cost(c):
                 fit = _refined(self.likelihood, fit)
-            if _allowed(self.likelihood, fit) and (not c.free or self._weighs(base, fit)):
+            if _allowed(self.likelihood, fit):
                 fits.append((self.tempered_gain(base, fit), fit))
         if not fits:
             return []
@@ -302,21 +302,6 @@ class BalanceEvidence:
         return gain if gain <= 0.0 else float(tempered(
             gain, (fit.values[own], covariance), self.of_days(c, self.loads(less)),
             self.over_dispersion(c, fit)))
-
-    def _weighs(self, base: RobotFit, fit: RobotFit) -> bool:
-        """
-        Return whether the function that `fit` adds to `base` counts beside the laws of its joint.
-
-        Laws that are nearly true leave functions that are small beside them.
-        """
-        c = fit.chosen[-1]
-        (j, x), = fit.torque(len(fit.chosen) - 1).items()
-        laws = sum((base.torque(i)[j] for i, own in enumerate(base.chosen) if j in own.columns),
-                   np.zeros_like(x))
-        so_far = gain_at(self.likelihood, self.blank, base, j)
-        return bool(np.sum(x ** 2) > SETTINGS.idle * np.sum(laws ** 2)
-                    and self.tempered_gain(base, fit) - self.cost(c)
-                    > SETTINGS.share_unknown * so_far)
 
 
 def apart(items: Sequence[Any], number: int) -> tuple[Any, tuple[Any, ...]]:
@@ -484,7 +469,7 @@ def visible_size(evidence: BalanceEvidence, c: Candidate, covariance: Array, loa
         covariance: of its coefficients.
         loads: deviations of the scale of each joint's torque [J].
     """
-    if c.values is None or c.effect in (COUPLING.id, SATURATION.id, SERVO_LIMIT.id):
+    if c.values is None or c.effect in (SATURATION.id, SERVO_LIMIT.id):
         return None
     along = np.zeros(c.width)
     along[0] = 1.0

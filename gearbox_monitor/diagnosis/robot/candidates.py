@@ -189,18 +189,14 @@ def _of_joint(name: tuple[str, str, str], column: BalanceColumn, recordings: Seq
 
 
 def of_robot(effect: RobotEffect, recordings: Sequence[Rows]) -> list[Candidate]:
-    """Return an effect of links, the base or several joints at each place."""
+    """Return an effect of links, the base or joints at each place."""
     chain, columns, values = recordings[0].robot.chain, effect.columns, effect.values
     assert columns is not None and values is not None
-    count = len(chain.links)
 
     def made(index: int, setting: Array) -> Candidate:
         where: dict[str, Any] = {}
         if effect.place == LINK:
             where['link'] = chain.links[index].name
-        elif effect.id == 'joint_coupling':
-            where.update(joint=chain.joints[index // count],
-                         over=f'motion of {chain.joints[index % count]}')
         elif effect.place != BASE:
             where['joint'] = chain.joints[index]
         high = effect.high
@@ -220,10 +216,8 @@ def of_robot(effect: RobotEffect, recordings: Sequence[Rows]) -> list[Candidate]
         indices = [i for i, link in enumerate(chain.links) if link.mass > 0.0]
     elif effect.place == BASE:
         indices = [0]
-    elif effect.id == 'joint_coupling':
-        indices = [j * count + k for j in range(count) for k in range(count) if j != k]
     else:
-        indices = list(range(count))
+        indices = list(range(len(chain.links)))
     return [made(i, setting) for i in indices for setting in effect.starts(chain, i)]
 
 

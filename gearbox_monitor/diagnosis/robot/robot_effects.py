@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Effects that only a robot has: of its links, its base, two joints, an end of a range.
+Effects that only a robot has: of its links, its base, an end of a range.
 
 Each says what it adds to the balance and what its coefficients mean; those of a single joint's
 drive stand beside their equations in plant.effects.
@@ -227,15 +227,5 @@ def _end_spring(end: str, side: float, shares: Sequence[float]) -> RobotEffect:
 
 UPPER_SPRING = _end_spring('upper', 1.0, (0.5, 0.65, 0.8, 0.9))
 LOWER_SPRING = _end_spring('lower', -1.0, (0.1, 0.2, 0.35, 0.5))
-COUPLING = RobotEffect(
-    'joint_coupling', 'the motion of another joint drags this one', MappingProxyType(
-        {'Cc': 'N m', 'Cv': 'N m s/rad'}), JOINT, columns=lambda rows, pair, c: {
-            pair // len(rows.joints): rows.tested(
-                pair // len(rows.joints), np.stack([
-                    rows.joints[pair % len(rows.joints)].sign,
-                    rows.joints[pair % len(rows.joints)].v], axis=1))},
-    values=lambda b, c: {'Cc': float(b[0]), 'Cv': float(b[1])},
-    subject=('Cc', 'drag by another joint'),
-    shows='The joint needs a torque while another one moves, with the sign of that motion.')
 ROBOT_EFFECTS = (PAYLOAD, LINK_INERTIA, BASE_TILT, JOINT_ZERO, QUADRATIC, UPPER_SPRING,
-                 LOWER_SPRING, COUPLING)
+                 LOWER_SPRING)

@@ -63,8 +63,6 @@ class Settings:
     floor: float = 3e-4          # no model is better than this part of its own torque
     bursts: float = 12.0         # energy of the worst tenth of segments over the median
     excess: float = 4.0          # energy over what healthy references leave: twice their rms
-    share_unknown: float = 0.25  # of the gain so far that a function without a law must add
-    idle: float = 0.01           # of the laws' squared torque that it must have: a tenth in size
     visited: float = 0.8         # of a motion's samples near those of the reference
     # Times as far from the references as their own parts: random motions are at 1.1 to 2.5.
     farther: float = 3.0

@@ -31,7 +31,7 @@ from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN, TORQUE_OFFSET
 from gearbox_monitor.plant.effects.controller import SERVO_GAIN, SERVO_LIMIT
 from gearbox_monitor.plant.effects.effect import COMMAND
 from gearbox_monitor.plant.effects.motor_side import COULOMB_ASYMMETRY, MOTOR_COULOMB
-from gearbox_monitor.presentation import Quantity, Said, said
+from gearbox_monitor.presentation import Said, said
 
 TWO_HEIGHTS = {MOTOR_COULOMB.id, TORQUE_OFFSET.id}
 TOO_WIDE = 3.0     # a deviation whose torque exceeds the effort so many times: not determined
@@ -142,7 +142,7 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
         findings_of(search, rivals), known, ranked(evidence, blank, fit), visible,
         _not_tried(recordings[0], laws),
         (*cautions, *_of_reference(knowledge), *_of_gains(evidence, fit),
-         *held_setpoints(evidence, fit), *_of_small(search)), bool(cautions),
+         *held_setpoints(evidence, fit)), bool(cautions),
         (*_rival_questions(search, rivals),
          *(() if effects else questions(search.evidence, visible))),
         tuple(sorted(unjudged)),
@@ -613,20 +613,6 @@ def held_setpoints(evidence: RobotLikelihood, fit: RobotFit) -> tuple[Said, ...]
              end='start' if early > 0.0 else 'end')
         for rows, early in zip(evidence.recordings, sampled_early(evidence, fit))
         if abs(early) > HELD_SHARE * rows.motion.step)
-
-
-def _of_small(search: BalanceSearch) -> tuple[Said, ...]:
-    """Return a caution about a function without a law that pays, but adds little to the laws."""
-    evidence, base, best = search.evidence.likelihood, search.best.fit.fit, search.remains
-    if not search.best.laws or search.best.function or not (
-            best.functions and best.follows > CONTEST.margin):
-        return ()
-    c: Candidate = best.functions[0].source
-    fit = evidence.fit((*base.chosen, c), base, 4)
-    (j, x), = fit.torque(len(base.chosen)).items()
-    size = rms_in_motion(evidence, j, x)
-    unit = 'N' if evidence.recordings[0].robot.chain.links[j].slides else 'N m'
-    return (said('little_remains', place=c.joint, size=Quantity(size, None, unit), over=c.over),)
 
 
 def _cautions(joints: Sequence[str], shares: Sequence[Mapping[str, float]], away: float
