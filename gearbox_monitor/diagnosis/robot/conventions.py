@@ -54,7 +54,6 @@ class ConventionLimits:
     fitted. zero: least offset, rad, that may be tens of degrees; turned: that the weight names
     within the tolerances of the description: a smaller one is an effect of a calibration.
     factor: least factor of an effort that is another unit and no motor of another gain.
-    beam: readings of different joints with which a second one is looked for.
     """
 
     margin: float = 30.0
@@ -76,7 +75,6 @@ class ConventionLimits:
     zero: float = 0.2
     turned: float = 0.08
     factor: float = 2.0
-    beam: int = 4
 
 
 LIMITS = ConventionLimits()
@@ -140,12 +138,11 @@ def named_readings(log: RobotLog, robot: RobotModel, limits: tuple[Array, Array]
     recorded, found = motion, list[NamedReading]()
     while len(settled) < len(robot.chain.links):
         named = ConventionBalance(robot, motion, setpoint, limits, settled).named(left)
-        if not named:
+        if named is None:
             break
-        found += named
-        for reading in (n.reading for n in named):
-            motion = as_read(motion, reading, setpoint)
-            settled = {*settled, *(reading.swapped or reading.joints)}
+        found.append(named)
+        motion = as_read(motion, named.reading, setpoint)
+        settled = {*settled, *(named.reading.swapped or named.reading.joints)}
     if len(found) > 1 and not any(n.reading.swapped for n in found):
         # Each was found while others were wrong: its zero or factor follows.
         for k, named_one in enumerate(found):
@@ -286,7 +283,7 @@ class ConventionBalance:
 
     def __init__(self, robot: RobotModel, motion: RobotMotion, setpoint: bool = False,
                  limits: tuple[Array, Array] | None = None,
-                 settled: Collection[int] = (), largest: Array | None = None) -> None:
+                 settled: Collection[int] = ()) -> None:
         self.robot, self.setpoint, self.settled = robot, setpoint, settled
         self.motion, self.tests = motion, local_cosines(motion, LIMITS.highest)
         chain = robot.chain
@@ -302,67 +299,29 @@ class ConventionBalance:
         self.shared = np.hypot(bodies, np.append(np.tile(load, len(chain.links)), np.zeros(3)))
         self.unloaded = (self.shared / bodies) ** 2
         power = np.mean(self._effort(motion) ** 2, axis=0)
-        self.largest = np.array([power[self.slides == slide].max() for slide in self.slides]
-                                ) if largest is None else largest
+        self.largest = np.array([power[self.slides == slide].max() for slide in self.slides])
 
     @property
     def misfit(self) -> float:
         """What better readings can gain at most, in 2 log likelihood."""
         return self.score().deviance - LIMITS.samples * float(np.log(self._recorded.floor).sum())
 
-    def named(self, left: float = 0.0) -> list[NamedReading]:
-        """Return the readings, 2 at most, that explain the motion instead of the recorded one."""
-        if self.misfit < LIMITS.margin + left:
-            return []
-        recorded = self.score()
-        scored = sorted(self._scored(), key=lambda pair: pair[1].deviance)
+    def named(self, left: float = 0.0) -> NamedReading | None:
+        """Return the reading, if any, that explains the motion instead of the recorded one."""
+        scored = sorted(self._scored(), key=lambda pair: pair[1].deviance) if (
+            self.misfit >= LIMITS.margin + left) else ()
         if not scored:
-            return []
-        reading, score = self.refined(scored[0][0])
-        if reading.swapped and len(set(self.slides[list(reading.swapped)])) > 1:
-            return []  # another model: positions of a slide are in m, those of a hinge in rad
-        if self._accepted(reading, score, recorded):
-            rivals = {tuple(other.swapped or other.joints): other for other, its in scored[::-1]
-                      if its.deviance < score.deviance + LIMITS.apart
-                      and (other.swapped or set(other.joints)) != (
-                          reading.swapped or set(reading.joints))}
-            return [NamedReading(reading, score, recorded, tuple(rivals.values()))]
-        return self._pair(recorded, scored)
-
-    def _pair(self, recorded: ReadingScore, scored: Sequence[tuple[RobotReading, ReadingScore]]
-              ) -> list[NamedReading]:
-        """
-        Return two readings that explain the motion together, though neither does alone.
-
-        Args:
-            recorded: score of the log as it is recorded.
-            scored: readings of one joint with their scores, the best first.
-        """
-        left = recorded.unexplained
-        gain = LIMITS.samples * np.log1p(left / self._recorded.floor[0])
-        if not ((left > LIMITS.explained) & (gain > LIMITS.margin)).any():
-            return []  # as recorded it already leaves no more than a reading may
-        first: dict[tuple[int, ...], RobotReading] = {}
-        for reading, _ in scored:
-            first.setdefault(tuple(reading.swapped or reading.joints), reading)
-        best: tuple[ReadingScore, list[RobotReading]] = (recorded, [])
-        for reading in list(first.values())[:LIMITS.beam]:
-            balance = self._after(reading)
-            others = sorted(balance._scored(), key=lambda pair: pair[1].deviance)
-            if others and others[0][1].deviance < best[0].deviance:
-                other, score = balance.refined(others[0][0])
-                best = score, [reading, other]
-        score, pair = best
-        if not pair or not self._accepted(pair[1], score, scored[0][1]):
-            return []
-        return [NamedReading(reading, score, recorded) for reading in pair]
-
-    def _after(self, reading: RobotReading) -> 'ConventionBalance':
-        """Return the balance of the motion as `reading` has it, whose joints are settled then."""
-        return ConventionBalance(self.robot, as_read(self.motion, reading, self.setpoint),
-                                 self.setpoint, self.limits,
-                                 {*self.settled, *(reading.swapped or reading.joints)},
-                                 self.largest)
+            return None
+        recorded, (reading, score) = self.score(), self.refined(scored[0][0])
+        another = reading.swapped and len(set(self.slides[list(reading.swapped)])) > 1
+        # A slide that swaps with a hinge is another model: its positions are in m, not in rad.
+        if another or not self._accepted(reading, score, recorded):
+            return None
+        rivals = {tuple(other.swapped or other.joints): other for other, its in scored[::-1]
+                  if its.deviance < score.deviance + LIMITS.apart
+                  and (other.swapped or set(other.joints)) != (
+                      reading.swapped or set(reading.joints))}
+        return NamedReading(reading, score, recorded, tuple(rivals.values()))
 
     @staticmethod
     def _accepted(reading: RobotReading, score: ReadingScore, other: ReadingScore) -> bool:

@@ -287,7 +287,7 @@ def worst_segments(evidence: RobotLikelihood, fit: RobotFit) -> Array:
     return out
 
 
-VERSION = 8
+VERSION = 9
 MOST_PARTS = 12
 CALMED = 0.9  # the shapes have made parts alike where their over-dispersion falls to this
 MOST_PASSES = 4

@@ -38,20 +38,12 @@ def _angle_direction(m: JointMotion, n: int) -> Array:
     return m.sign[:, None] * waves(n * m.q)
 
 
-def _angle_load(m: JointMotion, n: int) -> Array:
-    return m.load[:, None] * waves(n * m.q)
-
-
 def _slow(m: JointMotion, vs: float) -> Array:
     return (m.sign * np.exp(-(m.v / vs) ** 2))[:, None]
 
 
 def _slow_angle(m: JointMotion, vs: float) -> Array:
     return _slow(m, vs) * waves(m.q)
-
-
-def _speed_angle(m: JointMotion, n: int) -> Array:
-    return m.v[:, None] * waves(n * m.q)
 
 
 FIRST: Mapping[str, Shape] = MappingProxyType({   # what every joint may have
@@ -71,18 +63,10 @@ def dictionary() -> Mapping[str, Shape]:
     shapes: dict[str, Shape] = {f'angle {n}': partial(_angle, n=n) for n in range(2, ORDERS + 1)}
     for n in range(1, FEW + 1):
         shapes[f'angle {n} and direction'] = partial(_angle_direction, n=n)
-    for n in range(1, 4):
-        shapes[f'angle {n} and speed'] = partial(_speed_angle, n=n)
-        shapes[f'angle {n} and load'] = partial(_angle_load, n=n)
     for vs in SPEEDS:
         shapes[f'slow {vs}'] = partial(_slow, vs=vs)
         shapes[f'slow {vs} and angle'] = partial(_slow_angle, vs=vs)
-    shapes['root of speed'] = lambda m: (m.sign * np.sqrt(np.abs(m.v)))[:, None]
-    shapes['size of speed'] = lambda m: np.abs(m.v)[:, None]
     shapes['load and signed direction'] = lambda m: (m.sign * m.load)[:, None]
-    shapes['square of load and direction'] = lambda m: (m.sign * m.load ** 2)[:, None]
-    shapes['load and speed'] = lambda m: (m.v * np.abs(m.load))[:, None]
-    shapes['square of load'] = lambda m: (m.load * np.abs(m.load))[:, None]
     return MappingProxyType(shapes)
 
 
@@ -93,7 +77,7 @@ def shape_of(name: str) -> Shape:
 
 def group_of(name: str) -> str:
     """Return DRY or VISCOUS of the shape `name` of friction, '' of another one."""
-    if any(word in name for word in ('direction', 'slow', 'root')):
+    if 'direction' in name or 'slow' in name:
         return DRY
     return VISCOUS if 'speed' in name else ''
 

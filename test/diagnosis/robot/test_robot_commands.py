@@ -124,7 +124,7 @@ def test_knowledge_of_an_older_version_is_refused_with_what_to_do(
         save_knowledge(tmp_path / 'old.knowledge', knowledge)
     assert diagnose(arm, '--reference', str(tmp_path / 'old.knowledge')) == 2
     error = capsys.readouterr().err
-    assert error.endswith('old.knowledge: version: 2, expected 8: learn it again\n')
+    assert error.endswith('old.knowledge: version: 2, expected 9: learn it again\n')
 
 
 def test_a_damaged_file_of_knowledge_is_refused_in_one_line(arm, tmp_path):
