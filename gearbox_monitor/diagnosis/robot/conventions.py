@@ -27,6 +27,7 @@ from gearbox_monitor.diagnosis.robot.motion import (
 from gearbox_monitor.diagnosis.robot.robot_log import (
     LogSection, RawLog, read_by, RobotLog, SETPOINT)
 from gearbox_monitor.diagnosis.robot.rows import RobotModel
+from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.diagnosis.robot.zeros import excerpt, zeros_in
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.robot.chain import PER_LINK
@@ -51,7 +52,7 @@ class ConventionLimits:
     the rms effort of the joint (bent: sine and cosine of its angle); rotor: kg m^2 per N m.
 
     highest: Hz of the test functions, below resonances and delays. rate: of the motion that is
-    fitted. zero: least offset, rad, that may be tens of degrees; turned: that the weight names
+    fitted. turned: rad, the least zero that the weight names
     within the tolerances of the description: a smaller one is an effect of a calibration.
     factor: least factor of an effort that is another unit and no motor of another gain.
     """
@@ -72,7 +73,6 @@ class ConventionLimits:
     rotor: float = 0.05
     highest: float = 2.0
     rate: float = 20.0
-    zero: float = 0.2
     turned: float = 0.08
     factor: float = 2.0
 
@@ -447,7 +447,8 @@ class ConventionBalance:
                     x[..., :GAIN - 1], rotor, model[..., None]], axis=-1) * own[:, j, None],
                 x[..., -1:]], axis=-1)
             grams.append(columns.transpose(0, 2, 1) @ columns)
-        outside = ((q < self.limits[0] - LIMITS.zero) | (q > self.limits[1] + LIMITS.zero)
+        low, high = self.limits
+        outside = ((q < low - SETTINGS.zero_shown) | (q > high + SETTINGS.zero_shown)
                    ).mean(axis=1)
         floor = LIMITS.accuracy ** 2 + LIMITS.least ** 2 * self.largest / (power + 1e-12)
         return _Products(tuple(grams), tests.rows, own, floor, outside)
@@ -591,7 +592,7 @@ def _least_squares(balance: ConventionBalance, products: _Products, scale: Array
 
 def _is_large(reading: RobotReading) -> bool:
     """Return whether a reading is a convention and no small effect."""
-    return all(c.reversed or c.unit != 1.0 or c.effort < 0.0 or abs(c.zero) >= LIMITS.zero
+    return all(c.reversed or c.unit != 1.0 or c.effort < 0.0 or abs(c.zero) >= SETTINGS.zero_shown
                or LIMITS.factor <= max(c.effort, 1.0 / c.effort) <= max(_factors()) ** 2
                for c in reading.joints.values())  # beyond them a fit ignores the effort
 

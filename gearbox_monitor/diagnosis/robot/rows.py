@@ -82,9 +82,6 @@ def group_of(name: str) -> str:
     return VISCOUS if 'speed' in name else ''
 
 
-STEADY = 10.0  # Hz, of the effort without its noise
-
-
 @dataclass(frozen=True, eq=False)
 class RobotModel:
     """
@@ -287,9 +284,9 @@ def _rate(motion: RobotMotion, x: Array) -> Array:
 
 
 def _steady(motion: RobotMotion, effort: Array) -> Array:
-    """Return the effort [N, J] without what is faster than STEADY."""
-    filter_ = scipy.signal.butter(3, min(STEADY, 0.4 / motion.step), fs=1.0 / motion.step,
-                                  output='sos')
+    """Return the effort [N, J] without what is faster than any test function."""
+    rate = 1.0 / motion.step
+    filter_ = scipy.signal.butter(3, min(SETTINGS.highest, 0.4 * rate), fs=rate, output='sos')
     return np.concatenate([scipy.signal.sosfiltfilt(filter_, effort[s], axis=0)
                            for s in motion.sections])
 

@@ -24,7 +24,7 @@ from gearbox_monitor.diagnosis.robot.robot_log import RobotLog
 from gearbox_monitor.diagnosis.robot.rows import HELD, nuisance_of, RobotModel, Rows, rows_of
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.diagnosis.robot.verdict import (
-    BalanceSearch, CERTAIN, findings_of, judged, ranked, rivals_in, RobotVerdict)
+    BalanceSearch, findings_of, judged, ranked, rivals_in, RobotVerdict)
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.controller import SETPOINT_DELAY
@@ -145,6 +145,6 @@ def _others(search: BalanceSearch) -> set[str]:
         name = evidence.recordings[0].robot.chain.joints[j]
         torque = np.concatenate([rows.model[j] for rows in evidence.recordings])[a.order]
         gain = fit.nuisance[evidence.labels.index(f'kp {name}')]  # in deviations
-        if abs(gain) > CERTAIN or np.linalg.norm(x) > MOST_LEFT * np.linalg.norm(torque):
+        if abs(gain) > SETTINGS.certain or np.linalg.norm(x) > MOST_LEFT * np.linalg.norm(torque):
             out.add(name)
     return out

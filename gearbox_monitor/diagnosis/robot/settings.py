@@ -77,16 +77,16 @@ class Settings:
     plausible_load: float = 0.25
     moving: float = 0.05         # of the time, from which a joint counts as moving
     unexplained: float = 0.5     # of a joint's effort: references that leave more teach nothing
-    # Zeros of encoders: pieces of a long log that tell how it is read, and their length (s);
-    # effects that compete with a zero; rad: a log in which a larger zero might hide does not show
-    # it; N m/rad: a smaller slope is rounding; deviations of a body's parameters by which no
-    # description of the robot is off: chance does not reach 5 in a hundred of them.
+    # Deviations by which no description of the robot, and no servo of its file, is off: chance
+    # does not reach 5 in a hundred parameters.
+    certain: float = 5.0
+    # Zeros of encoders: pieces of a `part` that tell how a long log is read; effects that compete
+    # with a zero; rad: a larger zero is another convention, and a log in which one might hide does
+    # not show it; N m/rad: a smaller slope is rounding.
     pieces: int = 6
-    piece: float = 10.0
     zero_rivals: int = 12
     zero_shown: float = 0.2
     least_slope: float = 1e-6
-    body_certain: float = 5.0
 
 
 SETTINGS = Settings()

@@ -42,7 +42,6 @@ LARGER = 1.5       # bursts of healthy references that were as large are none
 LEAST_SEEN = 0.05  # of a motion: what is new all over is no evidence, but a limit has to be
 BURSTS = 'bursts'  # of a remainder, in place of a variable
 HELD_SHARE = 0.25   # of the period, which shifts a sampled torque by half of it
-CERTAIN = 5.0      # deviations
 TOTALS = {'Cc_change': ('Cc', 'coulomb'), 'Cv_change': ('Cv', 'viscous'),
           'm1_change': ('m1', 'armature')}
 
@@ -593,7 +592,7 @@ def sampled_early(evidence: RobotLikelihood, fit: RobotFit) -> list[float]:
     for k, label in enumerate(posterior.labels):
         number = label.removeprefix(f'{HELD} of recording ')
         early, deviation = posterior.mean[k], math.sqrt(posterior.covariance[k, k])
-        if number != label and abs(early) > CERTAIN * deviation:
+        if number != label and abs(early) > SETTINGS.certain * deviation:
             out[int(number) - 1] = float(early)
     return out
 

@@ -77,7 +77,7 @@ def zeros_in(log: RobotLog, robot: RobotModel, settled: Collection[int] = ()) ->
 
     def another(fit: RobotFit) -> bool:
         """Return whether in a `fit` the description is that of another robot, or lacks a load."""
-        return bool(np.abs(fit.nuisance[bodies]).max(initial=0.0) > SETTINGS.body_certain)
+        return bool(np.abs(fit.nuisance[bodies]).max(initial=0.0) > SETTINGS.certain)
     others, beside = list[Hypothesis](), list[RobotFit]()
     if best or another(blank):
         others = raced([c for c in laws if c.effect != READ_OFF.id])
@@ -101,10 +101,10 @@ def zeros_in(log: RobotLog, robot: RobotModel, settled: Collection[int] = ()) ->
 
 def excerpt(log: RobotLog) -> RobotLog:
     """Return a log of a few short pieces at most, spread over all of it."""
-    size = max(round(SETTINGS.piece * log.rate), 4)
+    size = max(round(SETTINGS.part * log.rate), 4)
     pieces = [LogSection(s.t[a:a + size], s.position[a:a + size], s.input[a:a + size])
               for s in log.sections for a in range(0, len(s.t), size)]
-    pieces = [p for p in pieces if p.t[-1] - p.t[0] >= 0.3 * SETTINGS.piece]
+    pieces = [p for p in pieces if p.t[-1] - p.t[0] >= 0.3 * SETTINGS.part]
     if len(pieces) <= SETTINGS.pieces:
         return log
     at = np.linspace(0, len(pieces) - 1, SETTINGS.pieces).astype(int)
