@@ -6,6 +6,7 @@ from copy import deepcopy
 from dataclasses import replace
 from functools import cache
 import gzip
+import itertools
 import json
 import math
 from pathlib import Path
@@ -148,9 +149,8 @@ def test_slow_ramp_is_found_and_forecast():
     assert gearbox.go(40, 0.0)[-1]['backlash'].level == Level.OK
 
 
-@pytest.mark.parametrize('windows, case', [(4, 'A'), (20, 'B'), (60, 'A')])
-def test_fast_growth_is_stated_as_it_is_now_and_so_is_its_end(windows, case):
-    for seed in range(3):
+def test_fast_growth_is_stated_as_it_is_now_and_so_is_its_end():
+    for (windows, case), seed in itertools.product([(4, 'A'), (20, 'B'), (60, 'A')], range(3)):
         gearbox = learnt(windows, case=case)
         gearbox.random = np.random.default_rng(seed)
         for true in (*np.arange(0.09, 0.6, 0.09), 0.6, 0.6, 0.7, 0.7, 0.7):
@@ -227,22 +227,21 @@ def test_points_are_kept_apart_and_found_again():
     assert not alarmed(gearbox.go(3, -0.03)) and alarmed(gearbox.go(6, 0.02))
 
 
-@pytest.mark.parametrize('usual, trust, found', [
-    (AT_ODDS, ERRORS_LARGER, False), (AT_ODDS, AT_ODDS, True),
-    (ERRORS_LARGER, ERRORS_LARGER - 1, False)])
-def test_larger_errors_are_a_distrust_of_their_own(usual, trust, found):
+def test_larger_errors_are_a_distrust_of_their_own():
     """Windows at odds with the filter had no bias; that of noisier encoders is another one."""
-    gearbox = Gearbox(5)
+    for usual, trust, found in ((AT_ODDS, ERRORS_LARGER, False), (AT_ODDS, AT_ODDS, True),
+                                (ERRORS_LARGER, ERRORS_LARGER - 1, False)):
+        gearbox = Gearbox(5)
 
-    def go(trust, growth=0.0):
-        return gearbox.take(gearbox.window(growth), trust, comparable=True)
-    for _ in range(40):
-        go(TRUSTED)
-        go(usual)
-    alarms = alarmed([go(trust, -0.02) for _ in range(6)])
-    assert bool(alarms) == found == ('gap_loss' in gearbox.health.alerts)
-    assert not alarmed([go(TRUSTED) for _ in range(20)][-6:])
-    assert to_text(read_again(gearbox.health)) == to_text(gearbox.health)
+        def go(trust, growth=0.0, gearbox=gearbox):
+            return gearbox.take(gearbox.window(growth), trust, comparable=True)
+        for _ in range(40):
+            go(TRUSTED)
+            go(usual)
+        alarms = alarmed([go(trust, -0.02) for _ in range(6)])
+        assert bool(alarms) == found == ('gap_loss' in gearbox.health.alerts), (usual, trust)
+        assert not alarmed([go(TRUSTED) for _ in range(20)][-6:])
+        assert to_text(read_again(gearbox.health)) == to_text(gearbox.health)
 
 
 def test_windows_at_odds_with_the_drive_state_what_they_may_be_off_together():

@@ -255,9 +255,9 @@ def column(windows, name):
 
 # Of 20 windows: their spread is known to 16 %, so the bounds of a window stand 2.5 times
 # that above what 300 windows of other seeds gave (B 0.0067, A 0.0100 rad).
-@pytest.mark.parametrize('case, bias, spread', [
-    ('B', 0.015, 0.0094), pytest.param('A', 0.025, 0.014, marks=pytest.mark.system)])
-def test_gap_of_the_papers_drives(case, bias, spread):
+@pytest.mark.parametrize('case, bias, spread, off', [
+    ('B', 0.015, 0.0094, 0.02), pytest.param('A', 0.025, 0.014, 0.04, marks=pytest.mark.system)])
+def test_gap_of_the_papers_drives(case, bias, spread, off):
     found = windows_of(case, 20)
     for name in ('gap', 'stiffness', 'hysteresis', 'viscous'):
         stated = math.sqrt(np.mean(column(found, name + '_std') ** 2))
@@ -265,7 +265,8 @@ def test_gap_of_the_papers_drives(case, bias, spread):
         assert 0.55 < stated / empirical < 2.1, name
     assert column(found, 'gap').mean() == pytest.approx(1.2, rel=bias)
     assert column(found, 'gap').std(ddof=1) < spread
-    assert column(found, 'stiffness').mean() == pytest.approx(5.0, rel=0.04)
+    assert column(found, 'stiffness').mean() == pytest.approx(5.0, rel=off)
+    assert abs(column(found, 'gap') / 1.2 - 1.0).max() < 1.5 * off
     height = 3.0 if case == 'A' else 0.0
     assert column(found, 'hysteresis').mean() == pytest.approx(height, abs=0.2)
     assert all(w.separable and w.coverage >= 10 and w.flank > 0.2 for w in found)

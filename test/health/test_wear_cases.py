@@ -28,14 +28,13 @@ def size(gearbox, key, true, stage=None):
     return change
 
 
-@pytest.mark.parametrize('growth, stage, new', [
-    (0.2, WARNED, {'load': 9.0}), (0.5, GROSS, {'temperature': 45.0})])
-def test_growth_together_with_a_new_motion_or_a_warming(growth, stage, new):
-    gearbox = learnt(**({'temperature': 20.0} if 'temperature' in new else {}))
-    gearbox.go(3, growth, **new)
-    assert size(gearbox, 'gap', growth, stage).std < 0.04
-    gearbox.go(40, growth, **new)  # nor is it learnt as healthy
-    size(gearbox, 'gap', growth, stage)
+def test_growth_together_with_a_new_motion_or_a_warming():
+    for growth, stage, new in ((0.2, WARNED, {'load': 9.0}), (0.5, GROSS, {'temperature': 45.0})):
+        gearbox = learnt(**({'temperature': 20.0} if 'temperature' in new else {}))
+        gearbox.go(3, growth, **new)
+        assert size(gearbox, 'gap', growth, stage).std < 0.04
+        gearbox.go(40, growth, **new)  # nor is it learnt as healthy
+        size(gearbox, 'gap', growth, stage)
 
 
 def test_growth_learnt_in_a_new_motion_has_its_size_in_the_old_one():
@@ -110,27 +109,30 @@ def test_slow_friction_keeps_up():
     assert not [key for key in gearbox.health.alerts if key != 'friction']
 
 
-@pytest.mark.parametrize('viscous, coulomb, key', [
+FRICTIONS = [
     (-0.3, 0.3, 'viscous_share_loss'), (0.08, -0.08, 'viscous_share'),  # one for the other
     (0.3 * (1.0 - COULOMB), 0.3 * COULOMB, 'friction'), (0.4, 0.0, 'friction'),
-    (0.0, 0.4, 'friction')])
-def test_one_change_of_friction_is_one_alert(viscous, coulomb, key):
+    (0.0, 0.4, 'friction')]
+
+
+def test_one_change_of_friction_is_one_alert():
     """viscous, coulomb: changes over the friction at the speed of the windows."""
-    gearbox, told = learnt(), []
-    for _ in range(20):
-        found = gearbox.go(1, viscous=viscous * FRICTION, coulomb=18.0 * coulomb * FRICTION)
-        told.append(gearbox.health.stages()['friction'])
-    alerts = [stage for before, stage in zip([{}, *told], told) if stage != before]
-    assert len(alerts) == 1 and list(alerts[0]) == [key], alerts
-    true = viscous + coulomb if key == 'friction' else abs(viscous)
-    size(gearbox, key, true)
-    values = found[0]['friction'].values
-    for name, share, change in (
-            ('viscous', 1.0 - COULOMB, viscous), ('coulomb', COULOMB, coulomb)):
-        growth, std = values[f'{name}_growth'], values[f'{name}_growth_std']
-        assert abs(growth - change / share) < 3 * std + 1e-3
-    # A repair ends it.
-    assert gearbox.go(20)[-1]['friction'].level == Level.OK
+    for viscous, coulomb, key in FRICTIONS:
+        gearbox, told = learnt(), []
+        for _ in range(20):
+            found = gearbox.go(1, viscous=viscous * FRICTION, coulomb=18.0 * coulomb * FRICTION)
+            told.append(gearbox.health.stages()['friction'])
+        alerts = [stage for before, stage in zip([{}, *told], told) if stage != before]
+        assert len(alerts) == 1 and list(alerts[0]) == [key], alerts
+        true = viscous + coulomb if key == 'friction' else abs(viscous)
+        size(gearbox, key, true)
+        values = found[0]['friction'].values
+        for name, share, change in (
+                ('viscous', 1.0 - COULOMB, viscous), ('coulomb', COULOMB, coulomb)):
+            growth, std = values[f'{name}_growth'], values[f'{name}_growth_std']
+            assert abs(growth - change / share) < 3 * std + 1e-3
+        # A repair ends it.
+        assert gearbox.go(20)[-1]['friction'].level == Level.OK
 
 
 def test_a_shift_of_friction_names_both_coefficients():
