@@ -145,7 +145,7 @@ def drawn(seed: int) -> Regression:
         y = y + rng.uniform(0.15, 0.8) * laws[names[k]]
     for shape in [*functions.values()][:seed % 3 % 2 + one_in(4)]:
         y = y + shape @ rng.uniform(-0.6, 0.6, 4)
-    shift = rng.uniform(0.3, 1.2) if one_in(2) else 0.0
+    shift = 0.1 * 12.0 ** rng.random() if one_in(2) else 0.0
     bursts = tuple((np.arange(ROWS) // 8 == k).astype(float) for k in (5, 20, 33, 41))
     burst = rng.uniform(1.0, 4.0) * one_in(3)
     settled = one_in(2)

@@ -310,6 +310,7 @@ def lives() -> Rows:
     lived('doubts', Life(7), grow(16), take(AT_ODDS, 5, gap=1.5), take(AT_ODDS, 5, False),
           take(-3, 8, gap=1.4), take(gap=math.nan), grow(5, gap=0.3))
     levels = np.random.default_rng(0).choice(3, (4, 60), p=(0.5, 0.3, 0.2))
+    levels[:, 0] = 2, 1, 2, 1
     for k, run in enumerate(levels):
         alarm, out = Alarm(k + 1, 5 - k), []
         for i, raw in enumerate(run.repeat(k + 1).tolist()):
