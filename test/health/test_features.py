@@ -22,7 +22,8 @@ from gearbox_monitor.plant.drive import DriveModel, TWO_OVER_PI
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Plant
 from gearbox_monitor.plant.transmission import KINDS, transmission_torque
-from gearbox_monitor.recordings.reading import read_signals, ReadOptions
+from gearbox_monitor.recordings.reading import read_mapping, ReadOptions
+from gearbox_monitor.recordings.si_signals import signals_of
 from gearbox_monitor.report.sentences import phrase
 
 ROOT = Path(__file__).parents[2]
@@ -328,7 +329,7 @@ def real_rows():
                                     'estimator', ESTIMATOR), 'drift_window': 600.0}
     mapping, found = ReadOptions('davinci_backend'), {False: [], True: []}
     for index, path in enumerate(sorted(REAL.glob('[0-4][0-3].TXT.gz'))):
-        r = read_signals(path, mapping)
+        r = signals_of(*read_mapping(path, mapping)[:2])
         torque = np.column_stack([r['motor_effort'], np.full(len(r.stamp_ns), np.nan)])
         for worn in (False, True):
             motor = r['motor_position']

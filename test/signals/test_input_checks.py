@@ -17,7 +17,8 @@ from gearbox_monitor.kernels.elementary import noise_levels
 from gearbox_monitor.plant.drive import DriveModel, Transmission
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import simulate
-from gearbox_monitor.recordings.reading import read_signals, ReadOptions
+from gearbox_monitor.recordings.reading import read_mapping, ReadOptions
+from gearbox_monitor.recordings.si_signals import signals_of
 from gearbox_monitor.signals.examine import admitted, check, READ_OTHERWISE
 from gearbox_monitor.signals.uniform import (
     at_one_rate, prepare, RecordingKind, UniformRecording, usable_rows)
@@ -152,7 +153,8 @@ def test_coarse_encoder_and_dwell_are_neither_frozen_nor_clipped():
 @pytest.mark.skipif(not DATA.is_dir(), reason='needs ../shared/data/davinci_backend')
 def test_a_real_drive_with_coarse_encoder_stiction_and_unknown_load():
     for run in ('00', '12', '43'):
-        raw = read_signals(DATA / f'{run}.TXT.gz', ReadOptions('davinci_backend'))
+        raw = signals_of(*read_mapping(
+            DATA / f'{run}.TXT.gz', ReadOptions('davinci_backend'))[:2])
         model = load_model(config_path('davinci_backend.yaml'))
         y = np.column_stack([raw['motor_position'], raw['arm_position']])
         assert not found(raw.stamp_ns, raw['motor_effort'], y, model)

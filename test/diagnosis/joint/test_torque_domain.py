@@ -22,7 +22,8 @@ from gearbox_monitor.files.user_files import config_path, load_model
 from gearbox_monitor.plant.drive import model_from_dict
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import simulate
-from gearbox_monitor.recordings.reading import read_signals, ReadOptions
+from gearbox_monitor.recordings.reading import read_mapping, ReadOptions
+from gearbox_monitor.recordings.si_signals import signals_of
 from gearbox_monitor.signals.uniform import UniformRecording
 
 DATA = Path(__file__).resolve().parents[4] / 'shared' / 'data' / 'davinci_backend'
@@ -219,7 +220,7 @@ def test_bad_model_files():
 @pytest.mark.skipif(not DATA.exists(), reason='no recordings of the davinci_backend')
 def test_a_real_gearbox_has_a_dead_zone(tmp_path, capsys):
     """8 s of one run, from a model with hardly any gap."""
-    raw = read_signals(DATA / '20.TXT.gz', ReadOptions('davinci_backend'))
+    raw = signals_of(*read_mapping(DATA / '20.TXT.gz', ReadOptions('davinci_backend'))[:2])
     rows = np.column_stack([np.arange(8000) * DT, *(values[:8000] for values in (
         raw['motor_effort'], raw['motor_position'], raw['arm_position'], raw['arm_effort']))])
     np.savetxt(tmp_path / 'run.csv', rows, '%.9g', ',', header='t,u,motor,arm,arm_torque',
