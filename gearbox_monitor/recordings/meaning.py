@@ -456,9 +456,9 @@ def _joints(columns: Sequence[Meaning], parts: Sequence[tuple[str, ...]]
     """
     Return the words that name the joint of each column, () if there is only one.
 
-    All words outside of the vocabulary, `parts` of each, may name it, or only words that several
-    signals share, or numbers alone, or none. The right reading fills a table of joints and
-    signals: each joint has about the same signals, each of them once.
+    All words outside of the vocabulary, `parts` of each, may name it, or only those that not all
+    columns of a signal have, or numbers alone, or none. The right reading fills a table of joints
+    and signals: each joint has about the same signals, each of them once.
     """
     if not columns:
         return []
@@ -470,21 +470,20 @@ def _joints(columns: Sequence[Meaning], parts: Sequence[tuple[str, ...]]
     of_signal: dict[object, list[int]] = {}
     for k, signal in enumerate(signals):
         of_signal.setdefault(signal, []).append(k)
-    numbers = [tuple(word for word in part if word.isdigit()) for part in distinct]
+    # A word in all columns of one signal belongs to it: 'process' in 'hip_process_value'.
+    own = list(distinct)
     for rows in of_signal.values():
         if len(rows) > 1:
-            for k, own in zip(rows, _without_common([numbers[k] for k in rows])):
-                numbers[k] = own
-    # A word that only one signal has belongs to it: 'process' in 'hip_process_value'.
-    signals_of_word = Counter(word for word, _ in {
-        (word, signal) for signal, part in zip(signals, distinct) for word in part})
-    shared = [tuple(word for word in part if signals_of_word[word] > 1) for part in distinct]
+            for k, part in zip(rows, _without_common([distinct[k] for k in rows])):
+                own[k] = part
+    numbers = [tuple(word for word in part if word.isdigit()) for part in own]
     # A word in a single column distinguishes two encoders, not two joints; but all columns have
     # one, and some share theirs, where they are of several joints.
-    readings: list[list[tuple[str, ...]]] = [keys for keys in (numbers, shared, distinct) if len(
+    readings: list[list[tuple[str, ...]]] = [keys for keys in (numbers, own, distinct) if len(
         set(keys) - {()}) > 1 and (len(of_signal) > 1 or len(set(keys)) > 2 or all(
             any(map(str.isdigit, key)) for key in keys))]
-    if not readings or not (all(numbers) or all(distinct) and any(shared)):
+    if not readings or not (all(numbers) or all(distinct) and any(
+            key and own.count(key) > 1 for key in own)):
         readings.insert(0, [()] * len(columns))
     return max(readings, key=lambda keys: round(_filled(keys, signals), 9))
 

@@ -518,6 +518,11 @@ ROBOTS = [
       'yaw': NOISE, 'goal/yaw': NOISE, 'volt_hip': NOISE}, {
         'elbow': {'position': 'elbow', 'setpoint': 'goal/elbow'},
         'hip': {'position': 'state/hip', 'setpoint': 'goal/hip'}}),
+    # A word that says nothing, in all names of a signal, is of no joint.
+    ({'hip_q_kalman': ARM, 'knee_q_kalman': SPEED, 'hip_dq': SPEED, 'knee_dq': ARM,
+      'hip_tau_kalman': TORQUE, 'knee_tau_kalman': TORQUE}, {
+        joint: {'position': f'{joint}_q_kalman', 'velocity': f'{joint}_dq',
+                'effort': f'{joint}_tau_kalman'} for joint in ('hip', 'knee')}),
     # Numbers in all names are of joints, however few signals each of them has.
     ({'Axis 1 ActVelo [rad/s]': SPEED, 'Axis 2 ActPos [rad]': ARM}, {
         '1': {'velocity': 'Axis 1 ActVelo [rad/s]', 'unit': 'rad/s'},
