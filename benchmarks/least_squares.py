@@ -103,7 +103,7 @@ def _criterion(recordings: Sequence[UniformRecording], candidates: Sequence[Cand
                ) -> float:
     """Return the smallest BIC of some candidates by the balance of torques."""
     model = replace(candidates[0].nominal, driven_by='position')
-    likelihood = evidence_of([driven(r, model) for r in recordings], model, ()).whole
+    likelihood = evidence_of([driven(r, model) for r in recordings], model, ()).fine
     return min(fitted(likelihood, unfitted(likelihood, candidate)).deviance
                + len(candidate.ids) * math.log(likelihood.readings) for candidate in candidates)
 

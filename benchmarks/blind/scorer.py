@@ -117,20 +117,16 @@ def _simulated(label: Label, verdict: Judgement | None
     return reported_model(label, verdict)
 
 
-def _held_out_chi2(nominal: Nominal, effects: Effects, recording: plant.MotionRecord,
-                   sigma: Sequence[float], label: Label, true: bool = False) -> Array:
+def _chi2(nominal: Nominal, effects: Effects, recording: plant.MotionRecord,
+          sigma: Sequence[float], label: Label, true: bool = False) -> Array:
     starts = window_fit.cut(len(recording['u']))
-    test = window_fit.held_out(len(starts))
     start_states = np.array(label['states'])[:len(starts)]
     lead = plant.lead_of(effects, recording['dt'])
     start_states[:, :2] -= lead * recording['dt'] * start_states[:, 2:]
-    carries = {e['id'] for e in effects} & {'lugre', 'hysteresis_bouc_wen', 'hysteresis_branch'}
-    if not carries:
-        starts, start_states = starts[test], start_states[test]
     chi2, *_ = window_fit.fit_windows(nominal, effects, recording, np.asarray(sigma), starts,
                                       start_states if true else None,
                                       alternatives=(start_states,))
-    return chi2[test] if carries else chi2
+    return chi2
 
 
 def fresh_closure(label: Label, model: tuple[Nominal, Effects]) -> float | None:
@@ -182,15 +178,15 @@ def closures(label: Label, verdict: Judgement | None, recording: plant.MotionRec
     # bar of its own.
     sigma = verdict.get('sigma') or label['sigma']
     nominal_misfit = window_fit.misfit(
-        _held_out_chi2(label['told'], [], recording, sigma, label))
-    true_misfit = window_fit.misfit(_held_out_chi2(
+        _chi2(label['told'], [], recording, sigma, label))
+    true_misfit = window_fit.misfit(_chi2(
         label['truth'], label['effects'], recording, sigma, label, True))
     out['before'], out['true'] = nominal_misfit, window_fit.closed(nominal_misfit, true_misfit)
     out['reported'], out['interval'] = verdict.get('closed_fraction'), verdict.get(
         'closed_fraction_ci')
     model = _simulated(label, verdict)
     if model is not None and out['reported'] is not None:
-        reported_misfit = window_fit.misfit(_held_out_chi2(*model, recording, sigma, label))
+        reported_misfit = window_fit.misfit(_chi2(*model, recording, sigma, label))
         out['recomputed'] = window_fit.closed(nominal_misfit, reported_misfit)
         out['recomputed_after'] = reported_misfit
         if fresh and out['interval']:

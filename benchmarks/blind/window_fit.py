@@ -5,7 +5,7 @@
 Windowed likelihood of a model with fixed parameters: chi2, evidence, misfit, closed fraction.
 
 A recording is cut into windows of 1 s; in each the model runs freely from the initial state (four
-numbers) that fits best, found by Levenberg-Marquardt. The last round(0.3 n) windows are held out.
+numbers) that fits best, found by Levenberg-Marquardt.
 Misfit: normalised output error, the root mean square of the error in units of the noise.
 """
 from collections.abc import Sequence
@@ -13,10 +13,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from benchmarks.blind.plant import Effects, MotionRecord, Nominal, WindowRuns
-from gearbox_monitor.kernels.types import Array, Flags, Integers
+from gearbox_monitor.kernels.types import Array, Integers
 
 LENGTH = 1000       # samples of a window
-HELD_OUT = 0.3
 NO_MISFIT = 1.02    # below, there is nothing to close
 SUBSTEPS = 5
 STEPS = np.array([2e-5, 2e-5, 2e-4, 2e-4])  # rad, rad/s, of the sensitivities
@@ -31,11 +30,6 @@ RESTARTS = np.array([[0, 0, 0, -1.5], [0, 0, 0, 1.5], [0, 0, 0, -4.0], [0, 0, 0,
 def cut(n: int, length: int = LENGTH) -> Integers:
     """Return the first sample of each whole window of `length` in a recording of `n` samples."""
     return np.arange(n // length) * length
-
-
-def held_out(count: int) -> Flags:
-    """Return a mask of those of `count` windows that no fit may see."""
-    return np.arange(count) >= count - int(round(HELD_OUT * count))
 
 
 def first_states(y: Array, starts: Integers, dt: float, reach: int = 25) -> Array:

@@ -113,9 +113,8 @@ def closed_name(verdict: Verdict, model: DriveModel) -> str:
 
 
 def notable_windows(laid: Overlay) -> tuple[tuple[str, int], ...]:
-    """Return (words, window) of the typical and the worst held-out window of `laid`."""
-    windows = np.flatnonzero(laid.validation)
-    windows = windows if len(windows) else np.arange(len(laid.validation))
+    """Return (words, window) of the typical and the worst window of `laid`."""
+    windows = np.arange(len(laid.windows))
     order = windows[np.argsort(laid.runs[0].chi2[windows])]
     typical, highest = int(order[(len(order) - 1) // 2]), int(order[-1])
     if typical == highest:

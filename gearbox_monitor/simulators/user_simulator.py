@@ -33,6 +33,7 @@ from gearbox_monitor.simulators.mjcf_file import (
 STEPS = (1e-4, 1e-3)   # rad and rad/s: differences that make a slope
 ITERATIONS = 40        # residuals of a fit
 GAIN = 1e-3            # least relative gain of an iteration worth another
+CONFIRMED = 0.3        # share of the windows that run in the user's simulator, its last ones
 
 
 FIXED = ('torque', 'start', 'dt')
@@ -208,7 +209,7 @@ def confirmation(simulator: UserSimulator, recording: UniformRecording,
     """
     Return how far a closed model closes the gap in the user's simulator, beside our own.
 
-    On the windows that the diagnosis held out; each starts where it fits best.
+    On the last of the windows; each starts where it fits best.
 
     Args:
         simulator: the user's.
@@ -229,8 +230,7 @@ def confirmation(simulator: UserSimulator, recording: UniformRecording,
         raise InputError(f'--simulator {simulator.name}: the model has an effect of a plug-in, '
                          'expected effects of the library')
     laid = overlay(recording, dict(zip(('nominal', 'closed'), models)), sigma)
-    windows = np.flatnonzero(laid.validation)
-    windows = windows if len(windows) else np.arange(len(laid.windows))
+    windows = np.arange(len(laid.windows))[-max(1, round(CONFIRMED * len(laid.windows))):]
     gaps, ours, size = [], [], laid.windows.length * len(laid.channels)
     for k, (run, model) in enumerate(zip(laid.runs, models)):
         fits = []

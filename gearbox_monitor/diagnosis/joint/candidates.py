@@ -394,19 +394,13 @@ def nuisances_of(model: DriveModel) -> dict[str, float]:
 
 
 class Starts:
-    """
-    Where fits of each effect begin, in the scales of one drive and its recordings.
+    """Where fits of each effect begin, in the scales of one drive and its recordings."""
 
-    training: samples of each that fits see, none: all.
-    """
-
-    def __init__(self, model: DriveModel, recordings: Sequence[UniformRecording],
-                 training: Sequence[slice] = ()) -> None:
+    def __init__(self, model: DriveModel, recordings: Sequence[UniformRecording]) -> None:
         self.model = model
         scales = [_scales(model, recording) for recording in recordings]
-        seen = training or [slice(None)] * len(recordings)
         self.scales = replace(scales[0], limits=_limits(np.concatenate(
-            [r.torque[span] for r, span in zip(recordings, seen)])), **{
+            [r.torque for r in recordings])), **{
             name: max(getattr(s, name) for s in scales)
             for name in ('torque', 'peak', 'friction', 'speed', 'twist', 'angle', 'reach')})
         self.zero = float(np.mean([zero_and_swing(model, r)[0] for r in recordings]))

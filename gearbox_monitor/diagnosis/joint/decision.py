@@ -26,7 +26,6 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.plant.effects.arm_side import DISTURBANCE
 from gearbox_monitor.plant.effects.gearbox import SLIP
-from gearbox_monitor.presentation import Said, said
 
 
 class ComparedRuns(NamedTuple):
@@ -52,7 +51,7 @@ class Decision:
     bursts, with their torque.
     none: the fit without effects; fit: that of the laws; closed: the same, or with the torque map
     of a function. fits: all that were scored by one likelihood, best first. bursts, the largest
-    first. remains: whether the laws leave more than noise. notes: doubts.
+    first. remains: whether the laws leave more than noise.
     unnamed: id of what remains, where it may not be named.
     """
 
@@ -65,7 +64,6 @@ class Decision:
     fits: tuple[InnovationFit, ...]
     bursts: tuple[Burst, ...] = ()
     remains: bool = False
-    notes: tuple[Said, ...] = ()
     unnamed: str = ''
 
     @property
@@ -197,11 +195,11 @@ class Decision:
         """Return 2 log likelihood that an effect `name` gains, None of a quantisation."""
         ids, fit = self.fit.candidate.ids, self.fit
         if name == DISTURBANCE.id and self.bursts:
-            return evaluated(self.data.whole, fit).deviance - evaluated(
-                self.recordings.whole, fit).deviance
+            return evaluated(self.data.fine, fit).deviance - evaluated(
+                self.recordings.fine, fit).deviance
         if name == SLIP.id:
-            return fitted(self.bare.whole, fit).deviance - evaluated(
-                self.data.whole, fit).deviance
+            return fitted(self.bare.fine, fit).deviance - evaluated(
+                self.data.fine, fit).deviance
         return evidence_for(self.data, fit, self.fits, ids.index(name)) if name in ids else None
 
 
@@ -228,11 +226,10 @@ def decide(recordings: DriveRecordings) -> Decision:
     for fit in sorted(scored, key=data.score):
         if not fit.candidate.tables:
             unique.setdefault(fit.candidate.key, fit)
-    notes = (said('all_trained'),) if data.all_trained and not recordings.all_trained else ()
     return Decision(
         recordings.model, loaded, outcome, none, laws,
         laws if best.function is None else best.fit.fit, tuple(unique.values()), bursts,
-        outcome.lawless, notes)
+        outcome.lawless)
 
 
 def _without_lawless(evidence: InnovationEvidence, h: Hypothesis) -> Hypothesis:
@@ -274,7 +271,7 @@ def with_level_of_innovations(decision: Decision) -> Decision:
     if (decision.remains or decision.bursts or data.correlation is not None or data.balances
             or data.model.lasting or data.rough):
         return decision
-    run = evaluated(data.whole, decision.fit).run
+    run = evaluated(data.fine, decision.fit).run
     sigma = data.sigma.copy()
     for channel in (0, 1):
         residual = run.residual[run.read[:, channel], channel]

@@ -80,7 +80,7 @@ def diagnose(recordings: Sequence[UniformRecording], model: DriveModel, *,
     evidence = evidence_of(recordings, model, ids, jobs, reported)
     otherwise = read_as_doubted(evidence)
     decision = without_idle_laws(decide(evidence))
-    notes = [*decision.notes, *doubts(decision, otherwise), *_nuisance_notes(decision)]
+    notes = [*doubts(decision, otherwise), *_nuisance_notes(decision)]
     same = _shown_by_each(decision)
     if same is not None:
         decision = same
@@ -161,7 +161,7 @@ def read_as_doubted(evidence: DriveRecordings) -> dict[int, InnovationFit]:
             np.array(doubt.scale))
         read = recording.read_otherwise(doubt).with_servo(evidence.model.controller)
         otherwise = DriveRecordings((read,), evidence.model, sigma, ())
-        fit = fitted(otherwise.whole, unfitted(otherwise.whole, otherwise.starts.none()))
+        fit = fitted(otherwise.fine, unfitted(otherwise.fine, otherwise.starts.none()))
         if explains_all(otherwise, fit):
             raise InputError(f'{recording.name}: {doubt.text}')
         out[number] = fit
@@ -189,7 +189,7 @@ def doubts(decision: Decision, otherwise: Mapping[int, InnovationFit]) -> list[S
     out, evidence, closed = [], decision.data, decision.closed
     for number, fit in otherwise.items():
         recording = evidence.recordings[number]
-        nominal_run = evidence.whole.parts[number].run(closed.model, closed.torque).deviance
+        nominal_run = evidence.fine.parts[number].run(closed.model, closed.torque).deviance
         text = '' if recording.doubt is None else recording.doubt.text
         if fit.deviance < nominal_run:
             raise InputError(f'{recording.name}: {text}')
@@ -373,7 +373,7 @@ def diagnose_change(reference: UniformRecording, later: UniformRecording, model:
     evidence = evidence_of([later.as_read() if SLIP.id in ids else later], nominal.model, ids)
     otherwise = read_as_doubted(evidence)
     decision = decide(evidence)
-    notes = [*decision.notes, *doubts(decision, otherwise)]
+    notes = doubts(decision, otherwise)
     findings = []
     errors, _ = standard_errors(decision.recordings.fine, decision.fit)
     for effect, values in decision.values.items():

@@ -40,8 +40,7 @@ class DriveRecordings:
 
     sigma [2]: noise of the encoders, rad; colour [2, 2]: correlation of neighbouring readings of
     each, 0: white, and variance of coloured noise over that of `sigma`. ids: effects that may be
-    named. quantum [2]: quantisation steps of the encoders, rad.
-    all_trained: whether no window is held out. with_map: whether a torque map of
+    named. quantum [2]: quantisation steps of the encoders, rad. with_map: whether a torque map of
     the remainder may be fitted. finer: how many times as many steps the model takes as the
     nominal drive asks for. reference: fit in whose free runs filters begin where an encoder is
     missing, None: the nominal model. progress(text) is called as the search goes on. slips: time
@@ -55,7 +54,6 @@ class DriveRecordings:
     ids: tuple[str, ...]
     colour: Array = field(default_factory=lambda: np.array(WHITE))
     quantum: Array = field(default_factory=lambda: np.zeros(2))
-    all_trained: bool = False
     with_map: bool = True
     finer: int = 1
     reference: InnovationFit | None = None
@@ -68,13 +66,10 @@ class DriveRecordings:
     def segments(self) -> tuple[WindowData, ...]:
         """The recordings with their windows."""
         # At rest, nothing tells where the side is that no encoder reads.
-        parts = [window_data(r, self.model, self.level, self.correlation,
-                             SETTLING if not self.hides(r) else max(
-                                 SETTLING, seconds_at_rest(r, self.sigma)), self.finer)
-                 for r in self.recordings]
-        if self.all_trained:
-            parts = [replace(part, held_out=np.zeros_like(part.held_out)) for part in parts]
-        return tuple(parts)
+        return tuple(window_data(r, self.model, self.level, self.correlation,
+                                 SETTLING if not self.hides(r) else max(
+                                     SETTLING, seconds_at_rest(r, self.sigma)), self.finer)
+                     for r in self.recordings)
 
     @property
     def level(self) -> Array:
@@ -100,21 +95,20 @@ class DriveRecordings:
     @cached_property
     def starts(self) -> Starts:
         """Where fits of effects begin."""
-        return Starts(self.model, self.recordings, [part.training for part in self.segments])
+        return Starts(self.model, self.recordings)
 
-    def _likelihood(self, spans: Sequence[slice], coarse: bool = False) -> JointLikelihood:
+    def _likelihood(self, coarse: bool = False) -> JointLikelihood:
         sigma = self.sigma
         parts = []
-        for number, (recording, span) in enumerate(zip(self.recordings, spans)):
-            if span.stop > span.start:
-                part = likelihood_of(recording, self.model, sigma,
-                                     self._between_slips(number, span), coarse, self.finer)
-                if self.hides(recording) and isinstance(part, InnovationLikelihood):
-                    fit = self.reference or unfitted(part, self.starts.none())
-                    part = hidden_begins(part, fit.model, sigma)
-                if self.correlation is not None and isinstance(part, InnovationLikelihood):
-                    part = part.changed(colour=self.colour)
-                parts.append(part)
+        for number, (recording, segment) in enumerate(zip(self.recordings, self.segments)):
+            part = likelihood_of(recording, self.model, sigma,
+                                 self._between_slips(number, segment.span), coarse, self.finer)
+            if self.hides(recording) and isinstance(part, InnovationLikelihood):
+                fit = self.reference or unfitted(part, self.starts.none())
+                part = hidden_begins(part, fit.model, sigma)
+            if self.correlation is not None and isinstance(part, InnovationLikelihood):
+                part = part.changed(colour=self.colour)
+            parts.append(part)
         return JointLikelihood(parts)
 
     def calm(self, runs: Iterable[WindowRuns]) -> tuple[WindowRuns, ...]:
@@ -142,25 +136,13 @@ class DriveRecordings:
 
     @cached_property
     def coarse(self) -> JointLikelihood:
-        """Likelihood of the training parts, on larger steps; usual ones where short ones show."""
-        return replace(self, finer=1)._likelihood(
-            [part.training for part in self.segments], coarse=self.finer == 1)
+        """Likelihood of the recordings, on larger steps; usual ones where short ones show."""
+        return replace(self, finer=1)._likelihood(coarse=self.finer == 1)
 
     @cached_property
     def fine(self) -> JointLikelihood:
-        """Likelihood of the training parts."""
-        return self._likelihood([part.training for part in self.segments])
-
-    @cached_property
-    def whole(self) -> JointLikelihood:
         """Likelihood of all that is evidence."""
-        return self._likelihood([part.span for part in self.segments])
-
-    @cached_property
-    def unseen(self) -> JointLikelihood | None:
-        """Likelihood of what is held out, None if nothing is."""
-        spans = [part.unseen for part in self.segments]
-        return self._likelihood(spans) if any(s.stop > s.start for s in spans) else None
+        return self._likelihood()
 
     def lasting_for(self, seconds: float) -> 'DriveRecordings':
         """Return the evidence where unexplained torque lasts so long."""
@@ -172,12 +154,12 @@ class DriveRecordings:
     def sparse(self) -> JointLikelihood:
         """Likelihood of all that is evidence, of as few readings as where torque lasts."""
         return JointLikelihood([part.changed(every=max(1, round(SPARSE / part.recording.dt)))
-                                for part in self.whole.parts])
+                                for part in self.fine.parts])
 
     @property
     def step(self) -> float:
         """Length of an integration step, s."""
-        return min(part.recording.dt / part.simulator.n for part in self.whole.parts)
+        return min(part.recording.dt / part.simulator.n for part in self.fine.parts)
 
     @property
     def balances(self) -> bool:
@@ -211,7 +193,7 @@ class DriveRecordings:
     @property
     def allowed_noise(self) -> Array:
         """Torque noise [2] on motor and arm that is no model error, N m rms in a sample."""
-        allowed = self.whole.least_noise
+        allowed = self.fine.least_noise
         if self.model.process_torque:
             allowed = np.maximum(allowed, self.model.process_torque)
         if self.model.lasting:
@@ -222,10 +204,10 @@ class DriveRecordings:
 
     def runs(self, fit: InnovationFit, overlapping: bool = False) -> tuple[WindowRuns, ...]:
         """Return free runs of a `fit` over windows, or `overlapping` ones, of each recording."""
-        at, model = evaluated(self.whole, fit), fit.model
+        at, model = evaluated(self.fine, fit), fit.model
         return self.calm(
             free_runs(segment.overlapping if overlapping else segment, model, smooth)
-            for segment, smooth in zip(self.segments, self.whole.smoothed(at.run)))
+            for segment, smooth in zip(self.segments, self.fine.smoothed(at.run)))
 
     def beyond_share(self, fit: InnovationFit) -> float:
         """
@@ -233,10 +215,10 @@ class DriveRecordings:
 
         Where the motion is put in, what remains is the noise of the balance.
         """
-        at = evaluated(self.whole, fit)
+        at = evaluated(self.fine, fit)
         left = np.sqrt(np.mean([run.left ** 2 for run in at.run.runs], axis=0))
         ratio = float((left / self.scales).max() / THRESHOLDS.lasting_torque) ** 2
-        return self.whole.readings * max(0.0, ratio - 1.0 - math.log(max(ratio, 1.0)))
+        return self.fine.readings * max(0.0, ratio - 1.0 - math.log(max(ratio, 1.0)))
 
     def unexplained_by_free_runs(self, fit: InnovationFit) -> float:
         """
@@ -245,8 +227,8 @@ class DriveRecordings:
         A filter is linearised about one state. Of a side that no encoder reads it may lose track
         in the gap, and noise stands for that: what a free run explains there, the model explains.
         """
-        at = evaluated(self.whole, fit)
-        quiet = self.whole.run(at.model, np.minimum(at.torque, self.allowed_noise))
+        at = evaluated(self.fine, fit)
+        quiet = self.fine.run(at.model, np.minimum(at.torque, self.allowed_noise))
         gain = quiet.deviance - at.run.deviance
         for run, filtered in zip(self.runs(fit), quiet.runs):
             if self.hides(run.recording):
@@ -257,7 +239,7 @@ class DriveRecordings:
         return gain
 
     def score(self, fit: InnovationFit) -> float:
-        """Return the BIC (Schwarz 1978) of a fit to the training parts."""
+        """Return the BIC (Schwarz 1978) of a fit."""
         return fit.deviance + fit.candidate.n_effect * float(np.log(self.fine.readings))
 
 

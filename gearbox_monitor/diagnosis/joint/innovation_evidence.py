@@ -27,7 +27,7 @@ from gearbox_monitor.diagnosis.joint.drive_recordings import (
     DriveRecordings, lasting_time, likeliest)
 from gearbox_monitor.diagnosis.joint.effect_scan import Proposal, raced, scan, signature
 from gearbox_monitor.diagnosis.joint.innovations import (
-    annealed, evaluated, fitted, InnovationFit, JointLikelihood, Tested, unfitted,
+    evaluated, fitted, InnovationFit, JointLikelihood, Tested, unfitted,
     variance_over_white, WHITE)
 from gearbox_monitor.diagnosis.joint.localisation import (
     Burst, follows_motion, pulses_in, sharpened, slipping, SPACING, torque_places, with_bursts)
@@ -147,12 +147,10 @@ class InnovationEvidence:
         leaves.
         """
         data = h.fit.beside or self.data
-        return math.inf if data.balances else self._reach(data.fine, h.fit.fit)
-
-    def _reach(self, likelihood: JointLikelihood, fit: InnovationFit) -> float:
-        """Return what the torque noise of `fit` gains in a `likelihood`, see reach."""
-        at = evaluated(likelihood, fit).run
-        least = likelihood.with_noise(at, likelihood.least_noise)[2]
+        if data.balances:
+            return math.inf
+        at = evaluated(data.fine, h.fit.fit).run
+        least = data.fine.with_noise(at, data.fine.least_noise)[2]
         return float(np.log(at.variance / least).sum()) / self.dispersion
 
     def dispersed(self, dispersion: float | None) -> 'InnovationEvidence':
@@ -251,25 +249,15 @@ class InnovationEvidence:
         return Remains(torque, memory, follows, estimates, dispersion)
 
     def _free_torque(self, h: Hypothesis) -> float:
-        """Return what torque noise beyond the allowed is worth, in any part of the recordings."""
+        """Return what torque noise beyond the allowed is worth."""
         data, fit = h.fit.beside or self.data, h.fit.fit
         if data.balances:
             return data.beyond_share(fit)
-        seen = self._noise_worth(data, data.fine, fit)
-        return seen if data.unseen is None else max(seen, self._unseen_torque(data, fit))
-
-    def _unseen_torque(self, data: DriveRecordings, fit: InnovationFit) -> float:
-        """Return the same with the noise annealed to all parts, those held out of fits too."""
-        return self._noise_worth(data, data.whole, _annealed_to_all(data, fit))
-
-    def _noise_worth(self, data: DriveRecordings, likelihood: JointLikelihood,
-                     fit: InnovationFit) -> float:
-        """Return what the torque noise of `fit` beyond the allowed is worth in a `likelihood`."""
         allowed = np.minimum(fit.torque, data.allowed_noise)
         beyond = int((allowed < fit.torque).sum())
         if not beyond:
             return 0.0
-        gain = likelihood.run(fit.model, allowed).deviance - likelihood.run(
+        gain = data.fine.run(fit.model, allowed).deviance - data.fine.run(
             fit.model, fit.torque).deviance
         price = beyond * self.unit + 2.0 * math.log(SIDES)
         if gain - price > CONTEST.margin and any(map(data.hides, data.recordings)):
@@ -293,16 +281,8 @@ class InnovationEvidence:
             data = self._with_steps(data, fit, remains)
         if left and fit.candidate.ids and any(map(data.hides, data.recordings)):
             data = replace(data, reference=fit)
-        if left and data.unseen is not None and self._shows_unseen(data, fit):
-            data = replace(data, all_trained=True)
         return None if data is self.data else replace(self, data=data,
                                                       about=self.about | {h.name})
-
-    def _shows_unseen(self, data: DriveRecordings, fit: InnovationFit) -> bool:
-        """Return whether what is held out shows more than what is fitted: a slip, or torque."""
-        return self._slipping(fit) is not None or not fit.candidate.ids and (
-            self._noise_worth(data, data.fine, fit) <= CONTEST.margin
-            < self._unseen_torque(data, fit))
 
     def _with_steps(self, data: DriveRecordings, fit: InnovationFit, remains: Remains
                     ) -> DriveRecordings:
@@ -311,7 +291,7 @@ class InnovationEvidence:
             return data
         # Torque noise takes up the error of the steps, too.
         shorter, torque = replace(data, finer=FINER), np.minimum(fit.torque, data.allowed_noise)
-        change = data.whole.run(fit.model, torque).deviance - shorter.whole.run(
+        change = data.fine.run(fit.model, torque).deviance - shorter.fine.run(
             fit.model, torque).deviance
         # Where nothing remains, the error has to pay the price of a law to pass for one.
         left = remains.worth > CONTEST.margin
@@ -416,12 +396,11 @@ class InnovationEvidence:
         data, fit = self.data, h.fit.fit
         if DISTURBANCE.id not in data.ids or data.balances or h.function is not None:
             return
-        whole = evaluated(data.whole, fit)
         theta: Array = np.zeros((0, 3))
         owner: Integers = np.zeros(0, int)
         runs, at = data.runs(fit, overlapping=True), fit
-        reach = self._reach(data.whole, _annealed_to_all(data, best.fit.fit))
-        payable = (reach + self.price(best) - self.price(h) - CONTEST.margin) / self.price_of_event
+        payable = (self.reach(best) + self.price(best) - self.price(h)
+                   - CONTEST.margin) / self.price_of_event
         for _ in range(TRAINS):
             found = [pulses_in(run, 3.0 * self.unit) for run in runs]
             if not any(map(len, found)):
@@ -432,14 +411,12 @@ class InnovationEvidence:
             owner = np.concatenate([owner, *(np.full(len(o), i) for i, o in enumerate(found))])
             least = self.dispersion * CONTEST.close * len(theta) * self.price_of_event
             theta, at = sharpened(data, at, theta, owner, least)
-            if follows_motion(data.whole, fit, theta, owner):
+            if follows_motion(data.fine, fit, theta, owner):
                 return
             beside = with_bursts(data, theta, owner)
-            there = evaluated(beside.whole, at)
-            if whole.deviance - there.deviance < least:
+            deviance = evaluated(beside.fine, at).deviance
+            if h.deviance - deviance < least:
                 return
-            # Bursts happen once: parts that fits do not see hold some of them.
-            deviance = h.deviance - (whole.deviance - there.deviance)
             bursts = sorted((Burst(data.recordings[i].name, *map(float, row))
                              for i, row in zip(owner, theta)),
                             key=lambda b: -abs(b.amplitude) * b.duration)
@@ -447,9 +424,3 @@ class InnovationEvidence:
             yield Hypothesis((*h.members, member), deviance,
                              DriveFit(at, h.fit.occam, h.fit.slips, tuple(bursts), beside))
             runs = beside.runs(at, overlapping=True)
-
-
-def _annealed_to_all(data: DriveRecordings, fit: InnovationFit) -> InnovationFit:
-    """Return `fit` with the torque noise of all parts, those held out of fits too."""
-    at = evaluated(data.whole, fit)
-    return replace(at.alone(), torque=annealed(data.whole, at))

@@ -279,7 +279,7 @@ def slipping(data: DriveRecordings, fit: InnovationFit, price: float) -> DriveRe
             bare, fit, data.slips, data.slip_owner)
         for _ in range(REFITS if len(slips) else 0):
             data = with_slips(bare, slips, owner)
-            fit = fitted(data.whole, fit, REFITTED)
+            fit = fitted(data.fine, fit, REFITTED)
             run, J = _columns(data, fit)
             spread = covariance(J.T @ J)
             slips, owner = data.slips.copy(), data.slip_owner
@@ -294,12 +294,12 @@ def slipping(data: DriveRecordings, fit: InnovationFit, price: float) -> DriveRe
 
 def _columns(data: DriveRecordings, fit: InnovationFit) -> tuple[JointlyFiltered, Array]:
     """Return (the run of `fit`, derivatives [2 N, B] of its residual by the sizes of slips)."""
-    run, bare = data.whole.run(fit.model, fit.torque), without_slips(data)
+    run, bare = data.fine.run(fit.model, fit.torque), without_slips(data)
     J = np.empty((run.variance.size, len(data.slips)))
     for k in range(len(data.slips)):
         moved = data.slips.copy()
         moved[k, 1] += STEP
-        change = with_slips(bare, moved, data.slip_owner).whole.run(
+        change = with_slips(bare, moved, data.slip_owner).fine.run(
             fit.model, fit.torque).innovation - run.innovation
         J[:, k] = (change / np.sqrt(run.variance)).ravel() / STEP
     return run, J
@@ -314,7 +314,7 @@ def _steps(data: DriveRecordings, fit: InnovationFit) -> tuple[Array, Integers]:
         data = replace(data, model=_without_servo(data.model), recordings=tuple(
             replace(r, u=r.with_servo(servo).torque, servo_torque=None) for r in data.recordings))
         model = _without_servo(model)
-    for number, part in enumerate(data.whole.parts):
+    for number, part in enumerate(data.fine.parts):
         if len(part.recording.channels) < 2:
             continue
         zero = part.drift(model, torque)
@@ -338,7 +338,7 @@ def _begun(data: DriveRecordings, fit: InnovationFit, slips: Array, owner: Integ
     # Counted on later, so that up to its begin each is as predicted.
     late = with_slips(data, slips + (NEAR, 0.0), owner)
     slips = slips.copy()
-    for number, run in enumerate(late.whole.run(fit.model, fit.torque).runs):
+    for number, run in enumerate(late.fine.run(fit.model, fit.torque).runs):
         dt = data.recordings[number].dt
         square = (run.residual ** 2).max(axis=1)
         odds = run.read.any(axis=1) * (square * (1.0 - 1.0 / WILD) - np.log(WILD))
@@ -452,11 +452,11 @@ def sharpened(evidence: DriveRecordings, fit: InnovationFit, theta: Array, owner
         owner: see with_bursts.
         least: gain in -2 log L of the first round, without which the bursts are given up.
     """
-    fits, begin = [], evaluated(evidence.whole, fit).deviance
+    fits, begin = [], evaluated(evidence.fine, fit).deviance
     for cold in (False,) * ANNEALED + (True,):
-        torque = evidence.whole.least_noise if cold else fit.torque
+        torque = evidence.fine.least_noise if cold else fit.torque
         theta = _likeliest(evidence, replace(fit, torque=torque), theta, owner)
-        fit = fitted(with_bursts(evidence, theta, owner).whole, fit, REFITTED)
+        fit = fitted(with_bursts(evidence, theta, owner).fine, fit, REFITTED)
         fits.append((theta, fit))
         if begin - fit.deviance < least:
             break
@@ -473,9 +473,9 @@ def _likeliest(evidence: DriveRecordings, fit: InnovationFit, theta: Array,
     def beside(theta: Array) -> tuple[Array, JointlyFiltered]:
         """Return bursts and the filter with them, which begins as without."""
         torques = (torque_of(theta[owner == i], part.recording)
-                   for i, part in enumerate(evidence.whole.parts))
+                   for i, part in enumerate(evidence.fine.parts))
         loaded = JointLikelihood([part.changed(simulator=part.simulator.loaded(torque))
-                                  for part, torque in zip(evidence.whole.parts, torques)])
+                                  for part, torque in zip(evidence.fine.parts, torques)])
         return theta, loaded.run(model, fit.torque)
 
     def moved_by(theta: Array, reach: Array, change: Array) -> tuple[Array, JointlyFiltered]:

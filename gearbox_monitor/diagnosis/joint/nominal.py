@@ -8,7 +8,7 @@ Each value moves on a log scale about that of the model file, under a weak prior
 data do not determine stay there. It is the fit of a diagnosis without effects, with wide priors:
 the search by innovations begins in the values of the model file and in those of the balance of
 momentum (torque_domain), to which values that are far off are no obstacle. Values that leave more
-of readings that were not fitted than those of the model file are no solution. How long unexplained
+of the readings than those of the model file are no solution. How long unexplained
 torque lasts is that of the likeliest fit. Long runs are the same filter with hardly any torque
 noise.
 
@@ -121,8 +121,6 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
     recordings, model = _prepared(recordings, model, free or ())
     plain = replace(model, tolerance=0.0, zero_tolerance=0.0)
     evidence = evidence_of(recordings, plain, ())
-    # Nothing is held out of long runs, nor of balances, which begin in no state.
-    evidence = replace(evidence, all_trained=bool(seconds) or evidence.balances)
     candidate = _free_candidate(evidence.starts, plain, model, free)
     report(0, 2, 'fit')
     evidence, fit = _searched(evidence, candidate, report)
@@ -202,7 +200,7 @@ def _searched(evidence: DriveRecordings, candidate: CandidateModel, report: Call
 def _balanced(recordings: Sequence[UniformRecording], candidate: CandidateModel) -> Array:
     """Return the coordinates [P] of a candidate by the balance of the measured motion."""
     model = replace(candidate.nominal, driven_by='position')
-    likelihood = evidence_of([driven(r, model) for r in recordings], model, ()).whole
+    likelihood = evidence_of([driven(r, model) for r in recordings], model, ()).fine
     return fitted(likelihood, unfitted(likelihood, candidate)).z
 
 
@@ -313,14 +311,14 @@ def _log_residual(evidence: DriveRecordings, long: _LongRuns | None, model: Driv
     Infinite or NaN where the model diverges.
 
     Args:
-        evidence: the recordings: what was not fitted of them counts, where anything was not.
+        evidence: the recordings.
         long: runs that count where they were fitted.
         model: of the drive.
     """
     if long is not None:
         judge, torque = long.likelihood, long.torque
     else:
-        judge, fine = evidence.unseen or evidence.fine, evidence.fine
+        judge = fine = evidence.fine
         torque = fitted(fine, unfitted(fine, CandidateModel(model, (), ()))).torque
     return float(0.5 * judge.run(model, torque).deviance / judge.readings)
 

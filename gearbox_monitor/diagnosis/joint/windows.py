@@ -26,7 +26,7 @@ from gearbox_monitor.diagnosis.joint.shooting import (
     N_MEMORY, shooting_windows, ShootingWindows, Simulator)
 from gearbox_monitor.diagnosis.joint.torque_domain import driven, likelihood_of, simulator
 from gearbox_monitor.kernels.linear_least_squares import Damping, minimise
-from gearbox_monitor.kernels.types import Array, Flags, Integers
+from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.batch import Begin
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import MAX_SETPOINT_DELAY
@@ -39,7 +39,6 @@ SECONDS = 1.0  # of a window
 SETTLING = 2.0 * MAX_SETPOINT_DELAY
 BEGINNING = 0.1  # s, whose median is where a recording begins
 MOVED = 6.0      # deviations of noise: one reading in 5e8 of a drive at rest
-HELD_OUT = 0.3   # share of the windows of each recording, its last ones
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,15 +46,14 @@ class WindowData:
     """
     Readings of `windows` in units of sigma [2], and how they count.
 
-    held_out [W]: windows that no fit may see; colour [2]: see encoder_noise; fixed_states:
-    whether the states where windows begin stay as they are.
+    colour [2]: see encoder_noise; fixed_states: whether the states where windows begin stay as
+    they are.
     """
 
     recording: UniformRecording
     simulator: Simulator
     windows: ShootingWindows
     sigma: Array
-    held_out: Flags
     colour: Array | None = None
     fixed_states: bool = False
 
@@ -80,24 +78,12 @@ class WindowData:
         """The same with windows half a window apart."""
         w = self.windows
         first, begin = (np.sort(np.append(x, x[:-1] + w.length // 2)) for x in (w.first, w.begin))
-        return replace(self, windows=ShootingWindows(first, w.length, begin),
-                       held_out=np.repeat(self.held_out, 2)[:len(first)])
+        return replace(self, windows=ShootingWindows(first, w.length, begin))
 
     @property
     def span(self) -> slice:
         """Samples that are evidence."""
         return slice(int(self.windows.begin[0]), len(self.recording.u))
-
-    @property
-    def unseen(self) -> slice:
-        """Samples that are held out."""
-        first = self.windows.first[self.held_out]
-        return slice(int(first[0]) if len(first) else self.span.stop, self.span.stop)
-
-    @property
-    def training(self) -> slice:
-        """Samples before those that are held out."""
-        return slice(self.span.start, self.unseen.start)
 
     def residual(self, model: DriveModel, states: Array, memory: Array,
                  index: Integers | None = None, extra: Array | None = None) -> Array:
@@ -143,7 +129,7 @@ def window_data(recording: UniformRecording, model: DriveModel, sigma: Array,
                 colour: Array | None = None, settling: float = SETTLING, finer: int = 1,
                 seconds: float = SECONDS) -> WindowData:
     """
-    Return a recording in windows, the last of which are held out.
+    Return a recording in windows.
 
     Args:
         recording: of one drive.
@@ -156,9 +142,8 @@ def window_data(recording: UniformRecording, model: DriveModel, sigma: Array,
             by many deviations, they are fixed.
     """
     windows = shooting_windows(recording, min(seconds, recording.duration), settling)
-    held_out = np.arange(len(windows)) >= len(windows) - round(HELD_OUT * len(windows))
     return WindowData(recording, simulator(recording, model, finer), windows,
-                      np.asarray(sigma, float), held_out, colour, seconds > SECONDS)
+                      np.asarray(sigma, float), colour, seconds > SECONDS)
 
 
 SHARES = (0.1, 0.2, 0.4, 0.7, 1.0)  # of the windows, on which states are found step by step
@@ -282,8 +267,7 @@ class WindowRuns:
 
     def take(self, index: Integers) -> 'WindowRuns':
         """Return the runs of the windows `index` alone."""
-        data = replace(self.data, windows=self.data.windows.take(index),
-                       held_out=self.data.held_out[index])
+        data = replace(self.data, windows=self.data.windows.take(index))
         return replace(self, data=data, states=self.states[index], memory=self.memory[index],
                        residual=self.residual[index])
 
@@ -359,7 +343,7 @@ def hidden_begins(likelihood: InnovationLikelihood, model: DriveModel,
             starts.append(moved)
     first = np.tile(likelihood.begin, len(starts))
     data = WindowData(recording, likelihood.simulator, ShootingWindows(first, length, first),
-                      sigma, np.zeros(len(first), bool))
+                      sigma)
     memory = np.tile(memory, (len(starts), 1))
     tried, chi2 = _grown(data, model, np.concatenate(starts), memory)
     parts = np.arange(len(begun))
@@ -375,21 +359,10 @@ def hidden_begins(likelihood: InnovationLikelihood, model: DriveModel,
     return likelihood.begun(tried[likeliest], LESS_CERTAIN * np.sqrt(variance))
 
 
-def misfit_of(runs: Sequence[WindowRuns], held_out: bool = False) -> float:
-    """
-    Return the root mean square of free runs against the readings, in sigmas; 1 is the floor.
-
-    Args:
-        runs: of each recording.
-        held_out: whether only windows that are held out count; all where none is.
-    """
-    held_out = held_out and any(run.data.held_out.any() for run in runs)
-    chi2, readings = 0.0, 0
-    for run in runs:
-        use = run.data.held_out | (not held_out)
-        chi2 += float(run.chi2[use].sum())
-        readings += int(use.sum()) * run.data.size
-    return math.sqrt(chi2 / max(readings, 1))
+def misfit_of(runs: Sequence[WindowRuns]) -> float:
+    """Return the root mean square of free `runs` against the readings, sigmas; 1 is the floor."""
+    return math.sqrt(sum(float(run.chi2.sum()) for run in runs)
+                     / max(sum(run.residual.size for run in runs), 1))
 
 
 def typical_misfit(runs: Sequence[WindowRuns]) -> float:
@@ -426,9 +399,8 @@ def closure(before: Sequence[WindowRuns], after: Sequence[WindowRuns], claims: b
     """
     Return how far a model closes the gap, as plain data.
 
-    gap_before, gap_after, closed_fraction on the held-out windows; closed_fraction_ci [low, high],
-    90 %, of all windows (both None where the gap before may be noise); gaps: of each
-    reading {reading, before, after, closed}.
+    gap_before, gap_after, closed_fraction; closed_fraction_ci [low, high], 90 % (both None where
+    the gap before may be noise); gaps: of each reading {reading, before, after, closed}.
 
     Args:
         before: free runs of the model as published, of each recording.
@@ -436,7 +408,7 @@ def closure(before: Sequence[WindowRuns], after: Sequence[WindowRuns], claims: b
         claims: whether that model contains anything that repeats.
         seed: seed of the random numbers.
     """
-    gaps = misfit_of(before, held_out=True), misfit_of(after, held_out=True)
+    gaps = misfit_of(before), misfit_of(after)
     fraction = closed_of(*gaps) if claims else None
     interval = None
     if fraction is not None:
@@ -447,8 +419,6 @@ def closure(before: Sequence[WindowRuns], after: Sequence[WindowRuns], claims: b
                              np.random.default_rng(seed))
         if interval is None:
             fraction = None
-        else:  # it judges all windows, the fraction the held-out ones
-            interval = [min(interval[0], fraction), max(interval[1], fraction)]
     return {'gap_before': gaps[0], 'gap_after': gaps[1], 'floor': 1.0, 'closed_fraction': fraction,
             'closed_fraction_ci': interval, 'gaps': _gaps(before, after)}
 
@@ -511,15 +481,13 @@ def _interval(chi2_before: Array, chi2_after: Array, noise: Array, readings: int
 
 
 def _gaps(before: Sequence[WindowRuns], after: Sequence[WindowRuns]) -> list[dict[str, Any]]:
-    """Return the figures of each reading on the windows that are held out."""
-    every = not any(run.data.held_out.any() for run in after)
+    """Return the figures of each reading."""
     out = []
     for number, name in enumerate(after[0].recording.readings):
         gaps = []
         for runs in (before, after):
-            powers = [run.residual[run.data.held_out | every][
-                :, :, run.data.channels.index(number)].ravel() ** 2
-                for run in runs if number in run.data.channels]
+            powers = [run.residual[:, :, run.data.channels.index(number)].ravel() ** 2
+                      for run in runs if number in run.data.channels]
             gaps += [math.sqrt(float(np.concatenate(powers).mean()))] if powers else []
         if gaps:
             out.append({'reading': name, 'before': gaps[0], 'after': gaps[1],
@@ -563,7 +531,7 @@ def open_loop(recording: UniformRecording, model: DriveModel, sigma: Array,
                     controller=model.controller and replace(model.controller, tolerance=0.0))
     data = window_data(recording, plain, sigma, seconds=seconds)
     if like is not None:
-        data = replace(data, windows=like.windows, held_out=like.held_out)
+        data = replace(data, windows=like.windows)
     put_in = recording.motor is not None
     # No state of a window holds the zero of the encoders, which nobody knows.
     candidate = Starts(plain, [recording]).none() if put_in else CandidateModel(plain, (), ())
@@ -638,15 +606,14 @@ class Overlay:
     """
     A Recording and the Runs of models over its Windows.
 
-    t [W, L] s and measured [W, L, 2] rad; validation [W]: whether a diagnosis holds the window
-    out; sigma [2] rad, noise of the encoders; channels: the encoders that there are.
+    t [W, L] s and measured [W, L, 2] rad; sigma [2] rad, noise of the encoders; channels: the
+    encoders that there are.
     """
 
     recording: UniformRecording
     windows: ShootingWindows
     t: Array
     measured: Array
-    validation: Flags
     sigma: Array
     channels: tuple[int, ...]
     runs: tuple[ModelRun, ...]
@@ -676,5 +643,5 @@ def overlay(recording: UniformRecording, models: Mapping[str, DriveModel],
         runs.append(ModelRun(name, y, fit.chi2, misfit_of([fit]), Begin(fit.states, fit.memory),
                              free_run(fit)))
     return Overlay(recording, windows, recording.t[windows.samples], recording.y[windows.samples],
-                   fits[0].data.held_out, np.asarray(sigma, float), recording.channels,
+                   np.asarray(sigma, float), recording.channels,
                    tuple(runs))

@@ -38,8 +38,8 @@ def test_a_load_on_a_likelihood_is_that_of_a_recording_with_it():
                                np.full(2, 1e-3), ())
     theta = np.array([[0.2, 0.1, 0.3], [0.4, 0.05, -0.2], [0.3, 0.1, 0.1]])
     owner, noise = np.array([0, 1, 1]), np.full(2, 0.01)
-    beside = with_bursts(evidence, theta, owner).whole.run(model, noise).runs
-    for i, (part, run) in enumerate(zip(evidence.whole.parts, beside)):
+    beside = with_bursts(evidence, theta, owner).fine.run(model, noise).runs
+    for i, (part, run) in enumerate(zip(evidence.fine.parts, beside)):
         loaded = part.changed(simulator=part.simulator.loaded(torque_of(
             theta[owner == i], part.recording))).run(model, noise)
         assert loaded.innovation == pytest.approx(run.innovation, abs=1e-15)

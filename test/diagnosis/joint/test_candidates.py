@@ -36,17 +36,15 @@ def test_one_encoder_shows_no_twist_and_bounds_nothing():
     assert all(math.isinf(b.high) for b in backlash({}, 0.0 * T, channels=(0,)))
 
 
-def test_limits_begin_where_the_training_part_reaches_and_cut_off_twice_as_much_each():
-    """The peak stands in what is held out; there, no fit sees what a limit does."""
-    torque = 4.0 * np.sin(9.0 * T) * np.where(T > 1.4, 1.0, 0.6)
+def test_limits_begin_at_the_peak_and_cut_off_twice_as_much_each():
+    torque = 4.0 * np.sin(9.0 * T)
     recording = UniformRecording(T, torque, np.column_stack([np.sin(T)] * 2), 1e-3)
-    training = slice(100, 1400)
-    starts = Starts(model_from_dict({}, 'test'), [recording], [training])
+    starts = Starts(model_from_dict({}, 'test'), [recording])
     ends = [candidate.coordinates[-1] for candidate in starts.candidates('saturation')]
     levels = [end.start for end in ends]
-    cut = [np.linalg.norm(np.maximum(np.abs(torque[training]) - level, 0.0)) for level in levels]
-    assert len(levels) > 3 and 0.95 < levels[0] / 2.4 < 1.0
-    assert levels[-1] == pytest.approx(0.96, rel=1e-4)
+    cut = [np.linalg.norm(np.maximum(np.abs(torque) - level, 0.0)) for level in levels]
+    assert len(levels) > 3 and 0.95 < levels[0] / 4.0 < 1.0
+    assert levels[-1] == pytest.approx(1.6, rel=1e-4)
     np.testing.assert_allclose(np.divide(cut[1:], cut[:-1]), 2.0, rtol=0.03)
     assert all(end.high == pytest.approx(4.0, rel=1e-3) for end in ends)
     assert len(Starts(model_from_dict({}, 'test'), [replace(recording, u=0.0 * torque)])

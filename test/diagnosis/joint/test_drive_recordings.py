@@ -64,20 +64,10 @@ def test_the_noise_of_an_encoder_is_the_largest_of_the_recordings_that_read_it()
     assert judged.jobs == 1 and judged.progress is silent
 
 
-def test_windows_at_the_end_are_held_out_unless_all_train():
-    long, short = recording(count=4500), recording(seed=2, count=1500)
-    judged = evidence(long, short)
-    assert [part.unseen for part in judged.segments] == [slice(3200, 4500), slice(1500, 1500)]
-    assert [part.training for part in judged.segments] == [slice(180, 3200), slice(180, 1500)]
-    assert judged.fine.readings == 2 * (3200 + 1500 - 360 - 4)
-    assert judged.whole.readings == 2 * (6000 - 360 - 4)
-    # The short one holds nothing out: it has no part there.
-    assert len(judged.unseen.parts) == 1 and judged.unseen.readings == 2 * (4500 - 3200 - 2)
-    assert evidence(short).unseen is None
-    trained = replace(judged, all_trained=True)
-    assert not any(part.held_out.any() for part in trained.segments) and trained.unseen is None
-    assert trained.fine.readings == judged.whole.readings
-    assert judged.segments[0].held_out.any()
+def test_all_readings_after_settling_are_evidence():
+    judged = evidence(recording(count=4500), recording(seed=2, count=1500))
+    assert [part.span for part in judged.segments] == [slice(180, 4500), slice(180, 1500)]
+    assert judged.fine.readings == 2 * (6000 - 360 - 4)
 
 
 def test_steps_are_as_fine_as_asked_for_and_laws_then_race_on_usual_ones():
@@ -88,9 +78,9 @@ def test_steps_are_as_fine_as_asked_for_and_laws_then_race_on_usual_ones():
     finer = replace(judged, finer=3)
     steps = {name: [part.simulator.n for part in getattr(of, kind).parts]
              for name, of, kind in (('coarse', judged, 'coarse'), ('fine', judged, 'fine'),
-                                    ('whole', finer, 'whole'), ('rough', finer, 'coarse'))}
+                                    ('short', finer, 'fine'), ('rough', finer, 'coarse'))}
     assert steps['coarse'] < steps['rough'] == steps['fine']
-    assert steps['whole'] == [3 * n for n in steps['fine']]
+    assert steps['short'] == [3 * n for n in steps['fine']]
     assert judged.step == min(0.01 / steps['fine'][0], 1e-3 / steps['fine'][1])
     assert finer.step == pytest.approx(judged.step / 3.0)
 
@@ -146,7 +136,7 @@ def test_torque_noise_is_allowed_where_the_model_file_says_that_it_is_not_exact(
         judged = evidence(recording(), model=MODEL.with_(**changes))
         assert judged.noisy == (share > 0.0)
         np.testing.assert_allclose(judged.allowed_noise, np.maximum(
-            judged.whole.least_noise, share * judged.torque))
+            judged.fine.least_noise, share * judged.torque))
     np.testing.assert_allclose(
         evidence(recording(), model=MODEL.with_(process_torque=5.0)).allowed_noise, 5.0)
 
@@ -167,7 +157,7 @@ def test_what_a_blow_leaves_of_a_recording_and_what_is_left_of_its_torque(monkey
         runs = [SimpleNamespace(left=share * size) for size in sizes]
         monkeypatch.setattr(drive_recordings, 'evaluated', lambda *_, runs=runs: SimpleNamespace(
             run=SimpleNamespace(runs=runs)))
-        assert judged.beyond_share(None) == pytest.approx(judged.whole.readings * beyond)
+        assert judged.beyond_share(None) == pytest.approx(judged.fine.readings * beyond)
 
 
 def test_an_encoder_is_rough_by_its_step_in_deviations_of_its_noise():

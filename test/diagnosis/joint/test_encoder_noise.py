@@ -59,7 +59,7 @@ def test_an_encoder_that_is_read_less_often_does_not_stand_still():
 
 def test_coloured_noise_is_a_state_of_the_filter():
     """Innovations are white and as large as stated; a moved model moves them as a new run does."""
-    t, model = np.arange(6000) * DT, DriveModel()
+    t, model = np.arange(4000) * DT, DriveModel()
     u = Excitation('multisine', (4.0, 2.0), (0.5, 1.3)).torque(t)
     y = simulate(model, u, DT).x[:, :2] + 0.004 * noise(PHI, 1, len(t), 2, seed=2)[0]
     white = replace(evidence_of([UniformRecording(t, u, y, DT)], model, ['motor_viscous']),

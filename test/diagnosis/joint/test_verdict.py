@@ -83,6 +83,6 @@ def test_windows_of_several_recordings_differ_in_length():
         return SimpleNamespace(
             recording=SimpleNamespace(readings=('motor', 'arm')),
             residual=np.full((3, rows, 1), residual),
-            data=SimpleNamespace(held_out=np.array([False, True, True]), channels=(1,)))
+            data=SimpleNamespace(channels=(1,)))
     figures = _gaps([run(1000, 3.0), run(990, 3.0)], [run(1000, 1.0), run(990, 1.0)])
     assert figures == [{'reading': 'arm', 'before': 3.0, 'after': 1.0, 'closed': 1.0}]
