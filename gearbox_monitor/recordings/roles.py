@@ -372,7 +372,6 @@ def _drive_effort(choice: Choice, measured: Sequence[Family], commanded: Sequenc
 
 
 ISO = 'iso8601'
-USUAL = (1e-4, 0.06)  # s: sample times of controllers and their logs
 NANO = frozenset('nsec nsecs nanosec nanosecs nanoseconds nano nanos'.split())
 SECONDS = frozenset('sec secs seconds s'.split())
 MEASUREMENT = frozenset('header stamp stamps'.split())  # words of when it was measured
@@ -468,7 +467,7 @@ def _as_time(path: Path, column: Column, columns: Sequence[Column], stated: str,
     rows = np.isfinite(values) if values.dtype.kind == 'f' else np.full(len(values), True)
     if rows.mean() < 0.5:
         return None
-    units, others = _units(column, rows, stated), dict[str, str]()
+    units, others = _units(column, stated), dict[str, str]()
     nano = _nanoseconds_of(column, columns) if is_named and units != [ISO] else None
     if nano is not None:
         units, others['nanosec'] = ['s'], nano.name
@@ -500,17 +499,14 @@ def _as_time(path: Path, column: Column, columns: Sequence[Column], stated: str,
                      float(stamps[0]) * 1e-9)
 
 
-def _units(column: Column, rows: Flags, stated: str) -> list[str]:
-    """Return the unit `stated`, else all, first those that a controller would have."""
-    values, known = column.values, units_of(TIME)
-    if values.dtype.kind == 'U':
+def _units(column: Column, stated: str) -> list[str]:
+    """Return the unit `stated`, else all, first that of the column, then seconds."""
+    known = units_of(TIME)
+    if column.values.dtype.kind == 'U':
         return [ISO]
     if stated in known:
         return [stated]
-    step = float(np.median(np.diff(values[rows].astype(float)))) if (
-        values.dtype.kind in 'iuf' and rows.sum() > 1) else np.nan
-    return sorted(known, key=lambda unit: 0 if unit == (stated or column.unit) else 2 - (
-        USUAL[0] <= step * known[unit] * 1e-9 <= USUAL[1]))
+    return sorted(known, key=lambda unit: unit != column.unit)
 
 
 def _stamps_in(path: Path, unit: str, column: Column, nano: Column | None, rows: Flags) -> Array:

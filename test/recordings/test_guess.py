@@ -540,6 +540,9 @@ def test_roles_of_one_joint_and_of_several(new_folder):
             name: value for role, block in own.items() for name, value in (
                 (role, block['column']), ('unit', block.get('unit'))) if value}
             for joint, own in guess.data['joints'].items()} == expected
+    fast = guessed(load_table(csv(new_folder() / 'log.csv', {
+        'time': (T - T[0]) * 5e-5 / (T[1] - T[0]), 'q': ARM, 'tau': TORQUE})))
+    assert fast.data['time'] == {'column': 'time'}  # 20 kHz in seconds, no minutes
 
 
 def test_names_of_joints_with_words_of_signals_beside_units_and_temperatures(tmp_path):
