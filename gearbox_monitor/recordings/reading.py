@@ -35,7 +35,7 @@ from gearbox_monitor.recordings.read import (
     open_bag, ROS1, ROS1_TEXT, VirtualBag)
 from gearbox_monitor.recordings.roles import BESIDE, file_in, NONE, with_setpoints
 from gearbox_monitor.recordings.si_signals import (
-    bag_of_table, even_stamps, JOINT_TOPIC, SETPOINT_TOPIC)
+    bag_of_table, even_stamps, JOINT_TOPIC, SETPOINT_TOPIC, Signals, signals_of)
 from gearbox_monitor.recordings.table import load_table, Table
 from gearbox_monitor.recordings.topics import JOINT_STATES
 from gearbox_monitor.signals.stamps import unstamped
@@ -582,3 +582,9 @@ def read_mapping(path: Path, reading: ReadOptions = BY_NAMES, constants: bool = 
     if guess.questions:
         raise Unsettled(guess)
     return table, mapping_of(guess.data, f'guess of {path.name}', table.header), guess
+
+
+def read_signals(path: str | Path, reading: ReadOptions = BY_NAMES) -> Signals:
+    """Return the Signals in the file `path`, which is no bag, as `reading` has it."""
+    table, mapping, _ = read_mapping(Path(path), reading)
+    return signals_of(table, mapping)
