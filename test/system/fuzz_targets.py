@@ -194,11 +194,6 @@ def _logs():
     yield 'long.csv', ('time,joint_name,position,effort\n' + ''.join(
         f'{t:.3f},{joint},{q:.5f},{u:.5f}\n' for t, q1, q2, u1, u2 in rows
         for joint, q, u in (('a', q1, u1), ('b', q2, u2)))).encode(), damaged_text
-    yield 'echo.yaml', '---\n'.join(
-        f'header:\n  stamp:\n    sec: {int(t)}\n    nanosec: {round(t % 1 * 1e9)}\n'
-        'name:\n- a\n- b\n'
-        f'position:\n- {q1:.4f}\n- {q2:.4f}\nvelocity: []\neffort:\n- {u1:.4f}\n- {u2:.4f}\n'
-        for t, q1, q2, u1, u2 in rows).encode(), damaged_text
     for name, save in (('data.mat', lambda out: scipy.io.savemat(
             out, columns, do_compression=True)), ('data.npz', lambda out: np.savez(
                 out, **columns)), ('data.parquet', lambda out: parquet.write_table(
