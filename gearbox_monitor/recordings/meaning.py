@@ -199,6 +199,11 @@ class Meaning:
         return bool(words & set(vocabulary()['inputs'])) and not words & vocabulary()['torques']
 
     @property
+    def frame(self) -> frozenset[str]:
+        """Words of the name that do not tell the joint, before its name is known."""
+        return frozenset(words_of(self.label)).difference(self.joint.split())
+
+    @property
     def is_silent(self) -> bool:
         """Whether the name is that of a joint alone, as 'elbow' beside 'goal/elbow'."""
         known = vocabulary()
@@ -369,8 +374,10 @@ def meanings(labels: Sequence[str], units: Sequence[str], listed: Sequence[str] 
     columns = [replace(column, label=label) for label, column in zip(labels, columns)]
     if not any(c.quantity == POSITION and c.source in (MEASURED, '') for c in columns):
         desired = {c.joint for c in columns if c.quantity == POSITION and c.source == SETPOINT}
+        # Of names alike all have a goal, or none is taken: a joint would be lost.
+        loose = {c.frame for c in columns if c.is_silent and c.joint not in desired}
         columns = [replace(c, quantity=POSITION, why='the joint itself')
-                   if JOINT.fullmatch(c.label) or c.is_silent and c.joint in desired else c
+                   if JOINT.fullmatch(c.label) or c.is_silent and c.frame not in loose else c
                    for c in columns]
     own = [column for column in columns if column.quantity in OF_DRIVE]
     parts = [(joints[c.label].strip('_./ '),) if c.label in joints else tuple(c.joint.split())

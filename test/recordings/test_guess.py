@@ -12,6 +12,7 @@ import scipy.io
 import yaml
 
 from gearbox_monitor.cli.main import main
+from gearbox_monitor.errors import InputError
 from gearbox_monitor.recordings.guess import guessed
 from gearbox_monitor.recordings.read import open_bag
 from gearbox_monitor.recordings.table import load_table
@@ -543,6 +544,9 @@ def test_roles_of_one_joint_and_of_several(new_folder):
     fast = guessed(load_table(csv(new_folder() / 'log.csv', {
         'time': (T - T[0]) * 5e-5 / (T[1] - T[0]), 'q': ARM, 'tau': TORQUE})))
     assert fast.data['time'] == {'column': 'time'}  # 20 kHz in seconds, no minutes
+    with pytest.raises(InputError, match='no position'):  # not the elbow alone
+        guessed(load_table(csv(new_folder() / 'log.csv', {
+            't': T, 'elbow': ARM, 'hip': SPEED, 'goal/elbow': ARM})))
 
 
 def test_names_of_joints_with_words_of_signals_beside_units_and_temperatures(tmp_path):
