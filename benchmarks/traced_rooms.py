@@ -46,7 +46,7 @@ from gearbox_monitor.presentation import Said
 from gearbox_monitor.signals.examine import admitted, examine, GROUPS, joined
 from gearbox_monitor.signals.jumps import repeats, strangers, wild_rows, without_jumps
 from gearbox_monitor.signals.recording import (
-    conventions_of, drive_samples, JointSignals, Recording)
+    AS_RECORDED, conventions_of, drive_samples, JointSignals, Recording)
 from gearbox_monitor.signals.uniform import at_one_rate, prepare, usable_rows
 
 Row: TypeAlias = list[Any]
@@ -168,6 +168,7 @@ def recordings() -> dict[str, Samples]:
         'jitter': damaged(stamp_ns=lambda t: t + (0.3 * jitter).astype(np.int64)),
         'wandering clock': damaged(stamp_ns=lambda t: t + late.astype(np.int64)),
         'bursts': damaged(stamp_ns=lambda t: t[rows // 5 * 5] + rows % 5 * 1000),
+        'bursts of two': damaged(stamp_ns=lambda t: t[rows // 2 * 2] + rows % 2 * 1000),
         'fast clock': damaged(stamp_ns=lambda t: t[0] + (t - t[0]) // 10),
         'slow clock': damaged(stamp_ns=lambda t: t[0] + 12 * (t - t[0])),
         'lost': without(rng.random(n) > 0.02), 'holes': without((rows % 700 > 20) | (rows < 300)),
@@ -250,7 +251,7 @@ def checked() -> Rows:
     read = conventions_of(['a=deg,reversed,zero:0.3', 'all=effort:-2', 'b=mm'], ['a', 'b'])
     rows['joints'] = [
         digest(drive_samples(Recording('log', signals), MODELS['gear'] or MODEL)),
-        *(c.rules for c in read.values()),
+        *(c.rules for c in (AS_RECORDED, *read.values())),
         digest([(c.position(s.u[:, 0]), c.torque(s.u[:, 0])) for c in read.values()])]
     return rows
 
