@@ -367,7 +367,7 @@ def answer_of(verdict: Mapping[str, Any], cpu: float) -> Answer:
     if remainder:
         probabilities[UNKNOWN, ''] = share
         ranked.append((UNKNOWN, ''))
-    ranked += [(effect, '') for effect in verdict['ranked'] if isinstance(effect, str)]
+    ranked += [(effect, '') for effect in verdict.get('ranked', ())]
     return Answer(probabilities, tuple(dict.fromkeys(ranked)), cpu,
                   findings=tuple(verdict['findings']), undecided=verdict['verdict'] == UNDECIDED)
 
