@@ -391,8 +391,14 @@ def _no_gap(data: VerdictData, reference: str) -> str:
 
 
 def drift_words(drift: Mapping[str, Any]) -> str:
-    """Return a `drift` in words: how far friction of a joint is from the references."""
-    return say('drift_above' if drift['change'] > 0.0 else 'drift_below', place=drift['joint'],
+    """
+    Return a `drift` in words: how far friction of a joint is from the references.
+
+    Less than none is another form of friction.
+    """
+    code = ('drift_above' if drift['change'] > 0.0 else
+            'drift_below' if drift['change'] > -1.0 else 'drift_unlike')
+    return say(code, place=drift['joint'],
                size=Quantity(100.0 * abs(drift['change']), 100.0 * drift['deviation'], '%'),
                usual=percent(drift['usual']))
 

@@ -100,27 +100,27 @@ def centre_of(b: Array) -> Array:
     return np.clip(b[1:4] / b[0], -WIDEST, WIDEST) if abs(b[0]) > LEAST_MASS else np.zeros(3)
 
 
-def _reach(chain: Chain, link: int) -> float:
+def reach_of(chain: Chain, link: int) -> float:
     """Return how far from `link` a load may be, m: what hangs behind, or half of the arm."""
     return max(chain.extent(link), 0.5 * max(chain.extent(j) for j in chain.movers[link]))
 
 
 def _load_size(chain: Chain, link: int) -> Array:
     """Return the deviation [4] of a load at `link`: no load is heavier than the whole robot."""
-    return float(chain.theta[:, 0].sum()) * np.array([1.0, *(_reach(chain, link),) * 3])
+    return float(chain.theta[:, 0].sum()) * np.array([1.0, *(reach_of(chain, link),) * 3])
 
 
 def _within_reach(robot: RobotModel, link: int, b: Array, deviations: Array) -> bool:
     """
     Return whether a mass may be where it seems to be, with a mass in sum that is positive.
 
-    What is carried reaches no farther than _reach.
+    What is carried reaches no farther than reach_of.
     """
     chain = robot.chain
     behind = sum(chain.links[k].mass for k in chain.moved_by(link))
     if b[0] + 2.0 * deviations[0] < -behind * (1.0 + robot.tolerance.max()):
         return False
-    reach = _reach(chain, link)
+    reach = reach_of(chain, link)
     unsure = float(np.linalg.norm(deviations[1:]))
     return float(np.linalg.norm(b[1:])) - 2.0 * unsure < reach * (abs(b[0]) + 2.0 * deviations[0])
 

@@ -21,7 +21,7 @@ from gearbox_monitor.diagnosis.robot.knowledge import (
     unvisited_shares, with_unvisited, worst_segments)
 from gearbox_monitor.diagnosis.robot.likelihood import RobotFit, RobotLikelihood
 from gearbox_monitor.diagnosis.robot.robot_effects import (
-    BASE, BASE_TILT, JOINT_ZERO, PAYLOAD, QUADRATIC, ROBOT_EFFECTS)
+    BASE, BASE_TILT, JOINT_ZERO, PAYLOAD, QUADRATIC, reach_of, ROBOT_EFFECTS)
 from gearbox_monitor.diagnosis.robot.robot_log import RobotLog, SETPOINT
 from gearbox_monitor.diagnosis.robot.rows import HELD, RobotModel, Rows, rows_of
 from gearbox_monitor.diagnosis.robot.settings import SETTINGS
@@ -387,8 +387,8 @@ def _with_moment(evidence: RobotLikelihood, c: Candidate, estimate: tuple[Array,
     """
     Return the values of a load with its first moment, where that is all a motion says of it.
 
-    Where mass and centre are not separable their product is; where the mass is the same, the
-    centre of what the link carries moved.
+    Where mass and centre are not separable their product is, as of a centre beyond all that hangs
+    there; where the mass is the same, the centre of what the link carries moved.
 
     Args:
         evidence: of the recordings.
@@ -398,20 +398,20 @@ def _with_moment(evidence: RobotLikelihood, c: Candidate, estimate: tuple[Array,
         deviations: of the values.
     """
     b, spread = estimate
-    unsure = deviations['m']
-    if unsure is not None and abs(values['m']) > 2.0 * unsure:
+    unsure, size = deviations['m'], float(np.linalg.norm(b[1:4]))
+    chain = evidence.recordings[0].robot.chain
+    link = [link.name for link in chain.links].index(c.link or '')
+    certain = unsure is not None and abs(values['m']) > 2.0 * unsure
+    if certain and size < reach_of(chain, link) * abs(values['m']):
         return values, deviations
-    size = float(np.linalg.norm(b[1:4]))
     along = b[1:4] / max(size, 1e-12)
     deviation = math.sqrt(max(float(along @ spread[1:4, 1:4] @ along), 0.0))
     if size < 2.0 * deviation:
         return values, {**deviations, 'm': None}
-    chain = evidence.recordings[0].robot.chain
-    mass = sum(chain.links[k].mass for k in chain.moved_by(
-        [link.name for link in chain.links].index(c.link or '')))
+    mass = sum(chain.links[k].mass for k in chain.moved_by(link))
     values, deviations = {**values, 'moment': size}, {**deviations, 'm': None,
                                                       'moment': deviation}
-    if unsure is not None and unsure < KNOWN_MASS * mass:
+    if not certain and unsure is not None and unsure < KNOWN_MASS * mass:
         values['moved'], deviations['moved'] = size / mass, deviation / mass
     return values, deviations
 

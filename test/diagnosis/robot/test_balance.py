@@ -686,6 +686,8 @@ def test_friction_beyond_what_days_differ_by_is_no_green(taught):
     data = plain(verdict_data(verdict)) | {'references': ['a'], 'logs': ['a'], 'model': 'a',
                                            'options': '', 'readings': []}
     assert headline(data).startswith(f'{name}: friction ')
+    less = {**data, 'drifts': [{**data['drifts'][0], 'change': -1.4}]}
+    assert f'{name}: friction of another form' in headline(less)  # it was 140 % below
     both = {**data, 'drifts': [*data['drifts'], {**data['drifts'][0], 'joint': 'wrist'}]}
     assert '; wrist: friction ' in headline(both)
 
@@ -765,3 +767,10 @@ def test_a_load_is_stated_by_what_a_motion_says_of_it():
         words = finding_words({'effect': 'payload', 'link': link.name, 'values': values,
                                'deviations': {'cy': None, 'cz': None, **deviations}})
         assert says in words and (says != 'moved by' or '31 ± 2 cm' in words), words
+    # 0.14 kg were 96 cm out on an arm of 60 cm.
+    sure = np.diag([1e-4, *[0.02 ** 2] * 3])
+    for metres, known in ((0.01, True), (9.0, False)):
+        b = np.array([0.14, 0.14 * metres, 0.0, 0.0])
+        _, deviations = _with_moment(evidence, c, (b, sure), {'m': 0.14, 'cx': metres},
+                                     {'m': 0.01, 'cx': None})
+        assert (deviations['m'] is not None) == known
