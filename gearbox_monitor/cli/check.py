@@ -311,7 +311,7 @@ def _plain(findings: Sequence[DataFinding], purposes: Sequence[str] = PURPOSES,
 
 def robot_says(log: str, findings: Sequence[DataFinding]) -> Said:
     """Return whether a `log` with these findings suits a diagnosis."""
-    bad = ', '.join(f'{f.name} ({f.group})' for f in findings if f.verdict() == BAD)
+    bad = ', '.join(dict.fromkeys(f'{f.name} ({f.group})' for f in findings if f.verdict() == BAD))
     return said('robot_suits_not' if bad else 'robot_suits', name=log, lines=bad)
 
 

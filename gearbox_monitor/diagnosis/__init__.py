@@ -25,8 +25,8 @@ Public names, by module:
     joint.windows: closed_of, gap_of, ModelRun, Overlay, overlay
     robot: knowledge, verdict
     robot.candidates: Candidate
-    robot.conventions: columns_as_read, LIMITS, log_as_read, misfit, named_readings,
-        NamedReading, ReadingScore, RobotReading
+    robot.conventions: columns_as_read, least_explained, LIMITS, log_as_read, misfit,
+        named_readings, NamedReading, ReadingScore, RobotReading
     robot.knowledge: another_day_of, farther, Knowledge, learn, ServoKnowledge, States,
         VERSION, Visits, with_unvisited
     robot.likelihood: Prior, RobotFit, RobotLikelihood

@@ -19,7 +19,7 @@ from gearbox_monitor import __version__
 from gearbox_monitor.diagnosis.hypothesis import Finding, Remainder
 from gearbox_monitor.diagnosis.robot import knowledge, verdict as balance
 from gearbox_monitor.diagnosis.robot.conventions import (
-    LIMITS as CONVENTION_LIMITS, log_as_read, misfit, named_readings)
+    least_explained, LIMITS as CONVENTION_LIMITS, log_as_read, misfit, named_readings)
 from gearbox_monitor.diagnosis.robot.knowledge import Knowledge
 from gearbox_monitor.diagnosis.robot.likelihood import RobotLikelihood
 from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
@@ -38,7 +38,7 @@ from gearbox_monitor.library.recording import load_recording
 from gearbox_monitor.library.simulator_file import expect_path
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
-from gearbox_monitor.presentation import as_written, Paged, Said, said, Saved
+from gearbox_monitor.presentation import as_written, Paged, percent, Said, said, Saved
 from gearbox_monitor.recordings.from_bag import (
     ANY, load_locked, load_log, load_values, names_in_log, robot_model, RobotValues)
 from gearbox_monitor.recordings.joint_input import find_topic
@@ -395,11 +395,22 @@ def check_robot(log: str | Path, robot: Robot, *, recorded: Mapping[str, str] | 
     findings += [judged('conventions', 'reading', as_written(
         doubt.partition(': ')[2]), hurts(diagnosis=BAD)) for doubt in doubts]
     if not doubts:
-        findings.append(judged('conventions', 'reading', said('conventions_agree')))
+        findings.append(_agreement(read[0], robot, model))
     if robot.file.drive is None:
         findings += _zeros(as_meant[0], robot, model, reading)
     places = ['log', 'conventions', *robot.joints]
     return sorted(findings, key=lambda finding: places.index(finding.group))
+
+
+def _agreement(log: RobotLog, robot: Robot, model: RobotModel) -> DataFinding:
+    """Return whether the model of a robot explains a `log` in which no reading was named."""
+    worst = least_explained(log, model, (robot.file.low, robot.file.high))
+    if worst is None:
+        return judged('conventions', 'reading', said('conventions_agree'))
+    joint, left = robot.joints[worst[0]], worst[1]
+    return judged('conventions', 'reading', said('conventions_open', place=joint,
+                                                 left=percent(left)), hurts(diagnosis=WARN),
+                  {'joint': joint, 'unexplained': left})
 
 
 def _zeros(log: RobotLog, robot: Robot, model: RobotModel, reading: ReadOptions

@@ -44,7 +44,8 @@ class ConventionLimits:
     joint at most: the error of a model does not average out. accuracy: share of a joint's effort
     (rms) that no description is better than; least: the same of the largest effort of the robot,
     for a light wrist. explained: share of the effort's power that an accepted reading leaves at
-    most, of the joints that it changes. apart: 2 log likelihood by which a reading of another
+    most, of the joints that it changes. doubtful: times the accuracy that a joint's rest may be
+    in a log as recorded that is not doubted. apart: 2 log likelihood by which a reading of another
     joint has to be worse, or both are named.
 
     Deviations of the priors. load: mass on any link, of the mass of the robot; links: of the mass
@@ -54,7 +55,8 @@ class ConventionLimits:
     highest: Hz of the test functions, below resonances and delays. rate: of the motion that is
     fitted. turned: rad, the least zero that the weight names
     within the tolerances of the description: a smaller one is an effect of a calibration.
-    factor: least factor of an effort that is another unit and no motor of another gain.
+    factor: least factor of an effort that is another unit and no motor of another gain; where one
+    without end explains as much, the effort is friction, and the weight tells no unit.
     """
 
     margin: float = 30.0
@@ -62,6 +64,7 @@ class ConventionLimits:
     accuracy: float = 0.1
     least: float = 0.01
     explained: float = 0.5
+    doubtful: float = 2.0
     apart: float = 6.0
     load: float = 0.1
     links: float = 0.2
@@ -138,11 +141,12 @@ def named_readings(log: RobotLog, robot: RobotModel, limits: tuple[Array, Array]
     recorded, found = motion, list[NamedReading]()
     while len(settled) < len(robot.chain.links):
         named = ConventionBalance(robot, motion, setpoint, limits, settled).named(left)
-        if named is None:
+        if not named:
             break
-        found.append(named)
-        motion = as_read(motion, named.reading, setpoint)
-        settled = {*settled, *(named.reading.swapped or named.reading.joints)}
+        found += named
+        for reading in (n.reading for n in named):
+            motion = as_read(motion, reading, setpoint)
+            settled = {*settled, *(reading.swapped or reading.joints)}
     if len(found) > 1 and not any(n.reading.swapped for n in found):
         # Each was found while others were wrong: its zero or factor follows.
         for k, named_one in enumerate(found):
@@ -183,6 +187,22 @@ def misfit(log: RobotLog, robot: RobotModel, limits: tuple[Array, Array] | None 
     """Return what a log leaves as it is recorded; arguments as of named_readings."""
     motion = thinned(log)
     return ConventionBalance(robot, motion, log.kind == SETPOINT, limits).misfit
+
+
+def least_explained(log: RobotLog, robot: RobotModel, limits: tuple[Array, Array] | None = None
+                    ) -> tuple[int, float] | None:
+    """
+    Return the joint whose effort no effect explains, and what share of its rms, None where all do.
+
+    Arguments as of named_readings.
+    """
+    balance = ConventionBalance(robot, thinned(log), log.kind == SETPOINT, limits)
+    recorded = balance.score()
+    rest = balance.rest(recorded)
+    if balance.misfit < LIMITS.margin or rest.max() <= LIMITS.doubtful:
+        return None
+    j = int(np.argmax(rest))
+    return j, math.sqrt(float(recorded.unexplained[j]))
 
 
 def as_read(motion: RobotMotion, reading: RobotReading, setpoint: bool = False) -> RobotMotion:
@@ -304,24 +324,48 @@ class ConventionBalance:
     @property
     def misfit(self) -> float:
         """What better readings can gain at most, in 2 log likelihood."""
-        return self.score().deviance - LIMITS.samples * float(np.log(self._recorded.floor).sum())
+        return self.score().deviance - LIMITS.samples * float(
+            np.log(self._recorded.floor).sum())
 
-    def named(self, left: float = 0.0) -> NamedReading | None:
-        """Return the reading, if any, that explains the motion instead of the recorded one."""
+    def rest(self, score: ReadingScore) -> Array:
+        """Return what a `score` leaves of the effort of each joint [J] over what any leaves."""
+        return np.asarray(np.sqrt(score.unexplained / self._recorded.floor[0]))
+
+    def named(self, left: float = 0.0) -> list[NamedReading]:
+        """Return the reading that explains the motion instead of the recorded one, or two."""
         scored = sorted(self._scored(), key=lambda pair: pair[1].deviance) if (
             self.misfit >= LIMITS.margin + left) else ()
         if not scored:
-            return None
+            return []
         recorded, (reading, score) = self.score(), self.refined(scored[0][0])
-        another = reading.swapped and len(set(self.slides[list(reading.swapped)])) > 1
-        # A slide that swaps with a hinge is another model: its positions are in m, not in rad.
-        if another or not self._accepted(reading, score, recorded):
-            return None
-        rivals = {tuple(other.swapped or other.joints): other for other, its in scored[::-1]
-                  if its.deviance < score.deviance + LIMITS.apart
-                  and (other.swapped or set(other.joints)) != (
-                      reading.swapped or set(reading.joints))}
-        return NamedReading(reading, score, recorded, tuple(rivals.values()))
+        if reading.swapped and len(set(self.slides[list(reading.swapped)])) > 1:
+            return []  # another model: positions of a slide are in m, those of a hinge in rad
+        if self._accepted(reading, score, recorded):
+            rivals = {tuple(other.swapped or other.joints): other for other, its in scored[::-1]
+                      if its.deviance < score.deviance + LIMITS.apart
+                      and (other.swapped or set(other.joints)) != (
+                          reading.swapped or set(reading.joints))}
+            return [NamedReading(reading, score, recorded, tuple(rivals.values()))]
+        exact = [pair for pair in scored if _is_exact(pair[0])]
+        return self._with_another(recorded, *exact[0]) if exact else []
+
+    def _with_another(self, recorded: ReadingScore, reading: RobotReading, score: ReadingScore
+                      ) -> list[NamedReading]:
+        """
+        Return `reading` and another one that explain the motion together, [] without.
+
+        The first alone, with its `score`, may leave the second joint worse than `recorded`. Zeros
+        and factors, whose values are free, would stand for two effects.
+        """
+        settled = {*self.settled, *(reading.swapped or reading.joints)}
+        if (self.rest(recorded) <= LIMITS.doubtful).all():
+            return []
+        balance = ConventionBalance(self.robot, as_read(self.motion, reading, self.setpoint),
+                                    self.setpoint, self.limits, settled)
+        another, both = min((pair for pair in balance._scored() if _is_exact(pair[0])),
+                            key=lambda pair: pair[1].deviance, default=(AS_IT_IS, score))
+        return [NamedReading(r, both, recorded) for r in (reading, another)] if (
+            self._accepted(another, both, score)) else []
 
     @staticmethod
     def _accepted(reading: RobotReading, score: ReadingScore, other: ReadingScore) -> bool:
@@ -357,10 +401,16 @@ class ConventionBalance:
         links, joints = self.robot.chain.links, range(self.motion.q.shape[1])
         groups = [[j] for j in joints if j not in self.settled]
         groups += [list(joints)] if len(joints) > 1 and not self.settled else []
-        readings = [] if self.setpoint else [
-            RobotReading({j: Convention(effort=factor) for j in group})
-            for group in groups for factor in (-1.0, *_factors())]
-        yield from zip(readings, self._scores(readings))
+        for group in [] if self.setpoint else groups:
+            readings = [RobotReading(dict.fromkeys(group, Convention(effort=factor)))
+                        for factor in (*UNRELATED, -1.0, *_factors())]
+            tiny, huge, negative, *scores = self._scores(readings)
+            yield readings[2], negative
+            for factor, reading, score in zip(_factors(), readings[3:], scores):
+                unrelated = (tiny if factor < 1.0 else huge).deviance
+                # To take the model away costs 1 / gain^2, if the effort has its form at all.
+                if score.deviance < unrelated - 0.5 * len(group) / LIMITS.gain ** 2:
+                    yield reading, score
         readings = [RobotReading(swapped=(k, j)) for j in joints for k in range(j)
                     if not {j, k} & set(self.settled)]
         for group in groups:
@@ -495,6 +545,7 @@ class ConventionBalance:
 
 
 AT_ONCE = 12  # readings that are evaluated together
+UNRELATED = (1e-6, 1e6)  # factors by which effort and model say nothing of each other
 
 
 def _blocks(x: Array, tests: TestFunctions) -> Array:
@@ -595,6 +646,11 @@ def _is_large(reading: RobotReading) -> bool:
     return all(c.reversed or c.unit != 1.0 or c.effort < 0.0 or abs(c.zero) >= SETTINGS.zero_shown
                or LIMITS.factor <= max(c.effort, 1.0 / c.effort) <= max(_factors()) ** 2
                for c in reading.joints.values())  # beyond them a fit ignores the effort
+
+
+def _is_exact(reading: RobotReading) -> bool:
+    """Return whether a reading has no value that is free."""
+    return all(c.zero == 0.0 and abs(c.effort) == 1.0 for c in reading.joints.values())
 
 
 def _factors() -> list[float]:

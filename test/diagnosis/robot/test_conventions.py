@@ -95,6 +95,15 @@ def test_a_convention_is_named_with_the_option_that_undoes_it():
         expect_named(float(k % 2), joint, rules)
 
 
+def test_two_efforts_of_another_sign_are_named_where_one_alone_explains_less():
+    """An arm of seven joints was in order: with one sign right, the other joint was worse."""
+    columns = raw(1.0)
+    for joint in ('shoulder', 'elbow'):
+        columns.input[joint] *= -1.0
+    assert sorted((*n.reading.joints, c.effort) for n in named(columns)
+                  for c in n.reading.joints.values()) == [(1, -1.0), (2, -1.0)]
+
+
 def test_exchanged_joints_are_named():
     columns = raw()
     for values in (columns.position, columns.input):
