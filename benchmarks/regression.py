@@ -9,9 +9,9 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.contest import CONTEST
 from gearbox_monitor.diagnosis.hypothesis import (
     FUNCTION, Hypothesis, LAW, Member, MemberEstimate, Remains, TRAIN)
+from gearbox_monitor.diagnosis.settings import CONTEST
 from gearbox_monitor.kernels.types import Array
 
 ROWS = 400

@@ -23,8 +23,8 @@ from benchmarks.memory import forget_peak, peak_bytes
 from gearbox_monitor.diagnosis.robot.knowledge import learn
 from gearbox_monitor.diagnosis.robot.robot_log import checked_log, RawLog, RobotLog
 from gearbox_monitor.diagnosis.robot.rows import RobotModel
-from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.diagnosis.robot.verdict import diagnose
+from gearbox_monitor.diagnosis.settings import SETTINGS
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.robot.chain import Chain, inertial, Link

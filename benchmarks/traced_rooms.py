@@ -20,8 +20,8 @@ import numpy as np
 from benchmarks.histories import FAST, HOME, Life, PAYLOAD
 from benchmarks.regression import drawn
 from gearbox_monitor import plain_data
-from gearbox_monitor.diagnosis.contest import contest, of_rival, of_size
-from gearbox_monitor.diagnosis.hypothesis import Finding, kind_of, Remainder
+from gearbox_monitor.diagnosis.contest import contest
+from gearbox_monitor.diagnosis.hypothesis import Finding, kind_of, of_rival, of_size, Remainder
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
@@ -34,8 +34,7 @@ from gearbox_monitor.health.backlash.features import (
     Backlash, combine, fit, is_locked, locked_windows, lost_motion_of, NotExcited, reason_of,
     separable_of)
 from gearbox_monitor.health.health_record import AT_ODDS, TRUSTED, Window
-from gearbox_monitor.health.judgement import (
-    figures, from_data, judge, outcomes, serviced, to_data)
+from gearbox_monitor.health.judgement import figures, from_data, judge, outcomes, serviced, to_data
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plain_data import ARRAY, KIND, TABLE

@@ -36,8 +36,8 @@ Public names, by module:
         RobotLog, SETPOINT, TORQUE
     robot.rows: NuisanceColumn, RobotModel, Rows, rows_of
     robot.servo: SERVO, with_learnt_servos, with_servos
-    robot.settings: SETTINGS
     robot.verdict: effort_curves, EffortCurves, RobotVerdict, sampled_early, setpoint_lags,
         verdict_data
     robot.zeros: zeros_in
+    settings: SETTINGS
 """

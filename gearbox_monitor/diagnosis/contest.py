@@ -10,12 +10,7 @@ The price is that of the extended BIC (Chen and Chen, 2008): the logarithm of th
 of readings for each parameter, and twice that of the number of rivals for each choice; of a
 function its Occam factor. One margin decides everything. The search is best first: what remains?
 settle the nuisances; take the member that pays most; drop what no longer pays; exchange each
-member once. The verdict is what is a member; what a motion leaves open is a question, with the
-motion that would answer it.
-
-What decides is CONTEST, for drives and robots, and THRESHOLDS of a drive's verdict. Settings of an
-optimiser or of a numerical method, which change how soon a fit arrives and not what counts as an
-answer, stand where they are used. "Blind sets" are those of `benchmarks blind`.
+member once. The verdict is what is a member. What decides is CONTEST (settings.py).
 """
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -25,101 +20,8 @@ from typing import Generic, TypeVar
 
 from gearbox_monitor.diagnosis.hypothesis import (
     Evidence, Hypothesis, Member, MemberEstimate, Remains)
+from gearbox_monitor.diagnosis.settings import CONTEST
 
-
-@dataclass(frozen=True)
-class Thresholds:
-    """Limits that decide a verdict, beside the margin of the contest."""
-
-    # Torque noise over the torque: more is an error of the model, not of an actuator.
-    torque_noise: float = 0.1
-    # Lasting unexplained torque over the torque, on a real drive: more is an unknown effect.
-    lasting_torque: float = 0.2
-    # Step of a lattice of readings over their noise: below, rounding adds 1 % to the noise.
-    lattice: float = 0.5
-    # The same for noise that is no longer white: the step spans one deviation to either side.
-    rough_lattice: float = 2.0
-    # chi2 per reading of a window that lacks nothing: error of the noise level, and chance in 1 s.
-    quiet: float = 1.12
-    # Time between bursts in the range that a quantity has during them, over the time of bursts: if
-    # a few bursts come at times of their own, it is many times as long.
-    followed: float = 0.5
-    # s, of one burst where it is found: what overlapping windows find so near is the same burst.
-    longest_burst: float = 0.24
-    # Median deviations of the zero of the twist, beyond which a step of it is none by chance.
-    step: float = 6.0
-    # Where something has no known cause, a finding explains at least this share of the squared
-    # misfit that the largest finding explains in free runs: a tenth of the misfit.
-    idle: float = 0.01
-    # 2 log likelihood between distinguishable effects: a Bayes factor of e^10.
-    isolable: float = 20.0
-    # The same over the evidence where much lasts that no model explains: real drives.
-    isolable_share: float = 0.1
-    # Misfit of free runs from which on the residual is as large as the noise: sqrt(1 + 1).
-    misfit: float = 1.4142
-    # Share of a drive's torque, gain or twice its inertia that a motion has to show, or else
-    # finding nothing says nothing.
-    plausible: float = 0.5
-    # Rate (Hz) below which the reading of torque between stamps is open: from 200 on, less what
-    # stamps wander, half a sample is within other tolerances.
-    slow_rate: float = 198.0
-
-
-@dataclass(frozen=True)
-class Statements:
-    """Limits of what is said about values; they decide no verdict."""
-
-    # Deviations by which fourth differences may miss the level of the innovations: chance goes
-    # beyond once in 16 000 recordings.
-    noise_level: float = 4.0
-    # Gap from which on a closed fraction is stated: below, the error of the noise is as large.
-    gap: float = 1.02
-    # Logarithm of the ratio of sharpnesses from which on the verdict mentions it: a fifth.
-    shape: float = 0.2
-    # Standard error of the logarithm of a value that counts as determined: a third of it.
-    determined: float = 0.3
-    # Standard error over a value from which on the recording does not determine it.
-    undetermined: float = 1.0
-    # Misfit over that of the model file that is no worse: two deviations of it in 10 s.
-    no_worse: float = 1.01
-    # chi2 per reading up to which a residual counts as encoder noise: beyond, neighbouring
-    # readings say the same, so that a window counts as one.
-    encoder_noise: float = 1.5
-    # Correlation of two values that are hardly distinguishable: 10 % of each is its own.
-    correlated: float = 0.95
-
-
-THRESHOLDS, STATEMENTS = Thresholds(), Statements()
-
-
-@dataclass(frozen=True)
-class ContestSettings:
-    """
-    What decides, and how wide the search is.
-
-    margin: score by which a member must pay, and up to which hypotheses are rivals: a Bayes
-    factor of e^3, strong evidence (Kass and Raftery, 1995). most: members.
-    screened, further, confirmed: laws that are raced for the first member, for a further one, and
-    where nothing but noise remains. starts: of each law in a race. finalists: of a race that are
-    fitted to the end: a linear step underrates effects that are not linear. leaders: functions
-    that are fitted. others: further first members from which the search starts again. close:
-    share of the worth of the best, or of its own price, that a candidate needs at first to be
-    followed further.
-    """
-
-    margin: float = 6.0
-    most: int = 4
-    screened: int = 12
-    further: int = 6
-    confirmed: int = 3
-    starts: int = 2
-    finalists: int = 3
-    leaders: int = 2
-    others: int = 2
-    close: float = 0.5
-
-
-CONTEST = ContestSettings()
 UNTESTED = Remains(0.0, -math.inf)
 E = TypeVar('E', bound=Evidence)
 
@@ -377,71 +279,3 @@ def ended(search: Search[E]) -> Search[E]:
                 best, remains = train, evidence.remains(train)
                 break
     return replace(search, best=best, remains=remains)
-
-
-UNSEEN = 10.0  # times the plausible size, beyond which a change counts as never shown
-SHORTEST, LONGEST = 20.0, 600.0  # s, of a motion that is asked for
-
-
-@dataclass(frozen=True)
-class Question:
-    """
-    A change that a motion does not show, or not apart from a rival, and the motion that would.
-
-    effect, place: of the change. joint: to move, at some speed (rad/s or m/s), for some seconds.
-    evidence: 2 log likelihood to expect of that, None where it depends on how the motion differs.
-    smallest: size that would have been a finding, infinite for none; plausible: size that should
-    be one. rival: effect that explains a recording as well, '' where none is a finding.
-    """
-
-    effect: str
-    place: str
-    joint: str
-    speed: float
-    seconds: float
-    evidence: float | None
-    smallest: float | None = None
-    plausible: float | None = None
-    rival: str = ''
-
-
-def _rounded(seconds: float) -> float:
-    return min(max(10.0 * round(0.1 * seconds), SHORTEST), LONGEST)
-
-
-def of_size(where: tuple[str, str, str], motion: tuple[float, float],
-            sizes: tuple[float, float], price: float) -> Question:
-    """
-    Return the Question of a change of plausible size that a motion does not show.
-
-    Its evidence grows with the time and with the square of the size.
-
-    Args:
-        where: effect, place and joint.
-        motion: speed of the joint and length, s.
-        sizes: smallest one that would have been a finding, and plausible one.
-        price: of the effect in a contest.
-    """
-    (effect, place, joint), (speed, time), (smallest, plausible) = where, motion, sizes
-    longer = min(smallest / plausible, UNSEEN) ** 2
-    seconds = _rounded(time * longer)
-    return Question(effect, place, joint, speed, seconds,
-                    (CONTEST.margin + price) * seconds / (time * longer),
-                    smallest if smallest < UNSEEN * plausible else math.inf, plausible)
-
-
-def of_rival(where: tuple[str, str, str], motion: tuple[float, float], rival: str,
-             lag: float) -> Question:
-    """
-    Return the Question whether an effect or its rival is the cause.
-
-    Args:
-        where: effect, place and joint.
-        motion: speed of the joint and length, s.
-        rival: the other effect.
-        lag: 2 log likelihood by which it lags so far, 0 where only another motion decides.
-    """
-    (effect, place, joint), (speed, time) = where, motion
-    seconds = _rounded(time * min(CONTEST.margin / lag, UNSEEN) if lag > 0.0 else 2.0 * time)
-    return Question(effect, place, joint, speed, seconds,
-                    lag * seconds / time if lag > 0.0 else None, rival=rival)

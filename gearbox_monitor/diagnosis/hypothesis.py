@@ -8,13 +8,16 @@ A hypothesis has members: laws (an effect of the library at a place), at most on
 a law, and at most one train of bursts. Nuisances (values with tolerances, noise, the shape of
 friction, hidden begins) are part of every fit and no members. `Evidence` is all that the contest
 asks of recordings; a drive with its encoders answers by the innovations of a filter. Members that
-stand are findings; what they leave is a remainder.
+stand are findings; what they leave is a remainder; what a motion leaves open is a question, with
+the motion that would answer it.
 """
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 import math
 from types import MappingProxyType
 from typing import Any, ClassVar, Protocol, Self
+
+from gearbox_monitor.diagnosis.settings import CONTEST
 
 LAW, FUNCTION, TRAIN = 'law', 'function', 'train'
 # Kinds of verdicts.
@@ -271,3 +274,73 @@ def kind_of(findings: bool, remainder: bool) -> str:
         remainder: whether something beyond noise remains.
     """
     return ((NONE, UNKNOWN), (EFFECT, INCOMPLETE))[findings][remainder]
+
+
+UNSEEN = 10.0  # times the plausible size, beyond which a change counts as never shown
+
+
+SHORTEST, LONGEST = 20.0, 600.0  # s, of a motion that is asked for
+
+
+@dataclass(frozen=True)
+class Question:
+    """
+    A change that a motion does not show, or not apart from a rival, and the motion that would.
+
+    effect, place: of the change. joint: to move, at some speed (rad/s or m/s), for some seconds.
+    evidence: 2 log likelihood to expect of that, None where it depends on how the motion differs.
+    smallest: size that would have been a finding, infinite for none; plausible: size that should
+    be one. rival: effect that explains a recording as well, '' where none is a finding.
+    """
+
+    effect: str
+    place: str
+    joint: str
+    speed: float
+    seconds: float
+    evidence: float | None
+    smallest: float | None = None
+    plausible: float | None = None
+    rival: str = ''
+
+
+def _rounded(seconds: float) -> float:
+    return min(max(10.0 * round(0.1 * seconds), SHORTEST), LONGEST)
+
+
+def of_size(where: tuple[str, str, str], motion: tuple[float, float],
+            sizes: tuple[float, float], price: float) -> Question:
+    """
+    Return the Question of a change of plausible size that a motion does not show.
+
+    Its evidence grows with the time and with the square of the size.
+
+    Args:
+        where: effect, place and joint.
+        motion: speed of the joint and length, s.
+        sizes: smallest one that would have been a finding, and plausible one.
+        price: of the effect in a contest.
+    """
+    (effect, place, joint), (speed, time), (smallest, plausible) = where, motion, sizes
+    longer = min(smallest / plausible, UNSEEN) ** 2
+    seconds = _rounded(time * longer)
+    return Question(effect, place, joint, speed, seconds,
+                    (CONTEST.margin + price) * seconds / (time * longer),
+                    smallest if smallest < UNSEEN * plausible else math.inf, plausible)
+
+
+def of_rival(where: tuple[str, str, str], motion: tuple[float, float], rival: str,
+             lag: float) -> Question:
+    """
+    Return the Question whether an effect or its rival is the cause.
+
+    Args:
+        where: effect, place and joint.
+        motion: speed of the joint and length, s.
+        rival: the other effect.
+        lag: 2 log likelihood by which it lags so far, 0 where only another motion decides.
+    """
+    (effect, place, joint), (speed, time) = where, motion
+    seconds = _rounded(time * min(CONTEST.margin / lag, UNSEEN) if lag > 0.0 else 2.0 * time)
+    return Question(effect, place, joint, speed, seconds,
+                    lag * seconds / time if lag > 0.0 else None, rival=rival)

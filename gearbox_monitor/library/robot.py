@@ -27,9 +27,9 @@ from gearbox_monitor.diagnosis.robot.robot_log import (
     checked_log, RawLog, RobotLog, SETPOINT, TORQUE)
 from gearbox_monitor.diagnosis.robot.rows import RobotModel, rows_of
 from gearbox_monitor.diagnosis.robot.servo import with_learnt_servos, with_servos
-from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.diagnosis.robot.verdict import effort_curves, RobotVerdict, verdict_data
 from gearbox_monitor.diagnosis.robot.zeros import zeros_in
+from gearbox_monitor.diagnosis.settings import SETTINGS
 from gearbox_monitor.errors import InputError, unknown
 from gearbox_monitor.files.knowledge_file import load_knowledge, load_watch, SUFFIX
 from gearbox_monitor.files.user_files import plain

@@ -18,7 +18,7 @@ import numpy as np
 from gearbox_monitor.diagnosis.robot.robot_log import (
     checked_log, continuous, CURRENT, raw_log, RawLog, read_by, RobotLog, SETPOINT, TORQUE)
 from gearbox_monitor.diagnosis.robot.rows import RobotModel
-from gearbox_monitor.diagnosis.robot.settings import SETTINGS
+from gearbox_monitor.diagnosis.settings import SETTINGS
 from gearbox_monitor.errors import (
     expect, expect_choice, expect_keys, expect_values, InputError, number_check, Undecided)
 from gearbox_monitor.files.user_files import load_yaml

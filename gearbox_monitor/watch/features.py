@@ -20,7 +20,7 @@ from gearbox_monitor.diagnosis.robot.likelihood import Prior, RobotFit, RobotLik
 from gearbox_monitor.diagnosis.robot.robot_effects import BASE
 from gearbox_monitor.diagnosis.robot.robot_log import RobotLog
 from gearbox_monitor.diagnosis.robot.rows import NuisanceColumn, RobotModel, Rows, rows_of
-from gearbox_monitor.diagnosis.robot.settings import SETTINGS
+from gearbox_monitor.diagnosis.settings import SETTINGS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.robot.chain import PER_LINK
 from gearbox_monitor.watch.record import (

@@ -20,7 +20,7 @@ from gearbox_monitor.diagnosis.robot.likelihood import RobotLikelihood
 from gearbox_monitor.diagnosis.robot.robot_effects import BASE
 from gearbox_monitor.diagnosis.robot.robot_log import checked_log, continuous, RobotLog
 from gearbox_monitor.diagnosis.robot.rows import RobotModel, rows_of
-from gearbox_monitor.diagnosis.robot.settings import SETTINGS
+from gearbox_monitor.diagnosis.settings import SETTINGS
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.kernels.types import Array, Flags

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from benchmarks.regression import Regression, ROWS
-from gearbox_monitor.diagnosis.contest import CONTEST, contest
+from gearbox_monitor.diagnosis.contest import contest
 from gearbox_monitor.diagnosis.hypothesis import FUNCTION, LAW
+from gearbox_monitor.diagnosis.settings import CONTEST
 
 
 def columns(seed, count=12):

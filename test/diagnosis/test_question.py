@@ -6,7 +6,8 @@ import math
 
 import pytest
 
-from gearbox_monitor.diagnosis.contest import CONTEST, of_rival, of_size
+from gearbox_monitor.diagnosis.hypothesis import of_rival, of_size
+from gearbox_monitor.diagnosis.settings import CONTEST
 
 WHERE, PRICE = ('motor_coulomb', 'elbow', 'elbow'), 20.0
 

@@ -33,8 +33,8 @@ from gearbox_monitor.diagnosis.robot.conventions import (
     ConventionBalance, LIMITS, log_as_read, named_readings, RobotReading, thinned)
 from gearbox_monitor.diagnosis.robot.robot_log import LogSection, RobotLog
 from gearbox_monitor.diagnosis.robot.rows import RobotModel
-from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.diagnosis.robot.zeros import zeros_in
+from gearbox_monitor.diagnosis.settings import SETTINGS
 from gearbox_monitor.signals.recording import Convention
 from gearbox_monitor.simulators.robot_model import chain_of_compiled
 

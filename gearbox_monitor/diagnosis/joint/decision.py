@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.contest import CONTEST, contest, Search, STATEMENTS
+from gearbox_monitor.diagnosis.contest import contest, Search
 from gearbox_monitor.diagnosis.hypothesis import Hypothesis
 from gearbox_monitor.diagnosis.joint.candidates import SHAPES
 from gearbox_monitor.diagnosis.joint.drive_recordings import DriveRecordings, likeliest_reading
@@ -21,6 +21,7 @@ from gearbox_monitor.diagnosis.joint.localisation import (
     Burst, place_in, slip_events, SlipEvent, without_slips)
 from gearbox_monitor.diagnosis.joint.windows import (
     misfit_of, open_loop, runs_from, SIGMA_ERROR, WindowRuns, with_starts_of)
+from gearbox_monitor.diagnosis.settings import CONTEST, STATEMENTS
 from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library

@@ -18,7 +18,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.contest import CONTEST, THRESHOLDS
 from gearbox_monitor.diagnosis.hypothesis import EFFECT, kind_of, NONE
 from gearbox_monitor.diagnosis.joint.candidates import amplitude, origin, PHASED, with_effects
 from gearbox_monitor.diagnosis.joint.decision import (
@@ -30,6 +29,7 @@ from gearbox_monitor.diagnosis.joint.parameter_ranges import between_recordings
 from gearbox_monitor.diagnosis.joint.torque_domain import driven
 from gearbox_monitor.diagnosis.joint.verdict import LATTICES, report, Verdict, without_idle_laws
 from gearbox_monitor.diagnosis.joint.windows import typical_misfit
+from gearbox_monitor.diagnosis.settings import CONTEST, THRESHOLDS
 from gearbox_monitor.errors import expect_list, InputError, unknown
 from gearbox_monitor.kernels.types import Values
 from gearbox_monitor.plant.drive import DriveModel

@@ -10,7 +10,6 @@ import math
 import numpy as np
 import scipy
 
-from gearbox_monitor.diagnosis.contest import CONTEST, THRESHOLDS
 from gearbox_monitor.diagnosis.joint.candidates import Starts
 from gearbox_monitor.diagnosis.joint.innovations import (
     evaluated, fitted, InnovationFit, InnovationLikelihood, JointLikelihood, noise_floor, SPARSE,
@@ -18,6 +17,7 @@ from gearbox_monitor.diagnosis.joint.innovations import (
 from gearbox_monitor.diagnosis.joint.torque_domain import likelihood_of
 from gearbox_monitor.diagnosis.joint.windows import (
     free_runs, hidden_begins, seconds_at_rest, SETTLING, window_data, WindowData, WindowRuns)
+from gearbox_monitor.diagnosis.settings import CONTEST, THRESHOLDS
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import library

@@ -23,13 +23,13 @@ from typing import TypeAlias
 import numpy as np
 import scipy
 
-from gearbox_monitor.diagnosis.contest import THRESHOLDS
 from gearbox_monitor.diagnosis.joint.candidates import (
     CandidateModel, Coordinate, FREE_VALUE, NOT_FITTED, origin, PERIODIC, PHASED, probes, Starts,
     with_effects)
 from gearbox_monitor.diagnosis.joint.drive_recordings import DriveRecordings
 from gearbox_monitor.diagnosis.joint.innovations import (
     evaluated, FilteredFit, fitted, InnovationFit, JointLikelihood, Likelihood, remaining, Tested)
+from gearbox_monitor.diagnosis.settings import THRESHOLDS
 from gearbox_monitor.kernels.types import Array, Integers, Values
 from gearbox_monitor.plant.effects import EFFECTS, MEMORIES
 from gearbox_monitor.plant.effects.controller import SERVO_DELAY, SERVO_INTEGRATOR

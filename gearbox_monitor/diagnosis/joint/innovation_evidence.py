@@ -18,19 +18,19 @@ from typing import ClassVar
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.contest import CONTEST, of_size, Question, THRESHOLDS
 from gearbox_monitor.diagnosis.hypothesis import (
-    FUNCTION, Hypothesis, LAW, Member, MemberEstimate, Remains, TRAIN)
+    FUNCTION, Hypothesis, LAW, Member, MemberEstimate, of_size, Question, Remains, TRAIN)
 from gearbox_monitor.diagnosis.joint import effect_scan
 from gearbox_monitor.diagnosis.joint.candidates import NOT_FITTED, origin, PERIODIC, with_law
 from gearbox_monitor.diagnosis.joint.drive_recordings import (
     DriveRecordings, lasting_time, likeliest)
 from gearbox_monitor.diagnosis.joint.effect_scan import Proposal, raced, scan, signature
 from gearbox_monitor.diagnosis.joint.innovations import (
-    evaluated, fitted, InnovationFit, JointLikelihood, Tested, unfitted,
-    variance_over_white, WHITE)
+    evaluated, fitted, InnovationFit, JointLikelihood, Tested, unfitted, variance_over_white,
+    WHITE)
 from gearbox_monitor.diagnosis.joint.localisation import (
     Burst, follows_motion, pulses_in, sharpened, slipping, SPACING, torque_places, with_bursts)
+from gearbox_monitor.diagnosis.settings import CONTEST, THRESHOLDS
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN

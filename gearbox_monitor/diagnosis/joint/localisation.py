@@ -25,11 +25,11 @@ import math
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.contest import THRESHOLDS
 from gearbox_monitor.diagnosis.joint.drive_recordings import DriveRecordings
 from gearbox_monitor.diagnosis.joint.innovations import (
     evaluated, fitted, InnovationFit, JointLikelihood, JointlyFiltered, named_motion)
 from gearbox_monitor.diagnosis.joint.windows import StateProblems, WindowRuns
+from gearbox_monitor.diagnosis.settings import THRESHOLDS
 from gearbox_monitor.kernels.linear_least_squares import covariance, damped_step, Damping, minimise
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.drive import DriveModel

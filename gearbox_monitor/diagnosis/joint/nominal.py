@@ -28,7 +28,6 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.contest import STATEMENTS
 from gearbox_monitor.diagnosis.joint import windows
 from gearbox_monitor.diagnosis.joint.candidates import (
     BY_EFFECT, CandidateModel, Coordinate, GAINS, NOT_FITTED, NUISANCES, offered, PERIODIC, Starts,
@@ -41,6 +40,7 @@ from gearbox_monitor.diagnosis.joint.innovations import (
 from gearbox_monitor.diagnosis.joint.shooting import shooting_windows
 from gearbox_monitor.diagnosis.joint.torque_domain import driven
 from gearbox_monitor.diagnosis.joint.windows import misfit_of, SECONDS
+from gearbox_monitor.diagnosis.settings import STATEMENTS
 from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator

@@ -15,12 +15,12 @@ import math
 import numpy as np
 import scipy
 
-from gearbox_monitor.diagnosis.contest import STATEMENTS
 from gearbox_monitor.diagnosis.joint.candidates import BY_EFFECT, CandidateModel, NUISANCES
 from gearbox_monitor.diagnosis.joint.decision import standard_errors
 from gearbox_monitor.diagnosis.joint.innovations import fitted, JointLikelihood, unfitted
 from gearbox_monitor.diagnosis.joint.nominal import FittedValue
 from gearbox_monitor.diagnosis.joint.torque_domain import likelihood_of
+from gearbox_monitor.diagnosis.settings import STATEMENTS
 from gearbox_monitor.errors import expect_whole, InputError
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.effects import library

@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 import scipy
 
-from gearbox_monitor.diagnosis.contest import of_rival, STATEMENTS, THRESHOLDS
 from gearbox_monitor.diagnosis.hypothesis import (
-    Finding, kind_of, NONE, Remainder, UNDECIDED, UNKNOWN)
+    Finding, kind_of, NONE, of_rival, Remainder, UNDECIDED, UNKNOWN)
 from gearbox_monitor.diagnosis.joint import windows
 from gearbox_monitor.diagnosis.joint.candidates import (
     CandidateModel, GAINS, NUISANCES, replaced_value, SHAPES, with_effects, ZERO)
@@ -21,6 +20,7 @@ from gearbox_monitor.diagnosis.joint.decision import Decision, standard_errors
 from gearbox_monitor.diagnosis.joint.effect_scan import rivals, separations
 from gearbox_monitor.diagnosis.joint.innovations import fitted, InnovationFit
 from gearbox_monitor.diagnosis.joint.windows import misfit_of, solve_states, WindowRuns
+from gearbox_monitor.diagnosis.settings import STATEMENTS, THRESHOLDS
 from gearbox_monitor.errors import Undecided
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.drive import DriveModel, weight_of

@@ -18,13 +18,13 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.contest import STATEMENTS
 from gearbox_monitor.diagnosis.joint.candidates import CandidateModel, Starts
 from gearbox_monitor.diagnosis.joint.innovations import (
     fitted, InnovationLikelihood, JointLikelihood, noise_floor, prewhitened, spectrum, unfitted)
 from gearbox_monitor.diagnosis.joint.shooting import (
     N_MEMORY, shooting_windows, ShootingWindows, Simulator)
 from gearbox_monitor.diagnosis.joint.torque_domain import driven, likelihood_of, simulator
+from gearbox_monitor.diagnosis.settings import STATEMENTS
 from gearbox_monitor.kernels.linear_least_squares import Damping, minimise
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.plant.batch import Begin

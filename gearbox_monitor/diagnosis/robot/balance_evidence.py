@@ -22,14 +22,14 @@ from typing import Any, ClassVar
 import numpy as np
 import scipy
 
-from gearbox_monitor.diagnosis.contest import CONTEST, leading, of_size, Question
+from gearbox_monitor.diagnosis.contest import leading
 from gearbox_monitor.diagnosis.hypothesis import (
-    FUNCTION, Hypothesis, LAW, Member, MemberEstimate, Remains)
+    FUNCTION, Hypothesis, LAW, Member, MemberEstimate, of_size, Question, Remains)
 from gearbox_monitor.diagnosis.robot.candidates import Candidate
 from gearbox_monitor.diagnosis.robot.knowledge import key_of, Knowledge
 from gearbox_monitor.diagnosis.robot.likelihood import RobotFit, RobotLikelihood
 from gearbox_monitor.diagnosis.robot.robot_effects import PAYLOAD
-from gearbox_monitor.diagnosis.robot.settings import SETTINGS
+from gearbox_monitor.diagnosis.settings import CONTEST, SETTINGS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects.actuator import SATURATION, TORQUE_GAIN
 from gearbox_monitor.plant.effects.controller import SERVO_LIMIT

@@ -13,7 +13,7 @@ import scipy
 
 from gearbox_monitor.diagnosis.robot.robot_effects import BASE, LINK, ROBOT_EFFECTS, RobotEffect
 from gearbox_monitor.diagnosis.robot.rows import Rows
-from gearbox_monitor.diagnosis.robot.settings import SETTINGS
+from gearbox_monitor.diagnosis.settings import SETTINGS
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.effect import (

@@ -27,8 +27,8 @@ from gearbox_monitor.diagnosis.robot.motion import (
 from gearbox_monitor.diagnosis.robot.robot_log import (
     LogSection, RawLog, read_by, RobotLog, SETPOINT)
 from gearbox_monitor.diagnosis.robot.rows import RobotModel
-from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.diagnosis.robot.zeros import excerpt, zeros_in
+from gearbox_monitor.diagnosis.settings import SETTINGS
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.robot.chain import PER_LINK
 from gearbox_monitor.signals.recording import AS_RECORDED, Convention

@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
-from gearbox_monitor.diagnosis.contest import CONTEST
 from gearbox_monitor.diagnosis.robot.candidates import Candidate, free_functions, library
 from gearbox_monitor.diagnosis.robot.likelihood import Prior, RobotFit, RobotLikelihood
 from gearbox_monitor.diagnosis.robot.motion import COVERED
@@ -21,7 +20,7 @@ from gearbox_monitor.diagnosis.robot.robot_effects import ROBOT_EFFECTS
 from gearbox_monitor.diagnosis.robot.robot_log import RobotLog
 from gearbox_monitor.diagnosis.robot.rows import (
     dictionary, nuisance_of, NuisanceColumn, RobotModel, Rows, rows_of, shape_of)
-from gearbox_monitor.diagnosis.robot.settings import SETTINGS
+from gearbox_monitor.diagnosis.settings import CONTEST, SETTINGS
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.actuator import SATURATION, TORQUE_RIPPLE

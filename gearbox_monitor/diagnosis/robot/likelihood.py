@@ -29,7 +29,7 @@ import scipy
 from gearbox_monitor.diagnosis.robot.candidates import Candidate
 from gearbox_monitor.diagnosis.robot.motion import highest_kept
 from gearbox_monitor.diagnosis.robot.rows import NuisanceColumn, Rows
-from gearbox_monitor.diagnosis.robot.settings import SETTINGS
+from gearbox_monitor.diagnosis.settings import SETTINGS
 from gearbox_monitor.kernels.types import Array, Flags, Integers
 from gearbox_monitor.plant.effects.controller import SERVO_GAIN
 

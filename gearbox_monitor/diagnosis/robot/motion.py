@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 
 from gearbox_monitor.diagnosis.robot.robot_log import LogSection, RobotLog
-from gearbox_monitor.diagnosis.robot.settings import SETTINGS
+from gearbox_monitor.diagnosis.settings import SETTINGS
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.linear_least_squares import cosine_basis, motion_mask
 from gearbox_monitor.kernels.types import Array, Integers

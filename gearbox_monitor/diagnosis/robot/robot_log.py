@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import scipy
 
-from gearbox_monitor.diagnosis.robot.settings import SETTINGS
+from gearbox_monitor.diagnosis.settings import SETTINGS
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.presentation import as_written, Said, said

@@ -18,7 +18,7 @@ import scipy
 from gearbox_monitor.diagnosis.robot.motion import (
     local_cosines, motion_of, RobotMotion, smooth_sign, TestFunctions)
 from gearbox_monitor.diagnosis.robot.robot_log import RobotLog, SETPOINT
-from gearbox_monitor.diagnosis.robot.settings import SETTINGS
+from gearbox_monitor.diagnosis.settings import SETTINGS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects.controller import SERVO_GAIN
 from gearbox_monitor.plant.effects.effect import JointMotion, moved, waves

@@ -22,9 +22,9 @@ from gearbox_monitor.diagnosis.robot.likelihood import RobotLikelihood
 from gearbox_monitor.diagnosis.robot.motion import motion_of
 from gearbox_monitor.diagnosis.robot.robot_log import RobotLog
 from gearbox_monitor.diagnosis.robot.rows import HELD, nuisance_of, RobotModel, Rows, rows_of
-from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.diagnosis.robot.verdict import (
     BalanceSearch, findings_of, judged, ranked, rivals_in, RobotVerdict)
+from gearbox_monitor.diagnosis.settings import SETTINGS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.controller import SETPOINT_DELAY

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.contest import CONTEST, contest, of_rival, Question, Search
+from gearbox_monitor.diagnosis.contest import contest, Search
 from gearbox_monitor.diagnosis.hypothesis import (
-    Finding, FUNCTION, kind_of, Remainder, UNDECIDED)
+    Finding, FUNCTION, kind_of, of_rival, Question, Remainder, UNDECIDED)
 from gearbox_monitor.diagnosis.robot.balance_evidence import (
     BalanceEvidence, gain_at, informed, questions, smallest_visible, speed_of)
 from gearbox_monitor.diagnosis.robot.candidates import (
@@ -24,7 +24,7 @@ from gearbox_monitor.diagnosis.robot.robot_effects import (
     BASE, BASE_TILT, JOINT_ZERO, PAYLOAD, QUADRATIC, reach_of, ROBOT_EFFECTS)
 from gearbox_monitor.diagnosis.robot.robot_log import RobotLog, SETPOINT
 from gearbox_monitor.diagnosis.robot.rows import HELD, RobotModel, Rows, rows_of
-from gearbox_monitor.diagnosis.robot.settings import SETTINGS
+from gearbox_monitor.diagnosis.settings import CONTEST, SETTINGS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN, TORQUE_OFFSET

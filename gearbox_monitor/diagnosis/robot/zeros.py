@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gearbox_monitor.diagnosis.contest import CONTEST, leading
+from gearbox_monitor.diagnosis.contest import leading
 from gearbox_monitor.diagnosis.hypothesis import Hypothesis
 from gearbox_monitor.diagnosis.robot.balance_evidence import BalanceEvidence, visible_size
 from gearbox_monitor.diagnosis.robot.candidates import Candidate, library, of_robot
@@ -24,7 +24,7 @@ from gearbox_monitor.diagnosis.robot.likelihood import RobotFit, RobotLikelihood
 from gearbox_monitor.diagnosis.robot.robot_effects import READ_OFF
 from gearbox_monitor.diagnosis.robot.robot_log import LogSection, RobotLog, SETPOINT
 from gearbox_monitor.diagnosis.robot.rows import RobotModel, rows_of
-from gearbox_monitor.diagnosis.robot.settings import SETTINGS
+from gearbox_monitor.diagnosis.settings import CONTEST, SETTINGS
 from gearbox_monitor.robot.chain import PER_LINK
 
 

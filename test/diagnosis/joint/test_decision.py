@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from gearbox_monitor.diagnosis.contest import CONTEST
 from gearbox_monitor.diagnosis.hypothesis import Remains
 from gearbox_monitor.diagnosis.joint import (
     diagnose, effect_scan, localisation, windows as closed_model)
@@ -24,6 +23,7 @@ from gearbox_monitor.diagnosis.joint.innovations import (
 from gearbox_monitor.diagnosis.joint.localisation import InputEstimator, rectangles
 from gearbox_monitor.diagnosis.joint.shooting import shooting_windows
 from gearbox_monitor.diagnosis.joint.windows import typical_misfit
+from gearbox_monitor.diagnosis.settings import CONTEST
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.kernels import elementary
 from gearbox_monitor.plant.drive import DriveModel, model_from_dict

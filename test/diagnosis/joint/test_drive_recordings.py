@@ -9,10 +9,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gearbox_monitor.diagnosis.contest import THRESHOLDS
 from gearbox_monitor.diagnosis.joint import drive_recordings
 from gearbox_monitor.diagnosis.joint.drive_recordings import evidence_of, silent
 from gearbox_monitor.diagnosis.joint.innovations import InnovationFit
+from gearbox_monitor.diagnosis.settings import THRESHOLDS
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.signals.uniform import UniformRecording
 

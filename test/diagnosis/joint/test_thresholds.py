@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from gearbox_monitor.diagnosis import joint
-from gearbox_monitor.diagnosis.contest import (
+from gearbox_monitor.diagnosis.settings import (
     CONTEST, ContestSettings, STATEMENTS, Statements, THRESHOLDS, Thresholds)
 
 FOLDER = Path(joint.__file__).parent

@@ -14,7 +14,7 @@ import random_robots
 import robot_gap
 from scipy.signal import butter, sosfreqz
 
-from gearbox_monitor.diagnosis.contest import CONTEST, contest, leading, rank, Search
+from gearbox_monitor.diagnosis.contest import contest, leading, rank, Search
 from gearbox_monitor.diagnosis.hypothesis import Finding
 from gearbox_monitor.diagnosis.robot.balance_evidence import (
     _allowed, BalanceEvidence, visible_size)
@@ -26,10 +26,10 @@ from gearbox_monitor.diagnosis.robot.likelihood import RobotFit, RobotLikelihood
 from gearbox_monitor.diagnosis.robot.motion import highest_kept, local_cosines, RobotMotion
 from gearbox_monitor.diagnosis.robot.robot_effects import centre_of, compact, JOINT_ZERO, tilted
 from gearbox_monitor.diagnosis.robot.rows import RobotModel, rows_of
-from gearbox_monitor.diagnosis.robot.settings import SETTINGS
 from gearbox_monitor.diagnosis.robot.verdict import (
-    _deviations, _joined, _spreads, _with_moment, diagnose, examined, findings_of,
-    rivals_in, verdict_data)
+    _deviations, _joined, _spreads, _with_moment, diagnose, examined, findings_of, rivals_in,
+    verdict_data)
+from gearbox_monitor.diagnosis.settings import CONTEST, SETTINGS
 from gearbox_monitor.files.user_files import plain
 from gearbox_monitor.plant.effects.actuator import ACTUATOR_DELAY, limits_reached
 from gearbox_monitor.plant.effects.effect import JointMotion
