@@ -300,7 +300,7 @@ def better(smooth: SmoothedMotion, model: DriveModel,
 
 
 def words(model: DriveModel, reading: Variant) -> tuple[str, Said]:
-    """Return (fault, what it says) of a reading: what is wrong, if the reading is right."""
+    """Return (fault, what it says) of a reading of a `model`: what is wrong, if it is right."""
     fault = {'signs': 'sign', 'swapped': 'swapped'}.get(reading.kind, 'units')
     return fault, _unit_said(model, reading) if fault == 'units' else _wiring_said(reading)
 

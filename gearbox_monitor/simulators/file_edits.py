@@ -148,7 +148,7 @@ class _Text:
         self._edits: list[Edit] = []
 
     def put(self, element: XmlElement, values: Mapping[str, str | None], title: str = '') -> None:
-        """Give an element attributes; what is there already is not edited."""
+        """Give an element the attributes `values` under a `title`; what is there is not edited."""
         new = differing({k: v for k, v in values.items() if k}, element.attributes)
         self.changes += [
             AttributeChange(title or titled(element), name, element.attributes.get(name, ''),
@@ -157,7 +157,7 @@ class _Text:
 
     def put_child(self, parent: XmlElement, tag: str, values: Mapping[str, str | None],
                   title: str) -> None:
-        """Give the first child of a tag attributes; a file without one gets it."""
+        """Give the first child of `parent` with a tag `values` under a `title`, or make one."""
         if present := parent.all(tag):
             self.put(present[0], values, title)
         else:
