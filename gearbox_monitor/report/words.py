@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gearbox_monitor.diagnosis.hypothesis import EFFECT, INCOMPLETE, NONE, UNDECIDED, UNKNOWN
-from gearbox_monitor.diagnosis.robot.robot_effects import JOINT, ROBOT_EFFECTS
+from gearbox_monitor.diagnosis.robot.robot_effects import JOINT, LINK, ROBOT_EFFECTS
 from gearbox_monitor.diagnosis.robot.servo import SERVO
 from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN
@@ -228,7 +228,12 @@ def finding_words(finding: Mapping[str, Any], data: VerdictData = NO_DATA) -> st
     """Return one sentence, without a full stop, on a finding of the verdict `data`."""
     rivals = finding.get('confusable')
     return _finding_words(finding, data) + (
-        say('or_else', rivals=' or '.join(rivals)) if rivals else '')
+        say('or_else', rivals=' or '.join(map(_rival_words, rivals))) if rivals else '')
+
+
+def _rival_words(rival: str) -> str:
+    """Return a `rival`, as verdicts name it by effect@place, in words."""
+    return rival.replace('@', ' at ')
 
 
 def _finding_words(finding: Mapping[str, Any], data: VerdictData) -> str:
@@ -501,8 +506,10 @@ def motion_words(question: Mapping[str, Any], axis: str) -> str:
         apart = SEPARATES.get(frozenset((effect, name)), '')
         code = ('no_motion' if apart.startswith('no ') else 'distinguish' if apart else
                 'distinguish_joints' if other else 'distinguish_loaded')
-        how = say(code, effect=effect, rival=rival, joint=joint, other=other, why=apart,
-                  motion=on_axis(apart, axis))
+        if name in OF_ROBOTS and OF_ROBOTS[name].place == LINK:
+            other = f'the joint of {other}'
+        how = say(code, effect=effect, rival=_rival_words(rival), joint=joint, other=other,
+                  why=apart, motion=on_axis(apart, axis))
         if code == 'no_motion':
             return how
     more = () if evidence is None else (said('evidence', evidence=evidence),)

@@ -25,9 +25,9 @@ QUESTIONS = [
      'lift: steps to several speeds, at 0.1 m/s to 1 m/s for 40 s (expected evidence 12)'),
     ('torque_offset', 'coulomb_asymmetry', 'torque_offset or coulomb_asymmetry: no motion '
      'separates them: they differ only near standstill'),
-    ('payload', 'payload@hand', 'to distinguish payload from payload@hand, move lift alone, then '
-     'hand alone, in two postures a quarter turn apart, at 0.1 m/s to 1 m/s for 40 s (expected '
-     'evidence 12)'),
+    ('payload', 'payload@hand', 'to distinguish payload from payload at hand, move lift alone, '
+     'then the joint of hand alone, in two postures a quarter turn apart, at 0.1 m/s to 1 m/s for '
+     '40 s (expected evidence 12)'),
     ('motor_coulomb', '', 'move lift alone, to and fro, at 0.1 m/s to 1 m/s for 40 s (expected '
      'evidence 12): it would show Coulomb friction of about 1.0 N at lift')]
 
