@@ -5,9 +5,9 @@
 Identify the unmodelled effect behind the sim-to-real gap: its place, its size, its share.
 
 The model is run freely over windows of 1 s of the recording. Its residual against the encoders is
-the gap. Every effect of the library (docs/effects.md) is fitted on the first windows and tested on
-the last ones. Only torque, positions and the model file are read, nothing else in the recording.
-Record 10 to 14 s at 1 kHz in which the drive reverses often and loads both flanks.
+the gap. Every effect of the library (docs/effects.md) is fitted to all of it; --validate tests the
+answer on another recording. Only torque, positions and the model file are read, nothing else in
+the recording. Record 10 to 14 s at 1 kHz in which the drive reverses often and loads both flanks.
 
 BAG is a bag, or a CSV file with the columns t,u,motor,arm[,arm_torque] (s, N m, rad, N m, all on
 the arm side; u may be a current, see torque_constant in the model file). Several recordings of one

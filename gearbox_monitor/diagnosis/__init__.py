@@ -30,7 +30,7 @@ Public names, by module:
     robot.knowledge: another_day_of, farther, Knowledge, learn, ServoKnowledge, States,
         VERSION, Visits, with_unvisited
     robot.likelihood: Prior, RobotFit, RobotLikelihood
-    robot.robot_effects: BASE, BASE_TILT, INERTIA_NAMES, JOINT, LINK_INERTIA, PAYLOAD,
+    robot.robot_effects: BASE, BASE_TILT, INERTIA_NAMES, JOINT, LINK, LINK_INERTIA, PAYLOAD,
         ROBOT_EFFECTS, RobotEffect, tilted
     robot.robot_log: checked_log, continuous, CURRENT, jump, raw_log, RawLog, read_by,
         RobotLog, SETPOINT, TORQUE

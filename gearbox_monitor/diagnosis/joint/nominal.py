@@ -8,9 +8,9 @@ Each value moves on a log scale about that of the model file, under a weak prior
 data do not determine stay there. It is the fit of a diagnosis without effects, with wide priors:
 the search by innovations begins in the values of the model file and in those of the balance of
 momentum (torque_domain), to which values that are far off are no obstacle. Values that leave more
-of the readings than those of the model file are no solution. How long unexplained
-torque lasts is that of the likeliest fit. Long runs are the same filter with hardly any torque
-noise.
+of the readings, or of free runs, than those of the model file are no solution. How long
+unexplained torque lasts is that of the likeliest fit. Long runs are the same filter with hardly
+any torque noise.
 
 A model file is adapted to one unit by recordings of its motion alone, without a torque sensor. The
 filter is tuned with the values that the recordings determine (`estimation.tune`). What stays open
@@ -139,6 +139,8 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
     base = replace(plain, zero_tolerance=model.zero_tolerance) if evidence.balances else plain
     gap_before = None if seconds else _gap_of(evidence, base)
     gap_after = _gap_of(evidence, fitted_model, seconds or SECONDS)
+    if gap_before is not None and not evidence.balances:
+        _expect_no_farther(gap_before, gap_after)
     validation = None if validate is None else windows.validate(
         validate, base, fitted_model, evidence.sigma)
     if model.controller is None:  # filters have a torque constant, but no gain
@@ -302,6 +304,15 @@ def _expect_solution(evidence: DriveRecordings, long: _LongRuns | None, fit: Inn
         raise Undecided('the model file explains the recordings better than the fit: no solution; '
                         'expected a model of this drive (see check), or fewer values to fit '
                         '(--free)')
+
+
+def _expect_no_farther(before: float, after: float) -> None:
+    """Raise Undecided where free runs of a fit are farther off, `after` it, than `before`."""
+    if not (after <= STATEMENTS.no_worse * before or math.isnan(before)):
+        raise Undecided(
+            f'free runs of the model file leave {before:.3g} times the noise, those of the fit '
+            f'{after:.3g}: no solution; expected a model of this drive (see check), or fewer '
+            'values to fit (--free)')
 
 
 def _log_residual(evidence: DriveRecordings, long: _LongRuns | None, model: DriveModel) -> float:

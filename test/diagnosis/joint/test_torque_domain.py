@@ -3,6 +3,7 @@
 
 """Diagnosis with `driven_by: position`: the motor's motion is put in, its torque comes out."""
 import json
+import math
 import os
 from pathlib import Path
 import subprocess
@@ -199,6 +200,15 @@ def test_a_fit_farther_off_than_the_file_is_no_solution(tmp_path):
     evidence, fit = nominal._searched(evidence, candidate, lambda *_: None)
     nominal._expect_solution(evidence, None, fit)
     assert fit.model.coulomb_friction == pytest.approx(0.05, rel=0.05)
+
+
+def test_a_fit_whose_free_runs_are_farther_off_is_not_written():
+    """Of a servo, the misfit went from 31 to 176."""
+    for before, after in ((31.0, 176.0), (31.0, math.nan), (1.0, math.inf)):
+        with pytest.raises(Undecided, match='of the fit .*: no solution'):
+            nominal._expect_no_farther(before, after)
+    for before, after in ((31.0, 1.0), (31.0, 31.2), (math.nan, 5.0), (math.inf, 5.0)):
+        nominal._expect_no_farther(before, after)
 
 
 def test_nothing_is_found_where_nothing_is(tmp_path, capsys):
