@@ -4,7 +4,7 @@
 """
 Every limit that decides a diagnosis, with its reason.
 
-CONTEST decides for drives and robots, THRESHOLDS a drive's verdict, STATEMENTS what is said of its
+CONTEST decides for drives and robots, THRESHOLDS a drive's verdict, STATEMENTS the words on its
 values, SETTINGS the balance of a robot. Settings of an optimiser or of a numerical method, which
 change how soon a fit arrives and not what counts as an answer, stand where they are used. "Blind
 sets" are those of `benchmarks blind`.
