@@ -226,9 +226,23 @@ def _sized(finding: Mapping[str, Any], name: str, unit: str) -> Quantity:
 
 def finding_words(finding: Mapping[str, Any], data: VerdictData = NO_DATA) -> str:
     """Return one sentence, without a full stop, on a finding of the verdict `data`."""
-    rivals = finding.get('confusable')
+    rivals = dict.fromkeys(filter(None, (
+        _rival_of(finding, rival, data) for rival in finding.get('confusable') or ())))
     return _finding_words(finding, data) + (
-        say('or_else', rivals=' or '.join(map(_rival_words, rivals))) if rivals else '')
+        say('or_else', rivals=' or '.join(rivals)) if rivals else '')
+
+
+def _rival_of(finding: Mapping[str, Any], rival: str, data: VerdictData) -> str:
+    """Return the `rival` of a finding, effect (form)@place, in words; '' for one of its name."""
+    name, _, place = rival.partition('@')
+    effect, *form = name.split(' ', 1)
+    noun, known = subject_of(effect)[1], library().get(effect)
+    if effect == finding['effect'] and place:
+        return f'at {place}'
+    if noun == subject_of(finding['effect'], finding['values'])[1] and not form:
+        place = PLACES[known.location] if known and 'axis' in data else place
+        noun = noun if place else ''  # of a joint, both are one
+    return ' '.join((noun, *form, *(['at ' + place] if place else []))).strip()
 
 
 def _rival_words(rival: str) -> str:

@@ -41,8 +41,8 @@ ANSWERS = [
      '1.500 ± 0.010 N m, none in the model. Together they explain the whole difference.'),
     (data_of('effect', HEAVY, replace(OFFSET, confusable=('coulomb_asymmetry',))),
      'arm side: inertia 0.03300 ± 0.00010 kg m², not 0.0235 kg m² (+40 %); actuator: torque '
-     'offset 0.100 ± 0.010 N m beyond the 0.200 N m of the model (or coulomb_asymmetry). '
-     'Together they explain the whole difference.'),
+     'offset 0.100 ± 0.010 N m beyond the 0.200 N m of the model (or friction that differs by '
+     'direction). Together they explain the whole difference.'),
     (data_of('incomplete', HEAVY, remainder=REST),
      'arm side: inertia 0.03300 ± 0.00010 kg m², not 0.0235 kg m² (+40 %). The rest has no known '
      'cause: motor side: 0.0100 rad rms over speed of the motor, by no law of the library.'),
