@@ -474,6 +474,18 @@ def test_accepting_what_is_there():
     assert not alarmed(gearbox.go(60, 0.05))
 
 
+def test_a_backlash_that_stays_smaller_for_a_day_is_a_new_baseline():
+    gearbox = learnt(case='B')
+    gearbox.go(20, -0.05)
+    alert = gearbox.health.alerts['gap_loss']
+    gearbox.stamp += 86_400_000_000_000
+    gearbox.go(2, -0.05)
+    (stamp, words), = gearbox.health.marks
+    assert stamp == alert.since_ns and words.startswith('backlash 5.')
+    assert not gearbox.health.alerts and not alarmed(gearbox.go(20, -0.05))
+    assert alarmed(gearbox.go(20, 0.0))
+
+
 @pytest.mark.skipif(not REAL.is_dir(), reason=f'no recordings at {REAL}')
 def test_real_recordings_do_not_drift_unless_widened():
     """20 runs of a real drive in windows of 10 s; then 5 % more lost motion from run 11 on."""
