@@ -682,7 +682,7 @@ def _validation(data: VerdictData) -> Rows:
     result = data.get('validation')
     if not result:
         return
-    yield _closed('validation_row', 'another recording', result)
+    yield _closed('validation_row', result['recording'], result)
     if run := result.get('free_run'):
         yield said('free_run_row', seconds=run['seconds'], units=', '.join(dict.fromkeys(
             reading_unit(name, axis_of(data)) for name in run['before'])), **{when: ', '.join(

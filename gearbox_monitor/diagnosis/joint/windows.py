@@ -547,8 +547,9 @@ def validate(recording: UniformRecording, nominal: DriveModel, closed: DriveMode
     """
     Return how two DriveModels do on a Recording that was used for nothing else.
 
-    {'gap_before', 'gap_after', 'closed_fraction', 'windows', 'free_run': {'seconds', 'before',
-    'after': {'motor' or 'torque', 'arm': rms from the first window on}}}; None: the run diverges.
+    {'recording', 'gap_before', 'gap_after', 'closed_fraction', 'windows', 'free_run': {'seconds',
+    'before', 'after': {'motor' or 'torque', 'arm': rms from the first window on}}}; None: the run
+    diverges.
 
     Args:
         recording: recording of the drive.
@@ -561,8 +562,8 @@ def validate(recording: UniformRecording, nominal: DriveModel, closed: DriveMode
     readings = laid.recording.readings
     rows = {run.name: {name: float(v) if np.isfinite(v) else None for name, v in zip(
         readings, rms(laid.recording, run.free))} for run in laid.runs}
-    return {'gap_before': gaps[0], 'gap_after': gaps[1], 'closed_fraction': closed_of(*gaps),
-            'windows': len(laid.windows),
+    return {'recording': recording.name, 'gap_before': gaps[0], 'gap_after': gaps[1],
+            'closed_fraction': closed_of(*gaps), 'windows': len(laid.windows),
             'free_run': {'seconds': float(laid.recording.duration), **rows}}
 
 
