@@ -32,6 +32,7 @@ from gearbox_monitor.report.sentences import entries, labelled, PLACES, say, wra
 VerdictData = Mapping[str, Any]  # a verdict as plain data
 NO_DATA: VerdictData = {}
 NEAR_FLOOR = 1.5  # misfit that may be noise of the encoders
+WHOLE = 0.3       # of a gap: the most that remains where findings explain the whole of it
 NOTHING = ('none', 'undecided')  # verdicts without a gap
 LACKING = ('incomplete', 'unknown')  # verdicts with a remainder
 # The meaning of each effect on a real drive or robot.
@@ -390,8 +391,12 @@ def headline(data: VerdictData) -> str:
     if verdict == UNKNOWN:
         cause = (Said('unvisited' if data.get('unvisited') else 'no_effect'),)
         return say('differs', reference=reference, cause=cause, remainder=remainder)
-    code = 'found_part' if verdict != EFFECT else 'found_all_1' if len(findings) == 1 else (
-        'found_all_n')
+    # Of a robot: joints at which the findings act, and tolerances or days allow the rest.
+    open_joints = 'axis' not in data and any(
+        gap['after'] > WHOLE * gap['before'] for gap in data.get('gaps', ())
+        if gap.get('evidence', 0.0) > 0.0)
+    code = ('found_part' if verdict != EFFECT else 'found_most' if open_joints else
+            'found_all_1' if len(findings) == 1 else 'found_all_n')
     return say(code, findings='; '.join(finding_words(f, data) for f in findings),
                remainder=remainder)
 

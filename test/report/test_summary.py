@@ -149,6 +149,9 @@ def test_a_robot_answers_in_the_same_way():
         'elbow: Coulomb friction +0.500 ± 0.010 N: ')
     data = {'verdict': 'effect', 'findings': [rubs], 'remainders': []}
     assert headline(data).endswith('(+250 %). This explains the whole difference.')
+    for after, says in ((0.1, 'the whole difference.'), (0.5, 'days allow the rest.')):
+        gap = {'joint': 'elbow', 'before': 1.0, 'after': after, 'evidence': 90.0}
+        assert headline({**data, 'gaps': [gap]}).endswith(says)
     servo = Finding('servo_gain', 'controller', {'kp_factor': 0.8}, {'kp_factor': 0.01}, 9.0,
                     joint='wrist').to_dict()
     assert finding_words(servo) == (
