@@ -381,13 +381,16 @@ def at_home(workers: int, memory: int = 0) -> Iterator[Executor]:
     context: Any = multiprocessing.get_context('forkserver')
     # Workers are forked from a process that has imported the modules of a run.
     context.set_forkserver_preload(['gearbox_monitor.fleet.fleet_run'])
-    os.environ.setdefault('PYTHONSAFEPATH', '1')  # no folder of a user passes for this package
     resource_tracker.ensure_running()  # or the server starts it, and unblocks SIGINT
     # Ctrl-C reaches every process of a terminal; this one ends the others in order.
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    stated = os.environ.get('PYTHONSAFEPATH')
+    os.environ['PYTHONSAFEPATH'] = stated or '1'  # no folder of a user passes for this package
     try:
         forkserver.ensure_running()
     finally:
+        if stated is None:
+            del os.environ['PYTHONSAFEPATH']
         signal.pthread_sigmask(signal.SIG_SETMASK, mask)
     others = multiprocessing.active_children()
     executor = ProcessPoolExecutor(workers, context, _prepare, (memory,), max_tasks_per_child=1)
