@@ -7,10 +7,9 @@ Fit to recordings: the values of a model file, the noise of a filter, or both of
 model: all values of the drive (or those named with --free), each within physical bounds and held
 weakly at the value of the model file, which must be right within a factor of about ten. A search
 by the innovations of a filter, as in diagnose, begins at these values and at those of the balance
-of torques. Values that are less likely than the model file, or whose free runs are farther off,
-are no solution (exit code 3). With --windows free runs are fitted, in which torque that no model
-explains counts as misfit. Values that the recordings do not determine are listed and stay near
-their start.
+of torques. Values whose free runs are farther off than those of the model file are no solution
+(exit code 3). With --windows free runs are fitted, in which torque that no model explains counts
+as misfit. Values that the recordings do not determine are listed and stay near their start.
 
 noise: R and Q of a filter, as a parameter file. R comes from half a second at standstill; without
 one it is estimated together with Q, by maximising the likelihood of the prediction errors. No

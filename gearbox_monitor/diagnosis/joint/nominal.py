@@ -7,10 +7,9 @@ Fit the nominal values of a drive to recordings, and tell which of them the data
 Each value moves on a log scale about that of the model file, under a weak prior: values that the
 data do not determine stay there. It is the fit of a diagnosis without effects, with wide priors:
 the search by innovations begins in the values of the model file and in those of the balance of
-momentum (torque_domain), to which values that are far off are no obstacle. Values that leave more
-of the readings, or of free runs, than those of the model file are no solution. How long
-unexplained torque lasts is that of the likeliest fit. Long runs are the same filter with hardly
-any torque noise.
+momentum (torque_domain), to which values that are far off are no obstacle. Values whose free runs
+are farther off than those of the model file are no solution. How long unexplained torque lasts is
+that of the likeliest fit. Long runs are the same filter with hardly any torque noise.
 
 A model file is adapted to one unit by recordings of its motion alone, without a torque sensor. The
 filter is tuned with the values that the recordings determine (`estimation.tune`). What stays open
@@ -130,7 +129,6 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
         report(1, 2, 'long windows')
         fit = fitted(long.likelihood, replace(fit, torque=long.torque), ITERATIONS,
                      free_noise=False)
-    _expect_solution(evidence, long, fit)
     fitted_model = fit.model
     report(1.5, 2, 'free runs')
     values, correlated, covariance = _listed(
@@ -139,8 +137,9 @@ def fit_nominal(recordings: Sequence[UniformRecording], model: DriveModel,
     base = replace(plain, zero_tolerance=model.zero_tolerance) if evidence.balances else plain
     gap_before = None if seconds else _gap_of(evidence, base)
     gap_after = _gap_of(evidence, fitted_model, seconds or SECONDS)
-    if gap_before is not None and not evidence.balances:
-        _expect_no_farther(gap_before, gap_after)
+    # Of balances, windows are no evidence; long runs are what was fitted.
+    _expect_no_farther(math.inf if evidence.balances or gap_before is None else gap_before,
+                       gap_after)
     validation = None if validate is None else windows.validate(
         validate, base, fitted_model, evidence.sigma)
     if model.controller is None:  # filters have a torque constant, but no gain
@@ -295,17 +294,6 @@ def _long_runs(evidence: DriveRecordings, fit: InnovationFit, seconds: float | N
                      length * max(len(r.channels) for r in evidence.recordings))
 
 
-def _expect_solution(evidence: DriveRecordings, long: _LongRuns | None, fit: InnovationFit
-                     ) -> None:
-    """Raise Undecided where the residual of the model file is smaller than that of a fit."""
-    of_file, of_fit = (_log_residual(evidence, long, fit.candidate.model(z))
-                       for z in (fit.candidate.start(), fit.z))
-    if not of_fit <= math.log(STATEMENTS.no_worse) + of_file:
-        raise Undecided('the model file explains the recordings better than the fit: no solution; '
-                        'expected a model of this drive (see check), or fewer values to fit '
-                        '(--free)')
-
-
 def _expect_no_farther(before: float, after: float) -> None:
     """Raise Undecided where free runs of a fit are farther off, `after` it, than `before`."""
     if not (after <= STATEMENTS.no_worse * before or math.isnan(before)):
@@ -313,25 +301,6 @@ def _expect_no_farther(before: float, after: float) -> None:
             f'free runs of the model file leave {before:.3g} times the noise, those of the fit '
             f'{after:.3g}: no solution; expected a model of this drive (see check), or fewer '
             'values to fit (--free)')
-
-
-def _log_residual(evidence: DriveRecordings, long: _LongRuns | None, model: DriveModel) -> float:
-    """
-    Return the logarithm of the residual of a model: geometric mean of its innovations.
-
-    Infinite or NaN where the model diverges.
-
-    Args:
-        evidence: the recordings.
-        long: runs that count where they were fitted.
-        model: of the drive.
-    """
-    if long is not None:
-        judge, torque = long.likelihood, long.torque
-    else:
-        judge = fine = evidence.fine
-        torque = fitted(fine, unfitted(fine, CandidateModel(model, (), ()))).torque
-    return float(0.5 * judge.run(model, torque).deviance / judge.readings)
 
 
 def _coordinate(name: str, scale: float | None) -> Coordinate:
