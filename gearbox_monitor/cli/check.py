@@ -310,9 +310,12 @@ def _plain(findings: Sequence[DataFinding], purposes: Sequence[str] = PURPOSES,
 
 
 def robot_says(log: str, findings: Sequence[DataFinding]) -> Said:
-    """Return whether a `log` with these findings suits a diagnosis."""
-    bad = ', '.join(dict.fromkeys(f'{f.name} ({f.group})' for f in findings if f.verdict() == BAD))
-    return said('robot_suits_not' if bad else 'robot_suits', name=log, lines=bad)
+    """Return whether a `log` with these findings suits a diagnosis, and what speaks against it."""
+    worst = max((f.verdict() for f in findings), default=OK)
+    lines = ', '.join(dict.fromkeys(
+        f'{f.name} ({f.group})' for f in findings if f.verdict() == worst > OK))
+    code = {BAD: 'robot_suits_not', WARN: 'robot_suits_with_care'}.get(worst, 'robot_suits')
+    return said(code, name=log, lines=lines)
 
 
 WIDE = 100

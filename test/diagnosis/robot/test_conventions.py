@@ -12,7 +12,8 @@ import pytest
 import random_robots
 
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.diagnosis.robot.conventions import log_as_read, named_readings, RobotReading
+from gearbox_monitor.diagnosis.robot.conventions import (
+    least_explained, log_as_read, named_readings, RobotReading)
 from gearbox_monitor.diagnosis.robot.robot_log import checked_log, continuous, RawLog, read_by
 from gearbox_monitor.diagnosis.robot.rows import RobotModel
 from gearbox_monitor.errors import InputError
@@ -104,6 +105,16 @@ def test_two_efforts_of_another_sign_are_named_where_one_alone_explains_less():
                   for c in n.reading.joints.values()) == [(1, -1.0), (2, -1.0)]
 
 
+def test_a_log_that_no_reading_explains_is_doubted():
+    """Where none was named, the log of another robot was in order."""
+    columns, robot = raw(), RobotModel(arm(), np.full(3, 0.05), 0.05)
+    assert least_explained(checked_log(continuous(columns), JOINTS), robot) is None
+    columns.input['elbow'][:] = 20.0 * np.sin(3.0 * columns.t)
+    log = checked_log(continuous(columns), JOINTS)
+    joint, left = least_explained(log, robot)
+    assert named_readings(log, robot) == [] and joint == 2 and left > 0.5
+
+
 def test_exchanged_joints_are_named():
     columns = raw()
     for values in (columns.position, columns.input):
@@ -182,5 +193,13 @@ def test_commands_read_a_robot_as_it_is_named_and_learn_refuses_it(tmp_path, cap
     assert main(['diagnose', *words, '--convention', 'elbow=reversed', '--json', '-']) == 1
     stated = json.loads(capsys.readouterr().out)
     assert stated['readings'] == [] and stated['findings'] == misread['findings']
+    table[:, 5:7] *= -1.0
+    table[:, 6] = 20.0 * np.sin(3.0 * columns.t)
+    np.savetxt(tmp_path / 'log.csv', table, '%.6g', ',', comments='', header='t,' + ','.join(
+        f'q_{j},tau_{j}' for j in JOINTS))
+    assert main(['check', *words]) == 0
+    said = ' '.join(capsys.readouterr().out.split())
+    assert 'with care: note (log), reading (conventions).' in said
+    assert 'reading warn elbow: weight and inertia of the model leave ' in said
     payload = stated['findings'][0]
     assert payload['effect'] == 'payload' and payload['values']['m'] == pytest.approx(1.0, abs=0.2)
