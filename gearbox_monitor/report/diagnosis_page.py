@@ -304,8 +304,8 @@ def _gaps_of_readings(data: VerdictData) -> list[GapPart]:
         name = gap['reading']
         parts.append((name if name == 'torque' else f'{name} encoder', '', gap['before'],
                       gap['after'], '', _closed(gap['closed'])))
-    theirs = data.get('simulator')
-    for name, part in (('second recording', data.get('validation')),
+    theirs, validation = data.get('simulator'), data.get('validation')
+    for name, part in ((validation and f'validation, {validation["recording"]}', validation),
                        (theirs and f'in {theirs["name"]}', theirs)):
         if part:
             parts.append((str(name), '', part['gap_before'], part['gap_after'], '',

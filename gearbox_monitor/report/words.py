@@ -39,6 +39,7 @@ LACKING = ('incomplete', 'unknown')  # verdicts with a remainder
 MEANINGS = {e.id: e.meaning for e in EFFECTS.values()} | {
     e.id: e.meaning for e in ROBOT_EFFECTS}
 OF_ROBOTS = {effect.id: effect for effect in ROBOT_EFFECTS}
+EVENTS = {DISTURBANCE.id, SLIP.id}
 OF_CHANGES = {'Cc_change': 'N m', 'Cv_change': 'N m s/rad', 'm1_change': 'kg m^2',
               'T_change': 's', 'kp_factor': '', 'kp_of_model': '', 'Ca': 'N m', 'moment': 'kg m',
               'moved': 'm'}
@@ -190,7 +191,7 @@ def undefined(data: VerdictData) -> str:
     ids = ids_of(data)
     if data['verdict'] in LACKING and (data.get('gap_before') or 0.0) > NEAR_FLOOR:
         return say('nothing_explains')
-    if {DISTURBANCE.id, SLIP.id} & set(ids):
+    if EVENTS & set(ids):
         return say('never_again', effect=DISTURBANCE.id if DISTURBANCE.id in ids else SLIP.id)
     return say('rounds' if _rounds(ids) else 'near_noise')
 
@@ -246,16 +247,11 @@ def _rival_of(finding: Mapping[str, Any], rival: str, data: VerdictData) -> str:
     return ' '.join((noun, *form, *(['at ' + place] if place else []))).strip()
 
 
-def _rival_words(rival: str) -> str:
-    """Return a `rival`, as verdicts name it by effect@place, in words."""
-    return rival.replace('@', ' at ')
-
-
 def _finding_words(finding: Mapping[str, Any], data: VerdictData) -> str:
     effect, values, place = finding['effect'], finding['values'], place_of(finding, data)
     axis = axis_of(data, finding.get('joint'))
-    if effect in EVENTS:
-        return EVENTS[effect](finding, data, place)
+    if effect in SENTENCES:
+        return SENTENCES[effect](finding, data, place)
     name, noun = subject_of(effect, values)
     if not name:
         return say('acts', place=place, effect=effect)
@@ -347,7 +343,7 @@ def _tilt(finding: Mapping[str, Any], data: VerdictData, place: str) -> str:
 
 
 # Effects with a sentence of their own.
-EVENTS: Mapping[str, Callable[[Mapping[str, Any], VerdictData, str], str]] = {
+SENTENCES: Mapping[str, Callable[[Mapping[str, Any], VerdictData, str], str]] = {
     DISTURBANCE.id: _bursts, SLIP.id: _slips, 'payload': _load, 'base_tilt': _tilt,
     'link_inertia': lambda finding, data, place: say('inertia', place=place)}
 
@@ -474,7 +470,7 @@ def next_steps(data: VerdictData) -> list[str]:
     steps += [say(code) for ours, code in (
         (SLIP.id in ids, 'check_clutch'), (DISTURBANCE.id in ids, 'look_for_contacts'),
         (_rounds(ids), 'read_finer')) if ours]
-    if data['findings'] and not ids & {SLIP.id, DISTURBANCE.id} and not _rounds(ids):
+    if data['findings'] and not ids & EVENTS and not _rounds(ids):
         steps += _closing_steps(data, is_drive)
     if data['remainders']:
         first = data['remainders'][0]
@@ -527,8 +523,8 @@ def motion_words(question: Mapping[str, Any], axis: str) -> str:
                 'distinguish_joints' if other else 'distinguish_loaded')
         if name in OF_ROBOTS and OF_ROBOTS[name].place == LINK:
             other = f'the joint of {other}'
-        how = say(code, effect=effect, rival=_rival_words(rival), joint=joint, other=other,
-                  why=apart, motion=on_axis(apart, axis))
+        how = say(code, effect=effect, rival=rival.replace('@', ' at '), joint=joint,
+                  other=other, why=apart, motion=on_axis(apart, axis))
         if code == 'no_motion':
             return how
     more = () if evidence is None else (said('evidence', evidence=evidence),)

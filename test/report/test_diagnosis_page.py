@@ -54,7 +54,7 @@ def test_all_of_it_is_written(folder):
     html = (folder / 'out/report.html').read_text(encoding='utf-8')
     assert 1e5 < len(html) < 5e6
     assert '<b>' not in html and 'worn &amp; &lt;b&gt;old.csv' in html
-    assert 'arm side: Coulomb friction 0.0' in html and 'second recording' in html
+    assert 'arm side: Coulomb friction 0.0' in html and 'validation, ' in html
     assert 'nan' not in html.lower().split('<pre>')[0]
     for word in ('http:', 'https:', 'url(', '@import', ' src='):
         assert word not in html.replace('http://www.w3.org', '')

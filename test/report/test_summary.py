@@ -149,13 +149,17 @@ def test_a_robot_answers_in_the_same_way():
         'elbow: Coulomb friction +0.500 ± 0.010 N: ')
     data = {'verdict': 'effect', 'findings': [rubs], 'remainders': []}
     assert headline(data).endswith('(+250 %). This explains the whole difference.')
-    for after, says in ((0.1, 'the whole difference.'), (0.5, 'days allow the rest.')):
+    for after, says in ((0.1, 'the whole difference.'), (0.5, 'Tolerances allow the rest.')):
         gap = {'joint': 'elbow', 'before': 1.0, 'after': after, 'evidence': 90.0}
         assert headline({**data, 'gaps': [gap]}).endswith(says)
     servo = Finding('servo_gain', 'controller', {'kp_factor': 0.8}, {'kp_factor': 0.01}, 9.0,
                     joint='wrist').to_dict()
     assert finding_words(servo) == (
         'wrist: proportional gain 0.800 ± 0.010 times the value of the model')
+    load = Finding('payload', 'arm_side', {'m': 2.0, 'cx': 0.0, 'cy': 0.0, 'cz': 0.09},
+                   {'m': 0.3, 'cx': 0.01, 'cy': 0.01, 'cz': 0.01}, 9.0, link='hand').to_dict()
+    rows = {row.name: str(row.size) for row in value_rows({'findings': [load], 'gaps': []})}
+    assert rows['m'] == '2.0 ± 0.3 kg' and rows['cz'] == '0.090 ± 0.010 m'  # the page left it out
     quiet = {'verdict': 'none', 'findings': [], 'remainders': [], 'gaps': [
         {'joint': 'elbow', 'before': 0.12}, {'joint': 'wrist', 'before': 0.02}]}
     assert headline(quiet) == (
