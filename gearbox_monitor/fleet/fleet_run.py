@@ -385,7 +385,7 @@ def at_home(workers: int, memory: int = 0) -> Iterator[Executor]:
     # Ctrl-C reaches every process of a terminal; this one ends the others in order.
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
     stated = os.environ.get('PYTHONSAFEPATH')
-    os.environ['PYTHONSAFEPATH'] = stated or '1'  # no folder of a user passes for this package
+    os.environ['PYTHONSAFEPATH'] = stated or '1'  # no folder of the same name is imported
     try:
         forkserver.ensure_running()
     finally:

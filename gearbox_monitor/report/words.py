@@ -235,7 +235,7 @@ def finding_words(finding: Mapping[str, Any], data: VerdictData = NO_DATA) -> st
 
 
 def _rival_of(finding: Mapping[str, Any], rival: str, data: VerdictData) -> str:
-    """Return the `rival` of a finding, effect (form)@place, in words; '' for one of its name."""
+    """Return the `rival` of a finding, effect (form)@place, in words; '' if both have one name."""
     name, _, place = rival.partition('@')
     effect, *form = name.split(' ', 1)
     noun, known = subject_of(effect)[1], library().get(effect)
@@ -414,7 +414,7 @@ def drift_words(drift: Mapping[str, Any]) -> str:
     """
     Return a `drift` in words: how far friction of a joint is from the references.
 
-    Less than none is another form of friction.
+    No friction is lower by more than 100 %: its form differs.
     """
     code = ('drift_above' if drift['change'] > 0.0 else
             'drift_below' if drift['change'] > -1.0 else 'drift_unlike')

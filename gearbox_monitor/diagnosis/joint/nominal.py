@@ -295,7 +295,7 @@ def _long_runs(evidence: DriveRecordings, fit: InnovationFit, seconds: float | N
 
 
 def _expect_no_farther(before: float, after: float) -> None:
-    """Raise Undecided where free runs of a fit are farther off, `after` it, than `before`."""
+    """Raise Undecided if the misfit of free runs `after` a fit exceeds that `before` it."""
     if not (after <= STATEMENTS.no_worse * before or math.isnan(before)):
         raise Undecided(
             f'free runs of the model file leave {before:.3g} times the noise, those of the fit '

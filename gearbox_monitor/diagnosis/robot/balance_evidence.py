@@ -147,8 +147,8 @@ class BalanceEvidence:
         """
         Return the covariance [k, k] of a candidate's coefficients between healthy parts and days.
 
-        Of a torque of any of its shapes a short reference leaves a share of the effort open, of
-        each joint's own: a slide's force says nothing of a wrist.
+        A short reference leaves open a torque of any shape, up to a share of the effort of each
+        joint: the force of a slide tells nothing about a wrist.
 
         Args:
             candidate: effect or function.

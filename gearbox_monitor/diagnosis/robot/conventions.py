@@ -44,9 +44,9 @@ class ConventionLimits:
     joint at most: the error of a model does not average out. accuracy: share of a joint's effort
     (rms) that no description is better than; least: the same of the largest effort of the robot,
     for a light wrist. explained: share of the effort's power that an accepted reading leaves at
-    most, of the joints that it changes. doubtful: times the accuracy that a joint's rest may be
-    in a log as recorded that is not doubted. apart: 2 log likelihood by which a reading of another
-    joint has to be worse, or both are named.
+    most, of the joints that it changes. doubtful: residual of a joint relative to the accuracy,
+    from which on a log as recorded is doubted. apart: 2 log likelihood by which a reading of
+    another joint has to be worse, or both are named.
 
     Deviations of the priors. load: mass on any link, of the mass of the robot; links: of the mass
     of a link itself; gain: of a motor; tilt: of gravity, of 9.81 m/s^2; friction, offset, bent: of
@@ -55,8 +55,8 @@ class ConventionLimits:
     highest: Hz of the test functions, below resonances and delays. rate: of the motion that is
     fitted. turned: rad, the least zero that the weight names
     within the tolerances of the description: a smaller one is an effect of a calibration.
-    factor: least factor of an effort that is another unit and no motor of another gain; where one
-    without end explains as much, the effort is friction, and the weight tells no unit.
+    factor: least factor of an effort that is another unit and no motor of another gain. An effort
+    that a factor of UNRELATED explains as well is friction: its unit stays unknown.
     """
 
     margin: float = 30.0
@@ -192,9 +192,9 @@ def misfit(log: RobotLog, robot: RobotModel, limits: tuple[Array, Array] | None 
 def least_explained(log: RobotLog, robot: RobotModel, limits: tuple[Array, Array] | None = None
                     ) -> tuple[int, float] | None:
     """
-    Return the joint whose effort no effect explains, and what share of its rms, None where all do.
+    Return the joint that the model explains least, and the unexplained share of its rms effort.
 
-    Arguments as of named_readings.
+    None if no joint is in doubt. Arguments as of named_readings.
     """
     balance = ConventionBalance(robot, thinned(log), log.kind == SETPOINT, limits)
     recorded = balance.score()
@@ -328,7 +328,7 @@ class ConventionBalance:
             np.log(self._recorded.floor).sum())
 
     def rest(self, score: ReadingScore) -> Array:
-        """Return what a `score` leaves of the effort of each joint [J] over what any leaves."""
+        """Return the residual rms [J] of a `score`, relative to the accuracy of a description."""
         return np.asarray(np.sqrt(score.unexplained / self._recorded.floor[0]))
 
     def named(self, left: float = 0.0) -> list[NamedReading]:
@@ -354,8 +354,8 @@ class ConventionBalance:
         """
         Return `reading` and another one that explain the motion together, [] without.
 
-        The first alone, with its `score`, may leave the second joint worse than `recorded`. Zeros
-        and factors, whose values are free, would stand for two effects.
+        The first alone, with its `score`, may explain the second joint worse than `recorded`
+        does. Zeros and factors are left out: two free values can imitate two effects.
         """
         settled = {*self.settled, *(reading.swapped or reading.joints)}
         if (self.rest(recorded) <= LIMITS.doubtful).all():
@@ -408,7 +408,7 @@ class ConventionBalance:
             yield readings[2], negative
             for factor, reading, score in zip(_factors(), readings[3:], scores):
                 unrelated = (tiny if factor < 1.0 else huge).deviance
-                # To take the model away costs 1 / gain^2, if the effort has its form at all.
+                # Removing the model costs 1 / gain^2 by its prior: a true factor keeps most of it.
                 if score.deviance < unrelated - 0.5 * len(group) / LIMITS.gain ** 2:
                     yield reading, score
         readings = [RobotReading(swapped=(k, j)) for j in joints for k in range(j)
@@ -545,7 +545,7 @@ class ConventionBalance:
 
 
 AT_ONCE = 12  # readings that are evaluated together
-UNRELATED = (1e-6, 1e6)  # factors by which effort and model say nothing of each other
+UNRELATED = (1e-6, 1e6)  # factors of an effort that make it and the model unrelated
 
 
 def _blocks(x: Array, tests: TestFunctions) -> Array:
@@ -649,7 +649,7 @@ def _is_large(reading: RobotReading) -> bool:
 
 
 def _is_exact(reading: RobotReading) -> bool:
-    """Return whether a reading has no value that is free."""
+    """Return whether a reading has no free value."""
     return all(c.zero == 0.0 and abs(c.effort) == 1.0 for c in reading.joints.values())
 
 

@@ -300,7 +300,7 @@ def _usual_period(name: str, t: Array) -> float:
     period = float(steps[np.searchsorted(np.cumsum(steps), 0.5 * steps.sum())])
     if not period > 0.0:
         raise InputError(f'{name}: t: all stamps are the same, expected seconds that rise')
-    if round(1.0 / period, 1) < SETTINGS.least_rate:  # stamps of 30 Hz are a few ns apart
+    if round(1.0 / period, 1) < SETTINGS.least_rate:  # stamps of 30 Hz in ns are 29.99999
         raise InputError(
             f'{name}: {1.0 / period:.3g} samples/s, expected {SETTINGS.least_rate:g} or more: '
             'between slower samples a joint moves too far for its speed to be known')
