@@ -195,6 +195,7 @@ class MonitoredGearbox:
             f'/{self.name}' if self.name else '')
         self._state_file = StateFile(values.drift_state_file, self._component) \
             if values.drift_state_file else None
+        self._lost = ''  # a file that was set aside at the start, until a baseline is saved
         known, recording_ns = self._state_at_start(values)
         self.monitor = Monitor(model, values, known, settings.robot, phase_ns)
         self.names = GearboxNames(
@@ -260,9 +261,7 @@ class MonitoredGearbox:
         Of the state file, else of the baseline.
         """
         if self._state_file is not None and self._state_file.readable:
-            state, problem = load_state(values.drift_state_file, values.gearbox_serial)
-            if problem:
-                self._node.get_logger().error(self._says + problem)
+            state, self._lost = load_state(values.drift_state_file, values.gearbox_serial)
             if state is not None:
                 return state['health'], state['recording_ns']
         known = None
@@ -273,8 +272,10 @@ class MonitoredGearbox:
                     f'{self._says}{values.baseline_file}: no baseline yet; '
                     f'{self.private("save_baseline")} writes it')
         except Damaged as error:
-            self._node.get_logger().error(
-                f'{self._says}{error}: {set_aside(values.baseline_file)}; {AGAIN}')
+            aside = f'{error}: {set_aside(values.baseline_file)}; {AGAIN}'
+            self._lost = '; '.join(filter(None, (self._lost, aside)))
+        if self._lost:
+            self._node.get_logger().error(self._says + self._lost)
         return known, 0
 
     # ------------------------------------------------------------------ samples
@@ -325,16 +326,18 @@ class MonitoredGearbox:
                 self._node.get_logger().warning(self._says + note)
 
     def _kept(self, outcome: Outcome) -> Outcome:
-        """Return the `outcome` of backlash, a warning where the state cannot be kept."""
+        """Return the `outcome` of backlash, a warning where a state is lost or not kept."""
         problem = self._state_file.problem if self._state_file is not None else ''
         if problem != self._state_error:
             self._state_error = problem
             if problem:
                 self._node.get_logger().error(f'{self._says}{problem}')
-        if not problem:
-            return outcome
-        return replace(outcome.followed_by('state_not_kept', problem=problem),
-                       level=max(outcome.level, Level.WARN))
+        for code, text in (('state_lost', self._lost), ('state_not_kept', problem)):
+            if text:
+                own = (Said(code, {'problem': text}, Level.WARN),)
+                outcome = replace(outcome, level=max(outcome.level, Level.WARN), says=(
+                    *outcome.says, own) if outcome.level else (own, *outcome.says))
+        return outcome
 
     def _publish_snapshot(self, reason: str) -> None:
         self._snapshot_stamp = self.monitor.stamp_ns
@@ -474,6 +477,7 @@ class MonitoredGearbox:
         except InputError as error:
             return False, str(error)
         monitor.know(health)
+        self._lost = ''
         if self._changes is not None:
             self._changes.accept()
         self._alert()

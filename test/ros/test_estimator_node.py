@@ -315,8 +315,12 @@ def test_drift_state_survives_a_restart(graph, drive, tmp_path):
     estimator = graph.start('estimator_node', baseline_file=baseline, **parameters)
     graph.until(lambda: diagnostics, 'diagnostics')
     errors = graph.stop(estimator)
+    lost, = (s for s in diagnostics[-1].status if s.name == 'estimator: backlash')
+    assert lost.level > b'\x00' and 'the earlier state of wear is lost: ' in lost.message
     for path in (file, baseline):
-        assert f'set aside as {path.name}.corrupt-' in errors and not path.exists()
+        for words in (errors, lost.message):
+            assert f'set aside as {path.name}.corrupt-' in words
+        assert not path.exists()
 
 
 def test_a_bad_parameter_ends_with_one_line(tmp_path):
