@@ -42,7 +42,8 @@ from gearbox_monitor.fleet.job import FleetBag, JobSettings, name_of, RobotBag, 
 from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.health.backlash.change_tests import FEATURES, MEASURED
 from gearbox_monitor.health.health_record import HealthSettings
-from gearbox_monitor.health.judgement import CLASSES, figures, folded, Health, sentence, serviced
+from gearbox_monitor.health.judgement import (
+    CLASSES, figures, folded, from_data as health_from, Health, sentence, serviced)
 from gearbox_monitor.plain_data import from_data
 from gearbox_monitor.recordings.read import natural
 from gearbox_monitor.recordings.reading import open_recording
@@ -134,12 +135,19 @@ def _order(box: dict[str, Any]) -> tuple[int, bool, float, str]:
 
 
 def _history(name: str, rows: Sequence[Row], services: list[tuple[int, str]]) -> dict[str, Any]:
-    """Fold the windows of the bags `rows`, and the `services` between them."""
+    """
+    Fold the windows of the bags `rows`, and the `services` between them.
+
+    The first bag begins with what its estimator knew: a baseline, or the state of a live node.
+    """
     health, points, compared = Health(HealthSettings()), [], False
     for row in rows:
+        judged, before = json.loads(row['judged'])
+        settings, windows = from_data(judged, CLASSES)
+        if row is rows[0]:
+            health = health_from(settings, before)
         while services and services[0][0] <= row['start']:
             health = serviced(health, *services.pop(0))
-        settings, windows = from_data(json.loads(row['judged']), CLASSES)
         known = health.baseline_ns
         health = folded(replace(health, settings=settings), windows, row['path'])
         compared = compared or bool(known and health.compared)

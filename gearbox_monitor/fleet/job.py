@@ -26,6 +26,7 @@ from gearbox_monitor.files.knowledge_file import watch_bytes, watch_from
 from gearbox_monitor.health.backlash.change_tests import MEASURED
 from gearbox_monitor.health.backlash.features import combine, reason_of, separable_of
 from gearbox_monitor.health.health_record import Window
+from gearbox_monitor.health.judgement import to_data as health_data
 from gearbox_monitor.kernels.kernel import KERNELS
 from gearbox_monitor.library.robot import description_in, watch_robot
 from gearbox_monitor.parameters import EstimatorParameters
@@ -161,7 +162,7 @@ def content_hash(path: Path) -> str:
     return digest.hexdigest()
 
 
-FORMAT = 8  # of the rows and of the states of a watch in them
+FORMAT = 9  # of the rows and of the states of a watch in them
 TRUST = ('observability', 'prediction error', 'covariance', 'input')
 Row: TypeAlias = dict[str, Any]  # plain data, some of fleet_run.SCHEMA
 
@@ -244,7 +245,7 @@ def _analysed(path: Path, settings: JobSettings) -> Row:
     """Return the results for the row of the bag `path`."""
     with open_recording(path) as reader:
         player = Player(reader, settings.model, settings.parameters, settings.topic)
-        monitor = player.monitor
+        monitor, known = player.monitor, player.monitor.health
         gearbox, named = name_of(path, player.namespace, monitor.parameters.gearbox_serial,
                                  settings.gearbox)
         judged: list[Window] = []
@@ -266,7 +267,9 @@ def _analysed(path: Path, settings: JobSettings) -> Row:
         windows += [window for window in rest if window not in windows]
         row = {
             'gearbox': gearbox, 'named': named,
-            'judged': json.dumps(to_data((monitor.health.settings, tuple(judged)))),
+            'judged': json.dumps([
+                to_data((monitor.health.settings, tuple(judged))),
+                health_data(known) if known.stamp_ns else None]),
             **_times(start, end), 'samples': count, 'filter': monitor.parameters.filter,
             'unit': 'm' if monitor.model.axis == 'prismatic' else 'rad',
             'trust': max(monitor.outcomes[name].level for name in TRUST).name,

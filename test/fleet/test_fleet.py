@@ -405,7 +405,7 @@ def bag_row(gearbox, day, gaps, separable=True, **features):
     return {
         'status': 'done', 'gearbox': gearbox, 'path': f'{gearbox}/{day}', 'unit': 'rad',
         'named': True, 'start': (T0 + day * DAY) * 10 ** 9,
-        'judged': json.dumps(to_data((SETTINGS, tuple(windows)))),
+        'judged': json.dumps([to_data((SETTINGS, tuple(windows))), None]),
         **job._features([window.features for window in windows]), 'trust': 'OK',
         'model_level': 'OK', 'notes': '',
         'not_excited': None if windows else 'stands still'}
