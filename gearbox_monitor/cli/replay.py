@@ -29,6 +29,7 @@ from gearbox_monitor.cli.options import estimator_options, opened, show, warn
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.user_files import expect_new_file, load_model
 from gearbox_monitor.health.alarms import Level, LIMITS
+from gearbox_monitor.health.backlash.change_tests import COMPONENTS
 from gearbox_monitor.health.backlash.features import (
     Backlash, combine, is_locked, locked_windows, NotExcited, reason_of, separable_of)
 from gearbox_monitor.health.judgement import said_of_slips
@@ -85,16 +86,22 @@ def says(data: Mapping[str, Any], axis: str = 'rotary') -> Iterator[Said]:
     if 'comparison' in data:
         compared = data['comparison']
         yield said('differs_from' if compared['different'] else 'repeats', **compared)
-    if data['wear']:
-        yield as_written(on_axis(words.sentence(data['wear']['summary']), axis))
-    if data['levels']:
-        raised = ', '.join(f'{name} {level}' for name, level in data['levels'].items()
-                           if level != Level.OK.name)
-        yield said('trust_at_end', levels=raised or 'all OK')
+    raised = _raised(data['levels'])
+    trust = [said('trust_at_end', levels=', '.join(raised.values()) or 'all OK')
+             ] if data['levels'] else []
+    wear = [as_written(on_axis(words.sentence(data['wear']['summary']), axis))
+            ] if data['wear'] else []
+    changed = wear and (data['wear']['alerts'] or data['wear']['slips'])
+    yield from [*wear, *trust] if changed or raised.keys() <= set(COMPONENTS) else [*trust, *wear]
     if data['nis'] is not None:
         yield said('mean_nis', **data)
     elif not ('comparison' in data or data['wear'] or data['levels']):
         yield said('estimates', count=data['estimates'])
+
+
+def _raised(levels: Mapping[str, str]) -> dict[str, str]:
+    """Return {component: its name and level} of those among `levels` that are not OK."""
+    return {k: f'{k} {level}' for k, level in levels.items() if level != Level.OK.name}
 
 
 def text(data: Mapping[str, Any], axis: str = 'rotary') -> str:
@@ -137,6 +144,8 @@ def _rows(data: Mapping[str, Any], axis: str) -> Iterator[Said]:
 UNITS = {'rotary': {'rad': 1.0, 'mrad': 1e-3, 'deg': math.radians(1.0),
                     'arcmin': math.radians(1.0) / 60.0},
          'prismatic': {'m': 1.0, 'mm': 1e-3, 'um': 1e-6}}
+# Codes of a twist that no gearbox shows: of a swapped, late or wrongly scaled encoder.
+CONTRADICTED = ('no_curve', 'other_twist', 'against_twist')
 INSEPARABLE = said('inseparable')
 EXIT = {'pass': 0, 'fail': 1, 'not excited': 3, 'undecided': 3}
 
@@ -175,15 +184,17 @@ def accept(args: Namespace) -> int:
     with opened(args) as reader:
         result = replay(reader, load_model(model_file) if model_file else None, parameters,
                         args.topic)
-    notes = result.summary['notes']
+    doubts = [words for component, words in _raised(result.summary['levels']).items()
+              if component not in COMPONENTS]
+    notes = [*result.summary['notes'],
+             *(str(said('trust_at_end', levels=', '.join(doubts))) for _ in doubts[:1])]
     model = result.estimator.model
     if unit and unit not in UNITS[model.axis]:
         raise InputError(f'--max-gap: {args.max_gap!r}, expected a limit in '
                          f'{", ".join(UNITS[model.axis])}: the axis of the model is {model.axis}')
     data = {'bag': str(args.bag), 'unit': unit or next(iter(UNITS[model.axis])), **limits,
             'confidence': args.confidence,
-            **judge(windows(result), limits, args.confidence,
-                    said_of_slips(result.monitor.health)), 'notes': notes}
+            **judge(windows(result), limits, args.confidence, _doubts(result)), 'notes': notes}
     data = {**told([verdict_said(data, model.axis)]), **data}
     warn(args, notes)
     show(args, data, lambda: verdict_text(data, model.axis))
@@ -211,14 +222,27 @@ def limit_of(word: str) -> tuple[str, float]:
 
 
 def windows(result: Replay) -> Sequence[Backlash | NotExcited]:
-    """Return the features of each window of the replay `result`, or of a lost-motion test."""
+    """
+    Return the features of each window of the replay `result`, or of a lost-motion test.
+
+    If the gearbox changed during the recording, the windows since then count.
+    """
     if is_locked(result.samples):
         return locked_windows(result.samples)
-    return result.monitor.all_features()
+    changed = max((alert.since_ns for alert in result.monitor.health.alerts.values()), default=0)
+    return [fit for fit in result.monitor.all_features() if fit.stamp_ns > changed]
+
+
+def _doubts(result: Replay) -> list[Said]:
+    """Return slips in a replay, and in what encoders and torque contradict each other."""
+    health, outcome = result.monitor.health, result.monitor.outcomes['prediction error']
+    says = () if is_locked(result.samples) else outcome.says
+    return [*said_of_slips(health), *(part for group in says for part in group
+                                      if part.code in CONTRADICTED)]
 
 
 def judge(fits: Sequence[Any], limits: Mapping[str, float | None],
-          confidence: float, slips: Sequence[Said] = ()) -> dict[str, Any]:
+          confidence: float, doubts: Sequence[Said] = ()) -> dict[str, Any]:
     """
     Return the verdict on a gearbox as plain data.
 
@@ -226,7 +250,7 @@ def judge(fits: Sequence[Any], limits: Mapping[str, float | None],
         fits: Backlash or NotExcited of each window.
         limits: {'max_gap': rad or None, 'min_stiffness': N m/rad or None}.
         confidence: probability that a verdict needs.
-        slips: of clutch, hub or coupling; no gearbox with one passes.
+        doubts: slips of clutch, hub or coupling, contradictions; no gearbox with one passes.
 
     Returns:
         'verdict', 'reason', the measured values with their deviations, probabilities.
@@ -249,7 +273,7 @@ def judge(fits: Sequence[Any], limits: Mapping[str, float | None],
     data['gap_arcmin_std'] = math.degrees(data['gap_rad_std']) * 60.0
     data['separable'] = separable
     data['crossings'] = float(np.mean([w.coverage for w in used]))
-    met, missed, reasons = [], [], list[Said]()
+    met, missed, reasons, failed = [], [], list[Said](), list[Said]()
     tests = []  # key, noun, probability that the limit is met, may it pass, why not if inseparable
     if limits['max_gap'] is not None:
         width = gap if separable else lost_motion
@@ -264,13 +288,14 @@ def judge(fits: Sequence[Any], limits: Mapping[str, float | None],
         missed.append(separable and 1.0 - p >= confidence)
         if not met[-1] and not missed[-1]:
             reasons.append(said('too_close', noun=noun) if separable else inseparable)
-    for slip in slips:
+    for doubt in doubts:
         met.append(False)
-        missed.append(slip.code == 'slip')
-        reasons.append(said('slipping', slip=slip, todo=slip.remedy))
+        missed.append(doubt.code == 'slip')
+        (failed if missed[-1] else reasons).append(
+            said('doubtful', doubt=doubt, todo=doubt.remedy))
     verdict = ('fail' if any(missed) else 'pass' if all(met) else
                'undecided' if separable else 'not excited')
-    reasons = reasons or [INSEPARABLE] * (not separable)
+    reasons = failed if verdict == 'fail' else reasons or [INSEPARABLE] * (not separable)
     return {'verdict': verdict, 'reason': '; '.join(map(str, reasons)),
             'codes': [reason.code for reason in reasons], **data}
 
