@@ -25,7 +25,7 @@ Public names, by module:
     elastic_regression: add_row, certainty, D_FRICTION, D_RATE, D_TORQUE, D_TWIST, D_U, D_X2,
         D_X3, D_X4, HALF_GAP, N_CARRIED, N_DATA, N_SHAPE, S_GROUP, STIFFNESS, Sums
     health_record: FeatureHealth, GROSS, HealthSettings, Window
-    judgement: accepted, CLASSES, figures, folded, from_data, Health, OF_WINDOWS,
+    judgement: accepted, CHANGED, CLASSES, figures, folded, from_data, Health, OF_WINDOWS,
         said_of_slips, sentence, serviced, SLIP, to_data, worst
     monitor: CONDITIONS, DRIFT_SHOWS, Monitor, NO_DATA, ROW_CHECKS
 """

@@ -107,6 +107,9 @@ def found_in(zeros: tuple[Zero, ...], window: Backlash, turn: float
 RECORDINGS, SLIPS = 1000, 100  # that are kept
 OVER_LIMIT = 'gap_limit'  # stage of a backlash above that parameter, whatever the baseline
 SLIP = 'slip'  # and number of the newest one
+# Codes of messages that something has changed for good.
+CHANGED = frozenset((OVER_LIMIT, SLIP, *(f'{test.key}_{stage}' for test in TESTS
+                                         for stage in (1, 2, 3))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -373,14 +376,15 @@ def said_of_slips(health: Health) -> list[Said]:
 
 
 def worst(states: Iterable[tuple[Any, ...]]) -> tuple[Level, str]:
-    """Return (level, sentence) of the worst of `states` (level, component, message, ...)."""
-    level, _, message, *_ = max(states, key=lambda state: (state[0], state[1] == 'backlash'))
+    """Return (level, sentence) of the worst of `states` (level, component, message, codes)."""
+    level, _, message, _ = max(states, key=lambda state: (
+        state[0], not CHANGED.isdisjoint(state[3]), state[1] == 'backlash'))
     return Level(level), message.split('; ')[0]
 
 
 def sentence(health: Health) -> tuple[Level, str]:
     """Return (level, sentence) of `health`: the same ones at every door."""
-    return worst((outcome.level, name, outcome.message)
+    return worst((outcome.level, name, outcome.message, outcome.codes)
                  for name, outcome in outcomes(health).items())
 
 

@@ -296,7 +296,7 @@ def _estimated_page(estimates: RecordingEstimates) -> str:
     recording = estimates.recording
     line = timeline_of(estimates, estimates.backlash, estimates.outcomes['backlash'].values,
                        estimates.parameters)
-    alarms = [(outcome.level, name, outcome.message)
+    alarms = [(outcome.level, name, outcome.message, outcome.codes)
               for name, outcome in estimates.outcomes.items() if outcome.level > Level.OK]
     level, text = worst(alarms) if alarms else (
         None, f'estimates: {_estimated_in_brief(estimates)}')

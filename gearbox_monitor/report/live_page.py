@@ -8,7 +8,7 @@ A history holds the newest seconds, levels, backlash and alerts, in bounded memo
 from the caller, of any clock that never goes back.
 """
 from collections import deque
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from html import escape
 import math
@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.health.backlash.features import width_of
-from gearbox_monitor.health.monitor import DRIFT_SHOWS
 from gearbox_monitor.kernels.types import Array, Integers
 from gearbox_monitor.presentation import number, on_axis
 from gearbox_monitor.report.builder import (
@@ -29,7 +28,7 @@ from gearbox_monitor.report.recording_page import (
 from gearbox_monitor.report.watch_page import watch_part
 from gearbox_monitor.report.timeline import (
     is_number, LARGEST, LEVELS, LevelSpans, PublishedWindows, SECOND_NS, State, state_of,
-    WindowBacklash)
+    WindowBacklash, worst_first)
 from gearbox_monitor.report.words import answer, GEARBOXES, sentence
 
 MOTION_SECONDS = 10.0   # of torque and twist
@@ -38,19 +37,6 @@ DROPOUT = 0.2           # s without a sample that leave a gap in the curves
 LEVEL_SECONDS = 600.0   # of levels
 MAX_WINDOWS, MAX_ALERTS = 300, 20
 SILENT_SECONDS = 3.0    # without diagnostics: the last ones no longer count
-
-
-def worst_first(states: Iterable[State]) -> list[State]:
-    """
-    Return `states` in the order in which a reader wants them.
-
-    By level, wear before the others of its level. Where there is wear, DRIFT_SHOWS come last:
-    prediction errors that a grown gap causes, for example.
-    """
-    listed = list(states)
-    worn = any(state.level and state.is_wear for state in listed)
-    return sorted(listed, reverse=True, key=lambda state: (
-        not (worn and state.component in DRIFT_SHOWS), state.level, state.is_wear))
 
 
 @dataclass(frozen=True)

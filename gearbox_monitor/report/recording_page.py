@@ -16,7 +16,6 @@ import numpy as np
 
 from gearbox_monitor.health.backlash.features import width_of
 from gearbox_monitor.health.backlash.wear import when
-from gearbox_monitor.health.judgement import worst
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.parameters import ESTIMATOR, ParameterRow
 from gearbox_monitor.presentation import number, on_axis
@@ -25,7 +24,8 @@ from gearbox_monitor.report.builder import (
 from gearbox_monitor.report.chart import Chart, Drawing, Lane, LoopSlice, Mark, Panel, Plane, Trace
 from gearbox_monitor.report.sentences import say
 from gearbox_monitor.report.timeline import (
-    LEVELS, LevelSpans, LIVE_NODE, Loop, RecordingFacts, State, Timeline, WindowBacklash)
+    LEVELS, LevelSpans, LIVE_NODE, Loop, RecordingFacts, State, Timeline, WindowBacklash,
+    worst_first)
 from gearbox_monitor.report.words import answer, JOINTS, sentence
 
 MINUTES = 600.0    # s: longer recordings are shown in minutes
@@ -258,25 +258,31 @@ def figures(timeline: Timeline, facts: RecordingFacts) -> dict[str, Any]:
         'counts': facts.counts, 'notes': facts.notes}
 
 
-def wear(timeline: Timeline) -> list[State]:
-    """Return what `timeline` raises about wear at its end."""
-    states = [timeline.spans[name].newest for name in WEAR if name in timeline.spans]
-    return [s for s in states if s.level and s.is_judged and s.is_compared]
+def raised(timeline: Timeline) -> list[State]:
+    """Return what `timeline` raises at its end, the worst first as on the live page."""
+    newest = (spans.newest for spans in timeline.spans.values())
+    return worst_first(s for s in newest if s.level and s.is_judged and s.is_compared)
+
+
+def is_worn(states: Sequence[State]) -> bool:
+    """Return whether the worst of the raised `states` is about wear."""
+    return bool(states) and states[0].component in WEAR
 
 
 def headline(timeline: Timeline, facts: RecordingFacts) -> tuple[str, str]:
     """Return (sentence, 'good', 'warn', 'error' or '') about the recording of `timeline`."""
-    worn = wear(timeline)
-    if worn:
-        verdict, words = worst(worn)
-        return sentence(words), ROLES[verdict]
+    states = raised(timeline)
+    if is_worn(states):
+        return sentence(states[0].first), ROLES[states[0].level]
     share = trusted_share(timeline.spans)
     if share is None:
         return say('not_evaluated_at_all'), ''
-    if share < TRUSTED:
-        alarm = _longest_alarm(timeline)
+    alarms = states[:1] + ([_longest_alarm(timeline)] if share < TRUSTED else [])
+    if alarms:
+        alarm = max(alarms, key=lambda state: state.level)
         words = alarm.message.split(': ')[0]  # advice is below
-        return say('trusted_in_part', percent=100 * share, alarm=words), ROLES[alarm.level]
+        return say('trusted_in_part' if share < TRUSTED else 'trusted_no_more',
+                   percent=100 * share, alarm=words), ROLES[alarm.level]
     if not timeline.windows:
         return say('trusted_unmeasured', percent=100 * share), ''
     state = timeline.spans['backlash'].newest
@@ -293,12 +299,14 @@ def _longest_alarm(timeline: Timeline) -> State:
 
 def next_steps(timeline: Timeline, facts: RecordingFacts, bag: str) -> list[str]:
     """Return advice about a recording, see headline; `bag`: its name in commands."""
-    if wear(timeline):  # which may cause prediction errors, too
+    states = raised(timeline)
+    if is_worn(states):  # which may cause prediction errors, too
         return [say('test_gearbox', bag=bag), say('compare_older')]
     share, codes = trusted_share(timeline.spans), []
-    if share is None or share < TRUSTED or not timeline.windows:
+    is_doubted = bool(states) or share is not None and share < TRUSTED
+    if is_doubted or share is None or not timeline.windows:
         codes.append('list_faults')
-    if share is not None and share < TRUSTED:
+    if is_doubted:
         if not any(row.name.startswith(('q_std_', 'r_std_')) for row in _changed(facts)):
             codes.append('tune_filter')
         codes.append('find_error')
@@ -496,7 +504,7 @@ def recorded_row(timeline: Timeline, facts: RecordingFacts, name: str, link: str
     span = (float(np.nanmin(low)), float(np.nanmax(high))) if np.isfinite(low).any() else (
         math.nan, math.nan)
     return JointRow(name, kind, words, span, timeline.windows, trusted_share(timeline.spans),
-                    link, bool(wear(timeline)))
+                    link, is_worn(raised(timeline)))
 
 
 def _robot_summary(joints: Mapping[str, tuple[Timeline, RecordingFacts]], rows: Sequence[JointRow]

@@ -15,9 +15,10 @@ from gearbox_monitor.estimation.rts_smoother import (
     S_TAU_K, S_TWIST, S_TWIST_NOISE_STD, S_TWIST_RATE)
 from gearbox_monitor.estimation.sample_loop import REASONS
 from gearbox_monitor.health.alarms import Outcome
-from gearbox_monitor.health.backlash.change_tests import COMPONENTS, TESTS
+from gearbox_monitor.health.backlash.change_tests import COMPONENTS
 from gearbox_monitor.health.backlash.features import Backlash
-from gearbox_monitor.health.monitor import Monitor
+from gearbox_monitor.health.judgement import CHANGED
+from gearbox_monitor.health.monitor import DRIFT_SHOWS, Monitor
 from gearbox_monitor.kernels.kernel import KERNELS
 from gearbox_monitor.kernels.types import Array, Integers, Values
 from gearbox_monitor.parameters import EstimatorParameters
@@ -35,11 +36,9 @@ BRANCH_BINS, MIN_POINTS = 36, 12  # of the mean of a branch; points in a bin
 MOVING = 0.05          # of the rms rate of the twist: slower belongs to no branch
 LEVELS = ('OK', 'WARN', 'ERROR')
 LIVE_NODE = 'live node'  # its input, as recorded: of messages that it lost or refused
-# Codes of messages: of what was never evaluated, of wear without an earlier state, of changes.
+# Codes of messages: of what was never evaluated, of wear without an earlier state.
 NO_DATA = frozenset(('no_data', 'no_data_yet'))
 UNCOMPARED = frozenset(('alone', 'learning', *(f'{name}_unmeasured' for name in COMPONENTS)))
-CHANGED = frozenset(('over_limit', 'slip', *(f'{test.key}_{stage}' for test in TESTS
-                                             for stage in (1, 2, 3))))
 LARGEST = 1e9          # published values from here on are no measurements
 
 
@@ -185,6 +184,19 @@ class State(NamedTuple):
 def state_of(component: str, level: int, message: str, values: Mapping[str, str]) -> State:
     """Return the State in a status of /diagnostics with these `values` {key: text}."""
     return State(min(level, 2), component, message, tuple(values.get('codes', '').split()))
+
+
+def worst_first(states: Iterable[State]) -> list[State]:
+    """
+    Return `states` in the order in which a reader wants them.
+
+    By level, wear before the others of its level. Where there is wear, DRIFT_SHOWS come last:
+    prediction errors that a grown gap causes, for example.
+    """
+    listed = list(states)
+    worn = any(state.level and state.is_wear for state in listed)
+    return sorted(listed, reverse=True, key=lambda state: (
+        not (worn and state.component in DRIFT_SHOWS), state.level, state.is_wear))
 
 
 @dataclass

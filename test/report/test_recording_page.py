@@ -199,8 +199,14 @@ def test_headline_names_what_is_most_wrong():
             State(2 * (k > 4), 'prediction error', 'far too large: check it'),
             State(1, 'model', 'nothing came', ('no_data_yet',)),
             State(1, 'backlash', 'nothing seen', ('backlash_unmeasured',))))
+        if k == 5:  # the alarm is the newest state, of no length: trusted all of the time
+            assert recording_page.headline(line, FACTS) == (
+                'The estimates are not trusted at the end: far too large; they were 100 % of the '
+                'time.', 'error')
+            assert 'diagnose a/bag' in ' '.join(recording_page.next_steps(line, FACTS, 'a/bag'))
     line.finish()
     assert recording_page.trusted_share(line.spans) == pytest.approx(5.0 / 9.0)
+    line.add_states(T0 + 9_000_000_000, (State(1, 'backlash', 'not compared', ('not_compared',)),))
     assert recording_page.headline(line, FACTS) == (
         'The estimates were trusted 56 % of the time: far too large.', 'error')
     grown = 'backlash has grown: service it; and more'
