@@ -310,6 +310,8 @@ def lives() -> Rows:
     lived('doubts', Life(7), grow(16), take(AT_ODDS, 5, gap=1.5), take(AT_ODDS, 5, False),
           take(-3, 8, gap=1.4), take(gap=math.nan), grow(5, gap=0.3))
     lived('coarse', Life(8), lambda life: setattr(life, 'spread', (0.3, 0.1)), grow(11), grow(6))
+    lived('fine', Life(9), lambda life: setattr(life, 'spread', (4e-4, 2e-4)), grow(8),
+          take(AT_ODDS, gap=0.21, gap_std=0.0035), take(AT_ODDS, gap=0.21, gap_std=0.0015))
     levels = np.random.default_rng(0).choice(3, (4, 60), p=(0.5, 0.3, 0.2))
     levels[:, 0] = 2, 1, 2, 1
     for k, run in enumerate(levels):
