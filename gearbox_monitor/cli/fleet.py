@@ -202,7 +202,7 @@ def finish(folder: Any, rows: Sequence[dict[str, Any]], key: str, results: Mappi
     if not robots:
         folder.write_page(fleet_csv(boxes), CSV_NAME)
     failed = [row for row in rows if row['status'] == 'failed']
-    answer = headline(boxes, robots)
+    answer = headline(boxes, robots, len(failed))
     return {
         'summary': answer, 'out': str(folder.path), 'page': str(written), 'bags': len(rows),
         **{name: sum(row['path'] in results and row['status'] == name for row in rows)

@@ -47,6 +47,7 @@ from gearbox_monitor.health.judgement import (
 from gearbox_monitor.plain_data import from_data
 from gearbox_monitor.recordings.read import natural
 from gearbox_monitor.recordings.reading import open_recording
+from gearbox_monitor.report.sentences import say
 from gearbox_monitor.watch.record import WATCH
 
 Services = Mapping[str, Sequence[tuple[int, str]]]  # gearbox: (stamp in ns, note) of each service
@@ -159,9 +160,12 @@ def _history(name: str, rows: Sequence[Row], services: list[tuple[int, str]]) ->
     for service in services:
         health = serviced(health, *service)
     level, summary = sentence(health)
+    changed = health.alerts or health.slips
+    trusted = rows[-1]['trust'] != Level.ERROR.name
     return {
-        'gearbox': name, **figures(health), 'summary': summary,
-        'level': level.name if compared or health.alerts or health.slips else None,
+        'gearbox': name, **figures(health),
+        'summary': summary if trusted or changed else say('untrusted_bag', summary=summary),
+        'level': level.name if changed or compared and trusted else None,
         'bags': len(rows), 'first': rows[0]['start'], 'last': rows[-1]['start'], 'points': points,
         **{key: rows[-1][key] for key in COPIED}}
 

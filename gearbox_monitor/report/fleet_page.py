@@ -18,7 +18,7 @@ from gearbox_monitor.report.builder import (
     advice, Page, page_summary, PageTable, render_page, Section)
 from gearbox_monitor.report.chart import Chart, Mark, Panel, range_of, SIGMAS, Span, Trace
 from gearbox_monitor.report.sentences import say
-from gearbox_monitor.report.words import answer, GEARBOXES, JOINTS
+from gearbox_monitor.report.words import answer, counted, GEARBOXES, JOINTS
 
 Gearbox: TypeAlias = Mapping[str, Any]  # of fleet.fleet_run.gearboxes
 Joint: TypeAlias = Mapping[str, Any]    # of fleet.fleet_run.joints
@@ -123,11 +123,12 @@ def next_steps(boxes: Sequence[Gearbox | Joint], bags: Sequence[Bag], robots: bo
     return steps or [say('nothing_new')]
 
 
-def headline(boxes: Sequence[Gearbox | Joint], robots: bool = False) -> str:
-    """Return the most important fact about gearboxes, or joints of `robots`, in one sentence."""
-    return answer([f'{name_of(box)}: {box["summary"]}' for box in boxes
-                   if box['level'] in RAISED], [box['level'] for box in boxes],
-                  JOINTS if robots else GEARBOXES)
+def headline(boxes: Sequence[Gearbox | Joint], robots: bool = False, failed: int = 0) -> str:
+    """Return the most important fact about gearboxes, or joints of `robots`; `failed`: bags."""
+    words = answer([f'{name_of(box)}: {box["summary"]}' for box in boxes
+                    if box['level'] in RAISED], [box['level'] for box in boxes],
+                   JOINTS if robots else GEARBOXES)
+    return f'{words} {say("bags_failed", count=counted(failed, "bag"))}' if failed else words
 
 
 def growth_text(feature: Mapping[str, Any]) -> str:
@@ -189,10 +190,10 @@ def _summary(boxes: Sequence[Gearbox | Joint], counts: Mapping[str, int], robots
     facts += [(name, str(counts[status])) for status, name in (
         ('done', 'analysed'), ('failed', 'failed'), ('duplicate', 'duplicates'))
         if counts.get(status)]
-    last, kinds = max((box['last'] for box in boxes), default=0), {
-        KINDS[box['level']] for box in boxes}
+    failed, last = counts.get('failed', 0), max((box['last'] for box in boxes), default=0)
+    kinds = {KINDS[box['level']] for box in boxes} | ({''} if failed else set())
     kind = next((kind for kind in ('error', 'warn', '', 'good') if kind in kinds), '')
-    return page_summary(kind, headline(boxes, robots),
+    return page_summary(kind, headline(boxes, robots, failed),
                         [*facts, ('newest bag', day(last))] if last else facts)
 
 

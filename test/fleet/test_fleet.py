@@ -440,11 +440,15 @@ def test_jumps_are_jumps_ramps_reach_their_limit_and_all_features_are_watched():
     assert rows[1].endswith(',,,') and rows[3].endswith(',,,')
 
 
-def test_one_bag_is_grey_and_never_ok():
+def test_one_bag_or_one_without_trust_is_grey_and_never_ok():
     box, = gearboxes(history(lambda day: 0.0, days=1))
     assert box['level'] is None and 'no earlier recording to compare with' in box['summary']
     idle, = gearboxes([bag_row('idle', 0, [])])
     assert idle['level'] is None and not idle['points']
+    dead = history(lambda day: 0.0)  # an encoder, at the end of the newest bag
+    dead[-1]['trust'] = 'ERROR'
+    box, = gearboxes(dead)
+    assert box['level'] is None and box['summary'].startswith('the estimates are not trusted')
 
 
 def test_a_service_begins_a_new_baseline_and_is_a_mark():

@@ -50,6 +50,8 @@ def test_what_is_not_compared_is_never_good():
     assert 'class="badge"' not in page(grey) and 'No gearbox was measured twice' in page(grey)
     assert 'class="badge"' not in page(good, grey)
     assert headline([good, grey]) == 'No wear detected in 1 gearbox; 1 not compared.'
+    html = fleet_page([good], (), {'done': 5, 'failed': 1}, 0)  # of which gearbox, nobody knows
+    assert 'class="badge"' not in html and 'gearbox. 1 bag could not be evaluated.' in html
     worst = box('SN3', 0.3, 'ERROR', 'stiffness has dropped by 36.0 %')
     assert headline([worst, good]) == 'SN3: stiffness has dropped by 36.0 %.'
 
