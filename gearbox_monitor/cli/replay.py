@@ -273,7 +273,7 @@ def judge(fits: Sequence[Any], limits: Mapping[str, float | None],
     data['gap_arcmin_std'] = math.degrees(data['gap_rad_std']) * 60.0
     data['separable'] = separable
     data['crossings'] = float(np.mean([w.coverage for w in used]))
-    met, missed, reasons, failed = [], [], list[Said](), list[Said]()
+    met, missed, reasons = [], [], list[Said]()
     tests = []  # key, noun, probability that the limit is met, may it pass, why not if inseparable
     if limits['max_gap'] is not None:
         width = gap if separable else lost_motion
@@ -288,14 +288,11 @@ def judge(fits: Sequence[Any], limits: Mapping[str, float | None],
         missed.append(separable and 1.0 - p >= confidence)
         if not met[-1] and not missed[-1]:
             reasons.append(said('too_close', noun=noun) if separable else inseparable)
-    for doubt in doubts:
-        met.append(False)
-        missed.append(doubt.code == 'slip')
-        (failed if missed[-1] else reasons).append(
-            said('doubtful', doubt=doubt, todo=doubt.remedy))
-    verdict = ('fail' if any(missed) else 'pass' if all(met) else
+    slips, more = ([said('doubtful', doubt=doubt, todo=doubt.remedy) for doubt in doubts
+                    if (doubt.code == 'slip') is is_slip] for is_slip in (True, False))
+    verdict = ('fail' if slips or any(missed) else 'pass' if all(met) and not more else
                'undecided' if separable else 'not excited')
-    reasons = failed if verdict == 'fail' else reasons or [INSEPARABLE] * (not separable)
+    reasons = slips if verdict == 'fail' else [*reasons, *more] or [INSEPARABLE] * (not separable)
     return {'verdict': verdict, 'reason': '; '.join(map(str, reasons)),
             'codes': [reason.code for reason in reasons], **data}
 
