@@ -28,12 +28,12 @@ from gearbox_monitor.recordings.joint_input import find_topic, topics_called
 from gearbox_monitor.recordings.meaning import EFFORT, units_of
 from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.reading import BY_NAMES, open_recording, ReadOptions
+from gearbox_monitor.recordings.topics import JOINT_SETPOINTS
 from gearbox_monitor.signals.recording import (
     ARM, conventions_of, CURRENT as OF_CURRENT, JOINT, JointSignals, NOT_MEASURED, Recording,
     UNKNOWN)
 from gearbox_monitor.simulators.robot_model import ChainFile
 
-SETPOINTS = 'joint_setpoints'
 ANY = '*'  # in place of a joint: all of them, with a prefix in the log
 NO_SERVO = 'the model has none'
 NEEDED = 'setpoints need position actuators of all joints in the model, or gains in --values'
@@ -77,7 +77,7 @@ def _kind(reader: BagReader, joint: str) -> str:
 def _setpoints(reader: BagReader, topic: str, joints: Sequence[str], stamp_ns: Integers
                ) -> dict[str, Array]:
     """Return the setpoints of `joints` at `stamp_ns` [N] on a topic other than `topic`, if any."""
-    others = [name for name in topics_called(reader, SETPOINTS) if name != topic]
+    others = [name for name in topics_called(reader, JOINT_SETPOINTS) if name != topic]
     named = [joint for joint in joints if others
              and joint in reader.joint_names(others[0], joints)]
     if not named:

@@ -24,7 +24,7 @@ from typing import Any, Generic, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
-from gearbox_monitor.errors import InputError
+from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import expect_format, SnapshotError
 from gearbox_monitor.kernels.types import Array, Flags, Integers, Values
@@ -32,7 +32,7 @@ from gearbox_monitor.plant.drive import DriveModel, model_from_dict
 from gearbox_monitor.recordings.cdr import joined, JointStates, MessageBlock, rows_of
 from gearbox_monitor.recordings.read import BagReader, JOINT_STATE
 from gearbox_monitor.recordings.topics import (
-    JOINT_STATES, PAIRED_JOINT_STATES, SNAPSHOT, TRANSMISSION)
+    JOINT_SETPOINTS, JOINT_STATES, PAIRED_JOINT_STATES, SNAPSHOT, TRANSMISSION)
 
 MATCH_WAIT = 10_000_000_000  # ns of log time that a row waits for its partner
 
@@ -287,34 +287,42 @@ def recorded_inputs(reader: BagReader, name: str = JOINT_STATES) -> dict[str, Jo
         aliases = [topic, original, node]
         if gearbox:
             aliases += [f'{topic}/{gearbox}', f'{original}/{gearbox}']
-        if any(_is_called(alias, name) for alias in aliases):
+        if any(is_called(alias, name) for alias in aliases):
             candidates[node] = JointInput(topic, namespace, snapshots, names,
                                           gearbox or TRANSMISSION)
     return candidates
 
 
-def _is_called(topic: str, name: str) -> bool:
+def is_called(topic: str, name: str) -> bool:
     """Return whether `topic` is `name`; relative names are in any namespace."""
-    return topic == name or not name.startswith('/') and topic.endswith('/' + name)
+    topic = '/' + topic.strip('/')
+    return topic == name or not name.startswith('/') and topic.endswith('/' + name if name else '')
 
 
 def topics_called(reader: BagReader, name: str) -> list[str]:
-    """Return the topics of joint states in `reader` that are called `name`, in any namespace."""
+    """Return the topics of joint states in `reader` that are called `name`, '': all of them."""
     return [topic for topic, (kind, _) in reader.topics.items()
-            if kind == JOINT_STATE and _is_called(topic, name)]
+            if kind == JOINT_STATE and is_called(topic, name)]
 
 
 def find_topic(reader: BagReader, name: str) -> str:
     """Return the topic of joint states called `name` in `reader`. Raises InputError."""
-    if name.startswith('/'):
-        reader.require(name, JOINT_STATE)
-        return name
     topics = topics_called(reader, name)
-    if len(topics) > 1:
-        raise InputError(f'{reader.path}: topic {name}: {", ".join(sorted(topics))}, expected '
-                         'one; choose it with --topic')
+    topics = list(filter(reader.count, topics)) or topics
+    if not topics and name == JOINT_STATES:
+        topics = [topic for topic in topics_called(reader, '') if reader.count(topic)
+                  and not is_called(topic, JOINT_SETPOINTS)]
     if not topics:
-        reader.require('/' + name, JOINT_STATE)  # raises and lists the topics
+        reader.require('/' + name.removeprefix('/'), JOINT_STATE)  # raises and lists the topics
+    return only_topic(reader, topics)
+
+
+def only_topic(reader: BagReader, topics: Sequence[str]) -> str:
+    """Return the only one of `topics` with joint states. Raises Undecided: there are more."""
+    if len(topics) > 1:
+        names = sorted(topics)
+        raise Undecided(f'{reader.path}: {", ".join(names)}: {len(names)} topics of joint states, '
+                        'expected one: --topic ' + ' or --topic '.join(names))
     return topics[0]
 
 

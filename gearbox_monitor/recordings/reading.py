@@ -27,7 +27,7 @@ from gearbox_monitor.files.user_files import open_file
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.recordings.cdr import Decoder, Message, MessageBlock
 from gearbox_monitor.recordings.guess import Answers, Guess, guessed, NO_ANSWERS, Unsettled
-from gearbox_monitor.recordings.joint_input import find_topic, Joiner
+from gearbox_monitor.recordings.joint_input import find_topic, is_called, Joiner, only_topic
 from gearbox_monitor.recordings.mapping import (
     load_mapping, Mapping as TableMapping, mapping_of)
 from gearbox_monitor.recordings.read import (
@@ -37,7 +37,7 @@ from gearbox_monitor.recordings.roles import BESIDE, file_in, NONE, with_setpoin
 from gearbox_monitor.recordings.si_signals import (
     bag_of_table, even_stamps, JOINT_TOPIC, SETPOINT_TOPIC, Signals, signals_of)
 from gearbox_monitor.recordings.table import load_table, Table
-from gearbox_monitor.recordings.topics import JOINT_STATES
+from gearbox_monitor.recordings.topics import JOINT_SETPOINTS, JOINT_STATES
 from gearbox_monitor.signals.stamps import unstamped
 
 STATES = (JOINT_STATE, DYNAMIC, CONTROLLER)  # the most trusted first
@@ -385,31 +385,23 @@ def _chosen_topics(reader: BagReader, topic: str) -> tuple[list[str], list[str]]
     of_joints = {kind: sorted(name for name, (declared, count) in reader.topics.items()
                               if count and _ros2_name(declared) == kind) for kind in STATES}
     topics = [name for names in of_joints.values() for name in names]
-    setpoints = _called('joint_setpoints', of_joints[JOINT_STATE])
-    candidates = _called(topic, topics) if topic else _called(
-        JOINT_STATES, of_joints[JOINT_STATE]) or next(filter(None, (
+    setpoints = [name for name in of_joints[JOINT_STATE] if is_called(name, JOINT_SETPOINTS)]
+    candidates = [name for name in topics if is_called(name, topic or JOINT_STATES) and (
+        topic or name in of_joints[JOINT_STATE])]
+    if not topic and not candidates:
+        candidates = next(filter(None, (
             [name for name in of_joints[kind] if name not in setpoints] for kind in STATES)), [])
     if topic and topics and not candidates:
         raise InputError(f'{reader.path}: --topic {topic}: no topic of joints, expected one of '
                          + ', '.join(topics))
     if not candidates:
         raise _without_joints(reader, topic)
-    if len(candidates) > 1:
-        raise Undecided(f'{reader.path}: {", ".join(candidates)}: {len(candidates)} topics of '
-                        'joint states, expected one: --topic ' + ' or --topic '.join(candidates))
-    state = candidates[0]
+    state = only_topic(reader, candidates)
     same = [name for name in setpoints if name.rpartition('/')[0] == state.rpartition('/')[0]]
     names = [state, *(name for name in (
         *(same or setpoints * (len(setpoints) == 1)), *of_joints[CONTROLLER]) if name != state)]
     return names, [f'{name}: {reader.count(name)} messages left out; the states are those of '
                    f'{state} (--topic)' for name in topics if name not in names]
-
-
-def _called(name: str, topics: Sequence[str]) -> list[str]:
-    """Return the `topics` that are `name`, or else those that end with it."""
-    ending = '/' + name.strip('/')
-    return [topic for topic in topics if '/' + topic.strip('/') == ending] or [
-        topic for topic in topics if topic.endswith(ending) and not name.startswith('/')]
 
 
 # --- motor and arm from two topics --------------------------------------------------------------

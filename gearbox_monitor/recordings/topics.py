@@ -74,6 +74,7 @@ SIGNALS = (
            (sample_loop.E_X3, sample_loop.E_X4)),
 )
 JOINT_STATES = 'joint_states'
+JOINT_SETPOINTS = 'joint_setpoints'
 PAIRED_JOINT_STATES = 'paired_joint_states'  # motor and arm, where they come on two topics
 PLANT_TRANSMISSION_STATE = 'plant/transmission_state'
 DIAGNOSTICS = '/diagnostics'

@@ -13,11 +13,13 @@ from rosbags.rosbag1 import Writer as Writer1
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 
 from gearbox_monitor.cli.main import main
+from gearbox_monitor.errors import InputError, Undecided
 from gearbox_monitor.library.recording import load_recording
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 from gearbox_monitor.recordings.cdr import encode_joint_states
+from gearbox_monitor.recordings.joint_input import find_topic
 from gearbox_monitor.recordings.read import CONTROLLER, DEFINITIONS, DYNAMIC, JOINT_STATE, open_bag
 from gearbox_monitor.recordings.write import BagWriter
 
@@ -189,6 +191,9 @@ def test_one_topic_tells_the_states(new_folder, capsys):
         k = topics.index(kept)
         np.testing.assert_array_equal(recorded.stamp_ns, STAMPS + k)
         np.testing.assert_array_equal(recorded.position, Q + k)
+        topic = dict(zip(options[::2], options[1::2])).get('--topic', 'joint_states')
+        with open_bag(folder / 'bag') as reader:
+            assert find_topic(reader, topic) == kept  # as other commands and Python take it
         unused = topics[1 - k]
         notes = [line for line in capsys.readouterr().out.splitlines()
                  if line.startswith('note: ')]
@@ -197,8 +202,8 @@ def test_one_topic_tells_the_states(new_folder, capsys):
 
 
 SEVERAL = [
-    (('/a/joint_states', '/b/joint_states'), (), '2 topics of joint states, expected one: '
-     '--topic /a/joint_states', 3),
+    (('/joint_states', '/b/joint_states'), (), '2 topics of joint states, expected one: '
+     '--topic /b/joint_states or --topic /joint_states', 3),
     (('/sensor', '/goal'), (), '/goal, /sensor: 2 topics of joint states', 3),
     (('/sensor', '/goal'), ('--topic', 'goals'), '--topic goals: no topic of joints, expected '
      'one of /goal, /sensor', 2)]
@@ -211,6 +216,9 @@ def test_several_topics_of_states_are_asked_for(new_folder, capsys):
         assert main(['import', str(folder / 'bag'), *options, str(folder / 'new')]) == code
         assert says in capsys.readouterr().err
         assert not (folder / 'new').exists()
+        with open_bag(folder / 'bag') as reader, pytest.raises(
+                Undecided if code == 3 else InputError, match=says if code == 3 else 'no topic'):
+            find_topic(reader, options[-1] if options else 'joint_states')
 
 
 def test_an_imported_robot_keeps_its_setpoints(tmp_path):
