@@ -19,13 +19,13 @@ from gearbox_monitor.errors import expect, InputError, Undecided
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.recordings.mapping import kind_of, OF_TIME, TURN, with_settings
 from gearbox_monitor.recordings.meaning import (
-    axis_of, COUNTS, EFFORT, joints_of, known_words, Meaning, meaning_of, meanings, POSITION,
-    PRISMATIC, ROTARY, SETPOINT, SI, standard_unit, strange_unit, unit_factor, unit_of_label,
-    units_of, VELOCITY, vocabulary, words_of)
+    axis_of, COUNTS, EFFORT, FROM_0, joints_of, known_words, Meaning, meaning_of, meanings,
+    POSITION, PRISMATIC, ROTARY, SETPOINT, SI, standard_unit, strange_unit, unit_factor,
+    unit_of_label, units_of, VELOCITY, vocabulary, words_of)
 from gearbox_monitor.recordings.roles import (
     at_rate, BESIDE, Choice, choice_of, common_rows, families_of, Family, found_time, FoundTime,
-    matches, NAMES, NONE, OpenQuestion, states_beside, VECTOR)
-from gearbox_monitor.recordings.table import Table
+    matches, NAMES, NONE, OpenQuestion, states_beside, use_option)
+from gearbox_monitor.recordings.table import Table, VECTOR
 
 COARSE = 100.0  # whole numbers over a wider range are counts
 WIDE = 4.0 * np.pi  # rad: a joint turns less; a wider range without a unit may be degrees
@@ -75,7 +75,7 @@ class Guess:
     """
     A proposed mapping: plain `data`, what it assumes, what is open, and the columns.
 
-    rows: (column or family of them, role, unit, why).
+    rows: (column or family of them, role, unit, why). notes: what every command says of it.
     """
 
     source: str
@@ -83,12 +83,13 @@ class Guess:
     assumptions: tuple[str, ...]
     questions: tuple[OpenQuestion, ...] = ()
     rows: tuple[tuple[str, str, str, str], ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def yaml_text(self) -> str:
         """Return the mapping as a file, its assumptions and questions as comments."""
         lines = [f'# {line}' for line in (
-            f'Proposed for {self.source}.', *self.assumptions,
+            f'Proposed for {self.source}.', *self.assumptions, *self.notes,
             *(f'Open: {question}' for question in self.questions))]
         return '\n'.join(lines) + '\n' + yaml.safe_dump(
             dict(self.data), sort_keys=False, default_flow_style=None, allow_unicode=True)
@@ -118,7 +119,8 @@ def guessed(table: Table, settings: Sequence[str] = (), answers: Answers = NO_AN
         Undecided: its columns have no names, or none of them is a time.
     """
     if answers == NO_ANSWERS and (data := _of_names(table)):
-        return Guess(table.path.name, with_settings(data, settings), ())
+        return Guess(table.path.name, with_settings(data, settings), (), notes=_other_efforts(
+            [meaning_of(c.name, c.unit) for c in table.columns], repr(data)))
     return _Proposal(table, settings, answers, constants).guess()
 
 
@@ -178,11 +180,8 @@ class _Proposal:
         self.joints = [joint for joint in joints if joint] if self.robot else ['']
         self.constants = self._constants(joints, one)
         self.choice = self._choice(joints, one)
-        if self.robot and '' in joints:
-            alone = ', '.join(m.label for m in self.listed if m.moves and not m.joint)
-            self.choice.ask('joint', f'{alone[:200]}: no joint in the name, beside those of '
-                            f'{", ".join(self.joints)[:200]}', '--columns with names of joints, '
-                            'such as q_a, or --joint NAME')
+        if self.robot:
+            self._ask_of_joints()
         otherwise = PRISMATIC if 'kind=prismatic' in settings else ROTARY
         self.axes = {joint: axis_of((
             self._stated_unit(role, m) or m.unit for role, family in self.choice.roles.items()
@@ -206,8 +205,12 @@ class _Proposal:
         if unused:
             self.assumptions.append(f'Not used: {", ".join(unused)[:400]}.')
         data = _as_in_file(data, dict(zip(self.columns, self.originals)))
+        first = next((m for m in self.listed if m.why.endswith(FROM_0)), None)
+        notes = [f'{first.stem}: {FROM_0}, taken in order: {first.label} is of {first.joint}'] \
+            if first else []
         return Guess(table.path.name, with_settings(data, self.settings), tuple(self.assumptions),
-                     tuple(self.choice.questions.values()), tuple(rows))
+                     tuple(self.choice.questions.values()), tuple(rows), (
+                         *notes, *_other_efforts(self.listed, repr(data))))
 
     def _meanings(self) -> tuple[list[Meaning], dict[str, Array]]:
         """Return what the columns of numbers mean, and their values by label."""
@@ -242,6 +245,27 @@ class _Proposal:
         raise InputError(f'{self.table.path}: {problem}, expected a motion, ' + '; '.join([
             '--use position=COLUMN, or --map', *self.table.notes]))
 
+    def _ask_of_joints(self) -> None:
+        """Ask about columns without a joint, and about a matrix of more or fewer joints."""
+        rotary = any(m.unit in units_of(POSITION, ROTARY) for m in self.listed if m.joint)
+        alone = [m.label for m in self.listed if m.moves and not m.joint
+                 and vocabulary()['poses'].isdisjoint(words_of(m.label))
+                 and not (rotary and axis_of([m.unit]) == PRISMATIC)]
+        if alone:
+            self.choice.ask('joint', f'{", ".join(alone)[:200]}: no joint in the name, beside '
+                            f'those of {", ".join(self.joints)[:200]}', '--columns with names of '
+                            'joints, such as q_a, or --joint NAME')
+        sizes = {role: len(f.columns) for role, f in self.choice.roles.items() if {
+            place[1:] for m in f.columns.values() for place in VECTOR.findall(m.label)} == {
+                str(k + 1) for k in range(len(f.columns))}}  # of a matrix, counted by its reader
+        most = max(sizes.values(), default=0)
+        for role, size in sizes.items():
+            if size < most:
+                column = self.choice.roles[role].first
+                self.choice.ask(role, f'{column.stem}: {len(self.values[column.label])} rows of '
+                                f'{size} columns, expected {most}, one of each joint',
+                                use_option(_names_of(role)[1], NONE))
+
     def _is_set(self, key: str) -> bool:
         """Return whether a setting has this key."""
         return any(text.startswith(f'{key}=') for text in self.settings)
@@ -265,7 +289,7 @@ class _Proposal:
         if time is None and rate is None:
             raise Undecided(f'{table.path}: no column of '
                             f'{", ".join(c.name for c in table.columns)[:200]} grows like a time, '
-                            'expected one, or --rate HZ')
+                            + '; '.join(('expected one, or --rate HZ', *table.notes)))
         if time is None:
             expect(rate, 'time.rate', str(table.path), OF_TIME['rate'])
             time = at_rate(float(rate or 0.0), table.columns)
@@ -591,6 +615,14 @@ class _Proposal:
             lines.setdefault((stem, role, unit, why), []).append(m.label)
         return rows + [(labels[0] if len(labels) == 1 else f'{labels[0]} ... {labels[-1]}', role,
                         unit, why) for (_, role, unit, why), labels in lines.items()]
+
+
+def _other_efforts(columns: Sequence[Meaning], used: str) -> tuple[str, ...]:
+    """Return a sentence about those efforts among `columns` that the text `used` does not name."""
+    own, others = (dict.fromkeys(m.stem for m in columns if m.quantity == EFFORT and m.source in (
+        'measured', '') and (repr(m.label) in used) is given) for given in (True, False))
+    return (f'effort: {", ".join(own)}; not used: {", ".join(others)[:200]}',) if (
+        own and others) else ()
 
 
 def _are_counts(columns: Sequence[Array]) -> bool:

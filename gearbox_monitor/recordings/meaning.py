@@ -16,6 +16,7 @@ from importlib import resources
 from operator import and_
 import re
 from typing import Any
+from unicodedata import normalize
 
 import yaml
 
@@ -90,9 +91,10 @@ def unit_of_label(label: str) -> tuple[float, str]:
     for inside in re.findall(r'[\[(]([^\[\]()]{2,})[\])]', label):
         if scaled_unit(inside)[1]:
             return scaled_unit(inside)
-    # Single letters after an underscore are indices more often than units.
-    ending = re.search(r'[_ /-]([A-Za-z%°]{2,})$', label)
-    return 1.0, standard_unit(ending[1]) if ending and ending[1] not in ('in', 'min') else ''
+    # Single letters after an underscore are indices more often than units. Behind: of the joint.
+    ending = re.search(r'[_ /-]((?:[A-Za-z]+_per_)?[A-Za-z%°]+)(?:_?\d+)?$', label)
+    text = ending[1].replace('_per_', '/') if ending else ''
+    return 1.0, standard_unit(text) if len(text) > 1 and text not in ('in', 'min') else ''
 
 
 def strange_unit(label: str) -> str:
@@ -145,6 +147,7 @@ MEASURED, SETPOINT, FILTERED, PART, SENSOR, RELATIVE = (
 OF_DRIVE = (POSITION, VELOCITY, EFFORT)
 _WORD = re.compile(r'[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+|[^\W\d_]+')
 JOINT = re.compile(r'(?i)(joint|axis|j|a)[ _/]?\d+')
+FROM_0 = 'numbers from 0 beside others from 1'
 SHORTEST = 3  # letters of each of several words that are written as one
 ALL = 0.8  # share of the names of a file that a product of joints and signals makes up
 
@@ -222,6 +225,9 @@ class Meaning:
 def words_of(label: str) -> tuple[str, ...]:
     """Return the words of a `label` in lower case; 'motorPos_rad[3]' is motor, pos, rad and 3."""
     plain = re.sub(r'(?i)feed[ _-]?back', 'feedback', _without_brackets(label))
+    plain = re.sub(r'\b([SP]-\d-\d{4}|0x[\dA-Fa-f]{4,})\b', '', plain)  # parameters of drives
+    if not plain.isascii():  # accents
+        plain = normalize('NFC', re.sub('[\u0300-\u036f]', '', normalize('NFD', plain)))
     return tuple(part for word in _WORD.findall(plain) for part in _parts_of(word.lower()))
 
 
@@ -232,12 +238,15 @@ def _parts_of(word: str) -> tuple[str, ...]:
 
     'setpos' is set and pos, 'targ' the beginning of words for setpoints alone.
     """
-    if word in known_words() or len(word) < SHORTEST:
+    shortest = SHORTEST if word.isascii() else SHORTEST - 1
+    if word in known_words() or len(word) < shortest:
         return (word,)
-    for k in range(SHORTEST, len(word) - SHORTEST + 1):
-        rest = _parts_of(word[k:])
-        if word[:k] in known_words() and known_words().issuperset(rest):
-            return word[:k], *rest
+    for k in range(shortest, len(word) - shortest + 1):
+        behinds = (word[k:], word[k:].removeprefix('s')) if word[:k] in known_words() else ()
+        for behind in behinds:
+            rest = _parts_of(behind)  # 'abtriebswinkel' is abtrieb and winkel
+            if known_words().issuperset(rest):
+                return word[:k], *rest
     begun = {source: known for source, words in vocabulary()['sources'].items()
              for known in words if known.startswith(word)}
     return (*begun.values(),) if len(begun) == 1 else (word,)
@@ -287,22 +296,23 @@ def _votes(table: str, words: Iterable[str], spent: frozenset[str] = frozenset()
             if not (names - spent).isdisjoint(words)]
 
 
-def meaning_of(label: str, unit: str = '', silent: frozenset[str] = frozenset()) -> Meaning:
+def meaning_of(label: str, unit: str = '', silent: frozenset[str] = frozenset(),
+               naming: frozenset[str] = frozenset()) -> Meaning:
     """
     Return the Meaning of the name `label`; `unit` is one that the file states elsewhere.
 
     The joint is left as the words that the vocabulary does not know; see `meanings`. silent: words
-    that tell nothing.
+    that tell nothing; naming: that belong to the name of the joint, whatever the vocabulary says.
     """
     known, words = vocabulary(), tuple(w for w in words_of(label) if w not in silent)
     unit = standard_unit(unit) or unit_of_label(label)[1]
     quantity = _quantity(words, unit)
     spent = known['quantities'][EFFORT] if quantity == EFFORT else frozenset()
-    leaf = set(words_of(re.split(r'[./]', label.rstrip('./'))[-1])) - silent
+    leaf = set(words_of(re.split(r'[./]', _without_brackets(label).rstrip('./ '))[-1])) - silent
     sources = _votes('sources', leaf, spent) or _votes('sources', words, spent)
     desired = 'd' in words[1:] and quantity in (*OF_DRIVE, ACCELERATION)  # q_d, tau_J_d
     source = SETPOINT if desired else next(iter(sources), '')
-    side = next(iter(_votes('sides', words, spent)), '')
+    side = next(iter(_votes('sides', words, spent | naming)), '')
     implied = quantity == NOTHING and SETPOINT in sources
     foreign = not known['foreign'].isdisjoint(words)
     short = quantity == NOTHING and not implied and not foreign and words[:1] in (('p',), ('v',))
@@ -310,10 +320,12 @@ def meaning_of(label: str, unit: str = '', silent: frozenset[str] = frozenset())
         quantity = POSITION if words[0] == 'p' else VELOCITY
     elif implied:
         quantity = POSITION
-    if foreign and quantity != TIME:
+    if leaf and leaf <= known['quantities'][TIME]:  # 'q.time'
+        quantity = TIME
+    elif foreign and quantity != TIME:
         quantity = NOTHING
-    unexplained = [word for k, word in enumerate(words) if word not in known_words()
-                   and not (desired and word == 'd' if k else short)]
+    unexplained = [word for k, word in enumerate(words) if word in naming or (
+        word not in known_words() and not (desired and word == 'd' if k else short))]
     if quantity == NOTHING and not foreign and not {'joint', 'joints'}.isdisjoint(words) and (
             source == MEASURED or {'state', 'states'} & set(leaf)) and all(
             word.isdigit() for word in unexplained):
@@ -327,8 +339,8 @@ def meaning_of(label: str, unit: str = '', silent: frozenset[str] = frozenset())
 
 def _quantity(words: Sequence[str], unit: str) -> str:
     """Return the quantity that `words` and `unit` say, '' for none: a unit outvotes words."""
-    known = vocabulary()
-    if not known['speeds'].isdisjoint(map('_'.join, zip(words, words[1:]))):
+    known, text = vocabulary(), [word for word in words if not word.isdigit()]
+    if not known['speeds'].isdisjoint(map('_'.join, zip(text, text[1:]))):
         return VELOCITY
     kinds = _votes('quantities', words)
     moving = [kind for kind in kinds if kind in (POSITION, VELOCITY, ACCELERATION)]
@@ -367,9 +379,14 @@ def meanings(labels: Sequence[str], units: Sequence[str], listed: Sequence[str] 
              label.removeprefix(joints.get(label, '')) for label in labels]
     # What all names of a log of efforts have is the controller that wrote it.
     silent = vocabulary()['writers'].intersection(*map(words_of, names))
-    columns = list(map(meaning_of, names, units, [silent] * len(names)))
+    words = set(map(words_of, names))
+    mirrored = any('l' in own and tuple('r' if word == 'l' else word for word in own) in words
+                   for own in words)  # left and right
+    naming = frozenset('l' if mirrored else '')
+    columns = [meaning_of(name, unit, silent, naming) for name, unit in zip(names, units)]
     if silent and not any(c.quantity == EFFORT for c in columns):
-        columns = list(map(meaning_of, names, units))
+        silent -= vocabulary()['sources'][SETPOINT]
+        columns = [meaning_of(name, unit, silent, naming) for name, unit in zip(names, units)]
     columns = _ruled(columns)
     columns = [replace(column, label=label) for label, column in zip(labels, columns)]
     if not any(c.quantity == POSITION and c.source in (MEASURED, '') for c in columns):
@@ -385,7 +402,7 @@ def meanings(labels: Sequence[str], units: Sequence[str], listed: Sequence[str] 
     keys = dict(zip((c.label for c in own), _joints(own, parts)))
     result = [replace(column, key=keys.get(column.label, ()), joint=_joint_name(
         column.label, keys.get(column.label, ()))) for column in columns]
-    return _with_listed_names(result, () if stated else listed)
+    return _with_listed_names(_in_step(result), () if stated else listed)
 
 
 def joints_of(columns: Sequence[Meaning]) -> list[str]:
@@ -409,7 +426,7 @@ def _product(labels: Sequence[str], units: Sequence[str]) -> dict[str, str]:
     prefixes: dict[str, dict[str, str]] = {}  # signal: {label: joint}
     for label in labels:
         for cut in re.finditer(r'[_./ ]+', label):
-            if cut.start():
+            if cut.start() and re.search(r'[^\W\d]', label[cut.end():]):
                 prefixes.setdefault(label[cut.end():], {})[label] = label[:cut.end()]
     signals: dict[frozenset[str], list[str]] = {}
     for signal, own in prefixes.items():
@@ -417,10 +434,12 @@ def _product(labels: Sequence[str], units: Sequence[str]) -> dict[str, str]:
     known = vocabulary()
     telling = _signal_words() | known['foreign'] | known['unit_words']
     sources = frozenset().union(*known['sources'].values())
-    whole = [joints for joints, own in signals.items() if len(joints) > 1 < len(own)
+    whole = [joints for joints, own in signals.items() if len(joints) > 1 < len(own) == len(
+             {re.sub(r'\d+', '', signal) for signal in own})
              and len(joints) * len(own) >= ALL * len(labels)
              and all(sources.isdisjoint(words_of(joint)) for joint in joints)
-             and any(telling.intersection(words_of(joint)) for joint in joints)
+             and any(telling.intersection(words_of(joint)) or known['containers'].issuperset(
+                 words_of(joint)) for joint in joints)
              and not _are_sides(joints)]
     if not whole:
         return {}
@@ -515,6 +534,23 @@ def _joint_name(label: str, key: Sequence[str]) -> str:
         return '_'.join(key)
     stem = re.search(rf'[A-Za-z][\w]*?_0*{key[-1]}_joint\b', label) if key else None
     return '_'.join(stem[0].split('_')[1:] if stem else ['joint', *key] if key else ())
+
+
+def _in_step(columns: Sequence[Meaning]) -> list[Meaning]:
+    """Return `columns` whose numbers of joints all count from 1 where some count from 0."""
+    numbers: dict[tuple[str, ...], set[int]] = {}
+    signals = [(c.quantity, c.source, c.side, *(w for w in c.words if not w.isdigit()))
+               if len(c.key) == 1 and c.joint == f'joint_{c.key[0]}' else () for c in columns]
+    for signal, column in zip(signals, columns):
+        if signal:
+            numbers.setdefault(signal, set()).add(int(column.key[0]))
+    begins = {min(own) for own in numbers.values()}
+    whole = len({len(own) for own in numbers.values()}) == 1 and all(
+        max(own) - min(own) == len(own) - 1 for own in numbers.values())
+    if begins != {0, 1} or not whole:
+        return list(columns)
+    return [replace(c, joint=f'joint_{int(c.key[0]) + 1}', why=f'{c.why}, {FROM_0}')
+            if signal and 0 in numbers[signal] else c for signal, c in zip(signals, columns)]
 
 
 def _with_listed_names(columns: Sequence[Meaning], names: Sequence[str]) -> list[Meaning]:

@@ -573,6 +573,7 @@ def read_mapping(path: Path, reading: ReadOptions = BY_NAMES, constants: bool = 
     guess = guessed(table, reading.settings, reading.answers, constants)
     if guess.questions:
         raise Unsettled(guess)
+    table = replace(table, notes=(*table.notes, *guess.notes))
     return table, mapping_of(guess.data, f'guess of {path.name}', table.header), guess
 
 

@@ -17,7 +17,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-import re
 import shlex
 from statistics import median
 from typing import Any, TypeAlias
@@ -33,13 +32,12 @@ from gearbox_monitor.recordings.meaning import (
     PRISMATIC, RELATIVE, ROTARY, run_of, SENSOR, SETPOINT, TIME, units_of, VELOCITY, vocabulary,
     words_of)
 from gearbox_monitor.recordings.si_signals import absolute_ns, LONGEST, SHORTEST
-from gearbox_monitor.recordings.table import Column, JOINT_LIST, load_table, Table
+from gearbox_monitor.recordings.table import Column, JOINT_LIST, load_table, Table, VECTOR
 
 FOLLOWED = 0.7  # correlation of a position with its setpoint, at least
 TOGETHER = 0.9  # correlation of the two ends of a gear, at least
 EXACT, OF_STEP = 1e-6, 0.05  # of the spread, of the own lattice: an encoder rounds by 0.29
 LEAST, ROWS = 20, 20_000  # rows that are compared
-VECTOR = re.compile(r'[ .]\d+$')  # ends names of its columns
 NONE = 'none'  # in place of a column, for a role that nobody has
 NAMES = {'motor': 'motor_position', 'arm': 'arm_position', 'position': 'motor_position',
          'velocity': 'motor_velocity', 'effort': 'motor_effort', 'setpoint': 'motor_setpoint',
@@ -381,6 +379,7 @@ TABLES = ('.csv', '.csv.gz', '.parquet', '.npz', '.txt')
 OVERLAP = 0.5  # of the time of the states, in which setpoints of the same run stand
 BESIDE = 'setpoint: '  # in front of the names of columns of such a file
 STEADY = 0.5  # of the mean step: spread of the steps of what grows like a time without a name
+USUAL = 0.1  # s, longest sample time in a unit that nothing states, and a thousandth of it in ms
 
 
 @dataclass(frozen=True)
@@ -476,20 +475,27 @@ def _as_time(path: Path, column: Column, columns: Sequence[Column], stated: str,
         starts = np.diff(episode.values[rows]) != 0
         if starts.any():
             others['segment'] = episode.name
+    own = stated or column.unit
     for unit in units:
         with suppress(InputError):
             stamps = _stamps_in(path, unit, column, nano, rows)
-            even = _is_even(stamps, starts, is_named)
+            even = _is_even(stamps, starts, is_named, LONGEST if is_named and (
+                unit in (own, ISO) or nano is not None) else USUAL)
             if even is not None:
                 break
     else:
         return None
-    block = {'column': column.name, **({'unit': unit} if unit != 's' else {}),
-             **({'stamps': 'even'} if even else {}), **others}
-    how = 'name' if is_named else 'steady growth'
-    remarks = [f'Time: {column.name}, by its {how}, in {unit}: one sample per '
-               f'{np.median(np.diff(stamps)[~starts]) * 1e-9:.6g} s.']
-    own = stated or column.unit
+    step = float(np.median(np.diff(stamps)[~starts])) * 1e-9
+    _require_one_run(path, column, columns, rows, (np.diff(stamps) < 0) & ~starts)
+    if is_named and unit == 'ms' != own and USUAL < 1e3 * step < LONGEST:
+        raise Undecided(f'{path}: {column.name}: no unit, one sample per {1e3 * step:.4g}, '
+                        f'expected --unit {shlex.quote(column.name)}=s or =ms')
+    scale = _factor(column, unit)
+    block = {'column': column.name, **{key: value for key, value in (
+        ('unit', unit), ('scale', scale), ('stamps', 'even' * even)) if value not in (
+            's', 1.0, '')}, **others}
+    how = ('steady growth', 'name')[is_named]
+    remarks = [f'Time: {column.name}, by its {how}, in {unit}: one sample per {step:.6g} s.']
     if own in units_of(TIME) and unit != own:
         remarks.append(f'Its name says {own}, at which the sample time makes no sense.')
     steps = np.where(starts, 1e9, np.diff(stamps))
@@ -499,19 +505,35 @@ def _as_time(path: Path, column: Column, columns: Sequence[Column], stated: str,
                      float(stamps[0]) * 1e-9)
 
 
+def _require_one_run(path: Path, column: Column, columns: Sequence[Column], rows: Flags,
+                     starts: Flags) -> None:
+    """Raise Undecided if a column changes where the time in `column` `starts` again."""
+    runs = [c.name for c in columns if starts.any() and len(c.values) == len(rows)
+            and np.array_equal(c.values[rows][1:] != c.values[rows][:-1], starts)]
+    if runs:
+        raise Undecided(f'{path}: {column.name}: starts again where {runs[0]} changes, expected a '
+                        f'file of one of them, or --map with time.segment: {runs[0]}')
+
+
 def _units(column: Column, stated: str) -> list[str]:
     """Return the unit `stated`, else all, first that of the column, then seconds."""
     known = units_of(TIME)
     if column.values.dtype.kind == 'U':
         return [ISO]
-    if stated in known:
-        return [stated]
+    if stated in known or column.factor != 1.0:
+        return [stated or column.unit]
     return sorted(known, key=lambda unit: unit != column.unit)
+
+
+def _factor(column: Column, unit: str) -> float:
+    """Return the factor of a `unit` in a column: 100 of '[100ns]'."""
+    return column.factor if unit == column.unit else 1.0
 
 
 def _stamps_in(path: Path, unit: str, column: Column, nano: Column | None, rows: Flags) -> Array:
     """Return the `rows` of a column in a unit, with nanoseconds, in ns. Raises InputError."""
-    stamps = absolute_ns(path, column.values[rows], TimeMapping(unit=unit), str)
+    mapping = TimeMapping(unit=unit, scale=_factor(column, unit))
+    stamps = absolute_ns(path, column.values[rows], mapping, str)
     if nano is not None:
         stamps = stamps + absolute_ns(path, nano.values[rows], TimeMapping(unit='ns'), str)
     return stamps.astype(float)
@@ -525,8 +547,12 @@ def _nanoseconds_of(column: Column, columns: Sequence[Column]) -> Column | None:
                  and set(words_of(other.name)) - NANO - SECONDS == words - SECONDS), None)
 
 
-def _is_even(stamps: Array, starts: Flags, is_named: bool) -> bool | None:
-    """Return whether `stamps` want an even grid, as if stamped on receipt; None: no times."""
+def _is_even(stamps: Array, starts: Flags, is_named: bool, longest: float) -> bool | None:
+    """
+    Return whether `stamps` want an even grid, as if stamped on receipt; None: no times.
+
+    longest: usual distance of times, s. They may start again, seldom.
+    """
     step = np.diff(stamps)[~starts]
     if len(stamps) < 3 or not len(step):
         return None
@@ -534,12 +560,7 @@ def _is_even(stamps: Array, starts: Flags, is_named: bool) -> bool | None:
     bursts = bool(is_named and median < SHORTEST and (step >= 0).all())
     if bursts:  # stamped on receipt: the mean tells the rate
         median = float(np.mean(step)) * 1e-9
-    t = np.append(0.0, np.cumsum(np.where(starts, 0.0, np.diff(stamps))))
-    # A late sample stands behind later ones, a stamp far in the future before earlier ones; the
-    # kind that is rarer is out of order. Most of them are if the time restarts.
-    unordered = min(float((t < np.maximum.accumulate(t)).mean()),
-                    float((t > np.minimum.accumulate(t[::-1])[::-1]).mean()))
-    refused = not SHORTEST <= median < LONGEST * 1.001 or unordered > 0.01 or (
+    refused = not SHORTEST <= median < longest * 1.001 or (step < 0).mean() > 0.01 or (
         (step == 0).mean() > 0.3 and not bursts) or (
         not is_named and np.std(step) > STEADY * np.mean(step))
     return None if refused else bursts

@@ -54,6 +54,8 @@ NUMBERED = frozenset(
 NO_JOINT = frozenset('temp temperature status mode error fault'.split())
 TURNS, EVEN = 0.3, 0.5  # share of rows behind which another's follows; rows of the rarest
 JOINT_LIST = 'joint_list.txt'  # beside a recording
+CLOCK = re.compile(r'\d:\d\d:\d\d')
+VECTOR = re.compile(r'[ .]\d+$')  # ends names of the columns of a matrix
 
 
 @dataclass(frozen=True)
@@ -183,15 +185,17 @@ def load_table(path: Path, whole: bool = False) -> Table:
     columns = tuple(column for column in table.columns if len(column.values) == length
                     or column.clock or column.name in clocks)
     kept = {column.name for column in columns}
-    left = [column.name for column in table.columns if column.name not in kept]
+    left = Counter((VECTOR.sub('', column.name), len(column.values))
+                   for column in table.columns if column.name not in kept)
     if len(columns) < 1 or length < MIN_SAMPLES:
         raise InputError(f'{path}: {len(columns)} columns of {length} numbers, read as {kind}: '
                          f'expected two or more of at least {MIN_SAMPLES}')
     names = Counter(column.name for column in columns)
     return replace(table, columns=tuple(
         column for column in columns if names[column.name] == 1 or not column.name), notes=(
-            *table.notes, *([f'columns of another length, not used: {", ".join(left)[:200]}']
-                            if left else []),
+            *table.notes,
+            *(f'{name}: {rows} rows{f" of {n} columns" * (n > 1)}, expected {length}: not used'
+              for (name, rows), n in left.items()),
             *(f'column {name}: occurs {n} times, not used' for name, n in names.items()
               if n > 1 and name)))
 
@@ -209,6 +213,7 @@ def _text_table(path: Path, layout: TextLayout, whole: bool) -> Table:
     places: dict[str, tuple[int, int | None]] = {}  # name: column, place in its list
     texts: set[str] = set()
     columns: list[Column] = []
+    notes: list[str] = []
     listed = {k: numbers_of_list(cells[k][0]) for k in cells}
     for k, own in listed.items():
         factor, unit = scaled_unit(units[k]) if units[k] else unit_of_label(names[k])
@@ -221,6 +226,8 @@ def _text_table(path: Path, layout: TextLayout, whole: bool) -> Table:
         if kind == 'texts':
             texts.add(names[k])
         elif not kind:
+            notes += [f'{names[k]}: {cells[k][0]!r}, expected a time in numbers or as '
+                      '2026-03-01T12:00:00.001'] * bool(CLOCK.search(str(cells[k][0])))
             continue
         places[names[k]] = k, None
         clock = layout.clocks.get(k)
@@ -233,7 +240,7 @@ def _text_table(path: Path, layout: TextLayout, whole: bool) -> Table:
                for column in columns]
     streamed = not whole and (path.stat().st_size >= BLOCK or _is_packed(path))
     return Table(path, tuple(columns), any(layout.names), _listed_joints(path), None,
-                 _text_header(path, layout), (), rows, streamed)
+                 _text_header(path, layout), tuple(notes), rows, streamed)
 
 
 def _is_packed(path: Path) -> bool:
@@ -374,7 +381,8 @@ def _names(column: Column) -> set[str]:
 def _is_key(column: Column, table: Table) -> bool:
     """Return whether a column tells the rows of joints or signals apart."""
     values = column.values
-    is_named = bool(_names(column) & NUMBERED) and not _names(column) & NO_JOINT
+    is_named = bool(_names(column) & NUMBERED) and not _names(column) & (
+        NO_JOINT | vocabulary()['quantities'][TIME])
     if values.dtype.kind == 'U':
         if _has_dates(column):
             return False

@@ -15,10 +15,11 @@ import yaml
 
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.recordings.guess import guessed
 from gearbox_monitor.recordings.mapping import load_mapping, mapping_of
 from gearbox_monitor.recordings.meaning import standard_unit, unit_factor, unit_of_label
 from gearbox_monitor.recordings.read import open_bag
-from gearbox_monitor.recordings.reading import open_recording
+from gearbox_monitor.recordings.reading import open_recording, read_mapping
 from gearbox_monitor.recordings.si_signals import signals_of
 from gearbox_monitor.recordings.table import load_table
 
@@ -157,6 +158,14 @@ def test_numpy_archive_and_matrix(tmp_path):
     recording = read_recording(tmp_path / 'r.npy', mapping_from_dict(
         {'time': {'column': 1}, 'signals': SIGNALS}, 'map'))
     np.testing.assert_array_equal(recording.values['motor_effort'], U)
+    six = np.column_stack([Q] * 6)
+    for size, says in ((5, f'tau: {len(T)} rows of 5 columns, expected 6, one of each joint'),
+                       (6, f'tau: {len(T) - 1} rows of 6 columns, expected {len(T)}: not used')):
+        np.savez(tmp_path / 'robot.npz', t=T, q=six, tau=six[:len(T) - size + 5, :size])
+        guess = guessed(load_table(tmp_path / 'robot.npz'))
+        assert says in ' '.join((*map(str, guess.questions), *load_table(
+            tmp_path / 'robot.npz').notes))
+        assert len(guess.questions) == 6 - size
 
 
 def test_hdf5_groups_compound_types_and_attributes(tmp_path, capsys):
@@ -248,6 +257,10 @@ def test_epochs_keep_their_nanoseconds(new_folder):
     for unit in ('s', 'ms', 'us', 'ns'):
         for decimal in ('.', ','):
             expect_stamps(new_folder(), unit, decimal)
+    rows = [f'{50_000 * k},{q},{u}' for k, q, u in zip(K, Q, U)]
+    path = written(new_folder(), '\n'.join(['Time [100ns],q,tau', *rows]), 'r.csv')
+    assert guessed(load_table(path)).data['time'] == {
+        'column': 'Time [100ns]', 'unit': 'ns', 'scale': 100.0}
 
 
 def expect_iso(tmp_path, form):
@@ -262,6 +275,12 @@ def expect_iso(tmp_path, form):
 def test_iso_8601(new_folder):
     for form in ('2026-01-01T{}Z', '2026-01-01 {}', '2026-01-01T{}+00:00'):
         expect_iso(new_folder(), form)
+    start = np.datetime64('2026-01-01T00:00:00.000000')  # slow, and not quite even
+    rows = [f'{start + int(101_000 * k + 900 * (k % 3))},{q},{u}' for k, q, u in zip(K, Q, U)]
+    path = written(new_folder(), '\n'.join(['time,q,tau', *rows]), 'r.csv')
+    table, mapping, _ = read_mapping(path)
+    steps = np.diff(signals_of(table, mapping).stamp_ns)
+    assert set(steps.tolist()) == {101_900_000, 99_200_000}
 
 
 def test_iso_8601_with_a_zone_in_json(tmp_path):
@@ -387,7 +406,7 @@ def test_values_by_command_line_and_from_the_header(tmp_path, capsys):
 
 # --- what makes no sense ------------------------------------------------------------------------
 UNLIKELY = [
-    (K * 1.0, 's', '200 samples, one per 1 s, expected one per 5e-06 to 0.1 s (time read '
+    (K * 1.0, 's', '200 samples, one per 1 s, expected one per 5e-06 to 0.5 s (time read '
      'in s: is time.unit right?)'),
     (T, 'us', 'one per 5e-09 s'), (K[:60] * 0.01, 's', '3 columns of 60 numbers'),
     (1.7e12 + K, 's', 'expected one > 0 and < 2^31 s')]

@@ -12,8 +12,8 @@ import scipy.io
 import yaml
 
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.errors import InputError
-from gearbox_monitor.recordings.guess import guessed
+from gearbox_monitor.errors import InputError, Undecided
+from gearbox_monitor.recordings.guess import Answers, guessed
 from gearbox_monitor.recordings.read import open_bag
 from gearbox_monitor.recordings.table import load_table
 
@@ -524,6 +524,26 @@ ROBOTS = [
       'hip_tau_kalman': TORQUE, 'knee_tau_kalman': TORQUE}, {
         joint: {'position': f'{joint}_q_kalman', 'velocity': f'{joint}_dq',
                 'effort': f'{joint}_tau_kalman'} for joint in ('hip', 'knee')}),
+    # Some count from 0, others from 1: in order, with a note. A torque comes before a current.
+    ({'q0': ARM, 'q1': SPEED, 'tau1': TORQUE, 'tau2': NOISE, 'current1': NOISE, 'current2': ARM}, {
+        '1': {'position': 'q0', 'effort': 'tau1'}, '2': {'position': 'q1', 'effort': 'tau2'}}),
+    # Left and right, no link; units before numbers; a number within a speed.
+    ({'L_pos_0': ARM, 'L_pos_1': SPEED, 'R_pos_0': SPEED, 'R_pos_1': ARM}, {
+        f'{side}_{k}': {'position': f'{side.upper()}_pos_{k}'} for side in 'lr' for k in '01'}),
+    ({'theta_deg_1': ARM, 'theta_deg_2': SPEED, 'theta1_dot': SPEED, 'theta2_dot': ARM,
+      'tool_x [mm]': ARM, 'pos_x': NOISE}, {
+        k: {'position': f'theta_deg_{k}', 'velocity': f'theta{k}_dot', 'unit': 'deg/s'}
+        for k in '12'}),
+    # Names of joints that are words, and words of other languages.
+    ({'base.pos': ARM, 'base.eff': TORQUE, 'elbow.pos': SPEED, 'elbow.eff': NOISE}, {
+        joint: {'position': f'{joint}.pos', 'effort': f'{joint}.eff'}
+        for joint in ('base', 'elbow')}),
+    ({'关节1位置': ARM, '关节2位置': SPEED, '关节1目标位置': ARM, '关节2目标位置': SPEED}, {
+        k: {'position': f'关节{k}位置', 'setpoint': f'关节{k}目标位置'} for k in '12'}),
+    ({'Axe 1 position mesurée (deg)': ARM, 'Axe 2 position mesurée (deg)': SPEED,
+      'Axe 1 couple': TORQUE, 'Axe 2 couple': NOISE}, {
+        k: {'position': f'Axe {k} position mesurée (deg)', 'effort': f'Axe {k} couple',
+            'unit': 'deg'} for k in '12'}),
     # Numbers in all names are of joints, however few signals each of them has.
     ({'Axis 1 ActVelo [rad/s]': SPEED, 'Axis 2 ActPos [rad]': ARM}, {
         '1': {'velocity': 'Axis 1 ActVelo [rad/s]', 'unit': 'rad/s'},
@@ -537,6 +557,8 @@ def test_roles_of_one_joint_and_of_several(new_folder):
         assert {role: block['column'] for role, block in guess.data['signals'].items()} == expected
     for columns, expected in ROBOTS:
         guess = guessed(load_table(csv(new_folder() / 'log.csv', {'t': T, **columns})))
+        assert ('q0' in columns) == any('q0 is of joint_1' in text for text in guess.notes)
+        assert ('current1' in columns) == ('effort: tau; not used: current' in guess.notes)
         assert {joint.removeprefix('joint_'): {
             name: value for role, block in own.items() for name, value in (
                 (role, block['column']), ('unit', block.get('unit'))) if value}
@@ -544,6 +566,11 @@ def test_roles_of_one_joint_and_of_several(new_folder):
     fast = guessed(load_table(csv(new_folder() / 'log.csv', {
         'time': (T - T[0]) * 5e-5 / (T[1] - T[0]), 'q': ARM, 'tau': TORQUE})))
     assert fast.data['time'] == {'column': 'time'}  # 20 kHz in seconds, no minutes
+    late = csv(new_folder() / 'log.csv', {'time': np.cumsum(0.11 + 0.01 * ARM), 'q': ARM})
+    with pytest.raises(Undecided, match='no unit, one sample per 0.1.*time=s or =ms'):
+        guessed(load_table(late))
+    assert guessed(load_table(late), (), Answers(units={'time': 's'})).data['time'] == {
+        'column': 'time'}
     with pytest.raises(InputError, match='no position'):  # not the elbow alone
         guessed(load_table(csv(new_folder() / 'log.csv', {
             't': T, 'elbow': ARM, 'hip': SPEED, 'goal/elbow': ARM})))
@@ -566,7 +593,9 @@ def test_runs_one_after_another_and_torques_with_gaps_are_asked_for(tmp_path, ca
                    for t, q, tau in zip(T.tolist(), ARM.tolist(), TORQUE.tolist()))
     (tmp_path / 'runs.csv').write_text('trial,t,q,tau\n' + rows)
     assert main(['import', str(tmp_path / 'runs.csv'), '--guess']) == 3
-    assert 'grows like a time' in capsys.readouterr().err
+    assert 't: starts again where trial changes' in capsys.readouterr().err
+    (tmp_path / 'runs.csv').write_text('-,t,q,tau\n' + rows.replace('slow', 'fast'))
+    assert main(['import', str(tmp_path / 'runs.csv'), str(tmp_path / 'bag')]) == 0
     gaps = np.where(np.arange(len(T)) % 50, TORQUE, np.nan)
     path = csv(tmp_path / 'two.csv', {'t': T, 'q': ARM, 'tau_meas': gaps,
                                       'torque_b': 0.9 * TORQUE + 50.0 * NOISE})
