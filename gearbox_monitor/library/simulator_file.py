@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.diagnosis.joint.parameter_ranges import Combination, ParameterRanges
+from gearbox_monitor.diagnosis.settings import SETTINGS
 from gearbox_monitor.errors import InputError, most_similar, refusal, unknown
 from gearbox_monitor.files import user_files
 from gearbox_monitor.files.user_files import config_path, load_yaml
@@ -42,7 +43,8 @@ def load_model(path: str | Path, joint: str | None = None, *, arm_joint: str | N
         actuator: actuator of the joint, where several act on it.
         root: folder below which the files lie that the simulator's file includes, None for its
             own folder.
-        values: further values, not in the simulator's file, or a YAML file of them.
+        values: further values, not in the simulator's file, or a YAML file of them. Without
+            `tolerance`, values of a simulator's file count as 5 % off.
 
     Returns:
         The model. What it has no key for (ranges of setpoints and of the joint) goes with it, and
@@ -68,7 +70,7 @@ def load_model(path: str | Path, joint: str | None = None, *, arm_joint: str | N
         raise InputError(f'{path}: a model file, expected the file of a simulator with joint '
                          '(--joint)')
     drive = read_mjcf(path, joint, arm_joint, keyframe, actuator, root)
-    model = model_of(drive, _given(values))
+    model = model_of(drive, {'tolerance': SETTINGS.tolerance, **_given(values)})
     return replace(model, origin=ModelOrigin(path.name, _limits(drive, model)))
 
 

@@ -293,11 +293,11 @@ def evidence_of(recordings: Sequence[UniformRecording], model: DriveModel, ids: 
 
 
 ITERATIONS = 8  # of a fit to recordings that are read in another way
-LATEST, CLOSE = 0.5, 2e-3  # sample times by which a torque that was sampled acts later at most
+SHIFTS = 0.0, 0.25, 0.5  # sample times by which a torque that was sampled acts later
 
 
 def is_open(recording: UniformRecording, model: DriveModel) -> bool:
-    """Return whether `recording` leaves open how torque acted on `model` between its stamps."""
+    """Return whether `recording` is so slow that torque of `model` may hide between its stamps."""
     return (recording.dt * THRESHOLDS.slow_rate > 1.0 and model.controller is None
             and model.driven_by == 'torque')
 
@@ -307,16 +307,16 @@ def likeliest(evidence: DriveRecordings,
     """
     Return (the recordings, `fit`), both as they were where another reading gains nothing.
 
-    How torque acted between the stamps of a slow log is a nuisance: held, or sampled a share of a
+    How torque acted between the stamps of a log is a nuisance: held, or sampled a share of a
     sample before each stamp. Values of the fit move along with it.
 
     Args:
         evidence: the recordings, as they were read so far.
         fit: of one model to all of them.
     """
-    for number, recording in enumerate(evidence.recordings):
-        if is_open(recording, evidence.model):
-            evidence, fit = _read(evidence, fit, number)
+    torque = evidence.model.controller is None and evidence.model.driven_by == 'torque'
+    for number in range(len(evidence.recordings) if torque else 0):
+        evidence, fit = _read(evidence, fit, number)
     return evidence, fit
 
 
@@ -328,19 +328,22 @@ def likeliest_reading(evidence: DriveRecordings) -> DriveRecordings:
 def _read(evidence: DriveRecordings, fit: InnovationFit, number: int
           ) -> tuple[DriveRecordings, InnovationFit]:
     """Return (the recordings, fit), one of them read so that the fit is likeliest."""
-    tried: dict[float | None, tuple[DriveRecordings, InnovationFit]] = {}
+    tried: dict[float | None, tuple[float, DriveRecordings, InnovationFit]] = {}
     recordings = evidence.recordings
+    now = recordings[number].shift
 
-    def score(shift: float | None) -> float:
-        read = replace(evidence, recordings=(
+    def read(shift: float | None) -> float:
+        data = replace(evidence, recordings=(
             *recordings[:number], replace(recordings[number], shift=shift),
             *recordings[number + 1:]))
-        tried[shift] = read, fitted(read.fine, fit, ITERATIONS)
-        return read.score(tried[shift][1])
-    scores = {shift: score(shift) for shift in {recordings[number].shift, None}}
-    sampled = scipy.optimize.minimize_scalar(
-        score, bounds=(0.0, LATEST), method='bounded', options={'xatol': CLOSE})
-    scores[float(sampled.x)] = float(sampled.fun)
-    best = min(scores, key=lambda shift: scores[shift])
-    return tried[best] if scores[best] < scores[recordings[number].shift] - CONTEST.margin else (
-        evidence, fit)
+        moved = fitted(data.fine, fit, ITERATIONS)
+        tried[shift] = data.score(moved), data, moved
+        return tried[shift][0]
+    # About its minimum the score is a parabola of the shift.
+    square, slope, _ = np.polyfit(SHIFTS, [read(shift) for shift in SHIFTS], 2)
+    if square > 0.0 and SHIFTS[0] < -0.5 * slope / square < SHIFTS[-1]:
+        read(float(-0.5 * slope / square))
+    for shift in {now, None} - set(tried):
+        read(shift)
+    score, data, moved = min(tried.values(), key=lambda found: found[0])
+    return (data, moved) if score < tried[now][0] - CONTEST.margin else (evidence, fit)

@@ -32,7 +32,7 @@ from gearbox_monitor.diagnosis.joint.candidates import (
     BY_EFFECT, CandidateModel, Coordinate, GAINS, NOT_FITTED, NUISANCES, offered, PERIODIC, Starts,
     ZERO)
 from gearbox_monitor.diagnosis.joint.drive_recordings import (
-    DriveRecordings, evidence_of, is_open, lasting_time, likeliest)
+    DriveRecordings, evidence_of, lasting_time, likeliest)
 from gearbox_monitor.diagnosis.joint.innovations import (
     coordinate_columns, evaluated, fitted, halves, InnovationFit, InnovationLikelihood,
     JointLikelihood, unfitted)
@@ -185,9 +185,8 @@ def _searched(evidence: DriveRecordings, candidate: CandidateModel, report: Call
     if not (evidence.balances or evidence.model.controller):
         starts.append(_balanced(evidence.recordings, candidate))
     fit = _likeliest(evidence, candidate, starts)
-    if any(is_open(recording, evidence.model) for recording in evidence.recordings):
-        evidence, fit = likeliest(evidence, fit)  # torque between the stamps of a slow log
-        starts = [fit.z]
+    evidence, fit = likeliest(evidence, fit)  # torque between the stamps
+    starts = [fit.z]
     if evidence.balances or not _disturbed(evidence, fit):
         return evidence, fit
     report(0.5, 2, 'how long torque lasts')

@@ -1,7 +1,7 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Logs below 200 Hz: how the torque acted between their stamps is found, and effects are right."""
+"""How the torque acted between the stamps of a log is found, and effects are right."""
 from dataclasses import replace
 
 import numpy as np
@@ -55,6 +55,22 @@ def test_values_of_a_model_at_50_hz():
                       ['Cv', 'Cc', 'm2'])
     assert {v.name: v.value for v in fit.values} == pytest.approx(
         {'Cv': 0.1, 'Cc': 0.27, 'm2': 0.023454}, rel=0.01)
+
+
+def test_a_position_half_a_sample_ahead_is_no_gap():
+    # Semi-implicit steps as long as a sample: positions lead those of any exact simulator.
+    rigid = DriveModel().with_(
+        transmission={'kind': 'rigid'}, motor_inertia=0.023, arm_inertia=0.023,
+        viscous_friction=0.4, coulomb_friction=0.0, damping=0.0, tolerance=0.05)
+    own = rigid.with_(integrator='implicitfast', timestep=1.0 / FAST,
+                      friction_law={'kind': 'ode'})
+    t = np.arange(round(SECONDS * FAST)) / FAST
+    run = Plant(own, Noise(measurement=(5e-3, 5e-3)), 1).run(
+        ExampleMotion(SECONDS, kind='varied').command(t, own), 1.0 / FAST)
+    y = np.column_stack([run.y[:, 0], np.full(len(t), np.nan)])
+    recording, _ = admitted(run.t, run.u, y, None, 'log', rigid, 'model')
+    verdict = diagnose([recording], rigid, only=['motor_viscous', 'torque_offset'])
+    assert verdict.verdict == 'none'
 
 
 def test_a_motion_that_is_put_in_needs_a_faster_log_and_says_so():
