@@ -351,9 +351,10 @@ SENTENCES: Mapping[str, Callable[[Mapping[str, Any], VerdictData, str], str]] = 
 def remainder_words(remainder: Mapping[str, Any], data: VerdictData = NO_DATA) -> str:
     """Return a `remainder` of the verdict `data` in a sentence without a full stop."""
     place, over = place_of(remainder, data), remainder['over']
-    size = number(remainder['size'], reading_unit(
-        remainder['channel'] if 'axis' in data else 'torque',
-        axis_of(data, remainder.get('joint'))))
+    unit = reading_unit(remainder['channel'] if 'axis' in data else 'torque',
+                        axis_of(data, remainder.get('joint')))
+    size = say('rms', size=number(remainder['size'], unit)) if remainder['size'] else say(
+        'below_noise')
     if over == 'bursts':
         names = remainder.get('recordings') or [''] * len(remainder['times'])
         times = ', '.join(f'{begin:.0f} s' + (f' of {name}' if name else '')

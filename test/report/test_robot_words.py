@@ -11,7 +11,8 @@ REMAINS = [
     ('bursts', {'times': [[3.0, 5.0], [9.0, 11.0]], 'recordings': ['a', 'b']},
      'lift: 1.23 N rms in bursts, at 3 s of a, 9 s of b'),
     (None, {'excess': 9.0},
-     'lift: 1.23 N rms without a pattern, 3.00 times the remainder of healthy parts')]
+     'lift: 1.23 N rms without a pattern, 3.00 times the remainder of healthy parts'),
+    (None, {'size': 0.0}, 'lift: less than the noise without a pattern')]
 
 
 def test_what_remains_has_its_size_and_how_it_shows():
