@@ -179,9 +179,8 @@ def measure(name: str, logs: list[ServoLog], jobs: int) -> dict[str, Any]:
     show(f'{name}: diagnose')
     try:
         verdict = diagnose(recordings, model, jobs=jobs)
-        kind, effect, confusable = (verdict.data[key] for key in (
-            'verdict', 'effect', 'confusable'))
-        parts = [part['effect'] for part in verdict.data['findings']]
+        kind, effect, confusable = verdict.verdict, verdict.effect, verdict.confusable
+        parts = [finding.effect for finding in verdict.findings]
     except Undecided:
         kind, effect, confusable, parts = 'undecided', None, [], []
     show(f'{name}: fit model')

@@ -91,7 +91,7 @@ def measure(train: UniformRecording, test: UniformRecording, jobs: int) -> dict[
     rigid = fit_nominal([train], GUESSED, DRIVE_VALUES).model
     show('diagnose')
     verdict = diagnose([train], rigid, jobs=jobs)
-    effects = (verdict.data['effect'] or '').split('+') if verdict.data['effect'] else []
+    effects = verdict.effect.split('+') if verdict.effect else []
     show('fit model over the whole recording')
     models = {'without effect': fit_nominal(
         [train], rigid, DRIVE_VALUES, seconds=WHOLE).model}
@@ -103,8 +103,8 @@ def measure(train: UniformRecording, test: UniformRecording, jobs: int) -> dict[
     error = errors['with effect']['test']
     bars = BarTable()
     bars.judge('free run on the second recording, mm', error, high=BAR)
-    return {'verdict': verdict.data['verdict'], 'effect': verdict.data['effect'],
-            'confusable': verdict.data['confusable'], 'effects': models['with effect'].effects,
+    return {'verdict': verdict.verdict, 'effect': verdict.effect,
+            'confusable': verdict.confusable, 'effects': models['with effect'].effects,
             'errors': errors, 'published': PUBLISHED,
             'place': 1 + sum(value < error for value in PUBLISHED.values()), 'bars': bars.rows}
 

@@ -91,7 +91,7 @@ def verdict(log: Mapping[str, Array]) -> Trace:
     """Return the trace of the verdict on a recording against the nominal drive."""
     found = gm.diagnose(gm.load_recording(dict(log), NOMINAL, name='log'), NOMINAL, jobs=1,
                         only=['arm_coulomb', 'motor_coulomb', 'load_torque', 'backlash_gap'])
-    data = found.to_dict()
+    data = found.data
     rows: dict[str, Row] = {'answer': [data['verdict'], data['gap_before'], data['gap_after']]}
     for part in data['findings']:
         rows[part['effect']] = [part['place'], *part['values'].values()]
@@ -110,10 +110,10 @@ def robot_verdicts() -> dict[str, Trace]:
             np.savetxt(log, simulated(robot.file.chain, 12.0, rng, differs), '%.9g', ',',
                        header=','.join(['t', *names]), comments='')
         write(rng, False)
-        save_knowledge(learnt, gm.learn_robot(log, robot)[0])
+        save_knowledge(learnt, gm.learn(log, robot)[0])
         for name, differs in (('healthy arm', False), ('load and rubbing joint, arm', True)):
             write(copy.deepcopy(rng), differs)
-            data = gm.diagnose_robot(log, robot, reference=learnt).data
+            data = gm.diagnose(log, robot, reference=learnt).data
             rows: dict[str, Row] = {'answer': [data['verdict']]}
             for gap in data['gaps']:
                 rows[f'gap of {gap["joint"]}'] = [gap['before'], gap['after']]

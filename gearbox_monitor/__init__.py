@@ -11,7 +11,7 @@ of the package alone is cheap. docs/python.md shows them at work:
     load_recording        a recording of a drive or a robot, from a file of any kind, or arrays
     estimate              torque, twist, trust and backlash over a recording
     backlash              gap and stiffness of a recording, window by window
-    diagnose              the effects that the model of a drive lacks in recordings
+    diagnose              the effects that the model of a drive or robot lacks in recordings
     fit                   the values of a model, fitted to recordings
     tune                  R and Q of a filter, from a recording
     adapt                 model and parameters of one unit, from its motion
@@ -21,8 +21,7 @@ of the package alone is cheap. docs/python.md shows them at work:
     export_model          a model in the file of a simulator
 
     load_robot            a whole robot, from an MJCF or URDF file
-    diagnose_robot        what is different about it, beside its file or a healthy reference
-    learn_robot           a healthy robot as a reference
+    learn                 a healthy robot as a reference
     watch_robot           what changes at a robot at work, from recordings of its joints
 
     DriveModel            the drive: inertias, friction, transmission, effects
@@ -32,7 +31,7 @@ of the package alone is cheap. docs/python.md shows them at work:
     ReadOptions               how columns of a log are read whose names do not say it
     RecordingEstimates    what estimate returns
     BacklashWindows       what backlash returns
-    Verdict               what diagnose returns
+    Diagnosis             what diagnose returns
     NominalFit            what fit returns
     TunedParameters       what tune returns
     Adapted               what adapt returns
@@ -40,7 +39,6 @@ of the package alone is cheap. docs/python.md shows them at work:
     CatalogueActuator     what load_actuator returns
     ReportPages           what write_report returns
     Robot                 what load_robot returns
-    RobotDiagnosis        what diagnose_robot returns
     Watch                 what watch_robot returns
     SimulatorFile         what export_model returns
     InputError            the one exception that bad input raises
@@ -64,7 +62,7 @@ _PUBLIC = {
     'Estimate': 'estimation.estimates', 'Estimates': 'estimation.estimates',
     'EstimatorParameters': 'parameters',
     'InputError': 'errors', 'NominalFit': 'diagnosis.joint.nominal',
-    'Verdict': 'diagnosis.joint.verdict', 'load_model': 'library.simulator_file',
+    'Diagnosis': 'library.identify', 'load_model': 'library.simulator_file',
     'Recording': 'signals.recording', 'load_recording': 'library.recording',
     'DriveRecording': 'library.recording', 'ReadOptions': 'recordings.reading',
     'RecordingEstimates': 'library.estimation', 'BacklashWindows': 'library.estimation',
@@ -74,9 +72,8 @@ _PUBLIC = {
     'Adapted': 'diagnosis.joint.nominal', 'export_model': 'library.simulator_file',
     'SimulatorFile': 'library.simulator_file', 'write_report': 'library.recording_report',
     'ReportPages': 'library.recording_report', 'load_robot': 'library.robot',
-    'learn_robot': 'library.robot',
-    'diagnose_robot': 'library.robot', 'Robot': 'library.robot',
-    'RobotDiagnosis': 'library.robot', 'watch_robot': 'library.robot', 'Watch': 'watch.record',
+    'learn': 'library.robot', 'Robot': 'library.robot', 'watch_robot': 'library.robot',
+    'Watch': 'watch.record',
     'ranges': 'library.ranges',
     'ParameterRanges': 'diagnosis.joint.parameter_ranges',
     'load_actuator': 'library.simulator_file', 'CatalogueActuator': 'library.simulator_file',

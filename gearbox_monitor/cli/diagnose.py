@@ -33,7 +33,6 @@ from typing import Any
 
 import numpy as np
 
-from gearbox_monitor import __version__
 from gearbox_monitor.cli.options import (
     ids_in, joint_of, load_recordings, names_of, reading_of_robot, refuse, robot_of,
     robot_options, show, write_folder, written_options)
@@ -43,14 +42,14 @@ from gearbox_monitor.diagnosis.joint.diagnose import chosen_ids
 from gearbox_monitor.diagnosis.joint.verdict import Verdict
 from gearbox_monitor.errors import expect_whole, InputError
 from gearbox_monitor.files.knowledge_file import save_knowledge, SUFFIX
-from gearbox_monitor.files.user_files import dump, expect_new_file, model_text, plain
-from gearbox_monitor.library.identify import diagnose
+from gearbox_monitor.files.user_files import dump, expect_new_file, plain
+from gearbox_monitor.library.identify import diagnose, Diagnosis
 from gearbox_monitor.library.progress import progress_bar
-from gearbox_monitor.library.robot import (
-    diagnose_robot, learn_robot, robot_effects, RobotDiagnosis)
+from gearbox_monitor.library import robot as library
+from gearbox_monitor.library.robot import robot_effects
 from gearbox_monitor.library.simulator_file import export_model, written_model
 from gearbox_monitor.plant.drive import DriveModel
-from gearbox_monitor.report.diagnosis_page import context_of, diagnosis_page
+from gearbox_monitor.report.diagnosis_page import diagnosis_page
 from gearbox_monitor.report.sentences import entries
 from gearbox_monitor.report.words import counted, headline, LABEL, verdict_text
 from gearbox_monitor.robot.description import SUFFIXES
@@ -68,38 +67,62 @@ def run(args: Namespace) -> int:
     """Run the command with the options `args`; returns the exit code."""
     expect_whole(args.jobs, '--jobs', 1)
     expect_whole(args.seed, '--seed')
-    if is_robot(args):
-        return run_robot(args)
-    only, exclude = ids_in(args.only or ()) or None, ids_in(args.exclude)
-    chosen_ids(only, exclude, ('--only', '--exclude'))
+    robot = is_robot(args)
+    for attribute, reason in OF_ONE_JOINT.items() if robot else ():
+        refuse(args, [attribute], f'of one joint, expected --joint with it ({reason})')
+    only, exclude = ids_in(args.only or ()) or None, ids_in(args.exclude or ())
+    chosen_ids(only, exclude, ('--only', '--exclude'), sorted(robot_effects()) if robot else None)
     expect_new_file(args.out)
+    diagnosis, data = (_of_robot if robot else _of_drive)(
+        args, {'only': only, 'exclude': exclude})
+    _show(args, data, _write(args, diagnosis, data) if args.out else [])
+    return 1 if data.get('readings') else {NONE: 0, UNDECIDED: 3}.get(diagnosis.kind, 1)
+
+
+def _of_drive(args: Namespace, chosen: dict[str, Any]) -> tuple[Diagnosis, dict[str, Any]]:
+    """Return (the diagnosis of a drive, its data with what the command adds)."""
     model, recordings, validate, notes = load_recordings(args, weigh=True)
     simulator = _user_simulator(args.simulator, recordings, model) if args.simulator else None
-    verdict = diagnose(recordings, model, validate=validate, only=only, exclude=exclude,
-                       seed=args.seed, jobs=args.jobs)
-    data = plain(verdict.to_dict())
+    diagnosis = diagnose(recordings, model, validate=validate, **chosen, seed=args.seed,
+                         jobs=args.jobs)
+    verdict, data = diagnosis.verdict, dict(diagnosis.data)
+    assert isinstance(verdict, Verdict)
     data['warnings'] = [*notes, *(data.get('warnings') or [])]
-    closed, basis = verdict.model, verdict.basis
     if verdict.findings and args.joint is not None:
         _put_file(args, verdict, validate, data)
-    data = {'summary': headline(data), **data, **_of_command(args)}
+    data = {**data, 'summary': headline(data), **_of_command(args)}
     if simulator is not None:
-        sigma = np.array([1.0 if s is None else s for s in data['sigma']])
+        basis, sigma = verdict.basis, np.array([1.0 if s is None else s for s in data['sigma']])
         try:
             with progress_bar(simulator.name) as progress:
                 data['simulator'] = plain(confirmation(
-                    simulator, basis.data.recordings[basis.widest], (model, closed),
+                    simulator, basis.data.recordings[basis.widest], (model, verdict.model),
                     sigma, progress))
         except InputError as error:  # the diagnosis is complete without it
             data['warnings'].append(str(error))
-    written = [] if not args.out else write_folder(args.out, {
-        VERDICT: dump(data) + '\n',
-        PAGE: diagnosis_page(data, context_of(verdict, model)),
-        CLOSED: model_text(closed, [
-            f'Written by gearbox_monitor {__version__} diagnose from {", ".join(args.bag)} and '
-            f'{args.model}.', data['summary']])})
-    _show(args, data, written)
-    return {NONE: 0, UNDECIDED: 3}.get(verdict.verdict, 1)
+    return diagnosis, data
+
+
+def _of_robot(args: Namespace, chosen: dict[str, Any]) -> tuple[Diagnosis, dict[str, Any]]:
+    """Return (the diagnosis of a robot, its data with what the command adds)."""
+    began, robot = time.process_time(), robot_of(args)
+    diagnosis = diagnose(args.bag, robot, reference=args.reference or None, **chosen,
+                         recorded=names_of(args), reading=reading_of_robot(args),
+                         topic=args.topic)
+    return diagnosis, {**diagnosis.data, 'options': robot_options(args),
+                       'cpu_s': round(time.process_time() - began, 2)}
+
+
+def _write(args: Namespace, diagnosis: Diagnosis, data: dict[str, Any]) -> list[Path]:
+    """Write verdict, page and the model with the findings into the new folder --out."""
+    files = dict[str, str]()
+    if diagnosis.closed is not None:
+        path = Path(args.model)
+        name = f'{path.stem}.closed{path.suffix}' if is_robot(args) else CLOSED
+        files[name] = diagnosis.closed
+        data['closed'] = str(Path(args.out) / name)
+    return write_folder(args.out, {
+        VERDICT: dump(data) + '\n', PAGE: diagnosis_page(data, diagnosis.context()), **files})
 
 
 def _show(args: Namespace, data: dict[str, Any], written: Sequence[Path]) -> None:
@@ -124,8 +147,7 @@ def _of_command(args: Namespace) -> dict[str, Any]:
     """Return what data of a verdict tell of the command with `args`, for further commands."""
     joint = written_options(args, OF_JOINTS)
     return {'logs': args.bag, 'model': args.model, 'joint': joint, 'options': ' '.join(filter(
-        None, (joint, written_options(args, ('values', *OF_RECORDINGS))))),
-        'closed': str(Path(args.out) / CLOSED) if args.out else None}
+        None, (joint, written_options(args, ('values', *OF_RECORDINGS))))), 'closed': None}
 
 
 def _put_file(args: Namespace, verdict: Verdict, validation: UniformRecording | None,
@@ -174,36 +196,6 @@ def is_robot(args: Namespace) -> bool:
     return False
 
 
-def run_robot(args: Namespace) -> int:
-    """Run the command with the options `args`; returns the exit code."""
-    for attribute, reason in OF_ONE_JOINT.items():
-        refuse(args, [attribute], f'of one joint, expected --joint with it ({reason})')
-    named, exclude = ids_in(args.only or ()), ids_in(args.exclude or ())
-    effects = chosen_ids(named or None, exclude, ('--only', '--exclude'), sorted(
-        robot_effects())) if named or exclude else None
-    expect_new_file(args.out)
-    began = time.process_time()
-    diagnosis = diagnose_robot(
-        args.bag, robot_of(args), reference=args.reference or None, effects=effects,
-        recorded=names_of(args), reading=reading_of_robot(args), topic=args.topic)
-    data = {**diagnosis.data, 'options': robot_options(args),
-            'cpu_s': round(time.process_time() - began, 2)}
-    _show(args, data, _write(args, diagnosis, data) if args.out else [])
-    if data['readings']:
-        return 1
-    return {NONE: 0, UNDECIDED: 3}.get(data['verdict'], 1)
-
-
-def _write(args: Namespace, diagnosis: RobotDiagnosis, data: dict[str, Any]) -> list[Path]:
-    """Write verdict, page and the model with the findings into the new folder --out."""
-    path, files = diagnosis.robot.file.path, dict[str, str]()
-    if diagnosis.closed is not None:
-        files[name := f'{path.stem}.closed{path.suffix}'] = diagnosis.closed
-        data['closed'] = f'{args.out}/{name}'
-    return write_folder(args.out, {
-        VERDICT: dump(data) + '\n', PAGE: diagnosis_page(data, diagnosis.context()), **files})
-
-
 def learn(args: Namespace) -> int:
     """
     Learn a healthy robot from its logs: friction, rotors, ripple, how much healthy parts differ.
@@ -222,7 +214,7 @@ def learn(args: Namespace) -> int:
     if learnt:
         raise InputError(f'{", ".join(learnt)}: written by learn, expected logs')
     expect_new_file(args.out)
-    knowledge, notes = learn_robot(args.log, robot_of(args), topic=args.topic,
+    knowledge, notes = library.learn(args.log, robot_of(args), topic=args.topic,
                                    recorded=names_of(args), reading=reading_of_robot(args))
     save_knowledge(args.out, knowledge)
     rows = {joint: (float(d), [name for j, name in knowledge.shapes if j == i])

@@ -12,7 +12,7 @@ derivative, hidden sides, servos, zeros and conventions each have a numerical me
 
 Public names, by module:
 
-    hypothesis: EFFECT, Finding, INCOMPLETE, kind_of, NONE, Remainder, UNDECIDED, UNKNOWN
+    hypothesis: EFFECT, Finding, INCOMPLETE, kind_of, NONE, UNDECIDED, UNKNOWN
     joint: diagnose, nominal, windows
     joint.candidates: CandidateModel, Coordinate, NUISANCES, sine_and_cosine, with_effects
     joint.diagnose: chosen_ids, diagnose_change

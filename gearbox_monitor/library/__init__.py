@@ -12,13 +12,14 @@ and each result shows itself as a line, a table and a page.
 
 Public names, by module:
 
-    identify: adapt, diagnose, fit, uniform, write_adapted
+    .: robot
+    identify: adapt, diagnose, Diagnosis, fit, uniform, write_adapted
     progress: Bar, count_bar, progress_bar, shown_time
     ranges: ranges, ranges_yaml
     recording: DriveRecording, load_recording
     recording_report: write_report
-    robot: check_robot, description_in, diagnose_robot, learn_robot, load_robot,
-        recorded_names, Robot, robot_effects, RobotDiagnosis, urdf_in, watch_robot
+    robot: check_robot, description_in, load_robot, recorded_names, Robot, robot_effects,
+        urdf_in, watch_robot
     simulator_file: CatalogueActuator, export_model, is_actuator, load_actuator, load_model,
         NAMES, SimulatorFile, SIMULATORS, TARGETS, with_backlash, written_model
 """

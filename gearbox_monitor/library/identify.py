@@ -1,69 +1,142 @@
 # Copyright 2026 gearbox_monitor authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Diagnose, fit, tune and adapt: recordings of one drive and its model, in one call."""
-from collections.abc import Iterable, Mapping, Sequence
+"""Diagnose a drive or a robot; fit, tune and adapt a drive: recordings and model, in one call."""
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 import warnings
 
+from gearbox_monitor import __version__
+from gearbox_monitor.diagnosis.hypothesis import Finding
 from gearbox_monitor.diagnosis.joint import diagnose as identification, nominal
+from gearbox_monitor.diagnosis.joint.diagnose import chosen_ids
 from gearbox_monitor.diagnosis.joint.nominal import Adapted, fit_nominal, NominalFit, samples_of
 from gearbox_monitor.diagnosis.joint.verdict import Verdict
+from gearbox_monitor.diagnosis.robot.verdict import RobotVerdict
 from gearbox_monitor.errors import expect_list, expect_whole, InputError
 from gearbox_monitor.estimation.score import run_score
 from gearbox_monitor.estimation.tune import tune as tuned
-from gearbox_monitor.files.user_files import save_model, write_parameters
+from gearbox_monitor.files.user_files import model_text, plain, save_model, write_parameters
 from gearbox_monitor.library.estimation import estimator_values, expect_recording, Parameters
 from gearbox_monitor.library.progress import Progress, reported
 from gearbox_monitor.library.recording import all_of, DriveRecording
+from gearbox_monitor.library.robot import (
+    context_of_robot, diagnosed, Robot, robot_effects)
 from gearbox_monitor.parameters import EstimatorParameters, MIXED, resolve
 from gearbox_monitor.plant.drive import DriveModel, expect_model
-from gearbox_monitor.presentation import as_written, Saved, Shown
+from gearbox_monitor.presentation import as_written, Paged, Saved, Shown
+from gearbox_monitor.recordings.reading import BY_NAMES, ReadOptions
+from gearbox_monitor.recordings.topics import JOINT_STATES
+from gearbox_monitor.report.diagnosis_page import context_of, DiagnosisContext
+from gearbox_monitor.report.words import headline
 from gearbox_monitor.signals.examine import measured_samples
 from gearbox_monitor.signals.uniform import at_one_rate, UniformRecording
 
 Recorded = DriveRecording | UniformRecording
 
 
-def diagnose(recordings: Recorded | Sequence[Recorded], model: DriveModel, *,
-             validate: Recorded | None = None, only: Sequence[str] | None = None,
-             exclude: Sequence[str] = (), seed: int = 0, jobs: int = 1,
-             progress: Progress | None = None) -> Verdict:
+@dataclass(frozen=True, eq=False, repr=False)
+class Diagnosis(Paged, Saved):
     """
-    Return the verdict on recordings of one drive: the effects missing from its model.
+    The diagnosis of a drive, or of a whole robot.
+
+    verdict: with all evidence. data: the same as plain data, as JSON has it. closed: the file of
+    the drive or robot with the findings, None where it can hold none. context: what accompanies
+    the verdict on its page.
+    """
+
+    verdict: Verdict | RobotVerdict
+    data: dict[str, Any]
+    closed: str | None
+    context: Callable[[], DiagnosisContext]
+
+    @property
+    def kind(self) -> str:
+        """One of diagnosis.hypothesis.KINDS."""
+        return self.verdict.kind
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """The effects, each with its place or its joint or link."""
+        return self.verdict.findings
+
+    @property
+    def model(self) -> DriveModel:
+        """Model of a drive that closes the gap as far as is known. Raises InputError: a robot."""
+        if isinstance(self.verdict, RobotVerdict):
+            raise InputError('model: of a whole robot, expected save: its file with the findings')
+        return self.verdict.model
+
+
+def diagnose(logs: Recorded | str | Path | Sequence[Recorded] | Sequence[str | Path],
+             model: DriveModel | Robot, *,
+             reference: str | Path | Sequence[str | Path] | None = None,
+             validate: Recorded | None = None, only: Sequence[str] | None = None,
+             exclude: Sequence[str] = (), recorded: Mapping[str, str] | None = None,
+             topic: str = JOINT_STATES, reading: ReadOptions = BY_NAMES, seed: int = 0,
+             jobs: int = 1, progress: Progress | None = None) -> Diagnosis:
+    """
+    Return the diagnosis of a drive or a robot: the effects that its model lacks in recordings.
 
     Every effect of the library is fitted; the likelihood of the recordings decides which of them
     count (docs/science.md).
 
     Args:
-        recordings: of `load_recording`, one or several of one drive; each is evaluated with the
-            encoders that it has.
-        model: of the drive.
-        validate: recording that is used for validation only.
+        logs: of a drive what `load_recording` returns, one or several; each is evaluated with the
+            encoders that it has. Of a robot the paths of recordings.
+        model: of the drive, or the robot of `load_robot`.
+        reference: of a robot: logs from before or of the healthy twin, or one file of the command
+            learn; None: its file with its tolerances.
+        validate: recording of a drive that is used for validation only.
         only: ids of the effects to try, None for all.
         exclude: ids of effects that are not tried.
+        recorded: of a robot, {joint: its name in the log}, where they differ.
+        topic: of a robot's joints, in bags.
+        reading: of a robot's logs, how columns are read whose names and units do not say it.
         seed: of the intervals; same seed, same answer.
         jobs: number of threads; does not change the answer.
         progress: called with (done, total, text); None shows a bar or, in a pipe, lines.
 
     Returns:
-        The verdict; its `model` closes the gap as far as is known.
+        The diagnosis; `save` writes the model, or the robot's file, with the findings.
 
     Raises:
-        InputError: unknown ids, recordings that suit no diagnosis or differ in their rate.
+        InputError: unknown ids, recordings that suit no diagnosis or differ in their rate; or the
+            reference has another kind of input.
         Undecided: free runs of the model are not finite.
     """
-    expect_model(model)
     expect_whole(jobs, 'jobs', 1)
     expect_whole(seed, 'seed')
-    parts, validation, notes = uniform(recordings, model, validate, weigh=True)
+    if isinstance(model, Robot):
+        if validate is not None:
+            raise InputError('validate: of a drive, expected a second diagnosis of the robot')
+        effects = chosen_ids(only, exclude, effects=sorted(robot_effects())) if (
+            only is not None or exclude) else None
+        judged, data, closed = diagnosed(
+            cast(Any, logs), model, reference=reference, effects=effects, recorded=recorded,
+            topic=topic, reading=reading, progress=progress)
+        return Diagnosis(judged, data, closed, partial(context_of_robot, judged, model, data))
+    expect_model(model)
+    for name, given in ('reference', reference), ('recorded', recorded):
+        if given is not None:
+            raise InputError(f'{name}: of a robot, expected the model of load_robot')
+    parts, validation, notes = uniform(cast(Any, logs), model, validate, weigh=True)
     with reported('diagnose', progress) as report:
         verdict = identification.diagnose(
             parts, model, validate=validation, only=only, exclude=exclude, seed=seed, jobs=jobs,
             progress=report)
-    return replace(verdict, warnings=[*map(as_written, notes), *verdict.warnings])
+    verdict = replace(verdict, warnings=[*map(as_written, notes), *verdict.warnings])
+    data = plain(verdict.to_dict())
+    summary = headline(data)
+    names = [part.name for part in parts]
+    data = {'summary': summary, **data, 'model': 'drive.yaml', 'options': '', 'joint': '',
+            'logs': names, 'closed': None}
+    text = model_text(verdict.model, [
+        f'Written by gearbox_monitor {__version__} diagnose from {", ".join(names)}.', summary])
+    return Diagnosis(verdict, data, text, partial(context_of, verdict, model))
 
 
 def fit(recordings: Recorded | Sequence[Recorded], model: DriveModel,

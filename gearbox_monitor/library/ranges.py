@@ -14,15 +14,15 @@ from gearbox_monitor.diagnosis.joint.candidates import NUISANCES
 from gearbox_monitor.diagnosis.joint.nominal import Adapted, FittedValue, NominalFit
 from gearbox_monitor.diagnosis.joint.parameter_ranges import (
     ParameterRanges, ranges_of, UnitEstimate)
-from gearbox_monitor.diagnosis.joint.verdict import Verdict
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.files.user_files import read_json
+from gearbox_monitor.library.identify import Diagnosis
 from gearbox_monitor.plant.effects import library
 from gearbox_monitor.presentation import on_axis
 
 SHORT = {where: name for name, where in NUISANCES.items()}
 EXPECTED = 'JSON of fit or diagnose, or a result of fit or diagnose'
-Source = NominalFit | Adapted | Verdict | str | Path
+Source = NominalFit | Adapted | Diagnosis | str | Path
 
 
 def ranges(sources: Sequence[Source]) -> ParameterRanges:
@@ -68,7 +68,7 @@ def _estimate(source: Any, name: str, notes: list[str]) -> UnitEstimate:
         source = source.fit
     if isinstance(source, NominalFit):
         return _of_values(source.values, source.covariance, name, notes)
-    if isinstance(source, Verdict):
+    if isinstance(source, Diagnosis):
         return _of_findings([f.to_dict() for f in source.findings], name, notes)
     raise InputError(f'{name}: {type(source).__name__}, expected {EXPECTED}')
 

@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor import __version__
-from gearbox_monitor.diagnosis.hypothesis import Finding, Remainder
 from gearbox_monitor.diagnosis.robot import knowledge, verdict as balance
 from gearbox_monitor.diagnosis.robot.conventions import (
     least_explained, LIMITS as CONVENTION_LIMITS, log_as_read, misfit, named_readings)
@@ -38,7 +37,7 @@ from gearbox_monitor.library.recording import load_recording
 from gearbox_monitor.library.simulator_file import expect_path
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.effects import EFFECTS
-from gearbox_monitor.presentation import as_written, Paged, percent, Said, said, Saved
+from gearbox_monitor.presentation import as_written, percent, Said, said
 from gearbox_monitor.recordings.from_bag import (
     ANY, load_locked, load_log, load_values, names_in_log, robot_model, RobotValues)
 from gearbox_monitor.recordings.joint_input import find_topic
@@ -77,48 +76,6 @@ class Robot:
                  reading: ReadOptions) -> RobotLog:
         """Return a `log`, see load_recording."""
         return robot_logs(log, self, recorded=joints, topic=topic, reading=reading)[0]
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class RobotDiagnosis(Paged, Saved):
-    """
-    The diagnosis of a whole robot.
-
-    verdict: of all joints; robot: that it is about; data: the verdict as plain data, with the
-    free runs of MuJoCo (rollouts); closed: the robot's file with the findings, None where
-    it can hold none; lacking: findings that are not in it.
-    """
-
-    verdict: RobotVerdict
-    robot: Robot
-    data: dict[str, Any]
-    closed: str | None
-    lacking: tuple[str, ...]
-
-    @property
-    def kind(self) -> str:
-        """One of diagnosis.hypothesis.KINDS."""
-        return self.verdict.kind
-
-    @property
-    def findings(self) -> tuple[Finding, ...]:
-        """The effects, each with its joint or link."""
-        return self.verdict.findings
-
-    @property
-    def remainders(self) -> tuple[Remainder, ...]:
-        """What no finding explains."""
-        return self.verdict.remainders
-
-    def context(self) -> DiagnosisContext:
-        """Return what accompanies the verdict on its page."""
-        recordings = self.verdict.evidence.recordings
-        curves = effort_curves(self.verdict, by_effect(self.data)[0]['joint'])
-        return DiagnosisContext(
-            [('worst joint', effort_chart(curves))],
-            [(Path(r.name).name, len(r.tests.mask) / r.rate, r.rate) for r in recordings],
-            self.robot.file.chain,
-            np.median(np.concatenate([r.motion.q for r in recordings]), axis=0))
 
 
 def load_robot(path: str | Path, *, values: str | Path | None = None,
@@ -176,15 +133,15 @@ def robot_logs(paths: str | Path | Sequence[str | Path], robot: Robot, *,
     for joint in recorded or {}:
         if joint not in (ANY, *robot.joints):
             raise InputError(f'recorded: {unknown(joint, robot.joints)}')
-    listed = [paths] if isinstance(paths, (str, Path)) else paths
+    listed = paths if isinstance(paths, (list, tuple)) else [paths]
     model = robot_model(robot.file, robot.values, learnt)
-    read = [str(expect_path(path, 'paths', 'a log')) for path in listed]
+    read = [str(expect_path(path, 'logs', 'a log')) for path in listed]
     drive = robot.file.drive
     logs = [load_log(path, robot.file, model, robot.values, recorded or {}, topic, reading)
             if drive is None else _drive_log(path, drive, recorded or {}, topic, reading)
             for path in read]
     if not logs:
-        raise InputError('paths: none, expected at least one log')
+        raise InputError('logs: none, expected at least one log')
     for log in logs:
         if log.kind != logs[0].kind:
             raise InputError(f'{log.name}: {log.kind}, but {logs[0].name}: {logs[0].kind}; '
@@ -207,7 +164,7 @@ def _drive_log(path: str, drive: DriveModel, recorded: Mapping[str, str], topic:
         notes=tuple(map(as_written, notes))), ['motor'])
 
 
-def learn_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
+def learn(logs: str | Path | Sequence[str | Path], robot: Robot, *,
                 recorded: Mapping[str, str] | None = None, topic: str = JOINT_STATES,
                 reading: ReadOptions = BY_NAMES,
                 progress: Progress | None = None) -> tuple[Knowledge, list[str]]:
@@ -232,7 +189,7 @@ def learn_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
 def _learnt(logs: str | Path | Sequence[str | Path], robot: Robot,
             recorded: Mapping[str, str] | None, topic: str, reading: ReadOptions,
             progress: Progress | None) -> tuple[Knowledge, list[str], float]:
-    """Return as `learn_robot`, and the least misfit of the logs, 0 where it is unknown."""
+    """Return as `learn`, and the least misfit of the logs, 0 where it is unknown."""
     expect_robot(robot)
     paths = [str(path) for path in ([logs] if isinstance(logs, (str, Path)) else logs)]
     if len(paths) == 1 and paths[0].endswith(SUFFIX):
@@ -261,37 +218,28 @@ def _learnt(logs: str | Path | Sequence[str | Path], robot: Robot,
     return result, notes, floor
 
 
-def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
-                   reference: str | Path | Sequence[str | Path] | None = None,
-                   effects: Sequence[str] | None = None,
-                   recorded: Mapping[str, str] | None = None, topic: str = JOINT_STATES,
-                   reading: ReadOptions = BY_NAMES,
-                   progress: Progress | None = None) -> RobotDiagnosis:
+def diagnosed(logs: str | Path | Sequence[str | Path], robot: Robot, *,
+              reference: str | Path | Sequence[str | Path] | None,
+              effects: Sequence[str] | None, recorded: Mapping[str, str] | None, topic: str,
+              reading: ReadOptions, progress: Progress | None
+              ) -> tuple[RobotVerdict, dict[str, Any], str | None]:
     """
-    Return the diagnosis of a whole robot against its file, or against a healthy reference.
+    Return (verdict on a whole robot, its plain data, the robot's file with the findings or None).
 
     Args:
         logs: to judge, as `robot_logs` takes them.
         robot: of `load_robot`.
-        reference: logs from before or of the healthy twin, or one file of the command learn; None:
-            the file of the robot with its tolerances.
+        reference: see `identify.diagnose`.
         effects: ids to try, None for all.
         recorded: {joint: its name in the log}, where they differ.
         topic: of the joints, in bags.
         reading: how columns are read whose names and units do not say it.
-        progress: called with (done, total) while the reference is learnt; None shows a bar or,
-            in a pipe, lines.
-
-    Returns:
-        The diagnosis; `save` writes the robot's file with the findings.
+        progress: called with (done, total) while the reference is learnt.
 
     Raises:
         InputError: as of `robot_logs`; or the reference has another kind of input.
     """
-    file, values = expect_robot(robot).file, robot.values
-    for name in effects or ():
-        if name not in robot_effects():
-            raise InputError(f'effects: {unknown(name, robot_effects())}')
+    file, values = robot.file, robot.values
     knowledge: Knowledge | None = None
     notes, floor = list[str](), 0.0
     if reference is not None:
@@ -328,8 +276,25 @@ def diagnose_robot(logs: str | Path | Sequence[str | Path], robot: Robot, *,
     data['lacking'] = [f'{title}: {reason}' for title, reason in refused.items()]
     data['changes'] = [] if text is None else difference(
         file.path.name, file.path.read_bytes(), text.encode())
-    return RobotDiagnosis(verdict, robot, {'summary': headline(data), **data}, text,
-                          tuple(data['lacking']))
+    return verdict, {'summary': headline(data), **data}, text
+
+
+def context_of_robot(verdict: RobotVerdict, robot: Robot, data: Mapping[str, Any]
+                     ) -> DiagnosisContext:
+    """
+    Return what accompanies a verdict on a robot on its page.
+
+    Args:
+        verdict: on all joints.
+        robot: that it is about.
+        data: the verdict as plain data.
+    """
+    recordings = verdict.evidence.recordings
+    curves = effort_curves(verdict, by_effect(data)[0]['joint'])
+    return DiagnosisContext(
+        [('worst joint', effort_chart(curves))],
+        [(Path(r.name).name, len(r.tests.mask) / r.rate, r.rate) for r in recordings],
+        robot.file.chain, np.median(np.concatenate([r.motion.q for r in recordings]), axis=0))
 
 
 def _notes_of_reference(knowledge: Knowledge, log: RobotLog) -> list[str]:

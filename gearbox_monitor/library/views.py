@@ -14,33 +14,31 @@ import numpy as np
 from gearbox_monitor import __version__
 from gearbox_monitor.diagnosis.joint.nominal import Adapted, NominalFit
 from gearbox_monitor.diagnosis.joint.parameter_ranges import ParameterRanges
-from gearbox_monitor.diagnosis.joint.verdict import Verdict
 from gearbox_monitor.errors import InputError, installed_by
 from gearbox_monitor.estimation.estimates import COLUMNS, Estimates, SMOOTHED_COLUMNS
 from gearbox_monitor.files.knowledge_file import save_watch
-from gearbox_monitor.files.user_files import plain, save_model, write_new, write_parameters
+from gearbox_monitor.files.user_files import save_model, write_new, write_parameters
 from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.health.backlash.change_tests import MEASURED
 from gearbox_monitor.health.backlash.features import Backlash, NotExcited, width_of
 from gearbox_monitor.health.judgement import worst
 from gearbox_monitor.library.estimation import BacklashWindows, RecordingEstimates
-from gearbox_monitor.library.identify import TunedParameters, write_adapted
+from gearbox_monitor.library.identify import Diagnosis, TunedParameters, write_adapted
 from gearbox_monitor.library.ranges import ranges_yaml
 from gearbox_monitor.library.recording import DriveRecording
 from gearbox_monitor.library.recording_report import ReportPages
-from gearbox_monitor.library.robot import RobotDiagnosis
 from gearbox_monitor.library.simulator_file import expect_path, SimulatorFile
 from gearbox_monitor.plant.drive import DriveModel, expect_model
 from gearbox_monitor.presentation import credible, number, on_axis, Quantity
 from gearbox_monitor.recordings.joint_input import match_stamps
 from gearbox_monitor.report.builder import Page, page_summary, render_page, Section
 from gearbox_monitor.report.chart import Chart, Drawing, Panel, Plane, Trace
-from gearbox_monitor.report.diagnosis_page import context_of, diagnosis_page
+from gearbox_monitor.report.diagnosis_page import diagnosis_page
 from gearbox_monitor.report.recording_page import backlash_chart, overview, ROLES
 from gearbox_monitor.report.sentences import of_fit, of_noise, of_unit, told
 from gearbox_monitor.report.timeline import measured, Timeline, timeline_of
 from gearbox_monitor.report.watch_words import watch_headline, watch_text
-from gearbox_monitor.report.words import headline, sentence, verdict_text
+from gearbox_monitor.report.words import sentence, verdict_text
 from gearbox_monitor.watch.record import Watch
 
 ROWS = 10  # of a long table in a notebook
@@ -103,13 +101,6 @@ def _windows_in_brief(windows: BacklashWindows) -> str:
     return f'{len(windows.fits)} windows; {text}'
 
 
-def verdict_data(verdict: Verdict) -> dict[str, Any]:
-    """Return a verdict as plain data, as JSON has it, without what a command adds."""
-    data = plain(verdict.to_dict())
-    return {'summary': headline(data), **data, 'model': 'drive.yaml', 'options': '', 'joint': '',
-            'logs': [r.name for r in verdict.basis.data.recordings], 'closed': None}
-
-
 def _fitted(fit: NominalFit) -> list[str]:
     return [f'{v.name} {credible(v.value, v.error, v.unit)}' for v in fit.values if v.determined]
 
@@ -119,7 +110,7 @@ BRIEFS: dict[type, Callable[[Any], str]] = {
     DriveRecording: lambda r: f'{r.name!r}: {_recorded_in_brief(r)}',
     Estimates: _estimated_in_brief,
     BacklashWindows: lambda w: f'{w.recording.name!r}: {_windows_in_brief(w)}',
-    Verdict: lambda v: verdict_data(v)['summary'],
+    Diagnosis: lambda d: d.data['summary'],
     NominalFit: lambda f: told(of_fit(f))['summary'],
     TunedParameters: lambda t: told(of_noise(t.figures, t.model.axis))['summary'],
     Adapted: lambda a: told(of_unit(a))['summary'],
@@ -128,12 +119,12 @@ BRIEFS: dict[type, Callable[[Any], str]] = {
             r.names, r.low, r.high)),
     SimulatorFile: lambda f: f'{f.to}: changes in {f.into}' + '; lacking ' * bool(
         f.lacking) + ', '.join(row.id for row in f.lacking),
-    RobotDiagnosis: lambda d: d.data['summary'], Watch: watch_headline,
+    Watch: watch_headline,
     ReportPages: lambda p: f'{p.page}: {p.extent}'}
 # Lines of print where they are more than those of repr.
 WORDS: dict[type, Callable[[Any], list[str]]] = {
-    RecordingEstimates: _estimated_in_words, Verdict: lambda v: [verdict_text(verdict_data(v))],
-    RobotDiagnosis: lambda d: [verdict_text(d.data)], Watch: lambda w: [watch_text(w)],
+    RecordingEstimates: _estimated_in_words, Diagnosis: lambda d: [verdict_text(d.data)],
+    Watch: lambda w: [watch_text(w)],
     ReportPages: lambda p: [p.headline, f'{p.page}: {p.extent}'],
     DriveRecording: lambda r: [brief(r), *_notes(r.notes)],
     NominalFit: lambda f: [_entry(BRIEFS, f)(f), *_fitted(f)],
@@ -198,14 +189,10 @@ TABLES: dict[type, Callable[[Any], Columns]] = {
     DriveRecording: _recorded, Estimates: _estimated, BacklashWindows: _windows,
     Adapted: _adapted,
     RecordingEstimates: lambda estimates: {'t': estimates.t, **_estimated(estimates)},
-    Verdict: lambda verdict: _by_name(
-        ((f.effect, f.place, name, value, f.deviations.get(name), f.share)
-         for f in verdict.findings for name, value in f.values.items()),
-        'effect', 'place', 'parameter', 'value', 'deviation', 'share'),
-    RobotDiagnosis: lambda diagnosis: _by_name(
-        ((f.effect, f.joint or f.link, name, value, f.deviations.get(name))
+    Diagnosis: lambda diagnosis: _by_name(
+        ((f.effect, f.joint or f.link or f.place, name, value, f.deviations.get(name), f.share)
          for f in diagnosis.findings for name, value in f.values.items()),
-        'effect', 'at', 'parameter', 'value', 'deviation'),
+        'effect', 'place', 'parameter', 'value', 'deviation', 'share'),
     NominalFit: lambda fit: {name: [getattr(v, name) for v in fit.values] for name in (
         'name', 'unit', 'start', 'value', 'error', 'determined')},
     TunedParameters: lambda tuned: _by_name(
@@ -319,9 +306,7 @@ def _windows_page(windows: BacklashWindows) -> str:
 PAGES: dict[type, Callable[[Any], str]] = {
     DriveRecording: _recorded_page, RecordingEstimates: _estimated_page,
     BacklashWindows: _windows_page,
-    Verdict: lambda verdict: diagnosis_page(
-        verdict_data(verdict), context_of(verdict, verdict.basis.model)),
-    RobotDiagnosis: lambda diagnosis: diagnosis_page(diagnosis.data, diagnosis.context())}
+    Diagnosis: lambda diagnosis: diagnosis_page(diagnosis.data, diagnosis.context())}
 
 
 def write_page(result: Any, path: str | Path) -> Path:
@@ -347,7 +332,7 @@ def save(result: Any, path: str | Path) -> Path:
     return Path(path)
 
 
-def _write_closed(diagnosis: RobotDiagnosis, path: str | Path) -> None:
+def _write_closed(diagnosis: Diagnosis, path: str | Path) -> None:
     if diagnosis.closed is None:
         raise InputError(f'{path}: the file of the robot can hold no finding, expected one')
     write_new(path, diagnosis.closed)
@@ -361,7 +346,7 @@ WRITERS: dict[type, Callable[[Any, str | Path], object]] = {
     ParameterRanges: lambda ranges, path: write_new(path, ranges_yaml(ranges)),
     Adapted: lambda adapted, path: write_adapted(path, adapted, 'recordings'),
     SimulatorFile: lambda file, path: write_new(path, file.text),
-    Watch: lambda watch, path: save_watch(path, watch), RobotDiagnosis: _write_closed}
+    Watch: lambda watch, path: save_watch(path, watch), Diagnosis: _write_closed}
 
 
 def _entry(views: Mapping[type, Entry], result: Any) -> Entry:

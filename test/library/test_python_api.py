@@ -74,7 +74,7 @@ def test_verdict_shows_itself(verdict, tmp_path):
     finding, = verdict.findings
     assert finding.effect == 'gravity' and abs(finding.values['G'] - 1.5) < 0.01
     assert 0.0 < finding.deviations['phi'] < 0.01  # also of a phase near 0
-    assert repr(verdict).startswith('Verdict(arm side: weight 1.')
+    assert repr(verdict).startswith('Diagnosis(arm side: weight 1.')
     assert 'explains the whole difference' in ' '.join(str(verdict).split())
     assert '<td>gravity</td><td>arm_side</td><td>G</td>' in verdict._repr_html_()
     page = verdict.to_html(tmp_path / 'page.html')
@@ -290,10 +290,10 @@ def test_robots_and_drives_are_not_confused(tmp_path):
                      for name in ('healthy', 'today'))
     assert (first.name, second.name) == ('healthy.csv', 'today.csv')
     for call, message in (
-            (lambda: gm.diagnose(RUN, robot), 'model: Robot'),
-            (lambda: gm.diagnose_robot('a.csv', gm.DriveModel()), 'robot: DriveModel'),
-            (lambda: gm.diagnose_robot('a.csv', robot), 'a.csv: no such file'),
-            (lambda: gm.diagnose_robot('a.csv', robot, effects=['paylod']), "'payload'"),
+            (lambda: gm.diagnose(RUN, robot), 'logs: DriveRecording'),
+            (lambda: gm.diagnose(RUN, gm.DriveModel(), reference='a'), 'reference: of a robot'),
+            (lambda: gm.diagnose('a.csv', robot), 'a.csv: no such file'),
+            (lambda: gm.diagnose('a.csv', robot, only=['paylod']), "'payload'"),
             (lambda: gm.load_recording('a.csv', robot, joints={'joint9': 'j'}), 'joint'),
             (lambda: gm.load_robot(tmp_path / 'a.csv'), r'expected an MJCF \(.xml\) or URDF')):
         with pytest.raises(gm.InputError, match=message):

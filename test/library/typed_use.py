@@ -5,13 +5,12 @@
 from typing import assert_type
 
 from gearbox_monitor.diagnosis.joint.nominal import Adapted, NominalFit
-from gearbox_monitor.diagnosis.joint.verdict import Verdict
 from gearbox_monitor.estimation.estimates import Estimates
 from gearbox_monitor.library.estimation import (
     backlash, BacklashWindows, estimate, RecordingEstimates)
-from gearbox_monitor.library.identify import adapt, diagnose, fit, tune, TunedParameters
+from gearbox_monitor.library.identify import adapt, diagnose, Diagnosis, fit, tune, TunedParameters
 from gearbox_monitor.library.recording import DriveRecording, load_recording
-from gearbox_monitor.library.robot import diagnose_robot, load_robot, RobotDiagnosis, watch_robot
+from gearbox_monitor.library.robot import load_robot, watch_robot
 from gearbox_monitor.library.simulator_file import export_model, load_model, SimulatorFile
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.watch.record import Watch
@@ -24,12 +23,12 @@ def results(path: str) -> None:
     estimates: Estimates = assert_type(estimate(run, tau_k_model='mixed'), RecordingEstimates)
     assert_type(estimates.codes.size, int)
     assert_type(backlash(run), BacklashWindows)
-    verdict = assert_type(diagnose([run], model), Verdict)
+    verdict = assert_type(diagnose([run], model), Diagnosis)
     assert_type(verdict.findings[0].effect, str)
     assert_type(verdict.model, DriveModel)
     assert_type(fit(run, verdict.model, ['Cv']), NominalFit)
     assert_type(tune(run), TunedParameters)
     assert_type(adapt([run], model), Adapted)
     assert_type(export_model(verdict.model, 'mjcf', path, joint='elbow'), SimulatorFile)
-    assert_type(diagnose_robot(path, load_robot(path)), RobotDiagnosis)
+    assert_type(diagnose(path, load_robot(path)), Diagnosis)
     assert_type(watch_robot([path]), Watch)

@@ -8,7 +8,6 @@ from functools import cached_property
 import math
 
 import numpy as np
-import scipy
 
 from gearbox_monitor.diagnosis.joint.candidates import Starts
 from gearbox_monitor.diagnosis.joint.innovations import (

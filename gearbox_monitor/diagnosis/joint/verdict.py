@@ -28,7 +28,7 @@ from gearbox_monitor.plant.effects import EFFECTS, library
 from gearbox_monitor.plant.effects.arm_side import ARM_INERTIA, DISTURBANCE, GRAVITY
 from gearbox_monitor.plant.effects.gearbox import SLIP
 from gearbox_monitor.plant.effects.torque_map import TORQUE_MAP
-from gearbox_monitor.presentation import Paged, Said, said
+from gearbox_monitor.presentation import Said, said
 from gearbox_monitor.signals.uniform import UniformRecording
 
 # In the order of the encoders.
@@ -37,7 +37,7 @@ ARMS = (0.1, 0.3)  # m: distances at which a payload is stated whose weight is n
 
 
 @dataclass(frozen=True, repr=False)
-class Verdict(Paged):
+class Verdict:
     """
     The verdict of a diagnosis; docs/diagnose.md explains each field.
 

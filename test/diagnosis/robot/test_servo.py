@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from gearbox_monitor.cli.main import main
-from gearbox_monitor.library.robot import diagnose_robot, load_robot
+from gearbox_monitor.library.identify import diagnose
+from gearbox_monitor.library.robot import load_robot
 
 ARM = """<mujoco><compiler angle="radian"/><option timestep="0.001" integrator="implicitfast"/>
 <default><joint damping="0.2" frictionloss="0.3" armature="0.02"/></default><worldbody>
@@ -112,7 +113,7 @@ def test_setpoints_that_are_not_used_or_not_followed_are_said(tmp_path, capsys):
         _, data = diagnosed(*logs)
         assert any('not used' in note for note in data['warnings']) and not data['servos']
     for effects in (['payload'], ['servo_gain']):
-        data = diagnose_robot(healthy, load_robot(model), effects=effects).data
+        data = diagnose(healthy, load_robot(model), only=effects).data
         tried = effects != ['payload']
         assert data['verdict'] == 'none' and bool(data['servos']) == tried
         assert ('servo_gain' in data['not_tried']) != tried
