@@ -292,7 +292,7 @@ def evidence_of(recordings: Sequence[UniformRecording], model: DriveModel, ids: 
 
 
 ITERATIONS = 8  # of a fit to recordings that are read in another way
-SHIFTS = 0.0, 0.25, 0.5  # sample times by which a torque that was sampled acts later
+EARLY, HALF, LATE = SHIFTS = 0.0, 0.25, 0.5  # sample times by which a sampled torque acts later
 
 
 def is_open(recording: UniformRecording, model: DriveModel) -> bool:
@@ -301,8 +301,8 @@ def is_open(recording: UniformRecording, model: DriveModel) -> bool:
             and model.driven_by == 'torque')
 
 
-def likeliest(evidence: DriveRecordings,
-              fit: InnovationFit) -> tuple[DriveRecordings, InnovationFit]:
+def likeliest(evidence: DriveRecordings, fit: InnovationFit,
+              left: bool = True) -> tuple[DriveRecordings, InnovationFit]:
     """
     Return (the recordings, `fit`), both as they were where another reading gains nothing.
 
@@ -312,16 +312,18 @@ def likeliest(evidence: DriveRecordings,
     Args:
         evidence: the recordings, as they were read so far.
         fit: of one model to all of them.
+        left: whether something remains beside it; else fast logs are not read again.
     """
     torque = evidence.model.controller is None and evidence.model.driven_by == 'torque'
-    for number in range(len(evidence.recordings) if torque else 0):
-        evidence, fit = _read(evidence, fit, number)
+    for number, recording in enumerate(evidence.recordings if torque else ()):
+        if left or is_open(recording, evidence.model):
+            evidence, fit = _read(evidence, fit, number)
     return evidence, fit
 
 
 def likeliest_reading(evidence: DriveRecordings) -> DriveRecordings:
     """Return the recordings, read so that the model without effects is likeliest."""
-    return likeliest(evidence, unfitted(evidence.fine, evidence.starts.none()))[0]
+    return likeliest(evidence, unfitted(evidence.fine, evidence.starts.none()), False)[0]
 
 
 def _read(evidence: DriveRecordings, fit: InnovationFit, number: int
@@ -332,17 +334,20 @@ def _read(evidence: DriveRecordings, fit: InnovationFit, number: int
     now = recordings[number].shift
 
     def read(shift: float | None) -> float:
-        data = replace(evidence, recordings=(
-            *recordings[:number], replace(recordings[number], shift=shift),
-            *recordings[number + 1:]))
-        moved = fitted(data.fine, fit, ITERATIONS)
-        tried[shift] = data.score(moved), data, moved
+        if shift not in tried:
+            data = replace(evidence, recordings=(
+                *recordings[:number], replace(recordings[number], shift=shift),
+                *recordings[number + 1:]))
+            moved = fitted(data.fine, fit, ITERATIONS)
+            tried[shift] = data.score(moved), data, moved
         return tried[shift][0]
+    if not is_open(recordings[number], evidence.model) and (
+            read(HALF) > evidence.score(fit) - CONTEST.margin):
+        return evidence, fit  # half way gains most of what there is
     # About its minimum the score is a parabola of the shift.
     square, slope, _ = np.polyfit(SHIFTS, [read(shift) for shift in SHIFTS], 2)
-    if square > 0.0 and SHIFTS[0] < -0.5 * slope / square < SHIFTS[-1]:
-        read(float(-0.5 * slope / square))
-    for shift in {now, None} - set(tried):
+    best = [float(np.clip(-0.5 * slope / square, EARLY, LATE))] if square > 0.0 else []
+    for shift in (now, None, *best):
         read(shift)
     score, data, moved = min(tried.values(), key=lambda found: found[0])
     return (data, moved) if score < tried[now][0] - CONTEST.margin else (evidence, fit)

@@ -272,10 +272,10 @@ class InnovationEvidence:
         data, fit = self.data, h.fit.fit
         if data.balances or h.name in self.about:
             return None
-        data = likeliest(data, fit)[0]
+        left = remains.worth > CONTEST.margin
+        data = likeliest(data, fit, left)[0]
         if data.model.lasting:
             data = data.lasting_for(lasting_time(data, fit))
-        left = remains.worth > CONTEST.margin
         # Before the first law: one may imitate the error of the steps.
         if left or not h.members:
             data = self._with_steps(data, fit, remains)
