@@ -46,7 +46,7 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.presentation import on_axis, Said, said
 from gearbox_monitor.recordings.cdr import JointStates, MessageBlock
 from gearbox_monitor.recordings.joint_input import (
-    bag_arguments, find_input, innovation_topics, nis_of, sample_parts)
+    bag_arguments, find_input, innovation_topics, nis_of, sample_parts, topics_called)
 from gearbox_monitor.recordings.read import BagReader
 from gearbox_monitor.recordings.table import is_log_of_xml
 from gearbox_monitor.report.sentences import told, wrapped
@@ -82,7 +82,7 @@ def run(args: Namespace) -> int:
         try:
             source = find_input(reader, args.topic)
         except InputError:
-            if not filters:
+            if not filters or topics_called(reader, args.topic):
                 raise
             _show_lines(args, said('only_filters', name=args.bag), filters)
             return 0

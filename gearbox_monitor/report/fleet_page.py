@@ -116,8 +116,8 @@ def next_steps(boxes: Sequence[Gearbox | Joint], bags: Sequence[Bag], robots: bo
     newest = max(own, key=lambda bag: bag['start'], default={'path': 'BAG'})['path']
     steps = [say('inspect' if robots else 'inspect_newest', names=', '.join(worn), first=worn[0],
                  bag=shlex.quote(newest))] if worn else []
-    if any(bag['status'] == 'failed' and bag['retry'] for bag in bags):
-        steps.append(say('run_again'))
+    if failed := [bag['retry'] for bag in bags if bag['status'] == 'failed']:
+        steps.append(say('run_again' if any(failed) else 'see_failed'))
     if any(box['level'] is None for box in boxes):
         steps.append(say('let_move' if robots else 'record_again'))
     return steps or [say('nothing_new')]

@@ -84,7 +84,7 @@ def sent(graph, publisher, samples):
             time.sleep(max(0.0, begin + k / 500.0 - time.monotonic()))
 
 
-def test_each_gearbox_is_as_a_single_one_and_as_its_replay(graph, tmp_path):
+def test_each_gearbox_is_as_a_single_one_and_as_its_replay(graph, tmp_path, capsys):
     """The same bits, though one of them is silent for a while; services, names of diagnostics."""
     file, samples = written(tmp_path), robot()
     snapshots = [f'/estimator/{name}/snapshot' for name in NAMES]
@@ -122,6 +122,8 @@ def test_each_gearbox_is_as_a_single_one_and_as_its_replay(graph, tmp_path):
         recorded, taken = bag.topics['/joint_states'][1], {}
         with pytest.raises(InputError, match='taken by /estimator/base, .* --topic'):
             replay(bag)
+        assert main(['check', str(tmp_path / 'bag')]) == 2  # whose innovations are no whole bag
+        assert 'taken by /estimator/base, ' in capsys.readouterr().err
         for name in NAMES:
             replayed = replay(bag, topic=name)
             comparison, taken[name] = replayed.comparison, replayed.summary['samples']

@@ -418,7 +418,8 @@ def test_a_fleet_has_a_row_for_each_joint_and_goes_on_where_it_ended(
         write_bag(folder / name / 'monday', messages(Arm(seed), 1), urdf())
     (folder / 'arm7/broken.mcap').write_bytes(b'no bag')
     data, rows = fleet(capsys, folder)
-    assert data['summary'] == 'No joint could be judged.' and len(data['joints']) == 9
+    failed = ' 1 bag could not be evaluated.'
+    assert data['summary'] == f'No joint could be judged.{failed}' and len(data['joints']) == 9
     assert all(j['level'] is None and 'Waiting' in j['summary'] for j in data['joints'])
     assert rows['arm7/broken.mcap']['status'] == 'failed' and data['done'] == 3
     for name in ('arm7', 'arm8'):   # as if both had been at work since
@@ -436,7 +437,7 @@ def test_a_fleet_has_a_row_for_each_joint_and_goes_on_where_it_ended(
         2, 4, 'duplicate')
     worst, *others = data['joints']
     assert (worst['robot'], worst['joint'], worst['level']) == ('arm7', 'joint2', 'WARN')
-    assert data['summary'] == f'joint2 of arm7: {worst["summary"]}.'
+    assert data['summary'] == f'joint2 of arm7: {worst["summary"]}.{failed}'
     assert worst['summary'].startswith('friction +') and ' since 2023-11-14' in worst['summary']
     assert [(j['robot'], j['level']) for j in others] == [
         *[('arm7', 'OK')] * 2, *[('arm8', 'OK')] * 3, *[('new', None)] * 3]
