@@ -34,7 +34,8 @@ from gearbox_monitor.health.backlash.features import (
     Backlash, combine, fit, is_locked, locked_windows, lost_motion_of, NotExcited, reason_of,
     separable_of)
 from gearbox_monitor.health.health_record import AT_ODDS, TRUSTED, Window
-from gearbox_monitor.health.judgement import figures, from_data, judge, outcomes, serviced, to_data
+from gearbox_monitor.health.judgement import (
+    figures, from_data, judge, outcomes, serviced, to_data, Zero)
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plain_data import ARRAY, KIND, TABLE
@@ -274,8 +275,9 @@ def lives() -> Rows:
             note(f'{name}, stage {k}', life)
             life.restart()
         named = to_data(life.health) | {'features': ['another', *FEATURES[2:], 'gap']}
-        rows[f'{name}, other features'] = [digest(to_data(from_data(
-            life.health.settings, named)))]
+        rows[f'{name}, other features'] = [
+            digest(to_data(from_data(life.health.settings, named))),
+            digest(to_data(serviced(life.health, 0, 'noted late')))]
 
     def grow(windows: int = 8, kelvin: float | None = None, motion: Any = HOME, **wear: float
              ) -> Callable[[Life], object]:
@@ -312,6 +314,10 @@ def lives() -> Rows:
     lived('coarse', Life(8), lambda life: setattr(life, 'spread', (0.3, 0.1)), grow(11), grow(6))
     lived('fine', Life(9), lambda life: setattr(life, 'spread', (4e-4, 2e-4)), grow(8),
           take(AT_ODDS, gap=0.21, gap_std=0.0035), take(AT_ODDS, gap=0.21, gap_std=0.0015))
+    zero = Zero(0, 0.0, 0.01, 0.2, 0.05)
+    rows['zeros'] = [digest([[zero._replace(value=off, gap=gap).moved(zero, turn) for off in (
+        0.05, 0.11, 0.15, 0.3, 0.6, 0.7, 0.9, 1.8, 6.3)] for turn in np.linspace(0.0, 3.0, 31)
+    ]) for gap in (0.2, 0.3)]
     levels = np.random.default_rng(0).choice(3, (4, 60), p=(0.5, 0.3, 0.2))
     levels[:, 0] = 2, 1, 2, 1
     for k, run in enumerate(levels):
@@ -368,7 +374,7 @@ def windows() -> Rows:
         ) + 1e-3 * slow[:, S_U]
         rows[f'lost motion, {share:g} off'] = [*lost_motion_of(slow)]
     gaps = [f for f in found.values() if isinstance(f, Backlash)]
-    t = np.arange(0.0, 8.0, 4e-3)
+    t = np.arange(0.0, 9.6, 4e-3)  # the last stroke is 0.6 of the first
     torque = 3.0 * np.sin(1.6 * t)
     twist = np.interp(torque, [-3.0, -0.1, 0.1, 3.0], [-0.4, -0.25, 0.25, 0.4])
     noise = np.random.default_rng(1).standard_normal((2, len(t)))
