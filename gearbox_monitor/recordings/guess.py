@@ -375,7 +375,9 @@ class _Proposal:
         first, label, quantity = columns[0], columns[0].label, kind_of(role).quantity
         values = [self._finite(m.label) for m in columns]
         strange = strange_unit(label)
-        if strange and not set(words_of(strange)) & {*known_words(), *first.own_words}:
+        words = set(words_of(strange))
+        if strange and (words & vocabulary()['unit_words'] or not words & {
+                *known_words(), *first.own_words}):
             self.choice.ask(f'unit {strange}', f'{label}: [{strange}] is no unit that is known',
                             f'--unit {quantity}=UNIT')
         elif quantity == EFFORT and first.is_input and role != 'reference_torque':

@@ -149,6 +149,7 @@ _WORD = re.compile(r'[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+|[^\W\d_]+')
 JOINT = re.compile(r'(?i)(joint|axis|j|a)[ _/]?\d+')
 FROM_0 = 'numbers from 0 beside others from 1'
 SHORTEST = 3  # letters of each of several words that are written as one
+IN_STEP = 3  # joints from which on numbers from 0 beside others from 1 are those of the same
 ALL = 0.8  # share of the names of a file that a product of joints and signals makes up
 
 
@@ -547,7 +548,7 @@ def _in_step(columns: Sequence[Meaning]) -> list[Meaning]:
     begins = {min(own) for own in numbers.values()}
     whole = len({len(own) for own in numbers.values()}) == 1 and all(
         max(own) - min(own) == len(own) - 1 for own in numbers.values())
-    if begins != {0, 1} or not whole:
+    if begins != {0, 1} or not whole or max(map(max, numbers.values())) < IN_STEP:
         return list(columns)
     return [replace(c, joint=f'joint_{int(c.key[0]) + 1}', why=f'{c.why}, {FROM_0}')
             if signal and 0 in numbers[signal] else c for signal, c in zip(signals, columns)]

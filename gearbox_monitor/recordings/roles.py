@@ -31,7 +31,7 @@ from gearbox_monitor.recordings.meaning import (
     COUNTS, EFFORT, FILTERED, Meaning, meaning_of, meanings, MEASURED, OF_DRIVE, POSITION,
     PRISMATIC, RELATIVE, ROTARY, run_of, SENSOR, SETPOINT, TIME, units_of, VELOCITY, vocabulary,
     words_of)
-from gearbox_monitor.recordings.si_signals import absolute_ns, LONGEST, SHORTEST
+from gearbox_monitor.recordings.si_signals import absolute_ns, EPOCH, LONGEST, SHORTEST
 from gearbox_monitor.recordings.table import Column, JOINT_LIST, load_table, Table, VECTOR
 
 FOLLOWED = 0.7  # correlation of a position with its setpoint, at least
@@ -379,6 +379,7 @@ TABLES = ('.csv', '.csv.gz', '.parquet', '.npz', '.txt')
 OVERLAP = 0.5  # of the time of the states, in which setpoints of the same run stand
 BESIDE = 'setpoint: '  # in front of the names of columns of such a file
 STEADY = 0.5  # of the mean step: spread of the steps of what grows like a time without a name
+COARSER = {'ms': 's', 'us': 'ms', 'ns': 'us'}
 USUAL = 0.1  # s, longest sample time in a unit that nothing states, and a thousandth of it in ms
 
 
@@ -479,17 +480,17 @@ def _as_time(path: Path, column: Column, columns: Sequence[Column], stated: str,
     for unit in units:
         with suppress(InputError):
             stamps = _stamps_in(path, unit, column, nano, rows)
-            even = _is_even(stamps, starts, is_named, LONGEST if is_named and (
-                unit in (own, ISO) or nano is not None) else USUAL)
+            sure = is_named and (unit in (own, ISO) or nano is not None or stamps[0] >= EPOCH)
+            even = _is_even(stamps, starts, is_named, LONGEST if sure else USUAL)
             if even is not None:
                 break
     else:
         return None
     step = float(np.median(np.diff(stamps)[~starts])) * 1e-9
     _require_one_run(path, column, columns, rows, (np.diff(stamps) < 0) & ~starts)
-    if is_named and unit == 'ms' != own and USUAL < 1e3 * step < LONGEST:
-        raise Undecided(f'{path}: {column.name}: no unit, one sample per {1e3 * step:.4g}, '
-                        f'expected --unit {shlex.quote(column.name)}=s or =ms')
+    if is_named and not sure and unit in COARSER and USUAL < 1e3 * step < LONGEST:
+        raise Undecided(f'{path}: {column.name}: no unit, one sample per {step:.4g} s in {unit}, '
+                        f'expected --unit {shlex.quote(column.name)}={COARSER[unit]} or ={unit}')
     scale = _factor(column, unit)
     block = {'column': column.name, **{key: value for key, value in (
         ('unit', unit), ('scale', scale), ('stamps', 'even' * even)) if value not in (

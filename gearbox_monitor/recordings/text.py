@@ -26,6 +26,7 @@ from gearbox_monitor.kernels.types import AnyArray, Array
 from gearbox_monitor.recordings.meaning import number_with_unit, scaled_unit
 
 DATE = re.compile(r'\s*\d{4}-\d\d-\d\d[T ]\d\d:\d\d')
+POINTED = re.compile(r'\s*[-+]?\d*\.\d+\s*')
 COMMENTS = ('#', '%', '//')
 DELIMITERS = (',', ';', '\t', '|', 'whitespace')
 MISSING = frozenset(('', 'nan', 'na', 'n/a', 'null', 'none', '-'))
@@ -122,6 +123,10 @@ def _with_delimiter(text: TextFormat, body: Sequence[str]) -> TextFormat:
         return (round(numeric / max(len(flat), 1), 2) * (max(map(len, cells), default=0) > 1),
                 layout[1] == '.')
     delimiter, decimal = max(layouts, key=_score)
+    if decimal == ',' and any(POINTED.fullmatch(cell) for line in body for cell in split_line(
+            line, replace(text, delimiter=delimiter))):
+        raise InputError('some numbers have a point and some a comma, expected one decimal mark, '
+                         'and none between thousands')
     return replace(text, delimiter=delimiter, decimal=decimal)
 
 

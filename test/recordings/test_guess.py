@@ -506,6 +506,9 @@ ROLES = [
 
 
 ROBOTS = [
+    # 'qd' is a speed, but what is desired beside 'dq'.
+    ({'q1': ARM, 'q2': SPEED, 'qd1': ARM, 'qd2': SPEED, 'dq1': SPEED, 'dq2': ACCELERATION}, {
+        k: {'position': f'q{k}', 'velocity': f'dq{k}', 'setpoint': f'qd{k}'} for k in '12'}),
     # A joint whose own torque is missing takes no commanded one, nor that of the outside.
     ({'q_1': ARM, 'q_2': SPEED, 'tau_J_1': TORQUE, 'tau_J_d_1': ARM, 'tau_J_d_2': ARM,
       'tau.ext.filtered_2': ARM}, {
@@ -525,8 +528,9 @@ ROBOTS = [
         joint: {'position': f'{joint}_q_kalman', 'velocity': f'{joint}_dq',
                 'effort': f'{joint}_tau_kalman'} for joint in ('hip', 'knee')}),
     # Some count from 0, others from 1: in order, with a note. A torque comes before a current.
-    ({'q0': ARM, 'q1': SPEED, 'tau1': TORQUE, 'tau2': NOISE, 'current1': NOISE, 'current2': ARM}, {
-        '1': {'position': 'q0', 'effort': 'tau1'}, '2': {'position': 'q1', 'effort': 'tau2'}}),
+    ({'q0': ARM, 'q1': SPEED, 'q2': ARM, **{f'tau{k}': TORQUE for k in (1, 2, 3)},
+      **{f'current{k}': NOISE for k in (1, 2, 3)}}, {
+        str(k + 1): {'position': f'q{k}', 'effort': f'tau{k + 1}'} for k in range(3)}),
     # Left and right, no link; units before numbers; a number within a speed.
     ({'L_pos_0': ARM, 'L_pos_1': SPEED, 'R_pos_0': SPEED, 'R_pos_1': ARM}, {
         f'{side}_{k}': {'position': f'{side.upper()}_pos_{k}'} for side in 'lr' for k in '01'}),
@@ -567,8 +571,10 @@ def test_roles_of_one_joint_and_of_several(new_folder):
         'time': (T - T[0]) * 5e-5 / (T[1] - T[0]), 'q': ARM, 'tau': TORQUE})))
     assert fast.data['time'] == {'column': 'time'}  # 20 kHz in seconds, no minutes
     late = csv(new_folder() / 'log.csv', {'time': np.cumsum(0.11 + 0.01 * ARM), 'q': ARM})
-    with pytest.raises(Undecided, match='no unit, one sample per 0.1.*time=s or =ms'):
-        guessed(load_table(late))
+    slow = csv(new_folder() / 'log.csv', {'time': np.arange(len(T)) * 200.0, 'q': ARM})
+    for path, says in ((late, '0.00011.* s in ms.*time=s or =ms'), (slow, '=ms or =us')):
+        with pytest.raises(Undecided, match=says):
+            guessed(load_table(path))
     assert guessed(load_table(late), (), Answers(units={'time': 's'})).data['time'] == {
         'column': 'time'}
     with pytest.raises(InputError, match='no position'):  # not the elbow alone
@@ -619,6 +625,7 @@ def test_names_that_the_user_gives_to_columns_without(tmp_path, capsys):
 def test_text_that_is_no_table_is_refused_by_name(tmp_path, capsys):
     for text, says in (
             ('<Rob TYPE="KUKA"><AIPos A1="1.0"/></Rob>\n', 'XML, as KUKA RSI writes it, expected'),
+            ('0.1;1,234\n', 'expected one decimal mark, and none between thousands'),
             ('target:0.5,angle:0.4\n', 'a name beside each value, expected a table'),
             ('t: 0.1\nq: 0.2\n\n', 'a name beside each value, expected a table')):
         (tmp_path / 'log').write_text(text * 400)
