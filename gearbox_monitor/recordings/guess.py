@@ -24,7 +24,7 @@ from gearbox_monitor.recordings.meaning import (
     unit_of_label, units_of, VELOCITY, vocabulary, words_of)
 from gearbox_monitor.recordings.roles import (
     at_rate, BESIDE, Choice, choice_of, common_rows, families_of, Family, found_time, FoundTime,
-    matches, NAMES, NONE, OpenQuestion, states_beside, use_option)
+    matches, NAMES, NONE, OpenQuestion, STATED, states_beside, use_option)
 from gearbox_monitor.recordings.table import Table, VECTOR
 
 COARSE = 100.0  # whole numbers over a wider range are counts
@@ -246,7 +246,7 @@ class _Proposal:
             '--use position=COLUMN, or --map', *self.table.notes]))
 
     def _ask_of_joints(self) -> None:
-        """Ask about columns without a joint, and about a matrix of more or fewer joints."""
+        """Ask about columns without a joint, and about matrices of more or fewer joints."""
         rotary = any(m.unit in units_of(POSITION, ROTARY) for m in self.listed if m.joint)
         alone = [m.label for m in self.listed if m.moves and not m.joint
                  and vocabulary()['poses'].isdisjoint(words_of(m.label))
@@ -255,16 +255,24 @@ class _Proposal:
             self.choice.ask('joint', f'{", ".join(alone)[:200]}: no joint in the name, beside '
                             f'those of {", ".join(self.joints)[:200]}', '--columns with names of '
                             'joints, such as q_a, or --joint NAME')
-        sizes = {role: len(f.columns) for role, f in self.choice.roles.items() if {
-            place[1:] for m in f.columns.values() for place in VECTOR.findall(m.label)} == {
-                str(k + 1) for k in range(len(f.columns))}}  # of a matrix, counted by its reader
-        most = max(sizes.values(), default=0)
+        self._ask_of_matrices()
+
+    def _ask_of_matrices(self) -> None:
+        """Ask about a matrix, counted from 1 by its reader, with other columns than positions."""
+        labels, sizes = [m.label for m in self.listed], dict[str, int]()
+        for role, family in self.choice.roles.items():
+            matrix = VECTOR.sub('', family.first.label)
+            own = {label for label in labels if VECTOR.sub('', label) == matrix != label}
+            if own and {VECTOR.findall(label)[0][1:] for label in own} == {
+                    str(k + 1) for k in range(len(own))}:
+                sizes[role] = len(own)
+        joints = next((sizes[role] for role in POSITIONS if role in sizes), 0)
         for role, size in sizes.items():
-            if size < most:
-                column = self.choice.roles[role].first
+            if joints not in (0, size) and self.choice.reasons[role] != STATED:
+                column, name = self.choice.roles[role].first, _names_of(role)[1]
                 self.choice.ask(role, f'{column.stem}: {len(self.values[column.label])} rows of '
-                                f'{size} columns, expected {most}, one of each joint',
-                                use_option(_names_of(role)[1], NONE))
+                                f'{size} columns, expected {joints}, one of each joint',
+                                use_option(name, NONE), use_option(name, column.stem))
 
     def _is_set(self, key: str) -> bool:
         """Return whether a setting has this key."""

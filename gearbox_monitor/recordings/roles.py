@@ -38,6 +38,7 @@ FOLLOWED = 0.7  # correlation of a position with its setpoint, at least
 TOGETHER = 0.9  # correlation of the two ends of a gear, at least
 EXACT, OF_STEP = 1e-6, 0.05  # of the spread, of the own lattice: an encoder rounds by 0.29
 LEAST, ROWS = 20, 20_000  # rows that are compared
+STATED = 'as stated'
 NONE = 'none'  # in place of a column, for a role that nobody has
 NAMES = {'motor': 'motor_position', 'arm': 'arm_position', 'position': 'motor_position',
          'velocity': 'motor_velocity', 'effort': 'motor_effort', 'setpoint': 'motor_setpoint',
@@ -184,7 +185,7 @@ def choice_of(families: Sequence[Family], values: Mapping[str, Array], use: Mapp
         fitting = [f for f in families if name != NONE and any(
             matches(name, c) for c in f.columns.values())]
         if fitting:
-            choice.take(role, fitting[0], 'as stated')
+            choice.take(role, fitting[0], STATED)
     families = [f for f in families if f not in choice.roles.values()]
     _positions(choice, families)
     _velocities(choice, families)

@@ -15,7 +15,7 @@ import yaml
 
 from gearbox_monitor.cli.main import main
 from gearbox_monitor.errors import InputError
-from gearbox_monitor.recordings.guess import guessed
+from gearbox_monitor.recordings.guess import Answers, guessed
 from gearbox_monitor.recordings.mapping import load_mapping, mapping_of
 from gearbox_monitor.recordings.meaning import standard_unit, unit_factor, unit_of_label
 from gearbox_monitor.recordings.read import open_bag
@@ -166,6 +166,10 @@ def test_numpy_archive_and_matrix(tmp_path):
         assert says in ' '.join((*map(str, guess.questions), *load_table(
             tmp_path / 'robot.npz').notes))
         assert len(guess.questions) == 6 - size
+    np.savez(tmp_path / 'robot.npz', t=T, q=six, tau=np.hstack([six, six[:, :1]]))
+    stated = Answers(use={'effort': 'tau'})
+    assert guessed(load_table(tmp_path / 'robot.npz')).questions and not guessed(
+        load_table(tmp_path / 'robot.npz'), (), stated).questions
 
 
 def test_hdf5_groups_compound_types_and_attributes(tmp_path, capsys):
