@@ -360,7 +360,7 @@ def _drive_effort(choice: Choice, measured: Sequence[Family], commanded: Sequenc
     best = torques or measured or commanded_torques or commanded
     best = [f for f in best if f.first.side == 'motor'] or best
     currents = [f for f in best if f.first.unit == 'A'
-                or {'current', 'iq', 'i'} & set(f.first.words)]
+                or 'A' in map(vocabulary()['inputs'].get, f.first.words)]
     if measured and not torques and len(currents) == 1:
         best = currents
     if len(best) > 1:
