@@ -26,6 +26,6 @@ Public names, by module:
         D_X3, D_X4, HALF_GAP, N_CARRIED, N_DATA, N_SHAPE, S_GROUP, STIFFNESS, Sums
     health_record: FeatureHealth, GROSS, HealthSettings, Window
     judgement: accepted, CHANGED, CLASSES, figures, folded, from_data, Health, OF_WINDOWS,
-        said_of_slips, sentence, serviced, SLIP, to_data, worst
+        said_of_slips, sentence, serviced, SLIP, to_data
     monitor: CONDITIONS, DRIFT_SHOWS, Monitor, NO_DATA, ROW_CHECKS
 """

@@ -375,17 +375,11 @@ def said_of_slips(health: Health) -> list[Said]:
     return says
 
 
-def worst(states: Iterable[tuple[Any, ...]]) -> tuple[Level, str]:
-    """Return (level, sentence) of the worst of `states` (level, component, message, codes)."""
-    level, _, message, _ = max(states, key=lambda state: (
-        state[0], not CHANGED.isdisjoint(state[3]), state[1] == 'backlash'))
-    return Level(level), message.split('; ')[0]
-
-
 def sentence(health: Health) -> tuple[Level, str]:
     """Return (level, sentence) of `health`: the same ones at every door."""
-    return worst((outcome.level, name, outcome.message, outcome.codes)
-                 for name, outcome in outcomes(health).items())
+    _, worst = max(outcomes(health).items(), key=lambda item: (
+        item[1].level, not CHANGED.isdisjoint(item[1].codes), item[0] == 'backlash'))
+    return worst.level, worst.message.split('; ')[0]
 
 
 def figures(health: Health) -> dict[str, Any]:

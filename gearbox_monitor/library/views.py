@@ -18,10 +18,8 @@ from gearbox_monitor.errors import InputError, installed_by
 from gearbox_monitor.estimation.estimates import COLUMNS, Estimates, SMOOTHED_COLUMNS
 from gearbox_monitor.files.knowledge_file import save_watch
 from gearbox_monitor.files.user_files import save_model, write_new, write_parameters
-from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.health.backlash.change_tests import MEASURED
 from gearbox_monitor.health.backlash.features import Backlash, NotExcited, width_of
-from gearbox_monitor.health.judgement import worst
 from gearbox_monitor.library.estimation import BacklashWindows, RecordingEstimates
 from gearbox_monitor.library.identify import Diagnosis, TunedParameters, write_adapted
 from gearbox_monitor.library.ranges import ranges_yaml
@@ -34,9 +32,9 @@ from gearbox_monitor.recordings.joint_input import match_stamps
 from gearbox_monitor.report.builder import Page, page_summary, render_page, Section
 from gearbox_monitor.report.chart import Chart, Drawing, Panel, Plane, Trace
 from gearbox_monitor.report.diagnosis_page import diagnosis_page
-from gearbox_monitor.report.recording_page import backlash_chart, overview, ROLES
+from gearbox_monitor.report.recording_page import backlash_chart, overview, raised, ROLES
 from gearbox_monitor.report.sentences import of_fit, of_noise, of_unit, told
-from gearbox_monitor.report.timeline import measured, Timeline, timeline_of
+from gearbox_monitor.report.timeline import measured, State, Timeline, timeline_of
 from gearbox_monitor.report.watch_words import watch_headline, watch_text
 from gearbox_monitor.report.words import sentence, verdict_text
 from gearbox_monitor.watch.record import Watch
@@ -283,11 +281,9 @@ def _estimated_page(estimates: RecordingEstimates) -> str:
     recording = estimates.recording
     line = timeline_of(estimates, estimates.backlash, estimates.outcomes['backlash'].values,
                        estimates.parameters)
-    alarms = [(outcome.level, name, outcome.message, outcome.codes)
-              for name, outcome in estimates.outcomes.items() if outcome.level > Level.OK]
-    level, text = worst(alarms) if alarms else (
-        None, f'estimates: {_estimated_in_brief(estimates)}')
-    answer = page_summary('' if level is None else ROLES[level], sentence(text))
+    states = raised(State.of(*named) for named in estimates.outcomes.items())
+    answer = page_summary(ROLES[states[0].level], sentence(states[0].first)) if states else \
+        page_summary('', sentence(f'estimates: {_estimated_in_brief(estimates)}'))
     return _charts_page(recording.name, answer, recording.model.axis,
                         overview(line, recording.model.axis))
 

@@ -19,11 +19,12 @@ Public names, by module:
     explanation: ALL_CONDITIONS, Explanation, explanations
     fleet_page: CSV_NAME, fleet_csv, fleet_page, headline, name_of
     live_page: GearboxHistory, live_frame, LivePage, WatchNews
-    recording_page: backlash_chart, figures, headline, overview, recording_page, robot_page,
-        ROLES
+    recording_page: backlash_chart, figures, headline, overview, raised, recording_page,
+        robot_page, ROLES
     sentences: CHANGES, entries, labelled, of_fit, of_noise, of_unit, say, title, told, UNITS,
         wrapped
-    timeline: measured, recorded_timeline, RecordingFacts, state_of, Timeline, timeline_of
+    timeline: measured, recorded_timeline, RecordingFacts, State, state_of, Timeline,
+        timeline_of
     watch_page: watch_page
     watch_words: reading_words, watch_data, watch_headline, watch_text
     words: change_sentence, counted, finding_words, headline, LABEL, sentence, verdict_text

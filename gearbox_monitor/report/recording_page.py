@@ -258,10 +258,9 @@ def figures(timeline: Timeline, facts: RecordingFacts) -> dict[str, Any]:
         'counts': facts.counts, 'notes': facts.notes}
 
 
-def raised(timeline: Timeline) -> list[State]:
-    """Return what `timeline` raises at its end, the worst first as on the live page."""
-    newest = (spans.newest for spans in timeline.spans.values())
-    return worst_first(s for s in newest if s.level and s.is_judged and s.is_compared)
+def raised(states: Iterable[State]) -> list[State]:
+    """Return those of `states` that are no OK and were judged, the worst first."""
+    return worst_first(s for s in states if s.level and s.is_judged and s.is_compared)
 
 
 def is_worn(states: Sequence[State]) -> bool:
@@ -271,7 +270,7 @@ def is_worn(states: Sequence[State]) -> bool:
 
 def headline(timeline: Timeline, facts: RecordingFacts) -> tuple[str, str]:
     """Return (sentence, 'good', 'warn', 'error' or '') about the recording of `timeline`."""
-    states = raised(timeline)
+    states = raised(timeline.newest)
     if is_worn(states):
         return sentence(states[0].first), ROLES[states[0].level]
     share = trusted_share(timeline.spans)
@@ -299,7 +298,7 @@ def _longest_alarm(timeline: Timeline) -> State:
 
 def next_steps(timeline: Timeline, facts: RecordingFacts, bag: str) -> list[str]:
     """Return advice about a recording, see headline; `bag`: its name in commands."""
-    states = raised(timeline)
+    states = raised(timeline.newest)
     if is_worn(states):  # which may cause prediction errors, too
         return [say('test_gearbox', bag=bag), say('compare_older')]
     share, codes = trusted_share(timeline.spans), []
@@ -504,7 +503,7 @@ def recorded_row(timeline: Timeline, facts: RecordingFacts, name: str, link: str
     span = (float(np.nanmin(low)), float(np.nanmax(high))) if np.isfinite(low).any() else (
         math.nan, math.nan)
     return JointRow(name, kind, words, span, timeline.windows, trusted_share(timeline.spans),
-                    link, is_worn(raised(timeline)))
+                    link, is_worn(raised(timeline.newest)))
 
 
 def _robot_summary(joints: Mapping[str, tuple[Timeline, RecordingFacts]], rows: Sequence[JointRow]

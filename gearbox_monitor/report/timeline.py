@@ -337,6 +337,11 @@ class Timeline:
         self._begin = 0.0
         self._previous = math.nan
 
+    @property
+    def newest(self) -> list[State]:
+        """The states of all components at the end."""
+        return [spans.newest for spans in self.spans.values()]
+
     def seconds(self, stamps: Integers) -> Array:
         """Return times (s) of `stamps` [N] ns."""
         return (stamps - (self.first_ns or 0)) / SECOND_NS
