@@ -35,7 +35,7 @@ from gearbox_monitor.health.backlash.features import (
     separable_of)
 from gearbox_monitor.health.health_record import AT_ODDS, TRUSTED, Window
 from gearbox_monitor.health.judgement import (
-    figures, from_data, judge, outcomes, serviced, to_data, Zero)
+    figures, folded, from_data, Health, judge, outcomes, serviced, to_data, Zero)
 from gearbox_monitor.kernels.types import Array, Flags
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plain_data import ARRAY, KIND, TABLE
@@ -277,7 +277,9 @@ def lives() -> Rows:
         named = to_data(life.health) | {'features': ['another', *FEATURES[2:], 'gap']}
         rows[f'{name}, other features'] = [
             digest(to_data(from_data(life.health.settings, named))),
-            digest(to_data(serviced(life.health, 0, 'noted late')))]
+            digest(to_data(serviced(life.health, 0, 'noted late'))),
+            digest([folded(health, (), 'bag').earlier for health in (
+                life.health, Health(life.health.settings))])]
 
     def grow(windows: int = 8, kelvin: float | None = None, motion: Any = HOME, **wear: float
              ) -> Callable[[Life], object]:
