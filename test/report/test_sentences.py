@@ -16,7 +16,7 @@ from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.health.backlash.change_tests import FEATURES, limits_of, TESTS
 from gearbox_monitor.health.backlash.features import Backlash, NotExcited
 from gearbox_monitor.health.health_record import Alert, FeatureHealth, HealthSettings, Window
-from gearbox_monitor.health.judgement import CHANGED, Health, outcomes, sentence
+from gearbox_monitor.health.judgement import CHANGED, Health, outcomes, sentence as worst
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.presentation import Quantity, Said
@@ -142,7 +142,7 @@ def test_any_health_is_told_at_its_level():
             assert outcome.level == max(said.level for group in outcome.says for said in group) \
                 or 'unmeasured' in outcome.codes[0]
             states.append((outcome.level, component, outcome.message, outcome.codes))
-        level, words = sentence(health)
+        level, words = worst(health)
         assert level == max(state[0] for state in states)
         told = {text.split('; ')[0]: CHANGED & {*codes} for own, _, text, codes in states
                 if own == level}  # of one level a change is stated, not what hides another
