@@ -9,13 +9,13 @@ The parser (expat) tells where each element stands; edits replace or insert byte
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 import difflib
+from html import escape  # xml.sax.saxutils would load ssl
 import math
 from pathlib import Path
 import re
 from typing import Any
 from xml.etree import ElementTree
 from xml.parsers import expat
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
@@ -146,12 +146,12 @@ def with_attributes(document: XmlDocument, element: XmlElement,
     for name, value in values.items():
         match = present.get(name)
         if match is None:
-            added += f' {name}={quoteattr(value)}' if value is not None else ''
+            added += f' {name}="{escape(value)}"' if value is not None else ''
         elif value is None:
             edits.append(Edit(element.start + match.start(), element.start + match.end(), ''))
         else:
             edits.append(Edit(element.start + match.start(2), element.start + match.end(2),
-                              quoteattr(value)))
+                              f'"{escape(value)}"'))
     return [*edits, Edit(last, last, added)] if added else edits
 
 
@@ -182,7 +182,7 @@ def with_child(document: XmlDocument, parent: XmlElement, text: str, first: bool
 
 def words_of(values: Mapping[str, str | None]) -> str:
     """Return attributes `values` as a start tag has them, without those that are None."""
-    return ' '.join(f'{name}={quoteattr(v)}' for name, v in values.items() if v is not None)
+    return ' '.join(f'{name}="{escape(v)}"' for name, v in values.items() if v is not None)
 
 
 def behind(document: XmlDocument, element: XmlElement, text: str) -> Edit:
