@@ -36,7 +36,8 @@ EXCITED = 5.0            # motion in units of the encoder noise
 PRIOR = math.log(30.0)
 REACH = math.log(1e4)    # the search stays within this factor of its first guess
 AGREE = 5.0              # log-likelihood by which agreeing starts may differ
-GAIN = 0.1               # log-likelihood that is still sought
+# Log-likelihood that is still sought, and while starts are compared.
+GAIN, COARSE_GAIN = 0.1, 1.0
 LONGEST = 2.0            # step, in logarithms
 STEPS = 30               # of an ascent; without a summit, as of a stuck encoder, it would go on
 DAMPING = Damping(0.0, raised_from=0.01, attempts=7)
@@ -46,30 +47,52 @@ BLUNT = 0.3              # ... and hardly above this one
 # Of a parameter that is searched alone: bounds over the guess, and accuracy of the logarithm.
 ALONE, ACCURACY = (1e-3, 30.0), 0.1
 DIVERGED = -1e9          # what a filter gets that cannot run at all
+DIFFERENCE = 0.03        # of the logarithms; a criterion may be rough on smaller scales
 
 R_NAMES = ('r_std_motor', 'r_std_arm')
 SPEED_NAMES = ('q_std_motor_speed', 'q_std_arm_speed')
 TORQUE_NAMES = WALK, DEVIATION = ('q_std_tau_k', 'q_std_tau_k_deviation')
 
 
-class Slopes(NamedTuple):
+class Trial(NamedTuple):
     """
-    A criterion with its slopes over the logarithms of n parameters.
+    A criterion and what it is made of.
 
-    gradient [n]; information [n, n]: positive semidefinite, about what the gradient falls by;
-    runs, failed: how many filters ran for it, and how many of them diverged.
+    criterion: in units of log-likelihood, -inf or NaN where a filter cannot run; failed: how many
+    filters diverged; features [M]: of weight `weights` [M] each; residual [M]: the criterion falls
+    by changes of features * weights * residual, and by half of their squares.
     """
 
     criterion: float
-    gradient: Array
-    information: Array
-    runs: int = 1
-    failed: int = 0
+    failed: int
+    features: Array
+    weights: Array
+    residual: Array
 
 
-# ({name: value}, coarse) -> Slopes, see search; {name: value} -> (criterion, diverged).
-Evaluate: TypeAlias = Callable[[Mapping[str, float], bool], Slopes]
+# ({name: value}, coarse) -> Trial, see search; {name: value} -> (criterion, diverged).
+Evaluate: TypeAlias = Callable[[Mapping[str, float], bool], Trial]
 Rough: TypeAlias = Callable[[Mapping[str, float]], tuple[float, bool]]
+
+
+@np.errstate(all='ignore')  # a trial may be anything
+def differenced(evaluate: Callable[[Mapping[str, float]], Trial], values: Mapping[str, float],
+                at: Trial) -> tuple[Array, Array]:
+    """
+    Return (gradient [n], information [n, n]) of a criterion over the logarithms of n values.
+
+    Slopes of features are one-sided differences: n more trials.
+
+    Args:
+        evaluate: of {name: value}, gives the Trial.
+        values: where.
+        at: the Trial there.
+    """
+    slopes = np.nan_to_num([(evaluate({
+        **values, name: value * math.exp(DIFFERENCE)}).features - at.features) * at.weights
+        / DIFFERENCE for name, value in values.items()])
+    return (np.nan_to_num(-slopes @ np.nan_to_num(at.residual)),
+            np.nan_to_num(slopes @ slopes.T))
 
 
 @dataclass(frozen=True)
@@ -268,9 +291,8 @@ def search(evaluate: Evaluate, guess: dict[str, float],
     Maximise a criterion over the logarithms of parameters, by Fisher scoring from three starts.
 
     Args:
-        evaluate: of ({name: value}, coarse), gives the Slopes of the criterion in units of
-            log-likelihood, -inf or NaN where the filter cannot run; coarse: a part of the
-            recording will do.
+        evaluate: of ({name: value}, coarse), gives the Trial; coarse: a part of the recording
+            will do.
         guess: {name: value > 0}, the centre of the search.
         progress: called with the share done, 0..1.
 
@@ -286,49 +308,58 @@ def search(evaluate: Evaluate, guess: dict[str, float],
         """Return the parameters at `x` [n], in logarithms over the guess."""
         return dict(zip(names, (centre * np.exp(x)).tolist()))
 
-    def posterior(x: Array, coarse: bool) -> tuple[Array, Slopes]:
-        """Return `x` within its REACH, and the slopes there with those of the prior."""
-        x = np.clip(x, -REACH, REACH)
-        slopes = evaluate(values(x), coarse)
-        result.evaluations += slopes.runs
-        result.failed += slopes.failed
-        progress(1.0 - 1.0 / (1.0 + 0.05 * result.evaluations))
-        criterion = slopes.criterion if math.isfinite(slopes.criterion) else DIVERGED
-        return x, Slopes(criterion - 0.5 * float(x @ ridge @ x),
-                         np.nan_to_num(slopes.gradient) - ridge @ x,
-                         np.nan_to_num(slopes.information) + ridge)
+    def counted(trial: Mapping[str, float], coarse: bool) -> Trial:
+        """Return what `evaluate` gives of a trial, one more evaluation."""
+        found = evaluate(trial, coarse)
+        result.evaluations += 1
+        result.failed += found.failed
+        progress(1.0 - 1.0 / (1.0 + 0.01 * result.evaluations))
+        return found
 
-    def step_from(x: Array, here: Slopes, coarse: bool,
-                  damping: float) -> tuple[tuple[Array, Slopes], float] | None:
-        """Return (place and slopes after a step that helps, next damping), None without one."""
+    def posterior(x: Array, coarse: bool) -> tuple[Array, Trial]:
+        """Return `x` within its REACH, and the Trial there with the prior."""
+        x = np.clip(x, -REACH, REACH)
+        found = counted(values(x), coarse)
+        criterion = found.criterion if math.isfinite(found.criterion) else DIVERGED
+        return x, found._replace(criterion=criterion - 0.5 * float(x @ ridge @ x))
+
+    def slopes(x: Array, here: Trial, coarse: bool) -> tuple[Array, Array]:
+        """Return gradient and information at `x` with those of the prior."""
+        gradient, information = differenced(lambda v: counted(v, coarse), values(x), here)
+        return gradient - ridge @ x, information + ridge
+
+    def step_from(x: Array, here: Trial, coarse: bool, slopes: tuple[Array, Array],
+                  damping: float) -> tuple[tuple[Array, Trial], float] | None:
+        """Return (place and Trial after a step that helps, next damping), None without one."""
+        gradient, information = slopes
         return damped_step(
-            here.information, here.gradient,
-            lambda step: posterior(x + step * min(1.0, LONGEST / np.abs(step).max()), coarse),
+            information, gradient,
+            lambda step: posterior(x + np.clip(step, -LONGEST, LONGEST), coarse),
             lambda trial: trial[1].criterion - here.criterion, damping, DAMPING)
 
-    def ascend(x: Array, coarse: bool) -> tuple[Array, Slopes]:
-        """Return where the criterion is largest, as reached from `x` [n]; coarse: as above."""
-        (x, here), damping = posterior(x, coarse), DAMPING.start
-        gained = GAIN
+    def ascend(x: Array, coarse: bool) -> tuple[Array, Trial, Array]:
+        """Return where the criterion is largest, its Trial and information; coarse: as above."""
+        (x, here), damping, gained = posterior(x, coarse), DAMPING.start, math.inf
+        least = COARSE_GAIN if coarse else GAIN
         for _ in range(STEPS):
-            expected = 0.5 * here.gradient @ np.linalg.solve(here.information, here.gradient)
-            if not (gained >= GAIN and expected >= GAIN):
+            gradient, information = slopes(x, here, coarse)
+            if min(gained, 0.5 * gradient @ np.linalg.solve(information, gradient)) < least:
                 break
-            step = step_from(x, here, coarse, damping)
+            step = step_from(x, here, coarse, (gradient, information), damping)
             if step is None:
                 break
             gained = step[0][1].criterion - here.criterion
             (x, here), damping = step
-        return x, here
+        return x, here, information
 
     starts = [np.array([sign * math.log(10.0) * ((name in TORQUE_NAMES) - (name in SPEED_NAMES))
                         for name in names]) for sign in (0.0, 1.0, -1.0)]
     ends = [ascend(start, True) for start in starts]
-    top, highest = max(ends, key=lambda end: end[1].criterion)
-    agreeing = [x for x, here in ends if here.criterion > highest.criterion - AGREE]
+    top, highest, _ = max(ends, key=lambda end: end[1].criterion)
+    agreeing = [x for x, here, _ in ends if here.criterion > highest.criterion - AGREE]
     result.starts, result.agreeing_starts = len(starts), len(agreeing)
-    x, here = ascend(top, False)
-    deviations = np.sqrt(np.diag(np.linalg.inv(here.information)))
+    x, here, information = ascend(top, False)
+    deviations = np.sqrt(np.diag(np.linalg.inv(information)))
     sharp = deviations < SHARP
     if sharp.any():
         distances = np.abs(np.array(agreeing) - top)[:, sharp]

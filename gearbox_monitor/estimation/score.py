@@ -2,24 +2,21 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-How well a filter predicts: likelihood and its slopes, consistency, whiteness, error of the torque.
+How well a filter predicts: likelihood, consistency, whiteness, error of the torque.
 
-Whiteness is the portmanteau statistic of Ljung and Box (Biometrika 65, 1978). Slopes over the
-logarithms of noise parameters are `differenced`: whole runs of any filter, in which refused
-samples, dropouts and restarts count as in run_score.
+Whiteness is the portmanteau statistic of Ljung and Box (Biometrika 65, 1978). A likelihood takes
+whole runs of any filter, in which refused samples, dropouts and restarts count as in run_score.
 """
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.estimation.estimates import Estimates, Samples
 from gearbox_monitor.estimation.estimator import Estimator, unsmoothed
-from gearbox_monitor.estimation.noise_search import BURN_IN, DIVERGED, Slopes
+from gearbox_monitor.estimation.noise_search import BURN_IN, DIVERGED, Trial
 from gearbox_monitor.estimation.sample_loop import (
     E_INNOVATION_COVARIANCE, E_INNOVATION_STD_ARM, E_INNOVATION_STD_MOTOR, E_WHITE_1,
     E_WHITE_2, ESTIMATE, SECOND)
@@ -142,7 +139,7 @@ def score(estimates: Estimates, name: str = '', diverged: int = 0,
     innovations = (estimates.innovation_motor, estimates.innovation_arm)
     return Score(
         name, n, float(estimates.loglik[keep].sum()), float(nis.mean()),
-        float(scipy.stats.chi2.ppf(0.025, dof) / n), float(scipy.stats.chi2.isf(0.025, dof) / n),
+        *(float(2.0 * scipy.special.gammaincinv(0.5 * dof, p) / n) for p in (0.025, 0.975)),
         tuple(_rms(_finite(innovation[keep])) for innovation in innovations),
         tuple(float(c.mean()) if len(c) else np.nan for c in channels),
         tuple(ljung_box(c)[0] if len(c) > LAGS else np.nan for c in channels), int(diverged))
@@ -192,23 +189,6 @@ def _rms(values: Array) -> float | None:
     return float(np.sqrt(np.mean(np.square(values)))) if len(values) else None
 
 
-DIFFERENCE = 0.03  # of the logarithms; a criterion may be rough on smaller scales
-
-
-class Trial(NamedTuple):
-    """
-    A criterion and what it is made of.
-
-    criterion; diverged: whether the filter did; features [N, k] of N samples, NaN where they do
-    not count: the criterion falls as the squares of (changes of features) * weights [N, k].
-    """
-
-    criterion: float
-    diverged: bool
-    features: Array
-    weights: Array
-
-
 @np.errstate(all='ignore')  # a trial may be anything
 def likelihood(model: DriveModel, parameters: EstimatorParameters, samples: Samples) -> Trial:
     """
@@ -231,9 +211,10 @@ def likelihood(model: DriveModel, parameters: EstimatorParameters, samples: Samp
     variance = np.where(np.isfinite(white), variance, np.nan)
     features = np.column_stack([white * np.sqrt(variance), np.log(variance)])
     weights = np.column_stack([variance ** -0.5, np.full_like(variance, math.sqrt(0.5))])
+    residual = np.column_stack([white, math.sqrt(0.5) * (1.0 - white ** 2)])
     features[~counted] = math.nan
-    return Trial(criterion - DIVERGENCE_COST * diverged, bool(diverged),
-                 *by_sample(estimates, features, weights))
+    return Trial(criterion - DIVERGENCE_COST * diverged, int(diverged > 0), *map(
+        np.ravel, by_sample(estimates, features, weights, residual)))
 
 
 def by_sample(estimates: Estimates, *columns: Array) -> tuple[Array, ...]:
@@ -243,27 +224,3 @@ def by_sample(estimates: Estimates, *columns: Array) -> tuple[Array, ...]:
         result.append(np.full((len(estimates.codes), column.shape[1]), math.nan))
         result[-1][estimates.codes == ESTIMATE] = column
     return tuple(result)
-
-
-@np.errstate(all='ignore')
-def differenced(evaluate: Callable[[Mapping[str, float]], Trial],
-                values: Mapping[str, float]) -> Slopes:
-    """
-    Return the slopes of any criterion, by central differences.
-
-    Args:
-        evaluate: of {name: value}, gives the Trial.
-        values: where.
-    """
-    def around(name: str, sign: float) -> Trial:
-        """Return the Trial with `name` a step of that `sign` away."""
-        return evaluate({**values, name: values[name] * math.exp(sign * DIFFERENCE)})
-
-    middle = evaluate(values)
-    sides = [(around(name, 1.0), around(name, -1.0)) for name in values]
-    features = np.array([np.nan_to_num(
-        (upper.features - lower.features) / (2.0 * DIFFERENCE) * middle.weights).ravel()
-        for upper, lower in sides])
-    gradient = [(upper.criterion - lower.criterion) / (2.0 * DIFFERENCE) for upper, lower in sides]
-    return Slopes(middle.criterion, np.array(gradient), features @ features.T, 1 + 2 * len(sides),
-                  middle.diverged + sum(one.diverged for pair in sides for one in pair))

@@ -19,9 +19,9 @@ from gearbox_monitor.estimation import noise_search
 from gearbox_monitor.estimation.estimates import Samples
 from gearbox_monitor.estimation.estimator import Estimator
 from gearbox_monitor.estimation.model_bank import member_parameters
-from gearbox_monitor.estimation.noise_search import EncoderMotion, Slopes, Tuned
+from gearbox_monitor.estimation.noise_search import EncoderMotion, Trial, Tuned
 from gearbox_monitor.estimation.score import (
-    differenced, LAGS, likelihood, run_score, Score, WHITE_LIMIT)
+    LAGS, likelihood, run_score, Score, WHITE_LIMIT)
 from gearbox_monitor.kernels.types import Flags
 from gearbox_monitor.parameters import ESTIMATOR, EstimatorParameters, RANDOM_WALK
 from gearbox_monitor.plant.drive import DriveModel
@@ -196,19 +196,13 @@ def _likelihood(model: DriveModel, base: EstimatorParameters,
     coarse_parts = [_liveliest(recordings[0], noise_search.COARSE_SECONDS)]
     fine_parts = [_liveliest(samples, noise_search.FINE_SECONDS) for samples in recordings]
 
-    def slopes(trial: Mapping[str, float], samples: Samples) -> Slopes:
-        """Return the slopes of the log-likelihood of `samples` at the `trial`."""
-        return differenced(lambda values: likelihood(
-            model, base.replace(**_clipped(values)), samples), _clipped(trial))
-
-    def evaluate(trial: Mapping[str, float], coarse: bool) -> Slopes:
-        """Return the slopes at the `trial`; `coarse`: on one short part."""
-        parts = [slopes(trial, part) for part in (coarse_parts if coarse else fine_parts)]
-        return Slopes(sum(part.criterion for part in parts),
-                      np.sum([part.gradient for part in parts], axis=0),
-                      np.sum([part.information for part in parts], axis=0),
-                      parts[0].runs,  # a run takes all recordings
-                      max(part.failed for part in parts))
+    def evaluate(trial: Mapping[str, float], coarse: bool) -> Trial:
+        """Return the Trial; `coarse`: of one short part."""
+        parameters = base.replace(**_clipped(trial))
+        parts = [likelihood(model, parameters, part)
+                 for part in (coarse_parts if coarse else fine_parts)]
+        return Trial(sum(part.criterion for part in parts), max(part.failed for part in parts),
+                     *map(np.concatenate, list(zip(*parts))[2:]))
 
     return evaluate
 
@@ -224,7 +218,7 @@ def _nis_band(score: Score, motion: EncoderMotion) -> tuple[float, float]:
     if not motion.standstill_noise:
         return low, high
     readings = motion.standstill_seconds * score.estimates / motion.seconds
-    middle, added = 0.5 * (low + high), 4.0 * scipy.stats.norm.isf(0.025) ** 2 / readings
+    middle, added = 0.5 * (low + high), 4.0 * scipy.special.ndtri(0.975) ** 2 / readings
     half = math.sqrt((0.5 * (high - low)) ** 2 + added)
     return middle - half, middle + half
 

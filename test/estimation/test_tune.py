@@ -180,10 +180,10 @@ def test_all_recordings_count_together():
 def test_search_survives_a_filter_that_cannot_run():
     """A criterion of -inf on half of the plane is a penalty, and counted."""
     def evaluate(trial, coarse):
-        x, nothing = np.log(trial['q_std_tau_k']), np.full(1, np.nan)
+        x, nothing = np.log([trial['q_std_tau_k']]), np.full(1, np.nan)
         if x > 1.0:
-            return noise_search.Slopes(-np.inf, nothing, np.diag(nothing), failed=1)
-        return noise_search.Slopes(-50.0 * x * x, np.array([-100.0 * x]), np.array([[100.0]]))
+            return noise_search.Trial(-np.inf, 1, nothing, nothing, nothing)
+        return noise_search.Trial(-50.0 * float(x @ x), 0, 10.0 * x, np.ones(1), 10.0 * x)
 
     found = noise_search.search(evaluate, {'q_std_tau_k': 2.0})
     assert found.parameters['q_std_tau_k'] == pytest.approx(1.0, rel=0.01)
