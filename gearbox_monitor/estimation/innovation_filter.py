@@ -23,7 +23,7 @@ from gearbox_monitor.kernels.kernel import entry, inline, kernel
 from gearbox_monitor.kernels.types import (
     Array, Block, Cube, IntegerMatrix, Integers, Matrix, Vector)
 from gearbox_monitor.plant.batch import (
-    LANES, ON_MOTOR, step_lanes, steps_by_term, steps_with_plugin, T, U)
+    IN_GEARBOX, LANES, ON_ARM, ON_MOTOR, step_lanes, steps_by_term, steps_with_plugin, T, U)
 from gearbox_monitor.plant.drive import INVERSE_M1, INVERSE_M2, KIND
 from gearbox_monitor.plant.effects.composition import arm_error, DELAY1, DELAY2, motor_error
 from gearbox_monitor.plant.effects.effect import Torques
@@ -218,8 +218,8 @@ def filtered(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, st
         data: FilterInput.
         start: FilterStart.
         s: workspace [N_LANE_STATE].
-        room: workspace [G + 1, A + N_FILTER, A] for G groups, the first rows covariances,
-            the last one of each group the state.
+        room: workspace [G + 1, A + 1, N_FILTER] for G groups: rows of the covariance, and the
+            state.
         trace: is filled in.
 
     Returns:
@@ -229,7 +229,7 @@ def filtered(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, st
     e = drive.e
     places, moves = start.places, start.moves
     n, last, groups = len(places), len(data.begin) - 1, len(room) - 1
-    width = LANES // groups
+    width = n + 1
     by_term = steps_by_term(drive)
     result = 0.0
     product = room[groups, :n, :n]
@@ -238,28 +238,27 @@ def filtered(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, st
         for g in range(groups):
             c = min(pair + g, last)
             steps = max(steps, data.end[c] - data.begin[c] - 1)
-            room[g, n:, 0] = start.states[c]
-            room[g, :n] = start.covariance
+            room[g, n], room[g, :n, :n] = start.states[c], start.covariance
         for k in range(steps + 1):
             for g in range(groups):
                 c = min(pair + g, last)
                 at = min(data.begin[c] + k, data.end[c] - 1)
                 if data.begin[c] + k < data.end[c] and pair + g <= last:
-                    trace.begin[at, 0], trace.covariance[at] = room[g, n:, 0], room[g, :n]
+                    trace.begin[at, 0], trace.covariance[at] = room[g, n], room[g, :n, :n]
+                on_arm, in_gearbox = data.extra[at, 1], data.extra[at, 2]
                 for i in range(width * g, width * (g + 1)):
-                    s[T + i] = at * data.dt
-                    for j in range(3):
-                        s[ON_MOTOR + LANES * j + i] = data.extra[at, j]
-                _spread(g, width, room, start, s)
+                    s[T + i], s[ON_ARM + i], s[IN_GEARBOX + i] = at * data.dt, on_arm, in_gearbox
+                _spread(g, room, start, s)
             if k == steps:
                 break
             for q in range(len(schedule.length)):
                 for g in range(groups):
                     c = min(pair + g, last)
                     at = min(data.begin[c] + k, data.end[c] - 1)
+                    u = data.u[at, schedule.part[q]]
                     for i in range(width * g, width * (g + 1)):
-                        s[U + i] = data.u[at, schedule.part[q]]
-                step_lanes(s, schedule.length[q], LANES, by_term, drive)
+                        s[U + i] = u
+                step_lanes(s, schedule.length[q], width * groups, by_term, drive)
                 m = schedule.ends[q]
                 if m < 0:
                     continue
@@ -277,15 +276,15 @@ def filtered(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, st
                             fade = math.pow(fade, schedule.span[m] / data.dt)
                             for j in range(n):
                                 F[i, j] = fade if i == j else 0.0
-                            room[g, n + places[i], 0] *= fade
-                            trace.end[at, m, i] = room[g, n + places[i], 0]
+                            room[g, n, places[i]] *= fade
+                            trace.end[at, m, i] = room[g, n, places[i]]
                             continue
                         row = LANES * places[i] + base
                         for j in range(n):
                             F[i, j] = (s[row + 1 + j] - s[row]) / moves[j]
                         trace.end[at, m, i] = s[row]
                     for i in range(N_STATE):
-                        room[g, n + i, 0] = s[LANES * i + base]
+                        room[g, n, i] = s[LANES * i + base]
                     if not abs(s[base]) < FARTHEST or not abs(s[LANES + base]) < FARTHEST:
                         return math.inf
                     _predict(F, room[g, :n, :n], product, schedule.span[m], data, drive, places)
@@ -294,11 +293,11 @@ def filtered(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, st
                         if (schedule.reads[m, channel] == 0 or reading >= data.end[c]
                                 or reading % data.every != 0):
                             continue
-                        x = room[g, n + channel, 0]
+                        x = room[g, n, channel]
                         error, slope, _ = _error(channel, e, x)
                         slope += 1.0
                         trace.position[at, channel] = x
-                        trace.speed[at, channel] = room[g, n + 2 + channel, 0]
+                        trace.speed[at, channel] = room[g, n, 2 + channel]
                         trace.slope[at, channel] = slope
                         gain = trace.gain[at, channel]
                         own = _own(places, channel)
@@ -306,29 +305,32 @@ def filtered(drive: PackedDrive, schedule: SampleSchedule, data: FilterInput, st
                                             data.variance[channel], gain, own)
                         innovation = data.y[reading, channel] - x - error
                         if own >= 0:
-                            innovation -= room[g, n + COLOURED + channel, 0]
+                            innovation -= room[g, n, COLOURED + channel]
                         for i in range(n):
-                            room[g, n + places[i], 0] += gain[i] * innovation
+                            room[g, n, places[i]] += gain[i] * innovation
                         trace.innovation[at, channel] = innovation
                         trace.variance[at, channel] = variance
                         result += (innovation * innovation / variance - 1.0
                                    + math.log(variance / data.variance[channel]))
                     if m < len(schedule.span) - 1:
-                        trace.begin[at, m + 1] = room[g, n:, 0]
-                        _spread(g, width, room, start, s)
+                        trace.begin[at, m + 1] = room[g, n]
+                        _spread(g, room, start, s)
     return result if math.isfinite(result) else math.inf
 
 
 @inline
-def _spread(g: int, width: int, room: Array, start: FilterStart, s: Array) -> None:
-    """Put the state of the group `g` into its `width` lanes, one of them moved for each state."""
+def _spread(g: int, room: Array, start: FilterStart, s: Array) -> None:
+    """Put the state of the group `g` into its lanes, one of them moved for each state."""
     n = len(start.places)
+    base = (n + 1) * g
     for i in range(LASTING + 1):
-        row = (ON_MOTOR if i == LASTING else LANES * i) + width * g
-        s[row:row + width] = room[g, n + i, 0]
-        for j in range(n):
-            if start.places[j] == i:
-                s[row + 1 + j] += start.moves[j]
+        row, value = (ON_MOTOR if i == LASTING else LANES * i) + base, room[g, n, i]
+        for j in range(n + 1):
+            s[row + j] = value
+    for j in range(n):
+        i = start.places[j]
+        if i <= LASTING:
+            s[(ON_MOTOR if i == LASTING else LANES * i) + base + 1 + j] += start.moves[j]
 
 
 @entry

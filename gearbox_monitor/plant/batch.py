@@ -69,7 +69,6 @@ class RunResult(NamedTuple):
 
 
 LANES = 16
-PARTS = 25 + 2 * N_MEMORY
 OWN = -1  # row of the memory of an effect, for _added
 # State: motion, then memories, time. Then torque of the actuator and torques from outside.
 X1, X2, X3, X4, M = (LANES * i for i in range(5))
@@ -79,7 +78,7 @@ Y1, Y2, Y3, Y4, YM = (IN_GEARBOX + LANES * (1 + i) for i in range(5))
 # Its time, accelerations, sums over stages, parts of torques.
 YT, RATE3, RATE4, SUM1, SUM2, SUM3, SUM4, TWIST, TAU_K, LOAD, MOTOR, FRICTION = (
     YM + LANES * (N_MEMORY + i) for i in range(12))
-N_LANE_STATE = PARTS * LANES
+N_LANE_STATE = FRICTION + LANES
 Loop: TypeAlias = Callable[..., None]
 
 
@@ -108,10 +107,10 @@ def _added(slot: str, total: int, *rows: int) -> Callable[[Effect], Loop]:
         own = tuple(YM + LANES * memory if row == OWN else row for row in rows)
         kept = 0.0 if total in rows else 1.0
 
-        def term(s: Array, e: Array, *more: Any) -> None:
+        def term(s: Array, lanes: int, e: Array, *more: Any) -> None:
             if e[place] != 0.0:
                 c = read(e)
-                for i in range(len(s) // PARTS):
+                for i in range(lanes):
                     s[total + i] = kept * s[total + i] + equation(
                         c, *(tuple(s[row + i] for row in own) + more))
         return term
@@ -122,10 +121,11 @@ def _memory(effect: Effect) -> Loop:
     equation, read, place, memory = term_of(effect, 'memory')
     row, begin = YM + LANES * memory, M + LANES * memory
 
-    def term(s: Array, x3: int, x4: int, h: float, base: MotorFriction, e: Array) -> None:
+    def term(s: Array, lanes: int, x3: int, x4: int, h: float, base: MotorFriction,
+             e: Array) -> None:
         if e[place] != 0.0:
             c = read(e)
-            for i in range(len(s) // PARTS):
+            for i in range(lanes):
                 s[row + i] = equation(c, s[begin + i], s[x3 + i], s[x4 + i], h, base)
     return term
 
@@ -141,11 +141,11 @@ IN_SERVO, OF_SERVO = YM + LANES * INTEGRAL, M + LANES * INTEGRAL  # rows in a st
 
 
 @inline
-def _memory_loops(s: Array, x3: int, x4: int, h: float, p: Array, e: Array) -> None:
-    _effect_memories(s, x3, x4, h, base_friction(p), e)
+def _memory_loops(s: Array, lanes: int, x3: int, x4: int, h: float, p: Array, e: Array) -> None:
+    _effect_memories(s, lanes, x3, x4, h, base_friction(p), e)
     if e[SERVO_KI] > 0.0 or e[SERVO_LATE] > 0.0:
         fade = late_fade(h, e)
-        for i in range(len(s) // PARTS):
+        for i in range(lanes):
             (s[IN_SERVO + i], s[IN_SERVO + LANES + i], s[IN_SERVO + 2 * LANES + i],
              s[IN_SERVO + 3 * LANES + i]) = advanced_servo(
                 (s[OF_SERVO + i], s[OF_SERVO + LANES + i], s[OF_SERVO + 2 * LANES + i],
@@ -154,33 +154,32 @@ def _memory_loops(s: Array, x3: int, x4: int, h: float, p: Array, e: Array) -> N
 
 
 @kernel
-def _rates(s: Array, elapsed: float, p: Array, e: Array) -> None:
+def _rates(s: Array, lanes: int, elapsed: float, p: Array, e: Array) -> None:
     """Fill in the accelerations of a stage, `elapsed` s after the begin of the step."""
-    lanes = len(s) // PARTS  # LANES: known to the compiler, it would unroll loops lane by lane
     for i in range(lanes):
         s[TWIST + i] = s[Y1 + i] - s[Y2 + i]
         s[FRICTION + i] = 0.0
         s[MOTOR + i] = s[U + i]
         s[LOAD + i] = steady_arm_load(s[Y4 + i], p)
         s[YT + i] = s[T + i] + elapsed
-    _twist_loops(s, e)
+    _twist_loops(s, lanes, e)
     for i in range(lanes):
         s[TAU_K + i] = p[STIFFNESS] * dead_zone(s[TWIST + i], p[HALF_GAP])
-    _elastic_loops(s, e, p[HALF_GAP])
+    _elastic_loops(s, lanes, e, p[HALF_GAP])
     if e[SERVO_KP] != 0.0:
         for i in range(lanes):
             s[MOTOR + i] = servo(s[U + i], e, s[Y1 + i], s[Y3 + i],
                                  (s[IN_SERVO + i], s[IN_SERVO + LANES + i],
                                   s[IN_SERVO + 2 * LANES + i], s[IN_SERVO + 3 * LANES + i]))
-    _motor_loops(s, e)
-    _friction_loops(s, e, base_friction(p))
+    _motor_loops(s, lanes, e)
+    _friction_loops(s, lanes, e, base_friction(p))
     if p[CAC] != 0.0:
         for i in range(lanes):
             s[LOAD + i] += p[CAC] * side(p[ARM_ALPHA] * s[Y4 + i], ATAN)
     if p[G] != 0.0:
         for i in range(lanes):
             s[LOAD + i] += gravity(s[Y2 + i], p)
-    _arm_loops(s, e)
+    _arm_loops(s, lanes, e)
     for i in range(lanes):
         u, tau_k = s[U + i], s[TAU_K + i] + s[IN_GEARBOX + i]
         motor = s[MOTOR + i] - u - s[FRICTION + i]
@@ -191,21 +190,20 @@ def _rates(s: Array, elapsed: float, p: Array, e: Array) -> None:
 
 
 @apart
-def _step_by_term(s: Array, h: float, p: Array, e: Array) -> None:
+def _step_by_term(s: Array, lanes: int, h: float, p: Array, e: Array) -> None:
     """
-    Advance the LANES states in `s` by one step of `h` s, as runge_kutta does.
+    Advance the first `lanes` states in `s` by one step of `h` s, as runge_kutta does.
 
     Stage by stage: each term of `p` and `e` is a loop of its own, so that what an effect needs is
     decided once for all lanes.
     """
-    lanes = len(s) // PARTS
     half = 0.5 * h
     for i in range(lanes):
         s[Y1 + i], s[Y2 + i], s[Y3 + i], s[Y4 + i] = s[X1 + i], s[X2 + i], s[X3 + i], s[X4 + i]
-    s[YM:YM + N_MEMORY * lanes] = s[M:M + N_MEMORY * lanes]
+    s[YM:YM + N_MEMORY * LANES] = s[M:M + N_MEMORY * LANES]
     for stage in range(4):
         elapsed = 0.0 if stage == 0 else (half if stage < 3 else h)
-        _rates(s, elapsed, p, e)
+        _rates(s, lanes, elapsed, p, e)
         if stage == 0:
             for i in range(lanes):
                 s[SUM1 + i], s[SUM2 + i] = s[Y3 + i], s[Y4 + i]
@@ -219,7 +217,7 @@ def _step_by_term(s: Array, h: float, p: Array, e: Array) -> None:
                 s[SUM4 + i] += factor * s[RATE4 + i]
         if stage < 3:
             span = half if stage < 2 else h
-            _memory_loops(s, Y3, Y4, span, p, e)
+            _memory_loops(s, lanes, Y3, Y4, span, p, e)
             for i in range(lanes):
                 s[Y1 + i] = s[X1 + i] + span * s[Y3 + i]
                 s[Y2 + i] = s[X2 + i] + span * s[Y4 + i]
@@ -227,14 +225,14 @@ def _step_by_term(s: Array, h: float, p: Array, e: Array) -> None:
                 s[Y4 + i] = s[X4 + i] + span * s[RATE4 + i]
     for i in range(lanes):
         s[SUM1 + i], s[SUM2 + i] = s[SUM1 + i] / 6.0, s[SUM2 + i] / 6.0
-    _memory_loops(s, SUM1, SUM2, h, p, e)
+    _memory_loops(s, lanes, SUM1, SUM2, h, p, e)
     for i in range(lanes):
         s[X1 + i] += h * s[SUM1 + i]
         s[X2 + i] += h * s[SUM2 + i]
         s[X3 + i] += h / 6.0 * s[SUM3 + i]
         s[X4 + i] += h / 6.0 * s[SUM4 + i]
         s[T + i] += h
-    s[M:M + N_MEMORY * lanes] = s[YM:YM + N_MEMORY * lanes]
+    s[M:M + N_MEMORY * LANES] = s[YM:YM + N_MEMORY * LANES]
 
 
 @apart
@@ -273,7 +271,8 @@ def step_lanes(s: Array, h: float, taken: int, by_term: bool, drive: PackedDrive
         drive: PackedDrive.
     """
     if by_term:
-        _step_by_term(s, h, drive.p, drive.e)
+        # Whole vectors of at most 4.
+        _step_by_term(s, (taken + 3) // 4 * 4, h, drive.p, drive.e)
     else:
         _step_each(s, h, taken, drive)
 

@@ -320,7 +320,7 @@ class InnovationLikelihood:
             np.zeros((n, 2)), np.ones((n, 2)), np.zeros((n, 2, states)), np.zeros((n, 2)),
             np.zeros((n, 2)), np.zeros((n, 2)))
         groups = min(kernels.GROUPS, LANES // (states + 1))
-        room = np.zeros((groups + 1, states + N_FILTER, states))
+        room = np.zeros((groups + 1, states + 1, N_FILTER))
         deviance = filtered(drive, parts, data, start, self._lanes.copy(), room, trace)
         return Filtered(model, drive, parts, data, start, trace, deviance, trace.innovation,
                         trace.variance)
