@@ -618,14 +618,17 @@ def annealed(likelihood: Likelihood, fit: FilteredFit) -> Array:
     """Return the torque noise [2] that is likeliest at `fit`, by tangents of `likelihood`."""
     torque, deviance = fit.torque, fit.run.deviance
     smallest, largest = likelihood.least_noise, likelihood.most_noise
+    tried = {tuple(torque): math.inf}
     for sides in ([0, 1], [0], [1]):
         number, sign, failures = 0, -1.0, 0
         while failures < 2:
             trial = torque.copy()
             trial[sides] = np.clip(trial[sides] * FACTORS[number] ** sign, smallest[sides],
                                    largest)
-            value = np.inf if (trial == torque).all() else likelihood.with_noise(
-                fit.run, trial)[0]
+            key = tuple(trial)
+            if key not in tried:
+                tried[key] = likelihood.with_noise(fit.run, trial)[0]
+            value = tried[key]
             if value < deviance - 0.02:
                 torque, deviance, failures = trial, value, 0
                 number = min(number + 1, len(FACTORS) - 1)
@@ -789,13 +792,19 @@ def _step(likelihood: Likelihood, fit: FilteredFit, damping: float,
     scale = np.array([c.scale for c in candidate.coordinates])
     reach = np.where(log, LOG_REACH, REACH * np.maximum(np.abs(fit.z), scale))
 
+    tried = [fit]
+
     def trial_of(change: Array) -> FilteredFit:
         step = np.zeros(count + 2)
         step[free] = -change
         z = candidate.bounded(fit.z + np.clip(step[:count], -reach, reach))
         torque = np.clip(fit.torque * np.exp(np.clip(step[count:], -FAR, FAR)), smallest,
                          largest) if free_noise else fit.torque
-        return evaluated(likelihood, InnovationFit(candidate, z, torque))
+        for earlier in tried:  # bounds lead from several steps to one place
+            if (z == earlier.z).all() and (torque == earlier.torque).all():
+                return earlier
+        tried.append(evaluated(likelihood, InnovationFit(candidate, z, torque)))
+        return tried[-1]
 
     def gain_of(trial: FilteredFit) -> float:
         return fit.deviance - ENOUGH - trial.deviance
