@@ -186,9 +186,10 @@ def joined(starts: Starts, fit: InnovationFit, proposal: Proposal) -> list[Innov
     return out
 
 
-Rounds: TypeAlias = Sequence[tuple[int, int]]  # how many go on, iterations of each
-FIRST: Rounds = ((99, 1), (9, 3), (4, 12))
-FURTHER: Rounds = ((16, 2), (6, 4), (3, 12))
+# Iterations of all; of further rounds, how many go on and iterations of each.
+Rounds: TypeAlias = tuple[int, Sequence[tuple[int, int]]]
+FIRST: Rounds = 1, ((9, 3), (4, 12))
+FURTHER: Rounds = 2, ((6, 4), (3, 12))
 
 
 def raced(evidence: DriveRecordings, fit: InnovationFit, proposals: Sequence[Proposal],
@@ -205,23 +206,24 @@ def raced(evidence: DriveRecordings, fit: InnovationFit, proposals: Sequence[Pro
         proposals: further effects.
         score: of a fit; smaller is better.
     """
+    first, rounds = FURTHER if fit.candidate.ids else FIRST
     with ThreadPoolExecutor(evidence.jobs) as pool:
-        racing = list(pool.map(partial(_begun, evidence, fit), proposals))
+        racing = list(pool.map(partial(_begun, evidence, fit, first), proposals))
         done: list[InnovationFit] = []
-        for number, (survivors, iterations) in enumerate(FURTHER if fit.candidate.ids else FIRST):
-            racing.sort(key=score)
-            if number:
-                racing = _best_of_each(racing, by_order=True)
+        for survivors, iterations in rounds:
+            racing = _best_of_each(sorted(racing, key=score), by_order=True)
             done += racing[survivors:]
             racing = list(pool.map(partial(fitted, evidence.coarse, iterations=iterations),
                                    racing[:survivors]))
     return _best_of_each(sorted([*racing, *done], key=score))
 
 
-def _begun(evidence: DriveRecordings, fit: InnovationFit, proposal: Proposal) -> InnovationFit:
-    """Return `fit` with a further effect, at the likeliest point where its fit may begin."""
-    return min((evaluated(evidence.coarse, trial).alone()
-                for trial in joined(evidence.starts, fit, proposal)), key=lambda f: f.deviance)
+def _begun(evidence: DriveRecordings, fit: InnovationFit, iterations: int, proposal: Proposal
+           ) -> InnovationFit:
+    """Return `fit` with a further effect, fitted from the likeliest point where it may begin."""
+    begin = min((evaluated(evidence.coarse, trial)
+                 for trial in joined(evidence.starts, fit, proposal)), key=lambda f: f.deviance)
+    return fitted(evidence.coarse, begin, iterations)
 
 
 def _best_of_each(ranked: Sequence[InnovationFit], by_order: bool = False) -> list[InnovationFit]:

@@ -748,13 +748,13 @@ def fitted(likelihood: Likelihood, fit: InnovationFit, iterations: int = 12,
 
     Args:
         likelihood: of the recording.
-        fit: start of the iterations.
+        fit: start of the iterations, one with its run of the same likelihood as it is.
         iterations: at most so many.
         tolerance: gain in -2 log L below which it stops.
         free_noise: whether the torque noise is fitted, too.
     """
     damping = RULE.start
-    at = evaluated(likelihood, fit)
+    at = fit if isinstance(fit, FilteredFit) else evaluated(likelihood, fit)
     for _ in range(iterations):
         torque = annealed(likelihood, at) if free_noise else at.torque
         deviance = at.deviance
