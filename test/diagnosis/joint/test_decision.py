@@ -536,7 +536,7 @@ def test_an_effect_begins_with_what_imitated_it_taken_back():
     none = fitted(evidence.coarse, unfitted(evidence.coarse, evidence.starts.none()))
     assert np.abs(none.z).max() > 0.07
     (proposal,) = scan(evidence.coarse, evidence.starts, none, ['torque_gain'])
-    begun = _begun(evidence, none, proposal)
+    begun = _begun(evidence, none, 0, proposal)
     assert none.deviance - begun.deviance > 0.8 * proposal.gain > 50.0
     assert np.abs(begun.z[:-1]).max() < 0.02 and begun.z[-1] == pytest.approx(-0.075, abs=0.01)
 
@@ -554,7 +554,7 @@ def test_a_change_of_what_the_model_has_begins_there(changed):
     none = fitted(evidence.coarse, unfitted(evidence.coarse, evidence.starts.none()))
     proposal = scan(evidence.coarse, evidence.starts, none, evidence.ids)[0]
     assert proposal.name == changed['id']
-    begun = _begun(evidence, none, proposal)
+    begun = _begun(evidence, none, 0, proposal)
     assert none.deviance - begun.deviance > 0.8 * proposal.gain
     fit = fitted(evidence.fine, begun, 12)
     values = fit.candidate.values(fit.z)[1][0]
