@@ -10,8 +10,8 @@ is one object that carries its equation, its words and its column.
 Public names, by module:
 
     .: batch
-    batch: Begin, Driving, LANES, N_LANE_STATE, ON_MOTOR, RunResult, RunSpans, step_lanes,
-        steps_by_term, steps_with_plugin, T, U
+    batch: Begin, Driving, IN_GEARBOX, LANES, N_LANE_STATE, ON_ARM, ON_MOTOR, RunResult,
+        RunSpans, step_lanes, steps_by_term, steps_with_plugin, T, U
     drive: ALPHA, arm_acceleration, ARM_ALPHA, arm_constraint, arm_load, arm_load_slopes, CAC,
         CAV, CC, CL, Controller, CV, D, DriveModel, expect_integrable, expect_model,
         expect_torque_input, fastest_eigenvalue, G, HALF_GAP, INVERSE_M1, INVERSE_M2, K_S,
