@@ -343,7 +343,8 @@ def search(evaluate: Evaluate, guess: dict[str, float],
         least = COARSE_GAIN if coarse else GAIN
         for _ in range(STEPS):
             gradient, information = slopes(x, here, coarse)
-            if min(gained, 0.5 * gradient @ np.linalg.solve(information, gradient)) < least:
+            expected = 0.5 * float(gradient @ np.linalg.solve(information, gradient))
+            if min(gained, expected) < least:
                 break
             step = step_from(x, here, coarse, (gradient, information), damping)
             if step is None:

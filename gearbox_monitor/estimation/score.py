@@ -137,9 +137,10 @@ def score(estimates: Estimates, name: str = '', diverged: int = 0,
                      diverged)
     channels = [_finite(column[keep]) for column in (estimates.white_1, estimates.white_2)]
     innovations = (estimates.innovation_motor, estimates.innovation_arm)
+    low, high = (float(2.0 * scipy.special.gammaincinv(0.5 * dof, share) / n)
+                 for share in (0.025, 0.975))
     return Score(
-        name, n, float(estimates.loglik[keep].sum()), float(nis.mean()),
-        *(float(2.0 * scipy.special.gammaincinv(0.5 * dof, p) / n) for p in (0.025, 0.975)),
+        name, n, float(estimates.loglik[keep].sum()), float(nis.mean()), low, high,
         tuple(_rms(_finite(innovation[keep])) for innovation in innovations),
         tuple(float(c.mean()) if len(c) else np.nan for c in channels),
         tuple(ljung_box(c)[0] if len(c) > LAGS else np.nan for c in channels), int(diverged))
