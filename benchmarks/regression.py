@@ -65,6 +65,14 @@ class Regression:
     def none(self) -> Hypothesis:
         return self.fitted(())
 
+    def lacks(self, member: Member) -> bool:
+        """Return False for any `member`: nothing is left unstated."""
+        return False
+
+    def begun(self, none: Hypothesis) -> Hypothesis:
+        """Return `none`: nothing is left unstated."""
+        return none
+
     def dispersed(self, dispersion: float | None) -> Self:
         return self if dispersion is None else replace(self, dispersion=dispersion)
 

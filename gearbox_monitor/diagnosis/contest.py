@@ -74,7 +74,7 @@ class Search(Generic[E]):
 def contest(evidence: E) -> Search[E]:
     """Return what explains the recordings of `evidence` best."""
     none = evidence.none()
-    search = carried(Search(evidence, none, none, (none,)))
+    search = carried(Search(evidence, none, evidence.begun(none), (none,)))
     # The member that pays most alone need not be among those that pay most together.
     for start in other_starts(search):
         other = carried(replace(search, best=search.evidence.moved(start)))
@@ -118,8 +118,8 @@ def stepped(search: Search[E]) -> tuple[Search[E], bool]:
     left = remains.worth > CONTEST.margin
     if (settled := search.evidence.settled(search.best, remains)) is not None:
         return search.settled_about(settled), True
-    if len(search.best.members) >= CONTEST.most or frozenset(
-            search.best.members) in search.grown:
+    added = [m for m in search.best.members if not search.evidence.lacks(m)]
+    if len(added) >= CONTEST.most or frozenset(search.best.members) in search.grown:
         return search, False
     search, entries = entered(search, remains)
     best = entries[0] if entries and search.pays(entries[0]) else None
@@ -210,12 +210,17 @@ def rank(search: Search[E], base: Hypothesis, h: Hypothesis) -> float:
     return (CONTEST.margin if h.function is not None else 0.0) - search.evidence.likeness(base, h)
 
 
-def pruned(search: Search[E], h: Hypothesis) -> Hypothesis:
-    """Return `h` of a search without the members that no longer pay beside the others."""
+def pruned(search: Search[E], h: Hypothesis, whole: bool = False) -> Hypothesis:
+    """
+    Return `h` of a search without the members that no longer pay beside the others.
+
+    What the model lacks is pruned at the end, if `whole`: a part of it may pay beside another.
+    """
     while len(h.members) > 1:
-        less = [search.evidence.without(h, i) for i in range(len(h.members))]
-        best = max(less, key=partial(search.worth, h))
-        if search.worth(best, h) >= CONTEST.margin:
+        less = [search.evidence.without(h, i) for i, m in enumerate(h.members)
+                if whole or not search.evidence.lacks(m)]
+        best = max(less, key=partial(search.worth, h), default=h)
+        if best is h or search.worth(best, h) >= CONTEST.margin:
             break
         h = best
     return h
@@ -249,8 +254,8 @@ def exchanged(search: Search[E], left: bool) -> tuple[Search[E], bool]:
     current = search.best
     for number, member in enumerate(current.members if len(current.members) > 1 else ()):
         fewer = frozenset(current.members) - {member}
-        if fewer in search.grown or member != current.function and (
-                current.function is not None or not left):
+        if search.evidence.lacks(member) or fewer in search.grown or (
+                member != current.function and (current.function is not None or not left)):
             continue
         base = search.evidence.without(current, number)
         entries = possible(with_laws(search, base, True)) if member == current.function else grown(
@@ -265,7 +270,10 @@ def exchanged(search: Search[E], left: bool) -> tuple[Search[E], bool]:
 
 def ended(search: Search[E]) -> Search[E]:
     """Return the outcome of a search, with a train of bursts where that pays."""
-    evidence, best, remains = search.evidence, search.best, search.remains
+    evidence, remains = search.evidence, search.remains
+    best = search.best
+    if any(map(evidence.lacks, best.members)):
+        best = pruned(search, best, True)
     if remains.dispersion is None:
         remains = evidence.remains(best, thorough=True)
     if remains.torque > CONTEST.margin:

@@ -140,6 +140,12 @@ class Evidence(Protocol):
     def none(self) -> Hypothesis:
         """Return the fit without members."""
 
+    def lacks(self, member: Member) -> bool:
+        """Return whether a `member` is of a kind of which the model states nothing there."""
+
+    def begun(self, none: Hypothesis) -> Hypothesis:
+        """Return `none` with what the model lacks and any recording needs; it need not pay."""
+
     def dispersed(self, dispersion: float | None) -> Self:
         """Return the evidence with an over-dispersion that was found; None changes nothing."""
 

@@ -8,7 +8,7 @@ All of it reads the plain data of a verdict, as JSON has them. Those of a drive 
 those of a robot have it at each joint of `gaps`.
 """
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from itertools import chain
+from itertools import chain, groupby
 import math
 from pathlib import Path
 import shlex
@@ -24,6 +24,7 @@ from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN
 from gearbox_monitor.plant.effects.arm_side import ARM_INERTIA, DISTURBANCE
 from gearbox_monitor.plant.effects.controller import SERVO_GAIN
 from gearbox_monitor.plant.effects.gearbox import SLIP
+from gearbox_monitor.plant.effects.motor_side import STRIBECK
 from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_INERTIA
 from gearbox_monitor.presentation import (
     change, credible, number, on_axis, percent, Quantity, Said, said)
@@ -394,8 +395,38 @@ def headline(data: VerdictData) -> str:
         if gap.get('evidence', 0.0) > 0.0)
     code = ('found_part' if verdict != EFFECT else 'found_most' if open_joints else
             'found_all_1' if len(findings) == 1 else 'found_all_n')
-    return say(code, findings='; '.join(finding_words(f, data) for f in findings),
-               remainder=remainder)
+    return say(code, findings='; '.join(_found(data)), remainder=remainder)
+
+
+def _found(data: VerdictData) -> list[str]:
+    """Return each finding in words; what a file lacks at many joints is named once, last."""
+    lacked = _lacked(data)
+    words = [finding_words(f, data) for f in data['findings'] if f not in lacked]
+    if lacked:
+        nouns, joints = (list(dict.fromkeys(names)) for names in zip(*(
+            (subject_of(f['effect'])[1], f['joint']) for f in lacked)))
+        words.append(say('lacked', nouns=', '.join(nouns), joints='all joints' if len(
+            joints) == len(data['gaps']) else ', '.join(joints)))
+    return words
+
+
+def _lacked_size(finding: Mapping[str, Any], data: VerdictData) -> Quantity:
+    """Return the value by which reports state a finding, with its unit."""
+    name = subject_of(finding['effect'], finding['values'])[0]
+    return _sized(finding, name, unit_of(finding['effect'], name, axis_of(data, finding['joint'])))
+
+
+def _lacked(data: VerdictData) -> list[Mapping[str, Any]]:
+    """Return findings on what the file of a robot lacks, by joint, where they are many."""
+    out = [f for f in data['findings'] if any(
+        name.endswith('_change') and f['values'].get(name.removesuffix('_change'), math.inf) <= x
+        for name, x in f['values'].items())]
+    joints = {f['joint'] for f in out}
+    out += [f for f in data['findings'] if f['effect'] == STRIBECK.id and f.get(
+        'joint') in joints]
+    order = list(EFFECTS)
+    return sorted(out, key=lambda f: (f['joint'], order.index(f['effect']))) if len(
+        out) > FEW else []
 
 
 def _no_gap(data: VerdictData, reference: str) -> str:
@@ -621,6 +652,9 @@ def _value_rows(data: VerdictData) -> Rows:
     axis = axis_of(data)
     for row in value_rows(data) if 'axis' in data else ():   # the answer has those of a robot
         yield said('value_row', effect=row.effect, value=row)
+    for joint, findings in groupby(_lacked(data), key=lambda f: str(f['joint'])):
+        yield said('lacked_row', joint=joint, values=', '.join(
+            f"{subject_of(f['effect'])[1]} {_lacked_size(f, data)}" for f in findings))
     for name, ranges in (data.get('between_recordings') or {}).items():
         for parameter, part in ranges.items():
             yield said('between_row', name=name, parameter=parameter,

@@ -14,6 +14,7 @@ usage examples:
   robot_gap.py --seeds 6000 6060 --pair          # against a reference
   robot_gap.py --seeds 7000 7040 --setpoint --out cases.jsonl
   robot_gap.py --seeds 8000 8020 --both          # torques and setpoints in one log
+  robot_gap.py --seeds 9000 9020 --bare          # the file states no friction and no rotors
 """
 import json
 from pathlib import Path
@@ -35,6 +36,7 @@ from gearbox_monitor.simulators.robot_model import chain_of_compiled
 
 VISIBLE = 40.0
 OFFSETS = ('torque_offset', 'coulomb_asymmetry')
+BARE = ('motor_coulomb', 'motor_viscous', 'motor_inertia')  # that a file may lack
 FIRST_VALUE = {'motor_coulomb': 'Cc_change', 'motor_viscous': 'Cv_change', 'stribeck': 'Cs',
                'motor_inertia': 'm1_change', 'quadratic_friction': 'Cq', 'load_friction': 'Cl',
                'torque_offset': 'u0', 'torque_gain': 'g', 'actuator_delay': 'T', 'gravity': 'G',
@@ -81,10 +83,13 @@ def gain_of_truth(verdict, case, oracle):
                for i in range(len(truths)))
 
 
-def case_of(seed, pair=False, setpoint=False, change=None, rate=None, both=False):
+def case_of(seed, pair=False, setpoint=False, change=None, rate=None, both=False, bare=False):
     """Return the record of one case."""
     case = random_robots.make(seed, pair, change, rate)
-    chain = chain_of_compiled(mujoco.MjModel.from_xml_string(case.xml), Path('robot.xml'))
+    file = mujoco.MjModel.from_xml_string(case.xml)
+    if bare:
+        file.dof_damping[:] = file.dof_frictionloss[:] = file.dof_armature[:] = 0.0
+    chain = chain_of_compiled(file, Path('robot.xml'))
     n = len(case.joints)
     log, oracle, (kp, kd) = random_robots.log(case, 1, 40.0, True, setpoint, '', both)
     case.begin = log.sections[0].t[0]
@@ -102,17 +107,22 @@ def case_of(seed, pair=False, setpoint=False, change=None, rate=None, both=False
     servos = with_servos(verdict, robot, [log], knowledge=knowledge).findings[
         len(verdict.findings):] if both else ()
     spent = time.process_time() - began - learnt
-    kinds = [f.effect for f in verdict.findings]
+    # Friction and rotors that the file lacks are no changes.
+    truth = [[e['kind'], place_of(case, e)] for e in case.truth]
+    findings = [f for f in verdict.findings
+                if not bare or f.effect not in BARE or [f.effect, f.joint] in truth]
     out = {
         'seed': seed, 'robot': case.kind, 'joints': n, 'rate': case.rate, 'uneven': case.uneven,
-        'truth': [[e['kind'], place_of(case, e)] for e in case.truth],
+        'truth': truth,
         'sizes': [float(e.get('size', e.get('m', e.get('angle', 0)))) for e in case.truth],
-        'visible': round(gain_of_truth(verdict, case, oracle), 1), 'verdict': verdict.kind,
+        'visible': round(gain_of_truth(verdict, case, oracle), 1),
+        'verdict': verdict.kind if findings or verdict.kind != 'effect' else 'none',
         'findings': [[f.effect, f.joint or f.link,
                       {k: float(np.round(v, 5)) for k, v in f.values.items()},
                       {k: v and round(v, 5) for k, v in f.deviations.items()},
-                      round(f.evidence), list(f.confusable)] for f in verdict.findings],
-        'remainder': [[r.joint, r.over] for r in verdict.remainders], 'kinds': kinds,
+                      round(f.evidence), list(f.confusable)] for f in findings],
+        'remainder': [[r.joint, r.over] for r in verdict.remainders],
+        'kinds': [f.effect for f in findings],
         'cautions': len(verdict.cautions),
         'questions': [[q.effect, q.place, q.smallest, q.plausible] for q in verdict.questions],
         'cpu': [round(learnt, 2), round(spent, 2)]}
@@ -215,6 +225,7 @@ def add_arguments(parser):
     parser.add_argument('--pair', action='store_true', help='against a reference')
     parser.add_argument('--setpoint', action='store_true', help='logs of setpoints')
     parser.add_argument('--both', action='store_true', help='logs of torques and setpoints')
+    parser.add_argument('--bare', action='store_true', help='a file without friction and rotors')
     parser.add_argument('--rate', type=float, help='samples per second of all logs')
     parser.add_argument('--change', nargs='*', help='kinds of all changes; none: healthy')
     parser.add_argument('--out', help='file for one line of JSON per case')
@@ -224,7 +235,8 @@ def run(args):
     """Run the cases and return the exit code: 1 if a bar is missed."""
     records = []
     for seed in range(*args.seeds):
-        record = case_of(seed, args.pair, args.setpoint, args.change, args.rate, args.both)
+        record = case_of(seed, args.pair, args.setpoint, args.change, args.rate, args.both,
+                         args.bare)
         records.append(record)
         line = json.dumps(record, default=float)
         print(line if args.out is None else f'{seed} {record["how"]}', flush=True)

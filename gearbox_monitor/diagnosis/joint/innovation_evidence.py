@@ -176,6 +176,14 @@ class InnovationEvidence:
         fit = fitted(coarse, unfitted(coarse, self.data.starts.none()))
         return self.hypothesis(fitted(self.data.fine, fit, POLISH))
 
+    def lacks(self, member: Member) -> bool:
+        """Return False for any `member`: the model of a drive states all its values."""
+        return False
+
+    def begun(self, none: Hypothesis) -> Hypothesis:
+        """Return `none`: the model of a drive states all its values."""
+        return none
+
     def without(self, h: Hypothesis, number: int) -> Hypothesis:
         """Return `h` without its member `number`, refitted."""
         fit = h.fit.fit

@@ -33,11 +33,13 @@ from gearbox_monitor.diagnosis.settings import CONTEST, SETTINGS
 from gearbox_monitor.kernels.types import Array
 from gearbox_monitor.plant.effects.actuator import SATURATION, TORQUE_GAIN
 from gearbox_monitor.plant.effects.controller import SERVO_LIMIT
-from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, STRIBECK
+from gearbox_monitor.plant.effects.motor_side import (
+    MOTOR_COULOMB, MOTOR_INERTIA, MOTOR_VISCOUS, STRIBECK)
 
 SETTLED = 0.005       # of the range of a setting that is searched
 MOST_STEPS = 12       # of a fixed point
 LEAST_GAIN = 0.3      # of deviance, that matters
+FRICTION = (MOTOR_COULOMB.id, MOTOR_VISCOUS.id, STRIBECK.id)  # that any joint has
 SIDE = 0.5            # of the motion's deviation: beyond, the next of a grid is nearer
 TIE = 0.03            # price of a coefficient: of ties, fewer are first, as some have no torque
 
@@ -194,6 +196,37 @@ class BalanceEvidence:
     def none(self) -> Hypothesis:
         """Return the fit without members."""
         return Hypothesis((), self.blank.deviance, BalanceFit(self.blank))
+
+    def lacks(self, member: Member) -> bool:
+        """
+        Return whether a `member` is friction, or the rotor, of a joint whose file states none.
+
+        A URDF without them does not say that there are none.
+        """
+        chain = self.likelihood.recordings[0].robot.chain
+        if member.kind == FUNCTION or member.place not in chain.joints:
+            return False
+        m = self.likelihood.recordings[0].joints[chain.joints.index(member.place)]
+        return not m.learnt and (
+            not m.armature if member.effect == MOTOR_INERTIA.id else
+            not (m.coulomb or m.viscous) and member.effect in FRICTION)
+
+    def begun(self, none: Hypothesis) -> Hypothesis:
+        """
+        Return `none` with friction and rotors of all joints whose file states none.
+
+        All are fitted together: one alone would have to imitate those of the other joints.
+        """
+        chosen = tuple(c for c in self.laws if c.setting is None and self.lacks(member_of(c)))
+        if not chosen:
+            return none
+        fit, gains = self.likelihood.fit(chosen, self.blank), []
+        for i in range(len(chosen)):
+            c, others = apart(chosen, i)
+            gains.append(self.tempered_gain(self.likelihood.fit(others, fit, 2),
+                                            self.likelihood.fit((*others, c), fit, 2)))
+        return Hypothesis(tuple(map(member_of, chosen)), fit.deviance, BalanceFit(
+            fit, sum(gains), tuple(g - self.cost(c) for g, c in zip(gains, chosen))))
 
     def dispersed(self, dispersion: float | None) -> 'BalanceEvidence':
         """Return the evidence itself: references and parts tell the dispersion of each joint."""

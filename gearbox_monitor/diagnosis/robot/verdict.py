@@ -244,8 +244,8 @@ def _shares(evidence: RobotLikelihood, fit: RobotFit) -> list[float]:
 
 def rivals_in(search: BalanceSearch) -> Rivals:
     """Return the rivals of each member of the best hypothesis: what explains as much."""
-    return [{} if m.kind == FUNCTION else search.evidence.rivals(search.best, i)
-            for i, m in enumerate(search.best.members)]
+    return [{} if m.kind == FUNCTION or search.evidence.lacks(m) else search.evidence.rivals(
+        search.best, i) for i, m in enumerate(search.best.members)]
 
 
 def findings_of(search: BalanceSearch, rivals: Rivals) -> tuple[Finding, ...]:
