@@ -518,13 +518,14 @@ def _require_one_run(path: Path, column: Column, columns: Sequence[Column], rows
 
 
 def _units(column: Column, stated: str) -> list[str]:
-    """Return the unit `stated`, else all, first that of the column, then seconds."""
+    """Return the unit `stated`, else all but minutes, first that of the column, then seconds."""
     known = units_of(TIME)
     if column.values.dtype.kind == 'U':
         return [ISO]
     if stated in known or column.factor != 1.0:
         return [stated or column.unit]
-    return sorted(known, key=lambda unit: unit != column.unit)
+    return sorted({*known} - {'min'} | {column.unit} & {*known}, key=lambda unit: (
+        unit != column.unit, [*known].index(unit)))
 
 
 def _factor(column: Column, unit: str) -> float:

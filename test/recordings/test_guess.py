@@ -572,7 +572,9 @@ def test_roles_of_one_joint_and_of_several(new_folder):
     assert fast.data['time'] == {'column': 'time'}  # 20 kHz in seconds, no minutes
     late = csv(new_folder() / 'log.csv', {'time': np.cumsum(0.11 + 0.01 * ARM), 'q': ARM})
     slow = csv(new_folder() / 'log.csv', {'time': np.arange(len(T)) * 200.0, 'q': ARM})
-    for path, says in ((late, '0.00011.* s in ms.*time=s or =ms'), (slow, '=ms or =us')):
+    days = csv(new_folder() / 'log.csv', {'time': 46082.5 + T / 86400.0, 'q': ARM})
+    for path, says in ((late, '0.00011.* s in ms.*time=s or =ms'), (slow, '=ms or =us'),
+                       (days, 'like a time')):
         with pytest.raises(Undecided, match=says):
             guessed(load_table(path))
     assert guessed(load_table(late), (), Answers(units={'time': 's'})).data['time'] == {
