@@ -331,7 +331,8 @@ def outcome(health: Health, component: str) -> Outcome:
         says.append((Said('follows_curve'),))
     elif not says:
         says.append((_healthy(health, column, window),))
-    level = Level(max(group[0].level for group in says))
+    says.sort(key=lambda group: -group[0].level)
+    level = Level(says[0][0].level)
     if active and health.cause:
         values['cause'] = health.cause
     says += _of_the_past(health, component)

@@ -16,7 +16,7 @@ from gearbox_monitor.health.alarms import Level
 from gearbox_monitor.health.backlash.change_tests import FEATURES, limits_of, TESTS
 from gearbox_monitor.health.backlash.features import Backlash, NotExcited
 from gearbox_monitor.health.health_record import Alert, FeatureHealth, HealthSettings, Window
-from gearbox_monitor.health.judgement import CHANGED, Health, outcomes, sentence as worst
+from gearbox_monitor.health.judgement import CHANGED, Health, outcomes, sentence as worst, Slip
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.presentation import Quantity, Said
@@ -129,7 +129,7 @@ def health_of(rng):
         compared=bool(rng.integers(2)), over_limit=bool(rng.integers(2)),
         point_windows=int(rng.integers(900)), coefficients=((0.1, 0.02), (-0.1, 0.3)),
         marks=((5 * 10 ** 8, 'serviced'),) if rng.integers(2) else (),
-        earlier=bool(rng.integers(2)))
+        earlier=bool(rng.integers(2)), slips=(Slip(10 ** 9, 0.1, 0.01),) * int(rng.integers(2)))
 
 
 def test_any_health_is_told_at_its_level():
@@ -139,8 +139,8 @@ def test_any_health_is_told_at_its_level():
         for component, outcome in outcomes(health).items():
             expect_good(outcome.message, (outcome.codes, health))
             assert not re.search(r'(?<![\d.])0 s\b', outcome.message)
-            assert outcome.level == max(said.level for group in outcome.says for said in group) \
-                or 'unmeasured' in outcome.codes[0]
+            levels = [said.level for group in outcome.says for said in group]
+            assert outcome.level == max(levels) == levels[0] or 'unmeasured' in outcome.codes[0]
             states.append((outcome.level, component, outcome.message, outcome.codes))
         level, words = worst(health)
         assert level == max(state[0] for state in states)
