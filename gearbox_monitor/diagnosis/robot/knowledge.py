@@ -105,28 +105,35 @@ def visits_of(recordings: Sequence[Rows], joint: int) -> dict[str, Visits]:
 
 
 def _features(rows: Rows) -> Array:
+    """Return the points [N, K] of the States of a recording, in motion only: rests repeat."""
     slides = np.array([link.slides for link in rows.robot.chain.links])
-    q, keep = rows.motion.q, max(round(EVERY / rows.motion.step), 1)
-    return np.hstack([np.where(slides, q, np.cos(q)), np.where(slides, 0.0, np.sin(q)),
-                      rows.motion.v])[::keep]
+    every = max(round(EVERY / rows.motion.step), 1)
+    q, v = rows.motion.q[::every], rows.motion.v[::every]
+    moving = np.abs(v).max(axis=1) > SETTINGS.slow
+    keep = moving if moving.mean() > SETTINGS.moving else np.ones_like(moving)
+    return np.hstack([np.where(slides, q, np.cos(q)), np.where(slides, 0.0, np.sin(q)), v])[keep]
 
 
 def states_of(recordings: Sequence[Rows]) -> States:
-    """Return the States of `recordings`."""
+    """Return the States of `recordings`; apart by the parts or recordings that are farther so."""
     count = len(recordings[0].joints)
-    x = np.concatenate([_features(rows) for rows in recordings])
+    own = [_features(rows) for rows in recordings]
+    x, number = np.concatenate(own), np.repeat(np.arange(len(own)), list(map(len, own)))
     parts = max(round(len(x) * EVERY / SETTINGS.part), 2)
     part = np.arange(len(x)) * parts // len(x)
     keep = np.arange(0, len(x), -(-len(x) // MOST))
-    x, part = x[keep], part[keep]
+    x, number, part = x[keep], number[keep], part[keep]
     angle = np.hypot(x[:, :count].std(axis=0), x[:, count:2 * count].std(axis=0))
     deviations = np.maximum(np.r_[angle, angle, x[:, 2 * count:].std(axis=0)], SETTINGS.slow)
     x = x / deviations
-    nearest = np.concatenate([scipy.spatial.cKDTree(x[part != p]).query(x[part == p])[0]
-                              for p in range(parts)])
     # Samples of a program that repeats exactly are a quarter of a step from the nearest.
-    step = np.linalg.norm(np.diff(x, axis=0), axis=1)
-    return States(x, deviations, float(max(np.median(nearest), 0.25 * np.median(step))))
+    apart = 0.25 * float(np.median(np.linalg.norm(np.diff(x, axis=0), axis=1)))
+    for labels in (part, number):
+        if labels[-1] > labels[0]:
+            apart = max(apart, float(np.median(np.concatenate([
+                scipy.spatial.cKDTree(x[labels != k]).query(x[labels == k])[0]
+                for k in np.unique(labels)]))))
+    return States(x, deviations, apart)
 
 
 def farther(recordings: Sequence[Rows], states: States) -> float:
@@ -585,10 +592,10 @@ def friction_drifts(evidence: RobotLikelihood, fit: RobotFit, prior: Prior, disp
 
 def partitions(evidence: RobotLikelihood) -> list[list[Array]]:
     """
-    Return divisions of the references' segments [S] into parts: by time, by speed, by posture.
+    Return divisions of references into parts [S]: by time, recording, speed and posture.
 
-    Equal repeats of a motion do not differ over time; where the robot stands and how fast it
-    moves, a wrong model differs even then.
+    Equal repeats of a motion do not differ over time; another motion, where the robot stands and
+    how fast it moves show a wrong model even then.
     """
     number, speed, posture = [], [], []
     for i, rows in enumerate(evidence.recordings):
@@ -603,7 +610,7 @@ def partitions(evidence: RobotLikelihood) -> list[list[Array]]:
                     int(own * SETTINGS.hop / SETTINGS.part))
         by_time += (parts + np.arange(own) * count // own).tolist()
         parts += count
-    out = [_parts(np.array(by_time))]
+    out = [_parts(np.array(by_time)), _parts(np.array(number))]
     for feature in (speed, posture):
         x = np.array(feature)
         x = (x - x.mean(axis=0)) / (x.std(axis=0) + 1e-9)
