@@ -599,6 +599,19 @@ class RobotLikelihood:
                 schur += share.T @ gram @ share
         return schur, squares
 
+    def by_scales(self, fit: RobotFit, number: int) -> Array:
+        """
+        Return how the coefficients of candidate `number` move with the scale of each joint [J, k].
+
+        Where a mass and its place come from what joints differ by, they move by more than their
+        size; else the joints' shares add up to it.
+        """
+        k, own, torque = len(self.labels), fit.of(number), fit.torque(number)
+        rows, (full, indices, _) = slice(k + own.start, k + own.stop), self._about(fit)
+        return np.array([fit.covariance[rows, indices[j]] @ (full[j].T @ (
+            self.at[j].spread(fit.weights[j]) * x[self.at[j].order])) / fit.scale[own]
+            for j, x in torque.items()])
+
     def sandwich(self, fit: RobotFit) -> Array:
         """
         Return the covariance [E, E] of the values chosen in `fit`, from segments' scores.

@@ -13,7 +13,7 @@ from gearbox_monitor.diagnosis.contest import contest, Search
 from gearbox_monitor.diagnosis.hypothesis import (
     Finding, FUNCTION, kind_of, of_rival, Question, Remainder, UNDECIDED)
 from gearbox_monitor.diagnosis.robot.balance_evidence import (
-    BalanceEvidence, gain_at, informed, questions, smallest_visible, speed_of)
+    BalanceEvidence, gain_at, questions, smallest_visible, speed_of)
 from gearbox_monitor.diagnosis.robot.candidates import (
     Candidate, free_functions, library, swings, visible_in)
 from gearbox_monitor.diagnosis.robot.knowledge import (
@@ -261,10 +261,9 @@ def findings_of(search: BalanceSearch, rivals: Rivals) -> tuple[Finding, ...]:
         spread = spreads[i] * max(search.evidence.over_dispersion(c, fit), 1.0)
         spread[:len(b), :len(b)] += search.evidence.of_days(c, loads)
         if c.link is not None:
-            # Joints read a load in scales of their own, which average.
-            parts = np.array(list(informed(evidence, c, fit).values()))
-            spread[:len(b), :len(b)] += np.outer(b, b) * float(parts @ parts) * (
-                evidence.recordings[0].robot.torque_tolerance ** 2)
+            # Joints read a load in scales of their own.
+            moved = evidence.recordings[0].robot.torque_tolerance * evidence.by_scales(fit, i)
+            spread[:len(b), :len(b)] += moved.T @ moved
         determined = _determined(evidence, c, spread)
         if c.searched:
             b = np.append(b, c.setting)

@@ -402,7 +402,7 @@ def test_a_slide_that_stood_has_no_range_of_its_noise():
         assert len(knots) < 30 and share > 0.5
 
 
-def test_one_swing_that_is_repeated_says_nothing_of_another_motion():
+def test_swings_that_are_repeated_and_rests_say_nothing_of_another_motion():
     evidence, _ = healthy_evidence()
     rows = evidence.recordings[0]
     t, path = rows.motion.t[:, None], np.ones(len(rows.joints))
@@ -412,7 +412,13 @@ def test_one_swing_that_is_repeated_says_nothing_of_another_motion():
         return replace(rows, motion=replace(rows.motion, q=q, v=3.0 * v))
     assert farther([swings(0.3)], states_of([swings(0.3)])) < 1.0
     assert farther([swings(2.0)], states_of([swings(0.3)])) > 10.0
-    assert farther([rows], states_of([rows])) < 1.0
+    # Two programs tell how far apart the programs are; rests, of brakes or pauses, nothing.
+    assert farther([swings(1.1)], states_of([swings(0.3), swings(2.0)])) < 3.0
+    rested = replace(rows, motion=replace(rows.motion, **{name: np.concatenate([
+        x, np.repeat(x[-1:] * (name == 'q'), 3 * len(x), axis=0)]) for name, x in (
+            ('q', rows.motion.q), ('v', rows.motion.v))}))
+    assert farther([rows], states_of([rested])) < 1.0
+    assert farther([rested], states_of([rested])) < 1.0
 
 
 def test_bands_in_which_noise_hides_the_motion_are_no_evidence():
@@ -727,7 +733,7 @@ def test_a_reference_is_held_against_the_file():
 
 
 def test_scales_of_joints_are_in_the_deviation_of_a_load_and_no_findings_beside_it():
-    """The load of an arm was 12 % low +- 1 %, with gains of joints beside it."""
+    """A load was 12 % low +- 1 %, its centre 9 deviations off, with gains of joints beside it."""
     case = random_robots.make(12, False, [], 100)
     chain, log = model_of(case).chain, random_robots.log(case, 1, 20.0, False)[0]
     links, count = chain.links, len(chain.links)
@@ -749,6 +755,7 @@ def test_scales_of_joints_are_in_the_deviation_of_a_load_and_no_findings_beside_
                      * load.values['m'] / load.deviations['m'])
         others.append(len(findings) - 1)
     assert sizes[1] < 2.0 < sizes[0] and others[1] < others[0], (sizes, others)
+    assert abs(load.values['cx']) < 2.0 * load.deviations['cx'] < 0.1, load
 
 
 LOADS = [
