@@ -378,12 +378,13 @@ def headline(data: VerdictData) -> str:
                    answer=headline({**data, 'readings': []}))
     verdict, findings = data['verdict'], data['findings']
     reference = 'the references' if data.get('references') else 'the model file'
-    remainder = remainder_words(data['remainders'][0], data) if data['remainders'] else ''
+    drifts = '; '.join(map(drift_words, data.get('drifts', ())))
+    remainder = '; '.join(filter(None, (
+        *(remainder_words(r, data) for r in data['remainders'][:1]), drifts)))
     if verdict == NONE:
         return _no_gap(data, reference)
-    if verdict == UNDECIDED and data.get('drifts'):
-        return say('drift_alone', reference=reference,
-                   drifts='; '.join(map(drift_words, data['drifts'])))
+    if verdict == UNDECIDED and drifts:
+        return say('drift_alone', reference=reference, drifts=drifts)
     if verdict == UNDECIDED:
         return say('undecided', reference=reference, why=_unseen(data))
     if verdict == UNKNOWN:
@@ -393,7 +394,8 @@ def headline(data: VerdictData) -> str:
     open_joints = 'axis' not in data and any(
         gap['after'] > WHOLE * gap['before'] for gap in data.get('gaps', ())
         if gap.get('evidence', 0.0) > 0.0)
-    code = ('found_part' if verdict != EFFECT else 'found_most' if open_joints else
+    code = ('found_part' if verdict != EFFECT else 'found_drift' if drifts else
+            'found_most' if open_joints else
             'found_all_1' if len(findings) == 1 else 'found_all_n')
     return say(code, findings='; '.join(_found(data)), remainder=remainder)
 

@@ -698,6 +698,12 @@ def test_friction_beyond_what_days_differ_by_is_no_green(taught):
     assert f'{name}: friction of another form' in headline(less)  # it was 140 % below
     both = {**data, 'drifts': [*data['drifts'], {**data['drifts'][0], 'joint': 'wrist'}]}
     assert '; wrist: friction ' in headline(both)
+    # Beside a load 65 % more friction were what 'tolerances allow'.
+    tilt = {'effect': 'base_tilt', 'values': {'ax': 0.1, 'ay': 0.0}, 'deviations': {
+        'ax': 0.01, 'ay': 0.01}}
+    for kind, says in (('effect', '. Beside that {}: friction '), ('incomplete', ' cause: {}')):
+        words = headline({**data, 'verdict': kind, 'findings': [tilt]})
+        assert says.format(name) in words and 'tilted by' in words, words
 
 
 def test_a_joint_whose_reference_is_not_understood_is_not_judged(taught):
