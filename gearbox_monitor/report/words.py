@@ -379,8 +379,9 @@ def headline(data: VerdictData) -> str:
     verdict, findings = data['verdict'], data['findings']
     reference = 'the references' if data.get('references') else 'the model file'
     drifts = '; '.join(map(drift_words, data.get('drifts', ())))
+    unexplained = _unseen(data) if data.get('not_judged') else ''
     remainder = '; '.join(filter(None, (
-        *(remainder_words(r, data) for r in data['remainders'][:1]), drifts)))
+        *(remainder_words(r, data) for r in data['remainders'][:1]), unexplained, drifts)))
     if verdict == NONE:
         return _no_gap(data, reference)
     if verdict == UNDECIDED and drifts:
@@ -394,7 +395,7 @@ def headline(data: VerdictData) -> str:
     open_joints = 'axis' not in data and any(
         gap['after'] > WHOLE * gap['before'] for gap in data.get('gaps', ())
         if gap.get('evidence', 0.0) > 0.0)
-    code = ('found_part' if verdict != EFFECT else 'found_drift' if drifts else
+    code = ('found_part' if verdict != EFFECT or unexplained else 'found_drift' if drifts else
             'found_most' if open_joints else
             'found_all_1' if len(findings) == 1 else 'found_all_n')
     return say(code, findings='; '.join(_found(data)), remainder=remainder)

@@ -398,7 +398,7 @@ def learn(robot: RobotModel, logs: Sequence[RobotLog], model: str = '',
         logs[0].joints, logs[0].kind, logs[0].measured,
         float(np.median([log.rate for log in logs])), tuple(log.name for log in logs),
         sum(log.seconds for log in logs), parts,
-        states_of(recordings), _unjudged(evidence, fit), model)
+        states_of(recordings), unexplained(evidence, fit), model)
 
 
 def _references(robot: RobotModel, logs: Sequence[RobotLog],
@@ -416,7 +416,7 @@ def _taught(recordings: Sequence[Rows], variance: Array) -> dict[str, float]:
     return dict(zip(prior.labels, prior.mean.tolist()))
 
 
-def _unjudged(evidence: RobotLikelihood, fit: RobotFit) -> tuple[str, ...]:
+def unexplained(evidence: RobotLikelihood, fit: RobotFit) -> tuple[str, ...]:
     """Return the joints of whose effort a `fit` leaves more than half unexplained."""
     out = []
     for j, name in enumerate(evidence.recordings[0].robot.chain.joints):

@@ -18,7 +18,7 @@ from gearbox_monitor.diagnosis.robot.candidates import (
     Candidate, free_functions, library, swings, visible_in)
 from gearbox_monitor.diagnosis.robot.knowledge import (
     burstiness, energy_over, farther, friction_drifts, FrictionDrift, Knowledge, scattered,
-    unvisited_shares, with_unvisited, worst_segments)
+    unexplained, unvisited_shares, with_unvisited, worst_segments)
 from gearbox_monitor.diagnosis.robot.likelihood import RobotFit, RobotLikelihood
 from gearbox_monitor.diagnosis.robot.robot_effects import (
     BASE, BASE_TILT, JOINT_ZERO, PAYLOAD, QUADRATIC, reach_of, ROBOT_EFFECTS)
@@ -66,10 +66,10 @@ class RobotVerdict:
     findings, remainders; ranked: gaps, the worst first; visible {effect: {place: smallest size
     that would have been seen}}; not_tried {effect: why}; cautions: what weakens the verdict;
     unvisited: whether the references lack a part of the motion. questions: what this motion would
-    not have shown; not_judged: joints of which the references teach nothing; unsure: whether what
-    remains may be that references are too short; drifts: friction beyond what days differ by, of
-    joints without a finding. fit, evidence: behind it. servos: gaps between the torques and those
-    that servos make of their setpoints, where both are recorded.
+    not have shown; not_judged: joints of whose effort references, or the fit beside a file, leave
+    over half; unsure: whether what remains may be that references are too short; drifts: friction
+    beyond what days differ by, of joints without a finding. fit, evidence: behind it. servos: gaps
+    between the torques and those that servos make of their setpoints, where both are recorded.
     """
 
     findings: tuple[Finding, ...]
@@ -137,6 +137,10 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
     drifts = friction_drifts(evidence, fit, knowledge.prior, search.evidence.dispersion) if (
         knowledge) else ()
     found, rivals = {c.joint for c in fit.chosen} | unjudged, rivals_in(search)
+    if knowledge is None:
+        share = np.max([rows.tests.share for rows in recordings], axis=0)
+        unjudged = {name for name in unexplained(evidence, fit) if share[
+            robot.chain.joints.index(name)] > SETTINGS.moving} - {r.joint for r in remainders}
     return RobotVerdict(
         findings_of(search, rivals), known, ranked(evidence, blank, fit), visible,
         _not_tried(recordings[0], laws),

@@ -721,6 +721,11 @@ def test_a_joint_whose_reference_is_not_understood_is_not_judged(taught):
     assert not any(f.joint == name for f in verdict.findings)
     assert not any(r.joint == name for r in verdict.remainders)
     assert any(str(c).startswith(f'{name}: not judged') for c in verdict.cautions)
+    # Beside a file, tolerances of 5 % 'allowed the rest', which was all of the effort.
+    noise = effort[:, 1].std() * np.random.default_rng(1).normal(size=len(effort))
+    section = replace(section, input=np.column_stack([effort[:, 0], noise, *effort.T[2:]]))
+    verdict = diagnose(replace(model, learnt=False), [replace(log, sections=(section,))])
+    assert name in verdict.not_judged and verdict.kind != 'none'
 
 
 def test_a_reference_is_held_against_the_file():
