@@ -338,8 +338,9 @@ class ConventionBalance:
         if not scored:
             return []
         recorded, (reading, score) = self.score(), self.refined(scored[0][0])
-        if reading.swapped and len(set(self.slides[list(reading.swapped)])) > 1:
-            return []  # another model: positions of a slide are in m, those of a hinge in rad
+        if reading.swapped and (len(set(self.slides[list(reading.swapped)])) > 1 or np.abs(
+                self.motion.v[:, list(reading.swapped)]).max() < SETTINGS.slow):
+            return []  # a slide is in m, a hinge in rad; joints that stand have offsets alone
         if self._accepted(reading, score, recorded):
             rivals = {tuple(other.swapped or other.joints): other for other, its in scored[::-1]
                       if its.deviance < score.deviance + LIMITS.apart

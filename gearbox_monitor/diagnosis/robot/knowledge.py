@@ -585,7 +585,7 @@ def friction_drifts(evidence: RobotLikelihood, fit: RobotFit, prior: Prior, disp
         change = float(along @ (after.mean[own] - prior.mean[theirs]))
         usual, deviation = (float(np.sqrt(along @ x @ along)) for x in (
             prior.covariance[np.ix_(theirs, theirs)], after.covariance[np.ix_(own, own)]))
-        if abs(change) > SETTINGS.drifted * usual:
+        if abs(change) > SETTINGS.drifted * np.hypot(usual, deviation):
             drifts.append(FrictionDrift(name, change, deviation, usual))
     return tuple(sorted(drifts, key=lambda d: -abs(d.change) / d.usual))
 

@@ -21,7 +21,8 @@ from gearbox_monitor.diagnosis.robot.balance_evidence import (
 from gearbox_monitor.diagnosis.robot.candidates import (
     Candidate, library, of_robot, stops, swing, swings)
 from gearbox_monitor.diagnosis.robot.knowledge import (
-    _noisy, burstiness, farther, learn, states_of, unvisited, visits_of, with_unvisited)
+    _noisy, burstiness, farther, friction_drifts, learn, states_of, unvisited, visits_of,
+    with_unvisited)
 from gearbox_monitor.diagnosis.robot.likelihood import RobotFit, RobotLikelihood
 from gearbox_monitor.diagnosis.robot.motion import highest_kept, local_cosines, RobotMotion
 from gearbox_monitor.diagnosis.robot.robot_effects import centre_of, compact, JOINT_ZERO, tilted
@@ -698,6 +699,9 @@ def test_friction_beyond_what_days_differ_by_is_no_green(taught):
     assert f'{name}: friction of another form' in headline(less)  # it was 140 % below
     both = {**data, 'drifts': [*data['drifts'], {**data['drifts'][0], 'joint': 'wrist'}]}
     assert '; wrist: friction ' in headline(both)
+    # What a recording does not tell is no difference: it was 1.1e12 %, +- 1e15 %.
+    sure = replace(knowledge.prior, covariance=1e-9 * knowledge.prior.covariance)
+    assert not friction_drifts(healthy.evidence, healthy.fit, sure, 1e6 * knowledge.dispersion)
     # Beside a load 65 % more friction were what 'tolerances allow'.
     tilt = {'effect': 'base_tilt', 'values': {'ax': 0.1, 'ay': 0.0}, 'deviations': {
         'ax': 0.01, 'ay': 0.01}}
