@@ -403,7 +403,7 @@ def headline(data: VerdictData) -> str:
 
 def _found(data: VerdictData) -> list[str]:
     """Return each finding in words; what a file lacks at many joints is named once, last."""
-    lacked = _lacked(data)
+    lacked = lacked_in(data)
     words = [finding_words(f, data) for f in data['findings'] if f not in lacked]
     if lacked:
         nouns, joints = (list(dict.fromkeys(names)) for names in zip(*(
@@ -419,7 +419,7 @@ def _lacked_size(finding: Mapping[str, Any], data: VerdictData) -> Quantity:
     return _sized(finding, name, unit_of(finding['effect'], name, axis_of(data, finding['joint'])))
 
 
-def _lacked(data: VerdictData) -> list[Mapping[str, Any]]:
+def lacked_in(data: VerdictData) -> list[Mapping[str, Any]]:
     """Return findings on what the file of a robot lacks, by joint, where they are many."""
     out = [f for f in data['findings'] if any(
         name.endswith('_change') and f['values'].get(name.removesuffix('_change'), math.inf) <= x
@@ -655,7 +655,7 @@ def _value_rows(data: VerdictData) -> Rows:
     axis = axis_of(data)
     for row in value_rows(data) if 'axis' in data else ():   # the answer has those of a robot
         yield said('value_row', effect=row.effect, value=row)
-    for joint, findings in groupby(_lacked(data), key=lambda f: str(f['joint'])):
+    for joint, findings in groupby(lacked_in(data), key=lambda f: str(f['joint'])):
         yield said('lacked_row', joint=joint, values=', '.join(
             f"{subject_of(f['effect'])[1]} {_lacked_size(f, data)}" for f in findings))
     for name, ranges in (data.get('between_recordings') or {}).items():
