@@ -13,7 +13,7 @@ The power of a motion is the smallest size of each effect that would have been a
 change of plausible size would not have been one, `none` says nothing: the verdict is undecided,
 and names the motion that would decide.
 """
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 import math
@@ -220,13 +220,23 @@ class BalanceEvidence:
         chosen = tuple(c for c in self.laws if c.setting is None and self.lacks(member_of(c)))
         if not chosen:
             return none
-        fit, gains = self.likelihood.fit(chosen, self.blank), []
+        fit, gains = self._bounded(self.likelihood.fit(chosen, self.blank), len(chosen)), []
+        chosen = fit.chosen
         for i in range(len(chosen)):
             c, others = apart(chosen, i)
             gains.append(self.tempered_gain(self.likelihood.fit(others, fit, 2),
                                             self.likelihood.fit((*others, c), fit, 2)))
         return Hypothesis(tuple(map(member_of, chosen)), fit.deviance, BalanceFit(
             fit, sum(gains), tuple(g - self.cost(c) for g, c in zip(gains, chosen))))
+
+    def _bounded(self, fit: RobotFit, count: int) -> RobotFit:
+        """Return `fit` without the first candidates at a bound that the file lacks."""
+        while out := {c.name for c, ok in zip(fit.chosen[:count], _possible(self.likelihood, fit))
+                      if not ok and self.lacks(member_of(c))}:
+            kept = tuple(c for c in fit.chosen if c.name not in out)
+            fit = self.likelihood.fit(kept, fit, 4)
+            count -= len(out)
+        return fit
 
     def dispersed(self, dispersion: float | None) -> 'BalanceEvidence':
         """Return the evidence itself: references and parts tell the dispersion of each joint."""
@@ -281,6 +291,7 @@ class BalanceEvidence:
             fit = self.likelihood.fit((*base.chosen, c), base, 4)
             if c.at_setting is not None and base.deviance - fit.deviance > self.cost(c):
                 fit = _refined(self.likelihood, fit)
+            fit = self._bounded(fit, len(base.chosen))
             if _allowed(self.likelihood, fit):
                 fits.append((self.tempered_gain(base, fit), fit))
         if not fits:
@@ -295,9 +306,10 @@ class BalanceEvidence:
         likeness = [max(x, CONTEST.margin) if own > CONTEST.margin else own
                     for x, own in zip(likeness, worth)]
         _carried_outermost(last, likeness)
-        return [Hypothesis((*h.members, member_of(c)), fit.deviance, BalanceFit(
-            fit, h.fit.gained + gain, (*h.fit.worth, own), like))
-            for (gain, fit), c, own, like in zip(fits, last, worth, likeness)]
+        known = {c.name: w for c, w in zip(base.chosen, h.fit.worth)}
+        return [Hypothesis(tuple(map(member_of, fit.chosen)), fit.deviance, BalanceFit(
+            fit, h.fit.gained + gain, (*(known[c.name] for c in fit.chosen[:-1]), own), like))
+            for (gain, fit), own, like in zip(fits, worth, likeness)]
 
     def without(self, h: Hypothesis, number: int) -> Hypothesis:
         """Return `h` without its member `number`, refitted."""
@@ -417,8 +429,13 @@ def tempered(gain: float | Array, estimate: tuple[Array, Array], days: Array, di
 
 
 def _allowed(evidence: RobotLikelihood, fit: RobotFit) -> bool:
+    """Return whether physics allows the values of all candidates: a new one moves the others."""
+    return all(_possible(evidence, fit))
+
+
+def _possible(evidence: RobotLikelihood, fit: RobotFit) -> Iterator[bool]:
     """
-    Return whether physics allows the values of all candidates: a new one moves the others.
+    Yield of each candidate whether physics allows its values.
 
     No candidate may take more torque than effort and model together; two candidates that cancel
     each other would.
@@ -430,9 +447,7 @@ def _allowed(evidence: RobotLikelihood, fit: RobotFit) -> bool:
         most = sum((math.sqrt(np.sum((rows.target[j] + rows.model[j]) ** 2))
                     + math.sqrt(np.sum(rows.model[j] ** 2))) ** 2
                    for rows in evidence.recordings for j in c.columns)
-        if torque > most or not c.allows(b, deviations[fit.of(i)]):
-            return False
-    return True
+        yield torque <= most and c.allows(b, deviations[fit.of(i)])
 
 
 def _refined(evidence: RobotLikelihood, fit: RobotFit) -> RobotFit:
