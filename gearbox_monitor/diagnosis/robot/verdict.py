@@ -141,8 +141,15 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
         share = np.max([rows.tests.share for rows in recordings], axis=0)
         unjudged = {name for name in unexplained(evidence, fit) if share[
             robot.chain.joints.index(name)] > SETTINGS.moving} - {r.joint for r in remainders}
+    alone = _laws_alone(search)
+    of_laws = [of for of, m in zip(rivals, search.best.members) if m in alone.best.members]
+    gaps = ranked(evidence, blank, alone.best.fit.fit)
+    if alone is not search:  # beside friction that shares it, a function may be larger than that
+        left: dict[str | None, float] = {gap.joint: gap.after for gap in gaps}
+        known = tuple(replace(r, size=min(r.size or 0.0, left[r.joint]))
+                      if r.joint in left else r for r in known)
     return RobotVerdict(
-        findings_of(search, rivals), known, ranked(evidence, blank, fit), visible,
+        findings_of(alone, of_laws), known, gaps, visible,
         _not_tried(recordings[0], laws),
         (*cautions, *_of_reference(knowledge), *_of_gains(evidence, fit),
          *held_setpoints(evidence, fit)), bool(cautions),
@@ -155,6 +162,20 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
 
 BalanceSearch = Search[BalanceEvidence]
 Rivals = Sequence[Mapping[str, float]]  # {effect, with its place: lag} of each member
+
+
+def _laws_alone(search: BalanceSearch) -> BalanceSearch:
+    """
+    Return a search without its function, where this is of a joint whose friction a file lacks.
+
+    The values that the file gets are those of its laws alone: a function of the motion shares with
+    friction what both explain.
+    """
+    function, members = search.best.function, search.best.members
+    if function is None or not any(
+            search.evidence.lacks(m) and m.place == function.place for m in members):
+        return search
+    return replace(search, best=search.evidence.without(search.best, members.index(function)))
 
 
 def judged(evidence: BalanceEvidence, knowledge: Knowledge | None = None,
