@@ -302,7 +302,7 @@ def is_open(recording: UniformRecording, model: DriveModel) -> bool:
 
 
 def likeliest(evidence: DriveRecordings, fit: InnovationFit,
-              left: bool = True) -> tuple[DriveRecordings, InnovationFit]:
+              slow: bool = True) -> tuple[DriveRecordings, InnovationFit]:
     """
     Return (the recordings, `fit`), both as they were where another reading gains nothing.
 
@@ -312,18 +312,18 @@ def likeliest(evidence: DriveRecordings, fit: InnovationFit,
     Args:
         evidence: the recordings, as they were read so far.
         fit: of one model to all of them.
-        left: whether something remains beside it; else fast logs are not read again.
+        slow: whether logs are read again that are slow, or those that are not.
     """
     torque = evidence.model.controller is None and evidence.model.driven_by == 'torque'
     for number, recording in enumerate(evidence.recordings if torque else ()):
-        if left or is_open(recording, evidence.model):
+        if is_open(recording, evidence.model) == slow:
             evidence, fit = _read(evidence, fit, number)
     return evidence, fit
 
 
 def likeliest_reading(evidence: DriveRecordings) -> DriveRecordings:
     """Return the recordings, read so that the model without effects is likeliest."""
-    return likeliest(evidence, unfitted(evidence.fine, evidence.starts.none()), False)[0]
+    return likeliest(evidence, unfitted(evidence.fine, evidence.starts.none()))[0]
 
 
 def _read(evidence: DriveRecordings, fit: InnovationFit, number: int
@@ -341,7 +341,7 @@ def _read(evidence: DriveRecordings, fit: InnovationFit, number: int
             moved = fitted(data.fine, fit, ITERATIONS)
             tried[shift] = data.score(moved), data, moved
         return tried[shift][0]
-    if not is_open(recordings[number], evidence.model) and (
+    if now is None and not is_open(recordings[number], evidence.model) and (
             read(HALF) > evidence.score(fit) - CONTEST.margin):
         return evidence, fit  # half way gains most of what there is
     # About its minimum the score is a parabola of the shift.

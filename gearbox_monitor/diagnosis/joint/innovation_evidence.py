@@ -280,10 +280,10 @@ class InnovationEvidence:
         data, fit = self.data, h.fit.fit
         if data.balances or h.name in self.about:
             return None
-        left = remains.worth > CONTEST.margin
-        data = likeliest(data, fit, left)[0]
+        data = likeliest(data, fit)[0]
         if data.model.lasting:
             data = data.lasting_for(lasting_time(data, fit))
+        left = remains.worth > CONTEST.margin
         # Before the first law: one may imitate the error of the steps.
         if left or not h.members:
             data = self._with_steps(data, fit, remains)
@@ -313,7 +313,7 @@ class InnovationEvidence:
             if SLIP.id in self.data.ids else None
 
     def variants(self, h: Hypothesis, remains: Remains) -> 'list[InnovationEvidence]':
-        """Return evidence with slips, another friction law or colour, as `remains` of `h` asks."""
+        """Return evidence with slips, another reading, friction or colour, as `remains` asks."""
         data, fit = self.data, h.fit.fit
         if data.balances:
             return []
@@ -323,6 +323,10 @@ class InnovationEvidence:
         variant = with_law(fit.candidate, data.step)
         if variant is not None:
             out.append(replace(data, model=variant.nominal))
+        # What a missing member leaves may pass for torque between the stamps: they compete.
+        if remains.worth > CONTEST.margin and (
+                read := likeliest(data, fit, False)[0]) is not data:
+            out.append(read)
         # Of coloured noise, past innovations foretell the next ones.
         if remains.memory > CONTEST.margin:
             colour = self._colour(fit)

@@ -185,7 +185,8 @@ def _searched(evidence: DriveRecordings, candidate: CandidateModel, report: Call
     if not (evidence.balances or evidence.model.controller):
         starts.append(_balanced(evidence.recordings, candidate))
     fit = _likeliest(evidence, candidate, starts)
-    evidence, fit = likeliest(evidence, fit)  # torque between the stamps
+    for slow in (True, False):  # torque between the stamps
+        evidence, fit = likeliest(evidence, fit, slow)
     starts = [fit.z]
     if evidence.balances or not _disturbed(evidence, fit):
         return evidence, fit
