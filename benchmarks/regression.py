@@ -30,6 +30,7 @@ class Regression:
     """
 
     shown: ClassVar[float] = 1.0
+    unstated: ClassVar[frozenset[Member]] = frozenset()
 
     y: Array
     laws: Mapping[str, Array]
@@ -65,12 +66,8 @@ class Regression:
     def none(self) -> Hypothesis:
         return self.fitted(())
 
-    def lacks(self, member: Member) -> bool:
-        """Return False for any `member`: nothing is left unstated."""
-        return False
-
-    def begun(self, none: Hypothesis) -> Hypothesis:
-        """Return `none`: nothing is left unstated."""
+    def with_unstated(self, none: Hypothesis) -> Hypothesis:
+        """Return `none`: the regression states all values."""
         return none
 
     def dispersed(self, dispersion: float | None) -> Self:

@@ -74,7 +74,7 @@ class Search(Generic[E]):
 def contest(evidence: E) -> Search[E]:
     """Return what explains the recordings of `evidence` best."""
     none = evidence.none()
-    search = carried(Search(evidence, none, evidence.begun(none), (none,)))
+    search = carried(Search(evidence, none, evidence.with_unstated(none), (none,)))
     # The member that pays most alone need not be among those that pay most together.
     for start in other_starts(search):
         other = carried(replace(search, best=search.evidence.moved(start)))
@@ -118,7 +118,7 @@ def stepped(search: Search[E]) -> tuple[Search[E], bool]:
     left = remains.worth > CONTEST.margin
     if (settled := search.evidence.settled(search.best, remains)) is not None:
         return search.settled_about(settled), True
-    added = [m for m in search.best.members if not search.evidence.lacks(m)]
+    added = [m for m in search.best.members if m not in search.evidence.unstated]
     if len(added) >= CONTEST.most or frozenset(search.best.members) in search.grown:
         return search, False
     search, entries = entered(search, remains)
@@ -214,11 +214,12 @@ def pruned(search: Search[E], h: Hypothesis, whole: bool = False) -> Hypothesis:
     """
     Return `h` of a search without the members that no longer pay beside the others.
 
-    What the model lacks is pruned at the end, if `whole`: a part of it may pay beside another.
+    Members of which the model states no value are pruned only if `whole`, at the end of a search:
+    one of them may pay once a later member is there.
     """
     while len(h.members) > 1:
         less = [search.evidence.without(h, i) for i, m in enumerate(h.members)
-                if whole or not search.evidence.lacks(m)]
+                if whole or m not in search.evidence.unstated]
         best = max(less, key=partial(search.worth, h), default=h)
         if best is h or search.worth(best, h) >= CONTEST.margin:
             break
@@ -254,7 +255,7 @@ def exchanged(search: Search[E], left: bool) -> tuple[Search[E], bool]:
     current = search.best
     for number, member in enumerate(current.members if len(current.members) > 1 else ()):
         fewer = frozenset(current.members) - {member}
-        if search.evidence.lacks(member) or fewer in search.grown or (
+        if member in search.evidence.unstated or fewer in search.grown or (
                 member != current.function and (current.function is not None or not left)):
             continue
         base = search.evidence.without(current, number)
@@ -272,7 +273,7 @@ def ended(search: Search[E]) -> Search[E]:
     """Return the outcome of a search, with a train of bursts where that pays."""
     evidence, remains = search.evidence, search.remains
     best = search.best
-    if any(map(evidence.lacks, best.members)):
+    if evidence.unstated & set(best.members):
         best = pruned(search, best, True)
     if remains.dispersion is None:
         remains = evidence.remains(best, thorough=True)

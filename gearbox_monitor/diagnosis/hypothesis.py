@@ -132,19 +132,21 @@ class Evidence(Protocol):
     What a contest asks of recordings. Implementations are frozen: a change returns another one.
 
     Gains and prices are in -2 log L over the over-dispersion between parts of the recordings.
-    shown: share of a gain that a linear step shows at least.
+    shown: share of a gain that a linear step shows at least. unstated: members for which the model
+    states no value, such as friction in a URDF; they do not count towards the most members.
     """
 
     shown: ClassVar[float]
 
+    @property
+    def unstated(self) -> frozenset[Member]:
+        """Members for which the model states no value."""
+
     def none(self) -> Hypothesis:
         """Return the fit without members."""
 
-    def lacks(self, member: Member) -> bool:
-        """Return whether a `member` is of a kind of which the model states nothing there."""
-
-    def begun(self, none: Hypothesis) -> Hypothesis:
-        """Return `none` with what the model lacks and any recording needs; it need not pay."""
+    def with_unstated(self, none: Hypothesis) -> Hypothesis:
+        """Return `none` with the members of `unstated` that have no setting; they need not pay."""
 
     def dispersed(self, dispersion: float | None) -> Self:
         """Return the evidence with an over-dispersion that was found; None changes nothing."""

@@ -26,7 +26,7 @@ from gearbox_monitor.report.builder import (
     advice, Page, page_summary, PageTable, render_page, Section, verdict_numbers)
 from gearbox_monitor.report.chart import BarRow, Bars, Chart, Dot, Panel, sketch, Trace
 from gearbox_monitor.report.words import (
-    axis_of, finding_words, gain_text, ids_of, lacked_in, meaning, MEANINGS, next_steps, NOTHING,
+    axis_of, finding_words, gain_text, ids_of, unstated_in, meaning, MEANINGS, next_steps, NOTHING,
     reading_unit, remainder_words, sentence, size_unit, subject_of, torque_map_of, unit_of,
     value_rows, VerdictData)
 from gearbox_monitor.robot.chain import Chain
@@ -235,10 +235,10 @@ def _picture(data: VerdictData, context: DiagnosisContext) -> Section | None:
     if context.chain is None or context.posture is None:
         return None
     joint_of = {link.name: link.joint for link in context.chain.links}
-    said, lacked = dict[str, list[str]](), lacked_in(data)
+    said, unstated = dict[str, list[str]](), unstated_in(data)
     for f in data['findings']:
         joint = f.get('joint') or joint_of.get(f.get('link') or '', '')
-        said.setdefault(joint, []).extend([] if f in lacked else [finding_label(f, data)])
+        said.setdefault(joint, []).extend([] if f in unstated else [finding_label(f, data)])
     gaps = {r['joint'] for r in data['remainders']}
     highest = max(map(_share, data['gaps']), default=1.0)
     dots = {}

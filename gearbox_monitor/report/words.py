@@ -402,25 +402,25 @@ def headline(data: VerdictData) -> str:
 
 
 def _found(data: VerdictData) -> list[str]:
-    """Return each finding in words; what a file lacks at many joints is named once, last."""
-    lacked = lacked_in(data)
-    words = [finding_words(f, data) for f in data['findings'] if f not in lacked]
-    if lacked:
+    """Return each finding in words, with one last entry for all values that the file omits."""
+    unstated = unstated_in(data)
+    words = [finding_words(f, data) for f in data['findings'] if f not in unstated]
+    if unstated:
         nouns, joints = (list(dict.fromkeys(names)) for names in zip(*(
-            (subject_of(f['effect'])[1], f['joint']) for f in lacked)))
-        words.append(say('lacked', nouns=', '.join(nouns), joints='all joints' if len(
+            (subject_of(f['effect'])[1], f['joint']) for f in unstated)))
+        words.append(say('unstated', nouns=', '.join(nouns), joints='all joints' if len(
             joints) == len(data['gaps']) else ', '.join(joints)))
     return words
 
 
-def _lacked_size(finding: Mapping[str, Any], data: VerdictData) -> Quantity:
+def _stated_size(finding: Mapping[str, Any], data: VerdictData) -> Quantity:
     """Return the value by which reports state a finding, with its unit."""
     name = subject_of(finding['effect'], finding['values'])[0]
     return _sized(finding, name, unit_of(finding['effect'], name, axis_of(data, finding['joint'])))
 
 
-def lacked_in(data: VerdictData) -> list[Mapping[str, Any]]:
-    """Return findings on what the file of a robot lacks, by joint, where they are many."""
+def unstated_in(data: VerdictData) -> list[Mapping[str, Any]]:
+    """Return the findings on values that the file of a robot omits, by joint, if they are many."""
     out = [f for f in data['findings'] if any(
         name.endswith('_change') and f['values'].get(name.removesuffix('_change'), math.inf) <= x
         for name, x in f['values'].items())]
@@ -655,9 +655,9 @@ def _value_rows(data: VerdictData) -> Rows:
     axis = axis_of(data)
     for row in value_rows(data) if 'axis' in data else ():   # the answer has those of a robot
         yield said('value_row', effect=row.effect, value=row)
-    for joint, findings in groupby(lacked_in(data), key=lambda f: str(f['joint'])):
-        yield said('lacked_row', joint=joint, values=', '.join(
-            f"{subject_of(f['effect'])[1]} {_lacked_size(f, data)}" for f in findings))
+    for joint, findings in groupby(unstated_in(data), key=lambda f: str(f['joint'])):
+        yield said('unstated_row', joint=joint, values=', '.join(
+            f"{subject_of(f['effect'])[1]} {_stated_size(f, data)}" for f in findings))
     for name, ranges in (data.get('between_recordings') or {}).items():
         for parameter, part in ranges.items():
             yield said('between_row', name=name, parameter=parameter,

@@ -79,6 +79,7 @@ class InnovationEvidence:
     """
 
     shown: ClassVar[float] = 1.0
+    unstated: ClassVar[frozenset[Member]] = frozenset()
 
     data: DriveRecordings
     dispersion: float = 1.0
@@ -176,11 +177,7 @@ class InnovationEvidence:
         fit = fitted(coarse, unfitted(coarse, self.data.starts.none()))
         return self.hypothesis(fitted(self.data.fine, fit, POLISH))
 
-    def lacks(self, member: Member) -> bool:
-        """Return False for any `member`: the model of a drive states all its values."""
-        return False
-
-    def begun(self, none: Hypothesis) -> Hypothesis:
+    def with_unstated(self, none: Hypothesis) -> Hypothesis:
         """Return `none`: the model of a drive states all its values."""
         return none
 

@@ -39,7 +39,8 @@ from gearbox_monitor.plant.effects.motor_side import (
 SETTLED = 0.005       # of the range of a setting that is searched
 MOST_STEPS = 12       # of a fixed point
 LEAST_GAIN = 0.3      # of deviance, that matters
-FRICTION = (MOTOR_COULOMB.id, MOTOR_VISCOUS.id, STRIBECK.id)  # that any joint has
+# Effects that any joint has, whether its file states them or not.
+UNSTATED = (MOTOR_INERTIA.id, MOTOR_COULOMB.id, MOTOR_VISCOUS.id, STRIBECK.id)
 SIDE = 0.5            # of the motion's deviation: beyond, the next of a grid is nearer
 TIE = 0.03            # price of a coefficient: of ties, fewer are first, as some have no torque
 
@@ -197,27 +198,30 @@ class BalanceEvidence:
         """Return the fit without members."""
         return Hypothesis((), self.blank.deviance, BalanceFit(self.blank))
 
-    def lacks(self, member: Member) -> bool:
+    @cached_property
+    def unstated(self) -> frozenset[Member]:
         """
-        Return whether a `member` is friction, or the rotor, of a joint whose file states none.
+        Friction and rotors of the joints for which the file states none.
 
         A URDF without them does not say that there are none.
         """
-        chain = self.likelihood.recordings[0].robot.chain
-        if member.kind == FUNCTION or member.place not in chain.joints:
-            return False
-        m = self.likelihood.recordings[0].joints[chain.joints.index(member.place)]
-        return not m.learnt and (
-            not m.armature if member.effect == MOTOR_INERTIA.id else
-            not (m.coulomb or m.viscous) and member.effect in FRICTION)
+        motions = dict(zip(self.likelihood.recordings[0].robot.chain.joints,
+                           self.likelihood.recordings[0].joints))
 
-    def begun(self, none: Hypothesis) -> Hypothesis:
+        def is_stated(c: Candidate) -> bool:
+            m = motions[c.place]
+            return bool(m.learnt or (m.armature if c.effect == MOTOR_INERTIA.id else
+                                     m.coulomb or m.viscous))
+        return frozenset(member_of(c) for c in self.laws if c.place in motions
+                         and c.effect in UNSTATED and not is_stated(c))
+
+    def with_unstated(self, none: Hypothesis) -> Hypothesis:
         """
-        Return `none` with friction and rotors of all joints whose file states none.
+        Return `none` with friction and rotors of all joints for which the file states none.
 
         All are fitted together: one alone would have to imitate those of the other joints.
         """
-        chosen = tuple(c for c in self.laws if c.setting is None and self.lacks(member_of(c)))
+        chosen = tuple(c for c in self.laws if c.setting is None and member_of(c) in self.unstated)
         if not chosen:
             return none
         fit, gains = self._bounded(self.likelihood.fit(chosen, self.blank), len(chosen)), []
@@ -230,9 +234,9 @@ class BalanceEvidence:
             fit, sum(gains), tuple(g - self.cost(c) for g, c in zip(gains, chosen))))
 
     def _bounded(self, fit: RobotFit, count: int) -> RobotFit:
-        """Return `fit` without the first candidates at a bound that the file lacks."""
+        """Return `fit` without unstated candidates at a bound, of its first `count`."""
         while out := {c.name for c, ok in zip(fit.chosen[:count], _possible(self.likelihood, fit))
-                      if not ok and self.lacks(member_of(c))}:
+                      if not ok and member_of(c) in self.unstated}:
             kept = tuple(c for c in fit.chosen if c.name not in out)
             fit = self.likelihood.fit(kept, fit, 4)
             count -= len(out)

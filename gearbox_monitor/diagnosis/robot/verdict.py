@@ -144,7 +144,7 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
     alone = _laws_alone(search)
     of_laws = [of for of, m in zip(rivals, search.best.members) if m in alone.best.members]
     gaps = ranked(evidence, blank, alone.best.fit.fit)
-    if alone is not search:  # beside friction that shares it, a function may be larger than that
+    if alone is not search:  # the function and friction may cancel each other in part
         left: dict[str | None, float] = {gap.joint: gap.after for gap in gaps}
         known = tuple(replace(r, size=min(r.size or 0.0, left[r.joint]))
                       if r.joint in left else r for r in known)
@@ -166,14 +166,14 @@ Rivals = Sequence[Mapping[str, float]]  # {effect, with its place: lag} of each 
 
 def _laws_alone(search: BalanceSearch) -> BalanceSearch:
     """
-    Return a search without its function, where this is of a joint whose friction a file lacks.
+    Return a search without its function, if the file states no friction of the joint of that.
 
-    The values that the file gets are those of its laws alone: a function of the motion shares with
-    friction what both explain.
+    The function and the friction explain the same torque in part. The values of the friction that
+    go into the file are those of a fit of the laws alone.
     """
     function, members = search.best.function, search.best.members
     if function is None or not any(
-            search.evidence.lacks(m) and m.place == function.place for m in members):
+            m in search.evidence.unstated and m.place == function.place for m in members):
         return search
     return replace(search, best=search.evidence.without(search.best, members.index(function)))
 
@@ -269,7 +269,7 @@ def _shares(evidence: RobotLikelihood, fit: RobotFit) -> list[float]:
 
 def rivals_in(search: BalanceSearch) -> Rivals:
     """Return the rivals of each member of the best hypothesis: what explains as much."""
-    return [{} if m.kind == FUNCTION or search.evidence.lacks(m) else search.evidence.rivals(
+    return [{} if m.kind == FUNCTION or m in search.evidence.unstated else search.evidence.rivals(
         search.best, i) for i, m in enumerate(search.best.members)]
 
 
