@@ -116,10 +116,10 @@ def _of_robot(args: Namespace, chosen: dict[str, Any]) -> tuple[Diagnosis, dict[
 def _write(args: Namespace, diagnosis: Diagnosis, data: dict[str, Any]) -> list[Path]:
     """Write verdict, page and the model with the findings into the new folder --out."""
     files = dict[str, str]()
-    if diagnosis.closed is not None:
+    if diagnosis.file_text is not None:
         path = Path(args.model)
         name = f'{path.stem}.closed{path.suffix}' if is_robot(args) else CLOSED
-        files[name] = diagnosis.closed
+        files[name] = diagnosis.file_text
         data['closed'] = str(Path(args.out) / name)
     return write_folder(args.out, {
         VERDICT: dump(data) + '\n', PAGE: diagnosis_page(data, diagnosis.context()), **files})

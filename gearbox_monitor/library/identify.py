@@ -43,14 +43,14 @@ class Diagnosis(Paged, Saved):
     """
     The diagnosis of a drive, or of a whole robot.
 
-    verdict: with all evidence. data: the same as plain data, as JSON has it. closed: the file of
-    the drive or robot with the findings, None where it can hold none. context: what accompanies
-    the verdict on its page.
+    verdict: with all evidence. data: the same as plain data, as in the JSON. file_text: the model
+    file of the drive, or the file of the robot, with the findings; None if it can hold none.
+    context: charts and recordings for the page.
     """
 
     verdict: Verdict | RobotVerdict
     data: dict[str, Any]
-    closed: str | None
+    file_text: str | None
     context: Callable[[], DiagnosisContext]
 
     @property

@@ -329,9 +329,9 @@ def save(result: Any, path: str | Path) -> Path:
 
 
 def _write_closed(diagnosis: Diagnosis, path: str | Path) -> None:
-    if diagnosis.closed is None:
+    if diagnosis.file_text is None:
         raise InputError(f'{path}: the file of the robot can hold no finding, expected one')
-    write_new(path, diagnosis.closed)
+    write_new(path, diagnosis.file_text)
 
 
 WRITERS: dict[type, Callable[[Any, str | Path], object]] = {
