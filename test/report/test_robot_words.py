@@ -3,7 +3,7 @@
 
 """What the diagnosis of a robot says in words."""
 
-from gearbox_monitor.report.words import question_words, remainder_words
+from gearbox_monitor.report.words import headline, question_words, remainder_words
 
 SLIDE = {'gaps': [{'joint': 'lift', 'axis': 'prismatic'}]}
 REMAINS = [
@@ -19,6 +19,25 @@ def test_what_remains_has_its_size_and_how_it_shows():
     for over, more, words in REMAINS:
         remainder = {'joint': 'lift', 'size': 1.23, 'over': over, **more}
         assert remainder_words(remainder, SLIDE) == words
+
+
+def test_values_that_the_file_omits_are_named_once_and_last():
+    findings = [{'effect': effect, 'joint': joint, 'place': 'motor_side', 'confusable': [],
+                 'values': {name: 2.0, f'{name}_change': 2.0},
+                 'deviations': {name: 0.1, f'{name}_change': 0.1}}
+                for joint in ('lift', 'wrist', 'hand')
+                for effect, name in (('motor_viscous', 'Cv'), ('motor_coulomb', 'Cc'))]
+    load = {'effect': 'torque_offset', 'joint': 'wrist', 'place': 'actuator', 'confusable': [],
+            'values': {'u0': 0.5}, 'deviations': {'u0': 0.01}}
+    gaps = [{'joint': joint, 'axis': 'rotary', 'before': 1.0, 'after': 0.0}
+            for joint in ('lift', 'wrist', 'hand')]
+    data = {'verdict': 'effect', 'findings': [*findings, load], 'remainders': [], 'gaps': gaps}
+    assert headline(data) == (
+        'wrist: torque offset 0.500 ± 0.010 N m; viscous friction, Coulomb friction of all '
+        'joints, none in the model. Together they explain the whole difference.')
+    changed = [{**f, 'values': {k: v if k.endswith('_change') else 3.0
+                                for k, v in f['values'].items()}} for f in findings]
+    assert 'all joints' not in headline({**data, 'findings': changed})
 
 
 QUESTIONS = [

@@ -126,6 +126,9 @@ def case_of(seed, pair=False, setpoint=False, change=None, rate=None, both=False
         'cautions': len(verdict.cautions),
         'questions': [[q.effect, q.place, q.smallest, q.plausible] for q in verdict.questions],
         'cpu': [round(learnt, 2), round(spent, 2)]}
+    if bare:
+        out['unstated'] = {f.joint: f.values['Cc'] for f in verdict.findings
+                           if f.effect == 'motor_coulomb'}
     if both:
         out['servos'] = [[f.effect, f.joint, f.values.get('kp_factor'),
                           f.deviations.get('kp_factor')] for f in servos]

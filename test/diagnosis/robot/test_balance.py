@@ -603,6 +603,11 @@ def test_random_robots(seed, against, kinds, how):
                                bare=against == 'bare file')
     assert record['how'] == how, record
     assert record['cpu'][1] < 60.0 and Path(random_robots.__file__).exists()
+    if against == 'bare file':
+        built = random_robots.mujoco.MjModel.from_xml_string(
+            random_robots.make(seed, False, kinds, 100).xml)
+        assert record['unstated'] == pytest.approx({
+            built.joint(j).name: built.dof_frictionloss[j] for j in range(built.njnt)}, rel=0.1)
 
 
 @pytest.fixture(scope='module')
