@@ -734,7 +734,7 @@ class SmoothedMotion:
         before, at, after = (np.pad(weights, pad) for pad in ((0, 2), (1, 1), (2, 0)))
         self.kernels = np.array([at, (before - after) / (2.0 * r.dt),
                                  (before - 2.0 * at + after) / r.dt ** 2])
-        low = scipy.signal.oaconvolve(r.y - r.y[0], weights[:, None], 'valid', axes=0)
+        low = convolved(r.y - r.y[0], weights)
         self.p = low[1:-1] + r.y[0]
         self.v = (low[2:] - low[:-2]) / (2.0 * r.dt)
         self.a = (low[2:] - 2.0 * low[1:-1] + low[:-2]) / r.dt ** 2
@@ -743,9 +743,7 @@ class SmoothedMotion:
 
     def filtered(self, signal: Array) -> Array:
         """Return a `signal` [N] or [N, C] through the low pass of the positions [M]."""
-        kernel = self.kernels[0] if signal.ndim == 1 else self.kernels[0][:, None]
-        smooth: Array = scipy.signal.oaconvolve(signal, kernel, 'valid', axes=0)[self._decimated]
-        return smooth
+        return convolved(signal, self.kernels[0])[self._decimated]
 
     @property
     def i(self) -> int:
@@ -763,6 +761,12 @@ class SmoothedMotion:
         """Return the direction of the speed of side `i` [M], soft where it is within the noise."""
         v, noise = self.v[:, i], float(self.noise_v[i])
         return np.asarray(v / np.sqrt(v * v + (3.0 * noise) ** 2 + 1e-300))
+
+
+def convolved(signal: Array, weights: Array) -> Array:
+    """Return `signal` [N] or [N, C] convolved with weights [M], where they overlap wholly."""
+    columns = [np.convolve(column, weights, 'valid') for column in np.atleast_2d(signal.T)]
+    return np.stack(columns, axis=1) if signal.ndim > 1 else columns[0]
 
 
 def reversals(v: Array, slow: float) -> Integers:

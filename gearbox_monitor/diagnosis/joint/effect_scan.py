@@ -534,8 +534,9 @@ def memory(tested: Tested) -> float:
     blocks = []
     for run in tested.at.run.runs:
         past = np.concatenate([np.zeros((1, 2)), run.residual[:-1]])
-        smooth = np.concatenate([scipy.signal.lfilter(
-            [1.0 / n], [1.0, 1.0 / n - 1.0], past, axis=0) * math.sqrt(2.0 * n - 1.0)
+        ones = np.ones(len(past))
+        smooth = np.concatenate([scipy.linalg.solve_banded(
+            (1, 0), [n * ones, (1.0 - n) * ones], past) * math.sqrt(2.0 * n - 1.0)
             for n in TIMES], axis=1)
         block = np.zeros((len(past), 2, 2 * smooth.shape[1]))
         for i in (0, 1):
