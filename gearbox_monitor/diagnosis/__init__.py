@@ -22,7 +22,7 @@ Public names, by module:
     joint.parameter_ranges: Combination, ParameterRanges, ranges_of, UnitEstimate
     joint.shooting: Simulator
     joint.verdict: Verdict
-    joint.windows: closed_of, gap_of, ModelRun, Overlay, overlay
+    joint.windows: closed_of, FLANKS, gap_of, ModelRun, Overlay, overlay
     robot: knowledge, verdict
     robot.candidates: Candidate
     robot.conventions: columns_as_read, least_explained, LIMITS, log_as_read, misfit,

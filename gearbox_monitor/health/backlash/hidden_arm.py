@@ -20,6 +20,7 @@ from gearbox_monitor.diagnosis.joint.candidates import (
 from gearbox_monitor.diagnosis.joint.innovations import (
     coordinate_columns, evaluated, FilteredFit, fitted, halves, InnovationFit,
     InnovationLikelihood, noise_floor)
+from gearbox_monitor.diagnosis.joint.windows import FLANKS
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation import sample_loop
 from gearbox_monitor.health.alarms import LIMITS
@@ -109,7 +110,7 @@ class HiddenArm:
         candidate = _candidate(self.model, recording)
         likelihood = InnovationLikelihood(recording, self.model, sigma,
                                           halves([slice(0, len(recording.u))]))
-        fit = self._fit(likelihood, candidate, torque)
+        likelihood, fit = self._fit(likelihood, candidate, torque)
         states = fit.run.trace.begin[:-1, 0]
         twist = states[:, 0] - states[:, 1]
         i = [c.name for c in candidate.coordinates].index('b')
@@ -144,10 +145,12 @@ class HiddenArm:
             load=rms_of(stiffness * np.maximum(np.abs(twist) - half_gap, 0.0)))
 
     def _fit(self, likelihood: InnovationLikelihood, candidate: CandidateModel,
-             torque: float) -> FilteredFit:
+             torque: float) -> tuple[InnovationLikelihood, FilteredFit]:
+        """Return the `likelihood` as it begins on the likeliest flanks, and its fit."""
         first = len(self._state) != len(candidate.coordinates) + 2
         if not first:
             z, noise = self._state[:-2], self._state[-2:]
+            likelihood = _on_flanks(likelihood, InnovationFit(candidate, z, noise))
             starts = [min((evaluated(likelihood, InnovationFit(
                 candidate, self._begin(candidate, z, factor), noise)) for factor in SCAN),
                 key=lambda fit: fit.deviance).alone()]
@@ -158,9 +161,11 @@ class HiddenArm:
             starts = [InnovationFit(candidate, self._begin(candidate, candidate.start(), *start),
                                     np.full(2, NOISE * torque))
                       for start in (STARTS[turn:turn + 1] if turn else STARTS)]
-        fits = [fitted(likelihood, start, LATER) for start in starts]
-        fit = min(fits, key=lambda fit: fit.deviance)
-        return evaluated(likelihood, fitted(likelihood, fit, FIRST) if first else fit)
+        fit = min((fitted(likelihood, start, LATER) for start in starts),
+                  key=lambda fit: fit.deviance)
+        likelihood = _on_flanks(likelihood, fit)
+        return likelihood, evaluated(
+            likelihood, fitted(likelihood, fit, FIRST if first else LATER))
 
     def _begin(self, candidate: CandidateModel, z: Array, factor: float, share: float = 0.0
                ) -> Array:
@@ -208,6 +213,24 @@ def _candidate(model: DriveModel, recording: UniformRecording) -> CandidateModel
     start = max(shape.half_gap, 100.0 * smallest)
     coordinates.append(Coordinate(len(ids), 'b', start, 0.2, smallest, 1e6 * smallest, True))
     return CandidateModel(model, (*ids, BACKLASH_GAP.id), tuple(coordinates))
+
+
+def _on_flanks(likelihood: InnovationLikelihood, fit: InnovationFit) -> InnovationLikelihood:
+    """
+    Return a `likelihood` whose parts begin where a `fit` is likeliest: on a flank or between both.
+
+    A filter that begins on the wrong flank does not return without torque noise.
+    """
+    gear, std = fit.model.transmission, np.sqrt(likelihood.begin_variance)
+    twist = gear.half_gap + 0.5 * float(np.std(likelihood.recording.u)) / gear.stiffness
+    begun = likelihood.run(fit.model, fit.torque).trace.begin[likelihood.begin, 0, :4]
+    begins = np.repeat(begun[None], len(FLANKS), axis=0)
+    begins[:, :, 1] = begun[:, 0] - twist * np.array(FLANKS)[:, None]
+    runs = [likelihood.begun(states, std).run(fit.model, fit.torque) for states in begins]
+    deviances = np.array([[run.deviances[begin:end].sum() for begin, end in zip(
+        likelihood.begin, likelihood.end)] for run in runs])
+    likeliest = np.nan_to_num(deviances, nan=np.inf).argmin(axis=0)
+    return likelihood.begun(begins[likeliest, np.arange(len(begun))], std)
 
 
 def _covariance(likelihood: InnovationLikelihood, fit: FilteredFit) -> Array:
