@@ -393,7 +393,7 @@ class Tracker:
         """
         (growth, growth_std), (shift, shift_std) = (
             self.growth(column) for column in (FRICTION, VISCOUS_SHARE))
-        if self.point < 0 or not math.isfinite(growth + shift):
+        if not math.isfinite(growth + shift):
             return ()
         viscous = float(self.settings.friction.share(self.data.points[self.point].speed)
                         + self.data.reference[VISCOUS_SHARE] + self.levels[VISCOUS_SHARE])
@@ -407,7 +407,7 @@ class Tracker:
     @cached_property
     def point_windows(self) -> int:
         """Number of windows at the operating point of the newest one."""
-        return self.data.count(self.point) if self.point >= 0 else 0
+        return self.data.count(self.point)
 
     # ------------------------------------------------------------------ healthy by decision
 
@@ -436,7 +436,7 @@ class Tracker:
             features.append(replace(feature, steps=tuple(steps[-MAX_STEPS:])))
         ended = {t.component: (('', 0.0),) for t in TESTS if t.key in self.alerts}
         tracker = replace(self, data=data, wear=tuple(features), alerts={}, ended=ended)
-        return tracker._judged() if len(data.stamps) and self.point >= 0 else tracker
+        return tracker._judged() if len(data.stamps) else tracker
 
     # ------------------------------------------------------------------ what is shown
 
@@ -462,8 +462,7 @@ class Tracker:
 
     def _baseline(self, column: int) -> tuple[float, float]:
         """Return (healthy value, deviation) at the newest operating point, NaN if unknown."""
-        if self.point < 0 or not math.isfinite(self.levels[column]) \
-                or self.point_windows < WEAR.min_baseline:
+        if self.point_windows < WEAR.min_baseline:
             return math.nan, math.nan
         value = float(self.data.reference[column] + self.levels[column])
         unit = self.data.points[self.point].unit(column)

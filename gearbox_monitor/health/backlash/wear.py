@@ -223,7 +223,7 @@ class Scan(NamedTuple):
     def size(self, row: int, column: int) -> tuple[float, float]:
         """Return (size, deviation) of a step of the feature in `column` alone, NaN: not known."""
         free = float(self.free[row, column, column])
-        return (float(self.pull[row, column] / free), free ** -0.5) if free > 1e-9 else (
+        return (float(self.pull[row, column] / free), free ** -0.5) if free > 0.0 else (
             math.nan, math.nan)
 
     def without(self, window: Integers, weight: Array) -> tuple[Array, Array]:
