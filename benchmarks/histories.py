@@ -120,7 +120,8 @@ class Life:
                 self.kelvin = warm + part * (kelvin - warm)
             trust = TRUSTED if self.noise == 1.0 else \
                 ERRORS_LARGER - round(2.0 * math.log2(self.noise ** 2))
-            self.health = judge(self.health, Window(self.window(), trust, self.kelvin, True))
+            self.health = judge(self.health, Window(
+                self.window(), trust, self.kelvin, comparable=True, counts_on=True))
             if self.health.alerts and first is None:
                 first = k
         return first

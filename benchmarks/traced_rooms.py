@@ -17,7 +17,7 @@ import zlib
 
 import numpy as np
 
-from benchmarks.histories import FAST, HOME, Life, PAYLOAD
+from benchmarks.histories import DAY, FAST, HOME, Life, PAYLOAD, WINDOW
 from benchmarks.regression import drawn
 from gearbox_monitor import plain_data
 from gearbox_monitor.diagnosis.contest import contest
@@ -296,7 +296,8 @@ def lives() -> Rows:
                     k: v for k, v in changes.items() if k != 'reason'})
                 if 'reason' in changes:
                     window = NotExcited(life.stamp, changes['reason'], 0.02, 0.001)
-                life.health = judge(life.health, Window(window, trust, life.kelvin, comparable))
+                life.health = judge(life.health, Window(
+                    window, trust, life.kelvin, comparable, counts_on=True))
         return stage
 
     lived('gap', Life(1), grow(24), grow(gap=0.02), grow(4, gap=0.3), grow(12), grow(6, gap=0.0))
@@ -312,7 +313,10 @@ def lives() -> Rows:
           take(count=30, reason='one_flank'), take(count=2, separable=False, lost_motion=1.4,
                                                    lost_motion_std=0.01))
     lived('doubts', Life(7), grow(16), take(AT_ODDS, 5, gap=1.5), take(AT_ODDS, 5, False),
-          take(-3, 8, gap=1.4), take(gap=math.nan), grow(5, gap=0.3))
+          take(-3, 8, gap=1.4), take(-2, 4, gap=1.4), take(gap=math.nan), grow(5, gap=0.3))
+    lived('smaller', Life(10), grow(16), grow(6, gap=0.1), grow(12, gap=-0.2),
+          lambda life: setattr(life, 'stamp', life.stamp + 2 * DAY * WINDOW), grow(4))
+    lived('steps', Life(11), grow(12), *(grow(6, gap=0.3 * k) for k in range(1, 9)))
     lived('coarse', Life(8), lambda life: setattr(life, 'spread', (0.3, 0.1)), grow(11), grow(6))
     lived('fine', Life(9), lambda life: setattr(life, 'spread', (4e-4, 2e-4)), grow(8),
           take(AT_ODDS, gap=0.21, gap_std=0.0035), take(AT_ODDS, gap=0.21, gap_std=0.0015))
@@ -354,7 +358,9 @@ def windows() -> Rows:
     """Return the features of windows of smoothed rows, and of tests with a locked input."""
     play = MODEL.with_(kind='play', hysteresis_width=0.05)
     stiff = MODEL.with_(half_gap=0.02)
+    open_loop = MODEL.with_(kind='passive_play', hysteresis_width=0.05)
     made = {'sound': (smoothed(MODEL), MODEL), 'play': (smoothed(play), play),
+            'open loop': (smoothed(open_loop), open_loop),
             'wide': (smoothed(MODEL.with_(half_gap=0.4)), MODEL),
             'small gap': (smoothed(stiff), stiff),
             'friction': (smoothed(MODEL.with_(coulomb_friction=1.2, viscous_friction=0.3)), MODEL),
@@ -387,7 +393,9 @@ def windows() -> Rows:
         s = Samples(np.rint(t[part] * 1e9).astype(np.int64), np.column_stack(
             [0.0 * effort, -effort])[part], y)
         locked = locked_windows(s)
-        rows[name] = [is_locked(s), is_locked(replace(s, y=y[:, ::-1])), digest(locked)]
+        rows[name] = [*(is_locked(replace(s, y=readings)) for readings in (
+            y, y[:, ::-1], y[:150], y * (1.0, 3e-3), y @ ((1.0, 0.0), (0.05, 1.0)),
+            y[:, [0, 0]] * (0.01, 1.0))), digest(locked)]
         gaps += [w for w in locked if isinstance(w, Backlash)]
     rows['combined'] = [digest(combine(gaps, name, 0.01)) for name in ('gap', 'stiffness', 'gain')
                         ] + [digest(separable_of(gaps)), digest(reason_of([
