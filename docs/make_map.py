@@ -10,6 +10,7 @@ c, a imports c) are left out. Public are the names that another room imports; th
 room's __init__ lists them by module.
 """
 import ast
+from functools import cache
 from html import escape
 from pathlib import Path
 import textwrap
@@ -36,11 +37,17 @@ def rooms() -> dict[str, list[Path]]:
     return out
 
 
+@cache
+def nodes(path: Path) -> list[ast.AST]:
+    """Return all nodes of the syntax of a module at `path`."""
+    return list(ast.walk(ast.parse(path.read_text(encoding='utf-8'))))
+
+
 def imports(paths: list[Path], names: dict[str, list[Path]]) -> set[str]:
     """Return the rooms, of `names`, that the modules `paths` import."""
     out = set()
     for path in paths:
-        for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
+        for node in nodes(path):
             if isinstance(node, ast.ImportFrom) and node.module:
                 dotted = [f'{node.module}.{alias.name}' for alias in node.names]
             elif isinstance(node, ast.Import):
@@ -108,7 +115,7 @@ def public_names() -> dict[str, dict[str, set[str]]]:
         name: {} for name in rooms() if (PACKAGE / name).is_dir()}
     for name, paths in rooms().items():
         for path in paths:
-            for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
+            for node in nodes(path):
                 if not isinstance(node, ast.ImportFrom) or not node.module:
                     continue
                 _, room, *module = (*node.module.split('.'), '')

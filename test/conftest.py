@@ -19,6 +19,9 @@ from gearbox_monitor.ros.middleware import remove_cut_ports
 BENCHMARKS = Path(__file__).parent / 'benchmarks'
 # Jobs of their own; a test with several markers belongs to the first of these.
 JOBS = ('system', 'benchmark', 'prose')
+# A word in a file of tests -> the group of files that one process runs.
+GROUPS = {'pytest.mark.ros': 'nodes', ', browser': 'pages', 'from sources import': 'sources',
+          'from limits import': 'sources'}
 
 
 def pytest_configure(config):
@@ -66,7 +69,11 @@ def pytest_collection_finish():
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
-    """Give all files that start nodes to one process of pytest-xdist: they would only wait."""
+    """
+    Give files that share what is costly to one process of pytest-xdist.
+
+    Nodes would only wait for each other; a browser starts once, and sources are parsed once.
+    """
     if config.option.dist != 'loadfile':
         return None
     from xdist.scheduler import LoadFileScheduling
@@ -75,7 +82,8 @@ def pytest_xdist_make_scheduler(config, log):
 
         def _split_scope(self, nodeid):
             name = super()._split_scope(nodeid)
-            return 'nodes' if 'pytest.mark.ros' in (config.rootpath / name).read_text() else name
+            text = (config.rootpath / name).read_text()
+            return next((group for word, group in GROUPS.items() if word in text), name)
     return Scheduling(config, log)
 
 

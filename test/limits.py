@@ -7,6 +7,8 @@ from dataclasses import fields
 from pathlib import Path
 import re
 
+from sources import nodes, tree
+
 
 def assert_decides(decision, value):
     """Assert that `decision` changes at `value`, and nowhere else near it."""
@@ -22,7 +24,7 @@ def assert_all_decide(room, limits, module):
     for path in Path(room.__file__).parents[1].rglob('*.py'):
         text = path.read_text(encoding='utf-8')
         if path.stem == module or re.search(rf'{module} import [\w\s,(]*\bLIMITS\b', text):
-            used |= {node.attr for node in ast.walk(ast.parse(text))
+            used |= {node.attr for node in nodes(path)
                      if isinstance(node, ast.Attribute) and ast.unparse(node.value) == 'LIMITS'}
     assert used == {field.name for field in fields(limits)}
 
@@ -35,7 +37,7 @@ def loose_numbers(room, numerical):
     """
     found = {}
     for path in Path(room.__file__).parent.rglob('*.py'):
-        for node in ast.parse(path.read_text(encoding='utf-8')).body:
+        for node in tree(path).body:
             value = getattr(node, 'value', None)
             if not isinstance(node, (ast.Assign, ast.AnnAssign)) or value is None or isinstance(
                     value, ast.Call) or not any(

@@ -8,14 +8,13 @@ cli -> ros, fleet, library -> report, recordings, simulators -> files -> diagnos
 -> signals -> estimation, parameters -> robot -> plant -> kernels
 """
 import ast
-from functools import cache
-from pathlib import Path
 import re
 import runpy
 import subprocess
 import sys
 
-PACKAGE = Path(__file__).parents[1] / 'gearbox_monitor'
+from sources import MODULES, nodes, PACKAGE, ROOT
+
 # First part of a module's name below the package -> its height.
 LAYERS = {
     'kernels': 0, 'plant': 1, 'robot': 1,
@@ -37,19 +36,12 @@ ON_DISK = tuple(('kernels', name) for name in (
     'kernel', 'library', 'build')) + (('kernels', 'translate', 'program'),)  # C, machine code
 ROS = {'rclpy', 'launch', 'launch_ros', 'ament_index_python', 'builtin_interfaces',
        'rcl_interfaces', 'std_srvs'}
-MODULES = sorted(PACKAGE.rglob('*.py'))
 
 
 def name_of(path):
     """Return the parts of the module's name below the package, () for the package itself."""
     parts = path.relative_to(PACKAGE).with_suffix('').parts
     return parts[:-1] if parts[-1] == '__init__' else parts
-
-
-@cache
-def nodes(path):
-    """Return all nodes of the file's syntax tree."""
-    return list(ast.walk(ast.parse(path.read_text(encoding='utf-8'))))
 
 
 def imported(path):
@@ -92,9 +84,12 @@ def test_imports_only_downwards():
     assert not wrong, '\n'.join(wrong)
 
 
-def test_rooms_say_what_they_are_and_list_their_public_names():
+def test_rooms_are_drawn_and_say_what_they_are_and_list_their_public_names():
     """In three sentences: the room, what goes in, what comes out."""
-    maps = runpy.run_path(str(PACKAGE.parent / 'docs/make_map.py'))
+    maps = runpy.run_path(str(ROOT / 'docs/make_map.py'))
+    maps['page'].__globals__['nodes'] = nodes  # parsed already
+    assert (ROOT / 'docs/map.svg').read_text(encoding='utf-8') == maps['page'](), \
+        'run python docs/make_map.py'
     for room, modules in maps['public_names']().items():
         text = (PACKAGE / room / '__init__.py').read_text(encoding='utf-8')
         assert maps['with_list'](text, modules) == text, f'{room}: run python docs/make_map.py'

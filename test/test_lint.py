@@ -4,13 +4,12 @@
 """The rules of the ament linters, by plain tools: they themselves are not on PyPI."""
 import ast
 from configparser import ConfigParser
-from pathlib import Path
 import subprocess
 import sys
 
 import pytest
+from sources import MODULES, nodes, ROOT
 
-ROOT = Path(__file__).parents[1]
 REPORT = ROOT / 'gearbox_monitor/report'
 SOURCES = ['gearbox_monitor', 'benchmarks', 'test', 'docs', 'setup.py']
 HEADER = '# Copyright 2026 gearbox_monitor authors\n# SPDX-License-Identifier: Apache-2.0\n'
@@ -101,8 +100,8 @@ def branch_points(function):
 def test_functions_fork_at_most_twelve_times():
     """All but kernels, whose loops go over indices."""
     many = []
-    for path in sorted((ROOT / 'gearbox_monitor').rglob('*.py')):
-        for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
+    for path in MODULES:
+        for node in nodes(path):
             if isinstance(node, SCOPES[1:]) and branch_points(node) > 12:
                 marks = {mark.id for mark in node.decorator_list if isinstance(mark, ast.Name)}
                 if not marks & {'entry', 'kernel', 'inline', 'apart'}:

@@ -6,18 +6,17 @@ import ast
 from importlib import import_module
 import json
 import os
-from pathlib import Path
 import re
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
 
 import pytest
+from sources import nodes, ROOT
 
 import gearbox_monitor
 from gearbox_monitor.cli.main import COMMANDS
 
-ROOT = Path(__file__).parents[1]
 XML = ElementTree.parse(ROOT / 'package.xml').getroot()
 SETUP = (ROOT / 'setup.py').read_text(encoding='utf-8')
 # imported name -> (key in package.xml or None, distribution in setup.py or None = from ROS).
@@ -55,7 +54,7 @@ def imports():
     found = {}
     for path in (p for folder in ('gearbox_monitor', 'benchmarks')
                  for p in (ROOT / folder).rglob('*.py')):
-        for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
+        for node in nodes(path):
             names = ([a.name for a in node.names] if isinstance(node, ast.Import) else
                      [node.module] if isinstance(node, ast.ImportFrom) else [])
             for name in names:

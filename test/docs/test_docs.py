@@ -58,12 +58,6 @@ def test_pages_link_the_words_of_the_glossary():
                     '[NIS](x.md)')
 
 
-def test_the_map_is_drawn_from_the_tree():
-    picture = runpy.run_path(str(ROOT / 'docs/make_map.py'))['page']()
-    assert (ROOT / 'docs/map.svg').read_text(encoding='utf-8') == picture, \
-        'run python docs/make_map.py'
-
-
 def test_every_name_on_the_three_walks_exists():
     text = (ROOT / 'CONTRIBUTING.md').read_text(encoding='utf-8')
     walks = text[text.index('### Walks'):text.index('### Rules')]

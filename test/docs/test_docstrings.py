@@ -4,10 +4,10 @@
 """Public functions name their arguments in their own docstring, where a reader looks for them."""
 import ast
 from collections.abc import Iterator
-from pathlib import Path
 import re
 
-PACKAGE = Path(__file__).parents[2] / 'gearbox_monitor'
+from sources import MODULES, PACKAGE, tree
+
 SHARE = 0.05  # of all arguments that may go unnamed: those that a name and a type explain
 
 
@@ -22,9 +22,9 @@ def functions(body: list[ast.stmt]) -> Iterator[ast.FunctionDef]:
             yield node
 
 
-def unnamed(source: str) -> Iterator[tuple[str, bool]]:
-    """Yield ('function: argument', whether its docstring lacks it) of public ones in `source`."""
-    for node in functions(ast.parse(source).body):
+def unnamed(module: ast.Module) -> Iterator[tuple[str, bool]]:
+    """Yield ('function: argument', whether its docstring lacks it) of public ones in `module`."""
+    for node in functions(module.body):
         text = ast.get_docstring(node) or ''
         a = node.args
         for argument in (*a.posonlyargs, *a.args, *a.kwonlyargs):
@@ -35,12 +35,11 @@ def unnamed(source: str) -> Iterator[tuple[str, bool]]:
 
 def test_an_argument_without_a_word_is_detected():
     source = 'def f(x, rate):\n    """Return x."""\ndef _g(y):\n    """Return it."""\n'
-    assert list(unnamed(source)) == [('f: x', False), ('f: rate', True)]
+    assert list(unnamed(ast.parse(source))) == [('f: x', False), ('f: rate', True)]
 
 
 def test_arguments_are_named_in_their_own_docstring():
     rows = [(f'{path.relative_to(PACKAGE)}: {name}', missing)
-            for path in sorted(PACKAGE.rglob('*.py'))
-            for name, missing in unnamed(path.read_text(encoding='utf-8'))]
+            for path in MODULES for name, missing in unnamed(tree(path))]
     missing = [name for name, is_missing in rows if is_missing]
     assert len(missing) <= SHARE * len(rows), '\n'.join(missing)

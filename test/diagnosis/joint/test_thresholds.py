@@ -7,6 +7,7 @@ from dataclasses import fields, FrozenInstanceError
 from pathlib import Path
 
 import pytest
+from sources import nodes, tree
 
 from gearbox_monitor.diagnosis import joint
 from gearbox_monitor.diagnosis.settings import (
@@ -26,8 +27,7 @@ def test_thresholds_stay_as_they_are():
 @pytest.mark.parametrize('name, kind', [
     ('THRESHOLDS', Thresholds), ('STATEMENTS', Statements), ('CONTEST', ContestSettings)])
 def test_every_threshold_is_used(name, kind):
-    used = {node.attr for path in FOLDER.parent.rglob('*.py')
-            for node in ast.walk(ast.parse(path.read_text(encoding='utf-8')))
+    used = {node.attr for path in FOLDER.parent.rglob('*.py') for node in nodes(path)
             if isinstance(node, ast.Attribute) and ast.unparse(node.value) == name}
     assert used == {field.name for field in fields(kind)}
 
@@ -35,12 +35,12 @@ def test_every_threshold_is_used(name, kind):
 def test_no_decision_has_a_threshold_of_its_own():
     """Nothing is compared with a number that the module itself defines, but 0 and 1."""
     for module in DECIDING:
-        tree = ast.parse((FOLDER / f'{module}.py').read_text(encoding='utf-8'))
-        numbers = {target.id for node in tree.body if isinstance(node, ast.Assign)
+        path = FOLDER / f'{module}.py'
+        numbers = {target.id for node in tree(path).body if isinstance(node, ast.Assign)
                    for target in node.targets if isinstance(target, ast.Name)
                    and isinstance(node.value, ast.Constant)
                    and isinstance(node.value.value, float)}
-        own = [ast.unparse(node) for node in ast.walk(tree) if isinstance(node, ast.Compare)
+        own = [ast.unparse(node) for node in nodes(path) if isinstance(node, ast.Compare)
                for part in ast.walk(node)
                if (isinstance(part, ast.Name) and part.id in numbers)
                or (isinstance(part, ast.Constant) and isinstance(part.value, float)
