@@ -21,8 +21,8 @@ from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.plant.faults import Excitation
 from gearbox_monitor.plant.simulate import Noise, simulate
 
-N = 5000
-PARTS = [(0, 70), *((begin, begin + 6) for begin in range(220, N, 1200))]  # that Python takes
+N = 3000
+PARTS = [(0, 40), *((begin, begin + 6) for begin in range(220, N, 2000))]  # that Python takes
 LOADED = [{'id': 'gravity', 'G': 0.4}, {'id': 'arm_coulomb', 'Cac': 0.05}]
 PLAY = {'kind': 'play', 'hysteresis_width': 0.02}
 NONE = {'arm_load': 'none'}
@@ -45,12 +45,12 @@ def samples():
     out = simulate(DriveModel(), Excitation().torque(1e-3 * np.arange(N)), 1e-3,
                    Noise(measurement=(0.005, 0.005)), 3)
     stamps = 10 ** 9 + np.arange(N) * 10 ** 6
-    stamps[32:] += 10 ** 8
-    stamps[55:] += 10 ** 10
-    stamps[42], stamps[45], stamps[48] = 0, stamps[44], stamps[38]
+    stamps[18:] += 10 ** 8
+    stamps[32:] += 10 ** 10
+    stamps[24], stamps[26], stamps[28] = 0, stamps[25], stamps[21]
     y, u = out.y.copy(), np.stack([out.u, np.zeros(N)], axis=1)
-    y[14:20, 0], y[17:24, 1], y[28], y[60:, 0] = np.nan, np.nan, np.inf, y[60:, 0] + 300.0
-    u[36:40], u[52] = np.nan, 1e10
+    y[6:10, 0], y[8:12, 1], y[15], y[36:, 0] = np.nan, np.nan, np.inf, y[36:, 0] + 300.0
+    u[20:23], u[30] = np.nan, 1e10
     return Samples(stamps, u, y)
 
 

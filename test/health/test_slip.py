@@ -25,7 +25,7 @@ from gearbox_monitor.signals.examine import admitted, examine
 from gearbox_monitor.signals.uniform import at_one_rate
 
 MODEL, DT = DriveModel(), 2e-3
-SECONDS, AT = 34.0, 14.0
+SECONDS, AT = 26.0, 14.0
 
 
 @pytest.fixture(scope='module')

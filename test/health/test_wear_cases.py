@@ -33,13 +33,13 @@ def test_growth_together_with_a_new_motion_or_a_warming():
         gearbox = learnt(**({'temperature': 20.0} if 'temperature' in new else {}))
         gearbox.go(3, growth, **new)
         assert size(gearbox, 'gap', growth, stage).std < 0.04
-        gearbox.go(40, growth, **new)  # nor is it learnt as healthy
+        gearbox.go(24, growth, **new)  # nor is it learnt as healthy
         size(gearbox, 'gap', growth, stage)
 
 
 def test_growth_learnt_in_a_new_motion_has_its_size_in_the_old_one():
     gearbox = learnt()
-    gearbox.go(60, 0.2, load=9.0)
+    gearbox.go(36, 0.2, load=9.0)
     found = gearbox.go(10, 0.2)
     assert size(gearbox, 'gap', 0.2, WARNED).std < 0.005
     assert found[-1]['backlash'].level == Level.WARN
@@ -47,7 +47,7 @@ def test_growth_learnt_in_a_new_motion_has_its_size_in_the_old_one():
 
 def test_a_little_in_a_new_motion_is_not_separable_until_the_old_one():
     gearbox = learnt()
-    found = gearbox.go(140, 0.03, load=9.0)  # beyond the horizon of the test
+    found = gearbox.go(100, 0.03, load=9.0)  # beyond the horizon of the test
     assert not gearbox.health.alerts
     values = found[-1]['backlash'].values
     assert abs(values['growth'] - 0.03) < 3 * values['growth_std'] and values['growth_std'] > 0.01
@@ -59,7 +59,7 @@ def test_a_little_in_a_new_motion_is_not_separable_until_the_old_one():
 
 def test_a_step_below_its_deviation_in_a_new_motion_is_told_once_its_size_is_known():
     gearbox = learnt()
-    gearbox.go(60, load=9.0)
+    gearbox.go(36, load=9.0)
     gearbox.go(30, 0.015, load=9.0)
     growth, std = gearbox.health.growth(FEATURES.index('gap'))
     assert not gearbox.health.alerts and abs(growth - 0.015) < 3 * std < 0.09 and growth < std
@@ -75,7 +75,7 @@ def test_a_motion_that_hides_a_service_is_a_warning():
 
 def test_shrinkage_is_a_change_and_over_when_it_has_gone():
     gearbox = learnt()
-    found = gearbox.go(50, -0.1)
+    found = gearbox.go(30, -0.1)
     size(gearbox, 'gap_loss', 0.1)
     assert 'backlash has shrunk by 10' in found[-1]['backlash'].message
     found = gearbox.go(10, 0.0)
@@ -103,9 +103,9 @@ def test_friction_is_an_alarm_and_the_gap_beside_it_too():
 
 def test_slow_friction_keeps_up():
     gearbox = learnt()
-    for k in range(75):
+    for k in range(50):
         gearbox.go(1, viscous=4.0 * k / 360 * FRICTION)
-    size(gearbox, 'friction', 4.0 * 74 / 360, GROSS)
+    size(gearbox, 'friction', 4.0 * 49 / 360, GROSS)
     assert not [key for key in gearbox.health.alerts if key != 'friction']
 
 
@@ -119,7 +119,7 @@ def test_one_change_of_friction_is_one_alert():
     """viscous, coulomb: changes over the friction at the speed of the windows."""
     for viscous, coulomb, key in FRICTIONS:
         gearbox, told = learnt(), []
-        for _ in range(20):
+        for _ in range(10):
             found = gearbox.go(1, viscous=viscous * FRICTION, coulomb=18.0 * coulomb * FRICTION)
             told.append(gearbox.health.stages()['friction'])
         alerts = [stage for before, stage in zip([{}, *told], told) if stage != before]
@@ -132,7 +132,7 @@ def test_one_change_of_friction_is_one_alert():
             growth, std = values[f'{name}_growth'], values[f'{name}_growth_std']
             assert abs(growth - change / share) < 3 * std + 1e-3
         # A repair ends it.
-        assert gearbox.go(20)[-1]['friction'].level == Level.OK
+        assert gearbox.go(12)[-1]['friction'].level == Level.OK
 
 
 def test_a_shift_of_friction_names_both_coefficients():
@@ -144,8 +144,8 @@ def test_a_shift_of_friction_names_both_coefficients():
 
 def test_a_slow_shift_of_friction_is_found_while_the_sum_stays():
     gearbox = learnt()
-    for k in range(60):
-        gearbox.go(1, viscous=-0.2 * k / 60 * FRICTION, coulomb=3.6 * k / 60 * FRICTION)
+    for k in range(40):
+        gearbox.go(1, viscous=-0.2 * k / 40 * FRICTION, coulomb=3.6 * k / 40 * FRICTION)
     size(gearbox, 'viscous_share_loss', 0.2)
     assert list(gearbox.health.alerts) == ['viscous_share_loss']
 
@@ -211,8 +211,8 @@ def test_a_gap_grows_in_a_warming_oil():
 
 def test_one_of_two_changes_ends():
     gearbox = learnt()
-    gearbox.go(20, 0.3, viscous=0.6 * FRICTION)
-    levels = {f['friction'].level for f in gearbox.go(20, 0.0, viscous=0.6 * FRICTION)}
+    gearbox.go(12, 0.3, viscous=0.6 * FRICTION)
+    levels = {f['friction'].level for f in gearbox.go(14, 0.0, viscous=0.6 * FRICTION)}
     assert levels == {Level.ERROR} and list(gearbox.health.alerts) == ['friction']
     size(gearbox, 'friction', 0.6, GROSS)
 

@@ -14,7 +14,7 @@ from gearbox_monitor.plant.drive import Controller, DriveModel
 from gearbox_monitor.signals.examine import admitted
 
 FILE = DriveModel()
-DT, SECONDS, SUBSTEPS = 4e-3, 5.0, 64
+DT, SECONDS, SUBSTEPS = 4e-3, 4.2, 32
 
 
 def drive(seed, gap=0.1, friction=1.0, stiffness=25.0, noise=0.002, seconds=SECONDS):

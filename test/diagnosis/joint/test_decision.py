@@ -76,7 +76,7 @@ def cases():
     """Return {id: (DriveRecordings, fit without, fit of the id)} of all cases."""
     out = {}
     for name, (values, _) in CASES.items():
-        evidence = evidence_of(record([{'id': name, **values}], 4), ids=[name])
+        evidence = evidence_of(record([{'id': name, **values}], 3), ids=[name])
         out[name] = evidence, without(evidence), from_truth(evidence, name, values)
     return out
 
@@ -100,7 +100,7 @@ def test_a_right_model_leaves_noise_alone(cases, name):
 def test_a_filter_that_lost_the_hidden_side_is_no_error_of_the_model(effects, allowed):
     """It begins in the wrong place of the gap, sure of it; beside a recording of both sides."""
     gap = {'transmission': {'kind': 'dead_zone', 'half_gap': 0.3, 'stiffness': 10.0}}
-    recording = record(effects, 8, model=gap)
+    recording = record(effects, 6, model=gap)
     evidence = evidence_of(replace(recording, y=recording.y[:, [0, 0]], channels=(0,)),
                            recording, model=model_from_dict(gap, 'test'))
     whole = evidence.fine
@@ -214,7 +214,7 @@ def test_validation_on_a_second_recording():
 
 def test_confusable_lists_what_little_evidence_leaves_open():
     ids = ['torque_offset', 'coulomb_asymmetry', 'gravity', 'motor_inertia']
-    decision = decide(evidence_of(record([{'id': 'torque_offset', 'u0': 0.02}], 4), ids=ids))
+    decision = decide(evidence_of(record([{'id': 'torque_offset', 'u0': 0.02}], 3), ids=ids))
     table = effect_scan.separations(decision.recordings, decision.fit, decision.fits, {})
     d, shares = table['torque_offset']
     assert d > 100 and shares['coulomb_asymmetry'] < 0.05 < shares['gravity']
@@ -226,7 +226,7 @@ def test_confusable_lists_what_little_evidence_leaves_open():
 def test_an_effect_is_confused_with_its_own_rivals_only():
     """A torque offset is asymmetric friction; the weight beside it is neither."""
     effects = [{'id': 'torque_offset', 'u0': 0.05}, {'id': 'gravity', 'G': 0.3}]
-    recording = record(effects, 2, dt=1e-3)
+    recording = record(effects, 2)
     verdict = diagnose.diagnose([recording], DriveModel(), only=[
         'torque_offset', 'coulomb_asymmetry', 'gravity'])
     rivals = {f.effect: f.confusable for f in verdict.findings}
@@ -262,7 +262,7 @@ def test_a_torque_scale_says_what_else_it_may_be_called(cases):
 def test_an_effect_without_a_scale_ends_in_a_verdict(ids):
     """LuGre beside a model without Coulomb friction has no gain: it is ranked all the same."""
     model = {'coulomb_friction': 0.0}
-    recording = record([{'id': 'motor_viscous', 'Cv': 0.13}], 4, model=model)
+    recording = record([{'id': 'motor_viscous', 'Cv': 0.13}], 3, model=model)
     data = diagnose.diagnose([recording], model_from_dict(model, 'test'), only=ids).data
     assert data['verdict'] in ('effect', 'incomplete', 'unknown')
     assert all(np.isfinite(gain) for gain in data['gains'].values())
@@ -333,7 +333,7 @@ def test_a_doubt_about_signs_must_be_likelier_than_any_effect():
 def test_the_law_of_friction_is_doubted_once(law):
     """MuJoCo's constraint against an arctangent in the model file is no effect and no unknown."""
     true = {'friction_law': {'kind': law}, 'timestep': 0.001, 'integrator': 'rk4'}
-    recording = record([], 4, std=(5e-4, 5e-4), model=true)
+    recording = record([], 3, std=(5e-4, 5e-4), model=true)
     data = diagnose.diagnose([recording], DriveModel(), only=['motor_viscous', 'stribeck']).data
     assert data['verdict'] == 'none', data['effect']
     assert any(f'follows the law {law}' in warning for warning in data['warnings'])
@@ -445,7 +445,7 @@ def test_a_value_far_beyond_its_tolerance_is_an_effect(effects, expected):
 
 
 def test_what_follows_the_torque_is_at_the_actuator():
-    decision = decide(evidence_of(record([{'id': 'torque_gain', 'g': 0.2}], 3, dt=1e-3),
+    decision = decide(evidence_of(record([{'id': 'torque_gain', 'g': 0.2}], 3),
                                   ids=['arm_inertia']))
     assert decision.remains and decision.place == 'actuator'
 
@@ -453,7 +453,7 @@ def test_what_follows_the_torque_is_at_the_actuator():
 @pytest.mark.parametrize('gain, named', [(2.0, ()), (0.4, ('torque_gain',))])
 def test_a_value_at_a_bound_of_physics_is_no_finding(gain, named):
     """A gain of three is none of an actuator's: something else is named, or nothing."""
-    decision = decide(evidence_of(record([{'id': 'torque_gain', 'g': gain}], 3),
+    decision = decide(evidence_of(record([{'id': 'torque_gain', 'g': gain}], 2),
                                   ids=['torque_gain']))
     assert decision.ids == named and decision.remains == (not named)
 
@@ -491,7 +491,7 @@ REAL = DriveModel().with_(kind='rigid', position_gain=0.0, tolerance=0.02,
                           process_torque_time=1.0)
 
 
-def lasting_record(effects, size, seconds=10.0):
+def lasting_record(effects, size, seconds=6.0):
     """Return a recording in which torque of `size` (N m rms) that lasts LASTS is unexplained."""
     dt, noise = 0.005, np.random.default_rng(4)
     t = np.arange(0.0, seconds, dt)
@@ -549,7 +549,7 @@ def test_a_change_of_what_the_model_has_begins_there(changed):
     has = ({'id': 'gravity', 'G': 0.68, 'phi': 0.0}, {'id': 'arm_viscous', 'Cav': 0.05},
            {'id': 'saturation', 'umax': 20.0})
     truth = [*(e for e in has if e['id'] != changed['id']), changed]
-    evidence = evidence_of(record(truth), model=DriveModel().with_(effects=has),
+    evidence = evidence_of(record(truth, 2), model=DriveModel().with_(effects=has),
                            ids=['gravity', 'arm_viscous', 'motor_viscous', 'saturation'])
     none = fitted(evidence.coarse, unfitted(evidence.coarse, evidence.starts.none()))
     proposal = scan(evidence.coarse, evidence.starts, none, evidence.ids)[0]
@@ -565,7 +565,7 @@ def test_a_change_of_what_the_model_has_begins_there(changed):
 
 def test_two_changes_one_of_what_the_model_has():
     has, scale = {'id': 'gravity', 'G': 0.68, 'phi': 0.0}, {'id': 'torque_gain', 'g': 0.06}
-    evidence = evidence_of(record([{**has, 'G': 0.6}, scale], 4), model=DriveModel().with_(
+    evidence = evidence_of(record([{**has, 'G': 0.6}, scale], 3), model=DriveModel().with_(
         effects=(has,)), ids=['gravity', 'torque_gain', 'arm_inertia'])
     decision = decide(evidence)
     assert set(decision.ids) == {'gravity', 'torque_gain'} and not decision.remains
@@ -575,8 +575,8 @@ def test_two_changes_one_of_what_the_model_has():
 
 def test_the_interval_of_the_closed_fraction_covers_the_error_of_the_noise():
     """A right model leaves nothing: what its fraction is off 1 by is sigma's error, and chance."""
-    windows, length, covered = 12, 1000, []
-    signal = np.sin(np.linspace(0.0, 40.0, windows * length))[:, None]
+    windows, length, covered = 12, 500, []
+    signal = np.sin(np.linspace(0.0, 20.0, windows * length))[:, None]
     for seed in range(60):
         noise = np.random.default_rng(seed).standard_normal((windows * length, 2))
         sigma, _ = elementary.noise_levels(noise)

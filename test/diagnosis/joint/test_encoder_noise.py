@@ -105,8 +105,8 @@ def test_verdicts_as_with_white_noise(effects, tolerance):
 
 
 def decision_on(sigma, wrong=1.0, effects=(), count=1):
-    """Return (decision, deviations of the noise drawn) on 6 s each; its level is `wrong` off."""
-    t = np.arange(6000) * DT
+    """Return (decision, deviations of the noise drawn) on 4 s each; its level is `wrong` off."""
+    t = np.arange(4000) * DT
     u = Excitation(amplitudes=(1.0, 0.5)).torque(t)
     clean = simulate(DriveModel().with_(effects=effects), u, DT).y
     drawn = [sigma * np.random.default_rng(4 + i).standard_normal(clean.shape)

@@ -25,7 +25,7 @@ WRONG = replace(TRUE, torque_offset=0.0, motor_inertia=0.008, arm_inertia=0.015,
 
 
 def record(path, model, seed=1, zero=-0.02):
-    t = np.arange(3000) * 2e-3
+    t = np.arange(2000) * 2e-3
     u = Excitation('multisine', (4.0, 2.0, 1.0), (0.5, 1.3, 3.1 + 0.1 * seed)).torque(t)
     y = simulate(model, u, 2e-3).x[:, :2] + (0.0, zero)
     y = y + 0.002 * np.random.default_rng(seed).standard_normal(y.shape)
@@ -61,7 +61,7 @@ def test_values_are_found_again(tmp_path, capsys):
 def test_torque_that_no_model_explains_is_not_put_into_the_values(tmp_path, capsys):
     """It lasts 0.3 s: deviations count it, and a value within them is determined all the same."""
     dt, noise = 2e-3, np.random.default_rng(5)
-    t = np.arange(4000) * dt
+    t = np.arange(2500) * dt
     u = Excitation('multisine', (4.0, 2.0, 1.0), (0.5, 1.3, 3.1)).torque(t)
     fade = np.exp(-dt / 0.3)
     unknown = lfilter([1.0], [1.0, -fade], 0.1 * np.sqrt(1.0 - fade * fade)
@@ -139,7 +139,7 @@ def test_what_the_data_do_not_determine_is_told(tmp_path, capsys):
 def test_the_feedforward_of_a_servo_is_found_from_nothing(tmp_path, capsys):
     servo = Controller(kp=6.0, kd=0.15, feedforward=0.12, feedforward_inertia=0.02)
     drive = replace(TRUE, torque_offset=0.0, transmission=Transmission('rigid'), controller=servo)
-    t = np.arange(1200) * 1e-2
+    t = np.arange(600) * 1e-2
     r = 0.8 * np.sin(2.0 * t) + 0.2 * np.sin(7.0 * t)
     y = simulate(drive, r, 1e-2).x[:, :2]
     y = y + 1e-3 * np.random.default_rng(4).standard_normal(y.shape)
@@ -179,7 +179,7 @@ def test_bad_usage(tmp_path, capsys, monkeypatch):
 def test_a_delay_is_known_without_half_a_sample(driven):
     """By innovations and by the balance of the measured motion, in which searches begin."""
     dt, delay = 0.002, 0.008
-    t = np.arange(0.0, 6.0, dt)
+    t = np.arange(0.0, 4.0, dt)
     u = 0.9 * np.sin(2.0 * np.pi * 0.4 * t) + 0.5 * np.sin(2.0 * np.pi * 3.1 * t)
     rigid = DriveModel().with_(kind='rigid', position_gain=0.0, arm_inertia=1e-6,
                                motor_inertia=0.03)
@@ -200,7 +200,7 @@ def test_a_delay_is_known_without_half_a_sample(driven):
 
 def followed(frequencies, effects):
     """Return recordings of a servo that follows its setpoint, and its model with wrong values."""
-    t, noise = np.arange(0.0, 8.0, 0.005), np.random.default_rng(3)
+    t, noise = np.arange(0.0, 5.0, 0.005), np.random.default_rng(3)
     true = DriveModel().with_(
         kind='rigid', position_gain=0.0, motor_inertia=0.02, arm_inertia=1e-6, tolerance=0.3,
         viscous_friction=0.06, coulomb_friction=0.08, effects=effects,

@@ -12,7 +12,7 @@ from gearbox_monitor.plant.simulate import Noise, Plant
 from gearbox_monitor.signals.uniform import UniformRecording
 
 DT = 1e-3
-U = Excitation().torque(DT * np.arange(6000))
+U = Excitation().torque(DT * np.arange(4000))
 TRIED = ['arm_coulomb', 'motor_viscous', 'gravity', 'torque_map']
 
 

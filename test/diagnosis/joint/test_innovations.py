@@ -443,8 +443,8 @@ def test_steps_of_a_sample_end_where_torque_changes_and_encoders_read():
 
 def test_the_true_effect_is_proposed_and_fitted_from_nothing_and_the_noise_vanishes():
     truth = {'id': 'hysteresis_bouc_wen', 'Th': 0.15, 'dh': 0.03}
-    recording = recorded(replace(BLUNT, effects=(truth,)), 5.0, seed=2)
-    likelihood = likelihood_of(recording, BLUNT, [slice(0, 4000)])
+    recording = recorded(replace(BLUNT, effects=(truth,)), 3.0, seed=2)
+    likelihood = likelihood_of(recording, BLUNT, [slice(0, 2500)])
     starts = Starts(BLUNT, [recording])
     none = starts.none()
     without = fitted(likelihood, InnovationFit(none, none.start(), np.full(2, 0.1)))

@@ -24,13 +24,13 @@ MODEL = model_from_dict({'controller': STATED}, 'stated')
 
 def recorded(*effects, columns=(0, 1), noise=0.003, true=None, stated=MODEL):
     """
-    Return 10 s at 100 Hz of the true drive with `effects`, these encoders and `noise` (rad).
+    Return 6 s at 100 Hz of the true drive with `effects`, these encoders and `noise` (rad).
 
     true: its servo. stated: the model that is given.
     """
-    t = DT * np.arange(1000)
+    t = DT * np.arange(600)
     setpoint = (1.5 * np.sin(2 * np.pi * 0.7 * t) + 0.4 * np.sin(2 * np.pi * 2.1 * t)
-                + np.repeat(np.random.default_rng(7).uniform(-0.6, 0.6, 20), 50))
+                + np.repeat(np.random.default_rng(7).uniform(-0.6, 0.6, 12), 50))
     servo = true or {**STATED, 'kp': 6.0, 'kd': 0.15}
     drive = model_from_dict({'controller': servo, 'effects': list(effects)}, 'true')
     y = Plant(drive).run(setpoint, DT).y

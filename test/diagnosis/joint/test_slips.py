@@ -78,7 +78,7 @@ PAIRS = ({'id': 'stiffness', 'K': 20.0}, {'id': 'load_torque', 'TL': 0.5},
 def test_slips_beside_another_effect(number):
     other = PAIRS[number]
     run, planted = recording(20 + number, 2 - number % 2, (other,),
-                             seconds=SECONDS if number else 8.0)
+                             seconds=SECONDS if number else 6.0)
     verdict = verdict_on(run, TRIED if number else TRIED[:3])
     assert verdict.verdict == 'effect'
     assert set(verdict.effect.split('+')) == {'slip', other['id']}
@@ -92,7 +92,7 @@ def test_slips_beside_another_effect(number):
         (48, 1.0, ({'id': 'disturbance', 't0': 8.0, 'duration': 0.1, 'amplitude': 3.0},)),
         (49, 1.0, ({'id': 'torque_offset', 'u0': 0.3},))))])
 def test_no_slip_without_one(seed, gap, effects):
-    run, _ = recording(seed, 0, effects, gap)
+    run, _ = recording(seed, 0, effects, gap, SECONDS if seed > 40 else 6.0)
     assert not verdict_on(run).slips
 
 

@@ -64,7 +64,7 @@ def test_a_position_half_a_sample_ahead_is_no_gap():
         viscous_friction=0.4, coulomb_friction=0.0, damping=0.0, tolerance=0.05)
     own = rigid.with_(integrator='implicitfast', timestep=1.0 / FAST,
                       friction_law={'kind': 'ode'})
-    t = np.arange(round(SECONDS * FAST)) / FAST
+    t = np.arange(round(0.5 * SECONDS * FAST)) / FAST
     run = Plant(own, Noise(measurement=(5e-3, 5e-3)), 1).run(
         ExampleMotion(SECONDS, kind='varied').command(t, own), 1.0 / FAST)
     y = np.column_stack([run.y[:, 0], np.full(len(t), np.nan)])

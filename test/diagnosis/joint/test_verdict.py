@@ -32,8 +32,8 @@ def kind(value):
 @pytest.mark.parametrize('name', CASES)
 def test_keys_of_the_last_release_stay(name):
     effects, only = CASES[name]
-    verdict = diagnose([record(effects)], DriveModel(), only=only,
-                       validate=record(effects, 4, 7) if name == 'effect' else None)
+    verdict = diagnose([record(effects, 2)], DriveModel(), only=only,
+                       validate=record(effects, 2, 7) if name == 'effect' else None)
     data = json.loads(json.dumps(verdict.to_dict(), allow_nan=False))
     assert data['verdict'] == verdict.kind == name and verdict.data == verdict.to_dict()
     for path, expected in GOLDEN[name].items():
@@ -49,7 +49,7 @@ def test_keys_of_the_last_release_stay(name):
 
 
 def test_a_verdict_cannot_be_changed():
-    verdict = diagnose([record([])], DriveModel(), only=['torque_gain'])
+    verdict = diagnose([record([], 2)], DriveModel(), only=['torque_gain'])
     with pytest.raises(AttributeError):
         verdict.verdict = 'effect'
     finding = Finding('torque_gain', 'actuator', {'g': 0.1}, {'g': None}, 100.0)

@@ -20,7 +20,7 @@ ARM = """<mujoco><compiler angle="radian"/><option timestep="0.001" integrator="
 <inertial pos="0 0 .12" mass="{mass}" diaginertia=".01 .01 .003"/></body></body></worldbody>
 <actuator><position name="a" joint="shoulder" kp="{kp}" kv="8"/>
 <position name="b" joint="elbow" kp="80" kv="4"/></actuator></mujoco>"""
-RATE, SECONDS = 200, 20
+RATE, SECONDS = 200, 10
 
 
 def log(path, mass=1.0, kp=200, late=0, stiff=False, joints=('shoulder', 'elbow'), seed=5):
