@@ -283,18 +283,18 @@ def deadly(bag, settings):
 def test_a_bag_that_ruins_its_worker_is_named_and_tried_again(
         archive, tmp_path, capsys, monkeypatch):
     out = tmp_path / 'out'
-    words = (archive / 'sn1', '--out', out, '--workers', 2)
+    words = (archive / 'short', '--out', out, '--workers', 2, '--gearbox', '/(short)')
     with monkeypatch.context() as patch:
         patch.setattr(job, 'analyse', deadly)
         code, summary = fleet(capsys, *words, '--max-seconds', 8, '--max-memory', 512)
-    assert (code, summary['done'], summary['failed']) == (1, 2, 3)
+    assert (code, summary['done'], summary['failed']) == (1, 5, 3)
     assert [(Path(entry['path']).name, entry['reason'].partition(': ')[2], entry['retry'])
             for entry in summary['failures']] == [
         ('run_1', 'its worker died (killed, or out of memory)', True),
         ('run_2', 'took more than 8 s (--max-seconds)', True),
         ('run_3', 'out of memory (--max-memory)', True)]
     code, summary = fleet(capsys, *words)
-    assert (code, summary['done'], summary['skipped'], summary['failed']) == (0, 3, 2, 0)
+    assert (code, summary['done'], summary['skipped'], summary['failed']) == (0, 3, 5, 0)
 
 
 def test_a_dask_cluster_gives_the_same_table(archive, whole, tmp_path, capsys):
@@ -411,7 +411,7 @@ def bag_row(gearbox, day, gaps, separable=True, **features):
         'not_excited': None if windows else 'stands still'}
 
 
-def history(growth, days=20, seed=0, windows=4, **features):
+def history(growth, days=20, seed=0, windows=2, **features):
     """Return rows of bags whose gap is 1 + growth(day), and other features by functions, too."""
     rng = np.random.default_rng(seed)
     return [bag_row('elbow', day, 1.0 + growth(day) + 0.002 * rng.standard_normal(windows),
