@@ -107,7 +107,7 @@ def robot_verdicts() -> dict[str, Trace]:
         log, learnt = Path(folder, 'log.csv'), Path(folder, 'healthy.knowledge')
 
         def write(rng: np.random.Generator, differs: bool) -> None:
-            np.savetxt(log, simulated(robot.file.chain, 12.0, rng, differs), '%.9g', ',',
+            np.savetxt(log, simulated(robot.file.chain, 9.0, rng, differs), '%.9g', ',',
                        header=','.join(['t', *names]), comments='')
         write(rng, False)
         save_knowledge(learnt, gm.learn(log, robot)[0])
