@@ -17,7 +17,7 @@ from gearbox_monitor.recordings.guess import Answers, guessed
 from gearbox_monitor.recordings.read import open_bag
 from gearbox_monitor.recordings.table import load_table
 
-T = np.round(np.arange(2000) * 0.002, 6)
+T = np.round(np.arange(1400) * 0.002, 6)
 ARM = np.sin(5.0 * T) + 0.4 * np.sin(11.0 * T + 1.0)
 SPEED = 5.0 * np.cos(5.0 * T) + 4.4 * np.cos(11.0 * T + 1.0)
 ACCELERATION = -25.0 * np.sin(5.0 * T) - 48.4 * np.sin(11.0 * T + 1.0)

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """Roles of public log layouts: right, or asked for; never wrong in silence."""
+from functools import cache
+
 import driver_layouts
 import log_layouts
 import numpy as np
@@ -9,6 +11,7 @@ import pytest
 import yaml
 
 from gearbox_monitor.cli.main import main
+from gearbox_monitor.recordings import reading
 from gearbox_monitor.recordings.read import open_bag
 
 OF_DRIVE = {'motor_position': 'position', 'motor_velocity': 'velocity', 'motor_effort': 'effort',
@@ -56,8 +59,9 @@ def _same(names, truth):
         name.startswith(true) or name.isdigit() for name, true in zip(names, truth))
 
 
-def test_roles_are_right_or_asked_for(new_folder, capsys):
+def test_roles_are_right_or_asked_for(new_folder, capsys, monkeypatch):
     pytest.importorskip('h5py')
+    monkeypatch.setattr(reading, 'load_table', cache(reading.load_table))  # read once
     for make in (*log_layouts.LAYOUTS, *driver_layouts.LAYOUTS):
         folder = new_folder()
         layout = make(folder)

@@ -36,7 +36,7 @@ KEYS = {'verdict', 'effect', 'location', 'ranked', 'confusable', 'params', 'gap_
         'process_torque'}
 
 
-def record(effects=(), seconds=6.0, seed=1, load=None):
+def record(effects=(), seconds=5.0, seed=1, load=None):
     """Return (t, u, y) of a simulated drive; load [N]: torque on its arm, N m."""
     t = np.arange(int(500 * seconds)) * 2e-3
     u = Excitation('multisine', (4.0, 2.0, 1.0), (0.5, 1.3, 3.1 + 0.1 * seed)).torque(t)

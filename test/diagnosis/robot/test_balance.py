@@ -207,7 +207,7 @@ def test_springs_at_both_ends_of_a_joint_are_two_findings():
     case = random_robots.make(9, False, [], 100)
     chain = chain_of_compiled(random_robots.mujoco.MjModel.from_xml_string(case.xml),
                               Path('robot.xml'))
-    log = random_robots.log(case, 1, 16.0)[0]
+    log = random_robots.log(case, 1, 11.0)[0]
     section, = log.sections
     q, effort = section.position[:, 0], section.input.copy()
     low, high = np.quantile(q, (0.25, 0.75))
@@ -246,7 +246,7 @@ def test_a_base_that_is_mounted_otherwise_has_its_angle():
     for degrees in (3.0, 90.0, 180.0):
         case = random_robots.make(9, False, [], 100)
         chain = model_of(case).chain
-        rows = rows_of(random_robots.log(case, 1, 15.0, False)[0],
+        rows = rows_of(random_robots.log(case, 1, 10.0, False)[0],
                        RobotModel(chain, np.full(len(chain.links), 0.05)))
         ax, ay = np.radians(degrees) * np.array([0.6, -0.8])
         change = tilted(chain.gravity, ax, ay) - chain.gravity
@@ -454,7 +454,7 @@ def test_scatter_between_parts_is_no_argument_about_the_name():
 def servo_offset():
     """Return the Case of a servo robot with an offset, and its log."""
     case = random_robots.make(9708, False, ['torque_offset'], 100)
-    return case, random_robots.log(case, 1, 14.0, True, True)
+    return case, random_robots.log(case, 1, 9.0, True, True)
 
 
 def test_gains_of_a_servo_may_be_wrong(servo_offset):
@@ -612,9 +612,9 @@ def test_random_robots(seed, against, kinds, how):
 
 @pytest.fixture(scope='module')
 def taught():
-    """Return the Knowledge of a reference of 20 s, a healthy log and the RobotModel."""
+    """Return the Knowledge of a reference of 14 s, a healthy log and the RobotModel."""
     case = random_robots.make(16, True, [], 100)
-    model, (reference, log) = model_of(case), (random_robots.log(case, number, 20.0, False)[0]
+    model, (reference, log) = model_of(case), (random_robots.log(case, number, 14.0, False)[0]
                                                for number in (1, 2))
     return learn(model, [reference]), log, model
 
@@ -742,7 +742,7 @@ def test_a_reference_is_held_against_the_file():
     case = random_robots.make(9, False, [], 100)
     chain = model_of(case).chain
     turned = tilted(chain.gravity, 0.5 * np.pi, 0.0)
-    log = random_robots.log(case, 2, 20.0, False)[0]
+    log = random_robots.log(case, 2, 12.0, False)[0]
     for gravity, effects in ((chain.gravity, []), (turned, ['base_tilt'])):
         model = replace(model_of(case), chain=replace(chain, gravity=gravity))
         found = examined(model, [log], learn(model, [log]))
@@ -755,7 +755,7 @@ def test_a_reference_is_held_against_the_file():
 def test_scales_of_joints_are_in_the_deviation_of_a_load_and_no_findings_beside_it():
     """A load was 12 % low +- 1 %, its centre 9 deviations off, with gains of joints beside it."""
     case = random_robots.make(12, False, [], 100)
-    chain, log = model_of(case).chain, random_robots.log(case, 1, 20.0, False)[0]
+    chain, log = model_of(case).chain, random_robots.log(case, 1, 12.0, False)[0]
     links, count = chain.links, len(chain.links)
     heavy = replace(chain, links=(*links[:-1], replace(links[-1], theta=links[-1].theta + inertial(
         3.0 * links[-1].mass, np.array([0.0, 0.0, 0.1]), np.zeros((3, 3))))))

@@ -134,7 +134,7 @@ def test_a_slide_exchanged_with_a_hinge_is_no_other_unit():
     chain = chain_of_compiled(random_robots.mujoco.MjModel.from_xml_string(case.xml),
                               Path('robot.xml'))
     robot = RobotModel(chain, np.full(len(chain.links), 0.05), 0.05)
-    log = random_robots.log(case, 1, 40.0)[0]
+    log = random_robots.log(case, 1, 20.0)[0]
     assert [link.slides for link in chain.links] == [False, False, True]
     for pair, readings in (((1, 2), []), ((0, 1), [(0, 1)])):
         misread = log_as_read(log, [RobotReading(swapped=pair)])

@@ -185,7 +185,7 @@ def test_setpoints_of_position_actuators_in_the_file(tmp_path, capsys, mass, kp,
     (tmp_path / 'values.yaml').write_text('gain_tolerance: 0.05\n')
     m = mujoco.MjModel.from_xml_string(SERVO.format(mass=mass, kp=kp))
     d, rng, rows = mujoco.MjData(m), np.random.default_rng(1), []
-    t = np.arange(0.0, 30.0, 1e-3)[:, None]
+    t = np.arange(0.0, 18.0, 1e-3)[:, None]
     goal = np.stack([0.5 + np.sum(rng.uniform(0.1, 0.35, 5) * np.sin(
         2.0 * np.pi * rng.uniform(0.05, 0.6, 5) * t + rng.uniform(0.0, 6.28, 5)), axis=1)
         for _ in range(2)], axis=1)
