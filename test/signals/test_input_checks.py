@@ -110,7 +110,7 @@ def loaded(seed):
     effects += [{'id': 'arm_coulomb', 'Cac': size[2]}] if friction else []
     true = replace(model, torque_offset=0.3 * size[1] * offset, effects=tuple(effects),
                    coulomb_friction=model.coulomb_friction + 0.3 * size[1] * friction)
-    t = np.arange(5000) * 2e-3
+    t = np.arange(4000) * 2e-3
     kind = ('multisine', 'chirp', 'square', 'slow')[seed % 4]
     u = (1.0 + size.max()) * MOTIONS[kind].torque(t)
     y = simulate(true, u, 2e-3).x[:, :2]
