@@ -118,7 +118,7 @@ def test_substeps_cover_what_the_process_model_adds():
 def test_equals_the_oracle():
     for variant in VARIANTS:
         p, constants, n = setup(variant, **{k: v for k, v in TUNED.items() if k != 'arm_load'})
-        out = data(0.4)
+        out = data(0.25)
         rng = np.random.default_rng(0)
         y = out.y.copy()
         y[rng.random(y.shape) < 0.1] = np.nan

@@ -40,8 +40,8 @@ TUNED = {
 
 def curve(kind, stiffness, half_gap, width=0.0, hysteresis_stiffness=0.0, zero=0.0,
           friction=(0.0, 0.0), gain=0.0):
-    """Return exact rows [8000, N_SMOOTHED]: a motion whose friction does not follow the twist."""
-    t = np.linspace(0.0, 10.0, 8000)
+    """Return exact rows [4000, N_SMOOTHED]: a motion whose friction does not follow the twist."""
+    t = np.linspace(0.0, 10.0, 4000)
     rows = np.zeros((len(t), N_SMOOTHED))
     rows[:, S_TWIST] = np.sin(5.7 * t) + 0.5 * np.sin(14.0 * t)
     rows[:, S_X3] = 12.0 * np.cos(4.1 * t) + 6.0 * np.sin(11.0 * t)

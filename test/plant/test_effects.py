@@ -4,6 +4,7 @@
 """Every effect: the same equation in two plants, in pieces, switched on in a node, plugged in."""
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import cache
 import math
 from pathlib import Path
 import re
@@ -72,11 +73,16 @@ def test_values_are_given_for_all():
         assert list(VALUES[name]) == [p.name for p in effect.parameters]
 
 
+@cache
+def without():
+    """Return the readings of the own plant without an effect."""
+    return own.simulate(own.NOMINAL, [], U, DT)[1]
+
+
 def agrees(name):
     bursts = half_sine(BURST) if name == 'disturbance' else given(name)
     effect = {'id': name, **({'bursts': [BURST]} if name == 'disturbance' else VALUES[name])}
-    _, nominal = own.simulate(own.NOMINAL, [], U, DT)
-    _, y = own.simulate(own.NOMINAL, [effect], U, DT)
+    nominal, (_, y) = without(), own.simulate(own.NOMINAL, [effect], U, DT)
     assert np.ptp(nominal) > 5.0
     # The finest common grid; of two readings near a half quantum, one may round otherwise.
     quantum = VALUES[name].get('q', 0.0)
