@@ -208,7 +208,6 @@ DRIVES = ((4.0, 4e4, 2e-4, 9.0, 8.0), (4.0, 4e4, 2e-4, 12.0, 8.0), (1.6, 2e4, 2.
 RATED = np.array([100.0, 100.0, 50.0, 6.0, 6.0, 3.0])  # N m, scale of the noise of torques
 ENCODER = 2e-5                                         # rad, standard deviation
 PAYLOAD = Payload(position=(0.0, 0.0, 0.05), link='tool')
-PAYLOADS = (1.0, 5.0)                                  # kg
 
 
 def nominal_drives(robot: RobotDescription) -> list[DriveModel]:
@@ -251,28 +250,6 @@ def drives_as_built(drives: list[DriveModel], rng: np.random.Generator) -> list[
     return [replace(d, coulomb_friction=d.coulomb_friction * off(d.friction_tolerance),
                     viscous_friction=d.viscous_friction * off(d.damping_tolerance),
                     motor_inertia=d.motor_inertia * off(d.inertia_tolerance)) for d in drives]
-
-
-def worked(plant: ArmPlant, rng: np.random.Generator, moves: int, dt: float
-           ) -> tuple[ArmRun, Array, Array, Array]:
-    """
-    Let a plant pick and place.
-
-    Args:
-        plant: of the arm.
-        rng: source of poses, payloads and noise of the encoders.
-        moves: how many.
-        dt: length of a sample, s.
-
-    Returns:
-        The ArmRun, its payload [N] (kg), and the measured positions of motors and arms [N, n].
-
-    """
-    references, payload = pick_and_place(
-        rng, (LOW, HIGH, SPEED), plant.target, moves, dt, PAYLOADS)
-    run = plant.run(references, payload, dt)
-    motor, arm = (true + ENCODER * rng.normal(size=true.shape) for true in (run.motor, run.arm))
-    return run, payload, motor, arm
 
 
 SPREAD = 0.1    # how far masses and inertias of the arm are off, relative

@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 import pytest
+from robot_arm import worked
 
 from gearbox_monitor.errors import InputError
 from gearbox_monitor.estimation.estimates import Sample, Samples
@@ -36,7 +37,7 @@ def work(seed=2):
     rng = np.random.default_rng(seed)
     plant = ArmPlant(arm_plant.as_built(ARM, rng, 0.1),
                      arm_plant.drives_as_built(DRIVES, rng), arm_plant.MIDDLE)
-    run, payload, motor, arm = arm_plant.worked(plant, rng, 3, DT)
+    run, payload, motor, arm = worked(plant, rng, 3, DT)
     u = np.column_stack([run.u[:, JOINT], np.full(len(payload), np.nan)])
     return run, payload, Samples(T0 + np.round(run.t * 1e9).astype(np.int64), u,
                                  np.column_stack([motor[:, JOINT], arm[:, JOINT]]), arm)

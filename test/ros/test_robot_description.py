@@ -12,6 +12,7 @@ import pytest
 rclpy = pytest.importorskip('rclpy')
 from harness import RELIABLE  # noqa: E402, I100, I202
 from rclpy.qos import DurabilityPolicy, QoSProfile  # noqa: E402
+from robot_arm import worked  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_msgs.msg import String  # noqa: E402
 
@@ -37,7 +38,7 @@ def test_live_is_replay_with_a_description_and_a_payload(graph, tmp_path):
     rng = np.random.default_rng(4)
     plant = ArmPlant(arm_plant.as_built(robot, rng, 0.1),
                      arm_plant.nominal_drives(robot), arm_plant.MIDDLE)
-    run, payload, motor, arm = arm_plant.worked(plant, rng, 2, DT * 1e-9)
+    run, payload, motor, arm = worked(plant, rng, 2, DT * 1e-9)
     drives = arm_plant.nominal_drives(robot)
     for name, joint in GEARBOXES.items():
         save_model(tmp_path / f'{name}.yaml', drives[joint], [])

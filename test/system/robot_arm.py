@@ -29,6 +29,7 @@ from gearbox_monitor.robot.arm_plant import ArmPlant
 T0 = 1_700_000_000_000_000_000
 DT, SPREAD, MOVES, SETTLED = 1e-3, 0.1, 4, 0.5  # s, relative, -, s
 RATIO, COVERAGE = 0.5, 0.95
+PAYLOADS = (1.0, 5.0)  # kg
 FILE = str(config_path('arm6.urdf'))
 LOADS = {'unknown': {'arm_load': 'unknown', 'friction_error_std': 0.0}, 'model': {}}
 
@@ -41,12 +42,21 @@ def add_arguments(parser):
     add_json_option(parser)
 
 
+def worked(plant, rng, moves, dt):
+    """Return the ArmRun of `moves`, its payload, kg, and measured positions of motors and arms."""
+    references, payload = arm_plant.pick_and_place(
+        rng, (arm_plant.LOW, arm_plant.HIGH, arm_plant.SPEED), plant.target, moves, dt, PAYLOADS)
+    run = plant.run(references, payload, dt)
+    return run, payload, *(true + arm_plant.ENCODER * rng.normal(size=true.shape)
+                           for true in (run.motor, run.arm))
+
+
 def measured(robot, seed):
     """Return {load: [(mean squared error, coverage) of each joint]} of one arm."""
     rng, drives = np.random.default_rng(seed), arm_plant.nominal_drives(robot)
     plant = ArmPlant(arm_plant.as_built(robot, rng, SPREAD),
                      arm_plant.drives_as_built(drives, rng), arm_plant.MIDDLE)
-    run, payload, motor, arm = arm_plant.worked(plant, rng, MOVES, DT)
+    run, payload, motor, arm = worked(plant, rng, MOVES, DT)
     stamps = T0 + np.round(run.t * 1e9).astype(np.int64)
     cuts = [0, *np.flatnonzero(np.diff(payload)) + 1, len(payload)]
     rows = {load: [] for load in LOADS}
