@@ -296,7 +296,7 @@ class BalanceEvidence:
             if c.at_setting is not None and base.deviance - fit.deviance > self.cost(c):
                 fit = _refined(self.likelihood, fit)
             fit = self._bounded(fit, len(base.chosen))
-            if _allowed(self.likelihood, fit):
+            if all(_possible(self.likelihood, fit)):  # a new one moves the others
                 fits.append((self.tempered_gain(base, fit), fit))
         if not fits:
             return []
@@ -430,11 +430,6 @@ def tempered(gain: float | Array, estimate: tuple[Array, Array], days: Array, di
     own, tame = (float(b @ np.linalg.solve(x, b)) for x in (plain, wide))
     between = max(1.0 / max(tame, 1e-300) - dispersion / max(own, 1e-300), 0.0) / times ** 2
     return 1.0 / (dispersion / np.maximum(gain, 1e-300) + between)
-
-
-def _allowed(evidence: RobotLikelihood, fit: RobotFit) -> bool:
-    """Return whether physics allows the values of all candidates: a new one moves the others."""
-    return all(_possible(evidence, fit))
 
 
 def _possible(evidence: RobotLikelihood, fit: RobotFit) -> Iterator[bool]:

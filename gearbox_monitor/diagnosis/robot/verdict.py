@@ -123,7 +123,8 @@ def diagnose(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge |
     laws, free = ([c for c in field if c.joint not in unjudged] for field in (
         library(recordings, effects), free_functions(recordings) + swings(recordings)))
     shares = unvisited_shares(recordings, knowledge.visits) if knowledge else []
-    search = judged(BalanceEvidence.of(evidence, laws, free, knowledge), knowledge, shares)
+    search = judged(BalanceEvidence.of(evidence, laws, free, knowledge), knowledge, shares,
+                    max(away, 1.0))
     blank, fit = search.evidence.blank, search.best.fit.fit
     remainders = [r for r in _remainders(search, knowledge, max(away, 1.0))
                   if r.joint not in unjudged]
@@ -179,25 +180,25 @@ def _laws_alone(search: BalanceSearch) -> BalanceSearch:
 
 
 def judged(evidence: BalanceEvidence, knowledge: Knowledge | None = None,
-           shares: Sequence[Mapping[str, float]] = ()) -> BalanceSearch:
+           shares: Sequence[Mapping[str, float]] = (), away: float = 1.0) -> BalanceSearch:
     """
     Return the contest with the scales that the references and the recordings themselves show.
 
     With references only where they were, a difference from them is evidence; and what parts of
     the recordings differ by beside all findings shows that the model is not true there: it is
-    over-dispersion as well.
+    over-dispersion as well. Where more is left than healthy parts may differ by, that they differ
+    is no reason against a law: the likeliest laws that leave no more are taken.
 
     Args:
         evidence: of the recordings.
         knowledge: of references.
         shares: of each joint's motion, where no reference was.
+        away: squared error of what was taught, over that near the references.
     """
-    visible = np.ones(len(evidence.dispersion))
-    if knowledge is not None:
-        visible = np.array([max(1.0 - max(of.values()), LEAST_SEEN) for of in shares])
-        evidence = replace(evidence, dispersion=evidence.dispersion / visible)
-        if knowledge.short:
-            evidence = replace(evidence, extra=CONTEST.margin, day=SETTINGS.day)
+    visible = np.array([max(1.0 - max(of.values()), LEAST_SEEN) for of in shares] or [1.0])
+    evidence = replace(evidence, dispersion=evidence.dispersion / visible)
+    if knowledge is not None and knowledge.short:
+        evidence = replace(evidence, extra=CONTEST.margin, day=SETTINGS.day)
     search = contest(evidence)
     # Without references, a function without a law may be the difference between the parts.
     if search.best.members and (knowledge is not None or search.best.function is None):
@@ -208,7 +209,20 @@ def judged(evidence: BalanceEvidence, knowledge: Knowledge | None = None,
         own = scattered(evidence.likelihood, fit, of_joints)[1] / visible
         if any(own[j] > evidence.dispersion[j] for c in fit.chosen for j in c.columns):
             search = contest(replace(evidence, dispersion=np.maximum(own, evidence.dispersion)))
-    return search
+    if knowledge is None or np.all(_excess(search, knowledge, away) <= 1.0):
+        return search
+    most = (knowledge.variance.T * knowledge.dispersion * SETTINGS.excess * away).T
+    likelihood = RobotLikelihood(evidence.likelihood.recordings, knowledge.prior, most)
+    certain = contest(replace(evidence, likelihood=likelihood, blank=likelihood.fit(),
+                              dispersion=np.ones(likelihood.joints)))
+    return search if certain.best.function or np.any(
+        _excess(certain, knowledge, away) > 1.0) else certain
+
+
+def _excess(search: BalanceSearch, knowledge: Knowledge, away: float) -> Array:
+    """Return the energy [J] that a search leaves, over the most by which healthy parts differ."""
+    return energy_over(search.evidence.likelihood, search.best.fit.fit, knowledge.variance) / (
+        knowledge.dispersion * SETTINGS.excess * away)
 
 
 def examined(robot: RobotModel, logs: Sequence[RobotLog], knowledge: Knowledge
@@ -499,10 +513,11 @@ def _remainders(search: BalanceSearch, knowledge: Knowledge | None, away: float
                 tuple(name for name, *_ in times[j]) if several else (),
                 {'burstiness': round(float(size[j]), 2)}))
     if knowledge is not None:
-        excess = energy_over(evidence, fit, knowledge.variance) / knowledge.dispersion
+        excess = _excess(search, knowledge, away)
         out += [Remainder('arm_side', 'effort', rms_in_motion(evidence, j, fit.residual[j]), None,
-                          chain.joints[j], figures={'excess': round(float(excess[j]), 2)})
-                for j in np.argsort(-excess) if excess[j] > SETTINGS.excess * away
+                          chain.joints[j], figures={'excess': round(
+                              float(excess[j]) * SETTINGS.excess * away, 2)})
+                for j in np.argsort(-excess) if excess[j] > 1.0
                 and all(r.joint != chain.joints[j] for r in out)]
     return tuple(out)
 

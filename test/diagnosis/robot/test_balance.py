@@ -17,7 +17,7 @@ from scipy.signal import butter, sosfreqz
 from gearbox_monitor.diagnosis.contest import contest, leading, rank, Search
 from gearbox_monitor.diagnosis.hypothesis import Finding
 from gearbox_monitor.diagnosis.robot.balance_evidence import (
-    _allowed, BalanceEvidence, visible_size)
+    _possible, BalanceEvidence, visible_size)
 from gearbox_monitor.diagnosis.robot.candidates import (
     Candidate, library, of_robot, stops, swing, swings)
 from gearbox_monitor.diagnosis.robot.knowledge import (
@@ -228,7 +228,7 @@ def test_two_effects_that_cancel_each_other_are_no_finding():
     evidence = SimpleNamespace(recordings=[rows])
     for size, allowed in ((8.0, True), (12.0, False)):
         chosen = Candidate('offset', {0: x}), Candidate('weight', {0: -x})
-        assert _allowed(evidence, fit_of(chosen, [size, size - 3.0])) == allowed
+        assert all(_possible(evidence, fit_of(chosen, [size, size - 3.0]))) == allowed
 
 
 def test_bounds_hold_for_all_candidates_of_a_fit():
@@ -238,7 +238,8 @@ def test_bounds_hold_for_all_candidates_of_a_fit():
     for values, allowed in (([5.0, 0.1], True), ([5.0, -0.9], False)):
         for chosen in ((wide, narrow), (narrow, wide)):
             ordered = values if chosen[0] is wide else values[::-1]
-            assert _allowed(SimpleNamespace(recordings=()), fit_of(chosen, ordered)) == allowed
+            assert all(_possible(
+                SimpleNamespace(recordings=()), fit_of(chosen, ordered))) == allowed
 
 
 def test_a_base_that_is_mounted_otherwise_has_its_angle():
@@ -704,6 +705,14 @@ def test_friction_beyond_what_days_differ_by_is_no_green(taught):
     assert f'{name}: friction of another form' in headline(less)  # it was 140 % below
     both = {**data, 'drifts': [*data['drifts'], {**data['drifts'][0], 'joint': 'wrist'}]}
     assert '; wrist: friction ' in headline(both)
+    # Beyond all that healthy parts differ by it is friction, not a change without a cause.
+    effort[:, joint] += 3.0 * np.tanh(np.interp(section.t - section.t[0], motion.t,
+                                                motion.v[:, joint]) / 0.02)
+    rough = replace(knowledge, dispersion=60.0 * knowledge.dispersion, seconds=60.0)
+    finding, = diagnose(model, [replace(log, sections=(replace(section, input=effort),))],
+                        rough).findings
+    assert (finding.effect, finding.joint) == ('motor_coulomb', name)
+    assert 2.8 < finding.values['Cc_change'] < 3.8
     # What a recording does not tell is no difference: it was 1.1e12 %, +- 1e15 %.
     sure = replace(knowledge.prior, covariance=1e-9 * knowledge.prior.covariance)
     assert not friction_drifts(healthy.evidence, healthy.fit, sure, 1e6 * knowledge.dispersion)
