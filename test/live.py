@@ -15,14 +15,14 @@ from gearbox_monitor.recordings.topics import signal_values, SIGNALS
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 DIAGNOSTICS = 'diagnostic_msgs/msg/DiagnosticArray'
-T0 = 1_700_000_000_000_000_000
+T0, RATE = 1_700_000_000_000_000_000, 500  # ns, samples/s
 # Short windows, one operating point, a false alarm a day: enough for an alert in so short a time.
 PARAMETERS = {
     'arm_load': 'none', 'drift_window': 2.0, 'false_alarm_interval': 86400.0, 'angle_bin': 0.0,
     'speed_bin': 1.0, 'load_bin': 1.0}
 
 
-def worn(seconds, lost=(0, 0), seed=5, rate=0.05, half_gap=0.1):
+def worn(seconds, lost=(0, 0), seed=5, rate=0.05, half_gap=0.1, per_second=RATE):
     """
     Return Samples of a drive whose gap grows from 10 s on.
 
@@ -32,16 +32,17 @@ def worn(seconds, lost=(0, 0), seed=5, rate=0.05, half_gap=0.1):
         seed: of the noise.
         rate: of the growth, relative per second.
         half_gap: at the begin.
+        per_second: samples of one.
 
     """
-    n = seconds * 1000
+    n = seconds * per_second
     plant = FaultyPlant(DriveModel().with_(half_gap=half_gap),
                         Noise((0.0, 0.0, 0.4, 0.4), (5e-3, 5e-3)), seed,
                         faults=Faults(gap_growth_rate=rate, gap_growth_start=10.0))
-    drive = plant.run(Excitation().torque(1e-3 * np.arange(n)), 1e-3)
+    drive = plant.run(Excitation().torque(np.arange(n) / per_second), 1.0 / per_second)
     y = drive.y.copy()
     y[slice(*lost), 1] = np.nan
-    return Samples(T0 + np.arange(n) * 1_000_000,
+    return Samples(T0 + np.arange(n) * (1_000_000_000 // per_second),
                    np.column_stack([drive.u, np.full(n, np.nan)]), y)
 
 
@@ -79,8 +80,8 @@ def write_live(writer, samples, refused=(0, 0), later=0):
         writer.add_topic(topic, DIAGNOSTICS)
     snapshot = {'version': '0.0.9', 'kernels': 'c', **monitor.snapshot()}
     array('/estimator/snapshot', {'snapshot': (0, '', snapshot)}, T0)
-    for k in range(len(samples.stamp_ns) // 1000):
-        part = slice(1000 * k, 1000 * (k + 1))
+    for k in range(len(samples.stamp_ns) // RATE):
+        part = slice(RATE * k, RATE * (k + 1))
         estimates = monitor.run(Samples(samples.stamp_ns[part], samples.u[part], samples.y[part]))
         now = int(samples.stamp_ns[part][-1])
         for signal in SIGNALS:

@@ -80,7 +80,7 @@ def files(tmp_path_factory):
     write_robot_pair(folder / 'arm', 15.0, 0)
     for source, name in (('robot.urdf', 'robot.urdf'), ('healthy.csv', 'log.csv')):
         shutil.copy(folder / 'arm' / source, folder / name)
-    t = 2e-3 * np.arange(16_000)
+    t = 2e-3 * np.arange(6_000)
     run = simulate(DriveModel(), 6.0 * np.cos(5.7 * t), 2e-3, Noise(measurement=(2e-3, 2e-3)))
     np.savetxt(folder / 'bench.csv', np.column_stack([t, run.u, run.y]), '%.9g', ',',
                header='t,u,motor,arm', comments='')

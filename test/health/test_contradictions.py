@@ -98,7 +98,7 @@ SHARES = [
 
 def test_lost_and_bad_samples_count_by_their_share():
     for every, bad, compared in SHARES:
-        samples = worn(14, rate=0.0)
+        samples = worn(14, rate=0.0, per_second=1000)
         y = samples.y.copy()
         y[::every, 0] += bad  # a bad reading, rad
         kept = np.arange(len(y)) % every != every // 2  # and a lost one
@@ -111,7 +111,7 @@ def test_lost_and_bad_samples_count_by_their_share():
 
 
 def test_messages_do_not_change_from_second_to_second():
-    samples = worn(8, rate=0.0)
+    samples = worn(8, rate=0.0, per_second=1000)
     samples.y[:, 1] = np.nan
     monitor, told = Monitor(DriveModel(), PARAMETERS), set()
     for k in range(8):

@@ -84,7 +84,7 @@ def test_every_door_gives_the_same_answer(tmp_path, capsys, rate, seed):
 def test_a_baseline_file_counts_at_every_door(tmp_path, capsys):
     """Worn from its first sample on: only the baseline of before can tell."""
     healthy, grown = (worn(seconds, seed=1, rate=0.0, half_gap=half_gap)
-                      for seconds, half_gap in ((40, 0.1), (20, 0.1247)))
+                      for seconds, half_gap in ((26, 0.1), (14, 0.1247)))
     monitor = Monitor(MODEL, PARAMETERS)
     monitor.run(healthy)
     file = tmp_path / 'healthy.json'
