@@ -15,6 +15,7 @@ import numpy as np
 
 from gearbox_monitor.estimation.noise_search import at_rest
 from gearbox_monitor.kernels.types import Array, Integers
+from gearbox_monitor.parameters import ESTIMATOR
 from gearbox_monitor.plant.drive import DriveModel
 from gearbox_monitor.presentation import percent, Quantity, said
 from gearbox_monitor.signals.finding import (
@@ -23,6 +24,7 @@ from gearbox_monitor.signals.uniform import (
     constant_runs, HALF_WIDTHS, reversals, rms_of, SmoothedMotion, UniformRecording)
 
 NAMES = ('motor', 'arm')
+DELAYS = next(row for row in ESTIMATOR if row.name == 'effort_delay')
 Noises: TypeAlias = Sequence[tuple[float, float] | None]
 ROWS = 200_000
 
@@ -33,8 +35,8 @@ def measured(y: Array, without_arm: bool = False) -> list[DataFinding]:
     findings = []
     for name, values in zip(NAMES, y.T):
         share, neither = float(np.isnan(values).mean()), bool(np.isnan(y).all())
-        grade = (BAD if share > LIMITS.missing_many
-                 else WARN if share > LIMITS.missing_notice else OK)
+        grade = (BAD if share > LIMITS.lost_many
+                 else WARN if share > LIMITS.max_repaired else OK)
         code = 'readings' if share else 'all_readings'
         grades = hurts(min(grade, WARN), grade, grade)
         if share == 1.0 and without_arm and name == 'arm':
@@ -76,7 +78,7 @@ def noise(stamps: Integers, y: Array, noises: Noises, swing: float | None,
                                     side=NAMES[i], stated=stated[i]),
             {} if right else hurts(WARN, WARN), values))
         if quantum > 0.0:
-            coarse = swing is not None and quantum > LIMITS.coarse * swing
+            coarse = swing is not None and quantum > LIMITS.swing_share * swing
             share = (said('of_swing', share=quantum / swing),) if swing else ()
             findings.append(judged(
                 NAMES[i], 'resolution', said('resolution', step=quantum, swing=share),
@@ -94,7 +96,7 @@ def broken(part: UniformRecording, noises: Noises, model: DriveModel | None = No
         noises: (noise, quantisation step) of each encoder, rad; None without readings.
         model: model of the drive, None if unknown.
     """
-    found, rows = list[DataFinding](), max(LIMITS.stuck_samples, LIMITS.stuck_seconds / part.dt)
+    found = list[DataFinding]()
     for i in part.channels:
         own, opposite, dt = part.y[:, i], part.y[:, 1 - i], part.dt
         if np.ptp(own) == 0.0:
@@ -106,7 +108,7 @@ def broken(part: UniformRecording, noises: Noises, model: DriveModel | None = No
             continue
         starts, lengths = constant_runs(own)
         play = free_travel(part, noises, i, model)
-        runs = [run for k in np.flatnonzero(lengths >= rows) if np.ptp(opposite[
+        runs = [run for k in np.flatnonzero(lengths >= LIMITS.stuck_samples) if np.ptp(opposite[
             run := slice(starts[k], starts[k] + lengths[k])]) > play]
         if not runs:
             continue
@@ -138,12 +140,12 @@ def free_travel(part: UniformRecording, noises: Noises, i: int, model: DriveMode
     assert own is not None and opposite is not None
     sigma, quantum = own
     travel = 20.0 * opposite[0] + 2.0 * opposite[1]
-    if quantum == 0.0 and sigma > LIMITS.noisy * np.ptp(part.y[:, i]):
+    if quantum == 0.0 and sigma > np.finfo(np.float32).eps * np.ptp(part.y[:, i]):
         return travel
     # The twist is the drive's while a reading changes; while it sticks, the twist says nothing.
     lengths = constant_runs(part.y[:, i])[1]
-    lives = np.repeat(lengths < max(LIMITS.stuck_samples, LIMITS.stuck_seconds / part.dt), lengths)
-    mixed = LIMITS.live <= lives.mean() < 1.0
+    lives = np.repeat(lengths < LIMITS.stuck_samples, lengths)
+    mixed = LIMITS.least_share <= lives.mean() < 1.0
     y = part.y[lives] if mixed else part.y
     low, high = np.percentile(y[:, 0] - y[:, 1], (5, 95) if mixed else (25, 75)) / (1.0 + mixed)
     free = 4.0 * float(high - low)
@@ -199,12 +201,12 @@ def travel(moved: SmoothedMotion, i: int) -> DataFinding:
 def reverses(moved: SmoothedMotion) -> DataFinding:
     """Return the finding about how often the speed changes its sign."""
     v, i, seconds = moved.v[:, moved.i], moved.i, moved.recording.duration
-    count = len(reversals(v, max(LIMITS.slow_noise * float(moved.noise_v[i]),
+    count = len(reversals(v, max(LIMITS.certain * float(moved.noise_v[i]),
                                  LIMITS.slow_share * float(np.abs(v).max()))))
     return judged(
         'motion', 'reversals', said(('never_reverses', 'reverses_once', 'reverses')[min(count, 2)],
                                     side=NAMES[i], count=count, pace=60.0 * count / seconds),
-        {} if count >= LIMITS.reversals else hurts(OK, BAD, WARN), {'reversals': count},
+        {} if count > 1 else hurts(OK, BAD, WARN), {'reversals': count},
         'no_reversal')
 
 
@@ -217,7 +219,7 @@ def _ratio(moved: SmoothedMotion) -> DataFinding:
     # Noise and backlash flatten the slope of one on the other, not that of their sizes.
     size = lengths[1] / lengths[0]
     code = ('two_drives' if abs(same) < 0.5 else 'ratio_negative' if slope < 0.0 else
-            'ratio' if LIMITS.ratio_low < size < LIMITS.ratio_high else 'ratio_off')
+            'ratio' if 1.0 / LIMITS.near < size < LIMITS.near else 'ratio_off')
     return judged('signs', 'motor and arm', said(
         code, ratio=np.sign(slope) * size, correlation=same, factor=1.0 / max(size, 1e-300)),
         {} if code == 'ratio' else everything(BAD), {'slope': slope, 'correlation': same})
@@ -226,8 +228,8 @@ def _ratio(moved: SmoothedMotion) -> DataFinding:
 def crossings(moved: SmoothedMotion, half_gap: float | None) -> Integers:
     """Return the samples at which the twist has gone from one flank of the gap to the other."""
     middle, width = moved.swing
-    flank = LIMITS.flank_gap * half_gap if half_gap else LIMITS.flank_swing * (width or 0.0)
-    flank = max(flank, LIMITS.twist_seen * float(np.hypot(*moved.noise)))
+    flank = max(LIMITS.flank * (half_gap or 0.5 * (width or 0.0)),
+                LIMITS.certain * float(np.hypot(*moved.noise)))
     return reversals(moved.p[:, 0] - moved.p[:, 1] - middle, flank)
 
 
@@ -277,14 +279,14 @@ def torques(u: Array, known: bool, has_setpoint: bool = False) -> list[DataFindi
     values, torque = {'missing_share': share}, u[np.isfinite(u)]
     if share == 1.0 and has_setpoint:
         code, grades = 'setpoint_alone', hurts(BAD, BAD, WARN)
-    elif share > LIMITS.missing_many or not known:
+    elif share > LIMITS.lost_many or not known:
         code, grades = 'no_torque' if share == 1.0 else 'torque_missing', everything(BAD)
     else:
         low, high = float(torque.min()), float(torque.max())
         values.update(rms=rms_of(torque), low=low, high=high)
         code, limits = 'torque', torque_limits(torque)
         limits += [judged('torque', 'used', said('torque_used'))] * has_setpoint
-        grades = hurts(WARN, WARN, BAD) if share > LIMITS.missing_notice else {}
+        grades = hurts(WARN, WARN, BAD) if share > LIMITS.max_repaired else {}
         if low == high:
             code, grades, limits = 'same_torque', everything(BAD), []
     missing = (said('and_missing', percent=100.0 * share),) if share else ()
@@ -300,7 +302,7 @@ def torque_limits(u: Array) -> list[DataFinding]:
     share = float(lengths[at_limit].sum() / len(u))
     rests = float(lengths[lengths >= LIMITS.limit_samples].sum() / len(u)) - share
     # Steps rest everywhere, a clipped command on its limits only.
-    if not LIMITS.limit_share <= share < LIMITS.relay_share or rests > 0.2:
+    if not LIMITS.stuck_share <= share < LIMITS.relay_share or rests > 0.2:
         return []
     return [judged('torque', 'limits', said('at_limits', low=low, high=high,
                                             percent=100.0 * share),
@@ -327,7 +329,7 @@ def stuck(u: Array, y: Array, seconds: Array, noises: Noises) -> list[DataFindin
     u, p, t = u[valid], y[valid, i], seconds[valid]
     starts, lengths = constant_runs(u)
     ends = starts + lengths
-    long = np.flatnonzero(t[ends - 1] - t[starts] >= LIMITS.still)
+    long = np.flatnonzero(t[ends - 1] - t[starts] >= LIMITS.max_gap)
     elsewhere = len(u) - int(lengths[long].sum())
     if not len(long) or len(starts) - len(long) < LIMITS.lively * max(elsewhere, 1):
         return []
@@ -336,7 +338,7 @@ def stuck(u: Array, y: Array, seconds: Array, noises: Noises) -> list[DataFindin
             if (own := p[starts[k]:ends[k]])[np.isfinite(own)].size
             and np.ptp(own[np.isfinite(own)]) > least]
     share = sum(run.stop - run.start for run in runs) / len(u)
-    if share < LIMITS.least_stuck:
+    if share < LIMITS.stuck_share:
         return []
     longest = max(runs, key=lambda run: run.stop - run.start)
     value = float(u[longest.start])
@@ -376,12 +378,12 @@ def without_slip(part: UniformRecording) -> tuple[UniformRecording, list[DataFin
     Motion and load must be alike before and after: the range of the twist keeps its width, and
     moves by more than a change of the mean torque can twist the drive.
     """
-    n = round(LIMITS.slip_window / part.dt)
+    n = round(LIMITS.min_duration / part.dt)
     count = len(part.y) // max(n, 1)
     if len(part.channels) < 2 or count < 5 or np.isnan(part.torque).any():
         return part, []
     twist = part.y[:, 0] - part.y[:, 1]
-    ends = np.percentile(twist[:count * n].reshape(count, n), LIMITS.slip_ends, axis=1)
+    ends = np.percentile(twist[:count * n].reshape(count, n), (2, 98), axis=1)
     middle, width = ends.mean(axis=0), np.diff(ends, axis=0)[0]
     torque = part.torque[:count * n].reshape(count, n).mean(axis=1)
     # From the windows before k to those after it: the slip is in window k, or where it begins.
@@ -391,9 +393,9 @@ def without_slip(part: UniformRecording) -> tuple[UniformRecording, list[DataFin
     usual = float(np.median(width))
     scatter = max(float(np.abs(middle[s] - np.median(middle[s])).max()) for s in sides)
     loads, widths = (np.diff([float(np.median(v[s])) for s in sides])[0] for v in (torque, width))
-    doubt = LIMITS.slip_scatter * scatter + LIMITS.slip_room * usual + LIMITS.slip_load * (
-        usual * abs(loads) / max(float(np.ptp(part.torque)), 1e-300))
-    if not abs(size) > max(doubt, LIMITS.slip_widened * abs(widths)):
+    doubt = LIMITS.swing_share * usual + LIMITS.slip * (
+        scatter + usual * abs(loads) / max(float(np.ptp(part.torque)), 1e-300))
+    if not abs(size) > max(doubt, LIMITS.slip * abs(widths)):
         return part, []
     row = _row(twist, size, ends, k, n)
     y = part.y.copy()
@@ -468,7 +470,7 @@ class TorqueResponse:
     @property
     def timed(self) -> bool:
         """Whether the delay is determined."""
-        return self.seen and not self.at_edge and self.delay_std < LIMITS.delay_vague
+        return self.seen and not self.at_edge and self.delay_std < 1.0
 
 
 def answer(moved: SmoothedMotion) -> TorqueResponse | None:
@@ -591,17 +593,18 @@ def answered(response: TorqueResponse | None, dt: float, stated: int, i: int = 0
 
 def _delay(response: TorqueResponse, dt: float, stated: int) -> DataFinding:
     delay, std = response.delay, response.delay_std
-    rounded, wrong = int(np.rint(delay)), abs(delay - stated) > max(0.7, LIMITS.certain * std)
+    rounded, wrong = int(np.rint(delay)), abs(delay - stated) > LIMITS.certain * std
     code, grades = 'delay', hurts(WARN, WARN, WARN) if wrong else {}
     if not response.timed:
         code = ('delay_hidden' if not response.seen else
                 'delay_beyond' if response.at_edge else 'delay_vague')
         grades = hurts(WARN, OK, WARN)
-    elif wrong and not LIMITS.delay_earliest <= rounded <= LIMITS.delay_latest:
+    elif wrong and not DELAYS.low <= rounded <= DELAYS.high:
         code = 'delay_late' if rounded < 0 else 'delay_early'
     return judged('torque', 'effort delay', said(
         code, size=Quantity(delay, std), ms=1e3 * dt, stated=stated, rounded=rounded,
-        count=abs(rounded), correlation=abs(response.correlation)), grades, {
+        count=abs(rounded), earliest=DELAYS.low, latest=DELAYS.high,
+        correlation=abs(response.correlation)), grades, {
             'delay_samples': delay, 'delay_std_samples': std,
             'correlation': response.correlation})
 

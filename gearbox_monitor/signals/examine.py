@@ -118,10 +118,10 @@ def of_one_publisher(samples: Samples) -> tuple[Samples, list[DataFinding], bool
     else can be said; a posture that comes in between is left out.
     """
     motor, arm = np.isfinite(samples.y).T
-    few = max(LIMITS.least_apart, LIMITS.one_message * len(motor))
+    few = max(LIMITS.least_changes, LIMITS.max_repaired * len(motor))
     seconds = max(float(np.ptp(samples.stamp_ns)) * 1e-9, 1e-9) if len(motor) else 0.0
     if min(motor.sum(), arm.sum()) >= few and (
-            motor & arm).sum() <= LIMITS.one_message * len(motor):
+            motor & arm).sum() <= LIMITS.max_repaired * len(motor):
         y, order = samples.y[motor], np.argsort(samples.stamp_ns[arm], kind='stable')
         y[:, 1] = np.interp(samples.stamp_ns[motor], samples.stamp_ns[arm][order],
                             samples.y[arm, 1][order])
@@ -154,7 +154,7 @@ def of_physical_numbers(samples: Samples) -> tuple[Samples, list[DataFinding]]:
             findings.append(judged(
                 name, 'unphysical', said('wild', count=len(wild), first=column[wild[0]],
                                          at=seconds),
-                everything(BAD if share > 0.01 else WARN), {'share': share}))
+                everything(BAD if share > LIMITS.max_repaired else WARN), {'share': share}))
             column[:] = values
     return replace(samples, u=u, y=y) if findings else samples, findings
 
@@ -307,7 +307,8 @@ def _rate_and_length(r: UniformRecording, model: DriveModel) -> list[DataFinding
                        hint=tuple(hint))]
     if r.duration < LIMITS.min_duration * 0.999:
         return [_found('too_short', 'too_short', seconds=r.duration)]
-    return [_found('short', 'short', seconds=r.duration)] if r.duration < LIMITS.short else []
+    short = r.duration < 2.0 * LIMITS.min_duration
+    return [_found('short', 'short', seconds=r.duration)] if short else []
 
 
 def _read_otherwise(recording: UniformRecording, sigma: Array, smooth: SmoothedMotion,
@@ -369,7 +370,7 @@ def _shown(r: UniformRecording, smooth: SmoothedMotion, model: DriveModel) -> li
     windows, n = (smooth.k * r.dt).astype(int), int(r.duration + 1e-9)
     moving = sum(np.ptp(smooth.p[windows == w, 0]) > LIMITS.travel * smooth.noise[0]
                  for w in range(n) if (windows == w).any())
-    if moving < LIMITS.min_moving:
+    if moving < LIMITS.min_duration:
         return [_found('unexcited', 'moves_little', moving=moving, seconds=n)]
     turned, half_gap = checks.reverses(smooth), model.transmission.half_gap
     crossed = len(checks.crossings(smooth, half_gap)) if half_gap > 0.0 else 0

@@ -34,20 +34,16 @@ class RecordingLimits:
     diagnosis_fastest: float = 4000.0
     # Hz from which on positions that are held over rows are late by little.
     held_rate: float = 200.0
-    # Share of samples with unusable stamps that nothing should rest on.
-    refused: float = 0.05
-    # Jitter over the period: worth a word; no clock of the measurement.
+    # Share of samples: unusable stamps that nothing should rest on; at least known, or alive.
+    least_share: float = 0.05
+    # Jitter over the period that is worth a word; beyond the period it is no clock.
     jitter_notice: float = 0.1
-    jitter_bad: float = 1.0
-    # Share of samples that are lost: worth a word; too many.
+    # Share of samples that are lost: worth a word. Lost, or without a value: too many.
     lost_notice: float = 0.001
     lost_many: float = 0.1
-    # s that R and Q need.
-    length: float = 5.0
-    # Windows of drift: below, none can be measured; few.
-    drift_windows_none: int = 1
+    # Windows of drift that are few.
     drift_windows_few: int = 6
-    # Changes of a value that show a rhythm.
+    # Changes of a value that show a rhythm; messages of one side alone.
     least_changes: int = 50
     # Share of changes that come in one rhythm, if values are held.
     held: float = 0.8
@@ -58,15 +54,15 @@ class RecordingLimits:
     bursts: float = 0.4
     # Times the longest usual step.
     dropout: float = 3.0
-    # s: stamps farther ahead are another run, where no estimator says it and if they stay there.
+    # s: stamps farther ahead are another run, where no estimator says it and if they stay there; a
+    # torque on one value sticks.
     max_gap: float = 0.25
 
     # --- Repair of a recording
-    # s: four windows of the gap metric.
+    # s: four windows of the gap metric; of motion; where the ends of the twist are taken. Below
+    # twice as many, few remain for validation.
     min_duration: float = 4.0
-    # s below which few windows remain for validation.
-    short: float = 8.0
-    # Share of samples that may be interpolated.
+    # Share of samples that may be interpolated; more is worth a word.
     max_repaired: float = 0.01
     # Samples in a row that may be interpolated: below the drive's own periods.
     max_run: int = 3
@@ -74,99 +70,57 @@ class RecordingLimits:
     rates_alike: float = 0.1
     # s over which stamps are averaged: longer than what makes single ones late.
     wander_span: float = 0.2
-    # Spread of steps, of a sample time, from which on no single step says anything.
-    jittery: float = 0.15
-    # Spreads by which a step may be longer without a lost sample.
-    latest: float = 6.0
     # Jitter (rms) of a sample time: stamps rounded by a computer, as good as even.
     quiet_jitter: float = 0.01
     # Robust deviations off its neighbours of a wild reading.
     spike: float = 12.0
-    # Periods without a sample that are not bridged.
-    cut: int = 10
-    # Least share of readings, and of torques, to work with.
-    known_readings: float = 0.05
-    known_torques: float = 0.5
 
     # --- Encoders
-    # Share of samples without a value: worth a word; too many.
-    missing_notice: float = 0.01
-    missing_many: float = 0.2
     # Factor between noise and parameter that the indicators of trust notice.
     noise_off: float = 1.3
-    # Step over the twist's swing.
-    coarse: float = 0.1
-    # Samples and s on one and the same reading that are looked at.
+    # Share of the swing of the twist that counts: of a step of the lattice, of a slip.
+    swing_share: float = 0.1
+    # Samples in a row on one and the same reading that are looked at; lost, that are not bridged.
     stuck_samples: int = 10
-    stuck_seconds: float = 0.02
-    # Of the travel: noise, not rounding of numbers.
-    noisy: float = 1e-6
-    # Share of readings that live, to judge by them.
-    live: float = 0.05
     # Of the travel: backlash of a drive whose model may have none.
     own_play: float = 0.05
-    # rad, N m: no converter resolves it.
-    unphysical: float = 1e-30
-    # Messages of one side alone, and share with both: two publishers, each with its encoder.
-    least_apart: int = 100
-    one_message: float = 0.01
 
     # --- Motion
     # Noise over motion of the acceleration that is wanted.
     acceleration_noise: float = 0.15
     # Travel in deviations of the noise: a drive that moves.
     travel: float = 10.0
-    # Deviations of a twist that is seen.
-    twist_seen: float = 4.0
-    # Speed that counts as standing: deviations of the noise, share of the top speed.
-    slow_noise: float = 5.0
+    # Share of the top speed that counts as standing.
     slow_share: float = 0.02
-    # Share of the swing of the twist from the middle, or of the half gap, where a flank begins.
-    flank_swing: float = 0.35
-    flank_gap: float = 0.7
-    # Travel of the arm over that of the motor that needs no gear ratio.
-    ratio_low: float = 0.67
-    ratio_high: float = 1.5
-    # s and percentiles of a window in which the ends of the twist are taken.
-    slip_window: float = 4.0
-    slip_ends: tuple[float, float] = (2.0, 98.0)
-    # A slip over the scatter of these ends, over the swing of the twist, and over the swing that
-    # a change of the mean torque explains: motion and load move the ends, too.
-    slip_scatter: float = 3.0
-    slip_room: float = 0.1
-    slip_load: float = 2.0
-    # A slip over the change of the swing: a wider gap moves the middle by at most half of it.
-    slip_widened: float = 2.0
-    # Reversals that tell friction from load: there and back.
-    reversals: int = 2
+    # Share of half the swing of the twist, or of the half gap, where a flank begins.
+    flank: float = 0.7
+    # Factor near to 1, either way: travel of the arm over that of the motor that needs no gear
+    # ratio; an error of the model, no current; a known unit.
+    near: float = 1.5
+    # A slip over what motion and load move: the scatter of the ends of the twist, the swing that a
+    # change of the mean torque explains, the change of the swing.
+    slip: float = 2.0
     # Condition number of acceleration, speed, friction and offset that counts as excited.
     excited: float = 30.0
-    # Windows of 1 s with motion.
-    min_moving: int = 4
 
     # --- Torque
-    # Samples in a row on the extreme; shares of all that are worth a word, and that are a relay.
+    # Samples in a row on the extreme; share of all that are a relay.
     limit_samples: int = 5
-    limit_share: float = 0.02
     relay_share: float = 0.7
-    # Samples that effort_delay takes.
-    delay_earliest: int = -1
-    delay_latest: int = 50
-    # s on one value, and share of changes from sample to sample elsewhere: a torque sticks.
-    still: float = 0.25
+    # Share of the samples with a torque on its limits, or stuck, that is worth a word.
+    stuck_share: float = 0.02
+    # Share of changes from sample to sample elsewhere: a torque that keeps a value sticks.
     lively: float = 0.5
-    # Noises that the drive moves meanwhile, and share of the samples.
+    # Noises that the drive moves meanwhile.
     stuck_travel: float = 50.0
-    least_stuck: float = 0.02
     # Correlation with the acceleration from which on the torque is seen in it.
     torque_seen: float = 0.3
-    # Deviation of the delay (samples) from which on it says nothing.
-    delay_vague: float = 1.0
     # Samples: what the low pass and a controller's feedback leave in the delay.
     delay_method: float = 0.15
     # Of |u dx|: net work that has a sign.
     work: float = 0.05
-    # Deviations from which on a torque, or the sign of the twist, is called wrong.
+    # Deviations from which on a torque, or the sign of the twist, is called wrong, a twist is
+    # seen, a joint moves and a step is longer than a late stamp makes it.
     certain: float = 5.0
     # Share of a position that follows its setpoint, and of its slope of 1.
     setpoint_share: float = 0.05
@@ -176,8 +130,6 @@ class RecordingLimits:
     follows: float = 0.5
     # Times the motion: the setpoint is in another unit.
     other_unit: float = 5.0
-    # Relative distance of a factor from one of a known unit.
-    same_factor: float = 0.3
 
     # --- What effort and model say of each other
     # Share of the torque's power that no drive like the model leaves; the same, worth a word.
@@ -185,18 +137,13 @@ class RecordingLimits:
     strange: float = 0.5
     # Log likelihood ratio from which on another kind of effort is better: e^5.
     effort_ratio: float = 5.0
-    # Factor nearer to 1 (either way): an error of the model, no current.
-    effort_near: float = 1.5
     # Share of the torque's power that models leave, of torque and of twist.
     torque_accuracy: float = 0.01
     twist_accuracy: float = 0.03
     # Independent samples at most: the error of a model does not average out.
     model_samples: float = 20.0
-    # Relative deviations expected of inertias, stiffness, friction and offset.
-    effort_inertia: float = 0.05
-    effort_stiffness: float = 0.2
-    effort_friction: float = 1.0
-    effort_offset: float = 0.1
+    # Relative deviation expected of inertias and stiffness; friction and offset have any size.
+    effort_model: float = 0.2
     # Times, or part, of the model's inertias and stiffness that a drive may have.
     loose: float = 3.0
     # Share of the power that an accepted reading leaves at most.
@@ -205,8 +152,6 @@ class RecordingLimits:
     # are many, which costs a fit more.
     margins: Mapping[str, float] = field(default_factory=lambda: MappingProxyType(
         {'signs': 15.0, 'swapped': 15.0, 'usual': 15.0, 'odd': 20.0}))
-    # Decades of an odd factor: loads and inertias of a model are off by several times.
-    odd_decades: float = 0.9
 
 
 LIMITS = RecordingLimits()

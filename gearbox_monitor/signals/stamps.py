@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from gearbox_monitor.errors import InputError
+from gearbox_monitor.estimation.noise_search import MIN_SECONDS
 from gearbox_monitor.estimation.sample_loop import (
     BACKWARD, CONFIRM, DUPLICATE, ESTIMATE, JUMP, stamp_codes, START, ZERO_STAMP)
 from gearbox_monitor.kernels.types import Array, Flags, Integers
@@ -104,7 +105,7 @@ def segment(clock: StampClock, u: Array, y: Array) -> UniformRecording:
         y: readings as recorded [N, 2], rad; NaN: not measured.
     """
     t, u, y = clock.seconds, u[clock.usable], y[clock.usable]
-    edges = np.union1d(np.flatnonzero(np.diff(t) > LIMITS.cut * clock.period) + 1,
+    edges = np.union1d(np.flatnonzero(np.diff(t) > LIMITS.stuck_samples * clock.period) + 1,
                        np.array(clock.restarts, int))
     starts, ends = np.append(0, edges), np.append(edges, len(t))
     longest = int(np.argmax(t[ends - 1] - t[starts]))
@@ -125,11 +126,11 @@ def segment(clock: StampClock, u: Array, y: Array) -> UniformRecording:
             last = np.searchsorted(t[good], grid + 0.5 * clock.period, 'right') - 1
             return value[good][np.maximum(last, 0)]
         return np.interp(grid, t[good], value[good])
-    readings = np.column_stack([on_grid(channel, LIMITS.known_readings) for channel in y.T])
+    readings = np.column_stack([on_grid(channel, LIMITS.least_share) for channel in y.T])
     channels = tuple(i for i in (0, 1) if np.isfinite(readings[:, i]).all())
     if len(channels) == 1:
         readings[:, 1 - channels[0]] = readings[:, channels[0]]
-    return UniformRecording(grid - t[0], on_grid(u, LIMITS.known_torques, hold=True), readings,
+    return UniformRecording(grid - t[0], on_grid(u, 1.0 - LIMITS.lost_many, hold=True), readings,
                             clock.period, channels=channels, begin=float(t[0]))
 
 
@@ -192,7 +193,7 @@ def _order(stamps: Integers, clock: StampClock, max_gap: float) -> DataFinding:
     values = {'samples': len(stamps), 'zero': zero, 'repeated': repeated, 'backward': backward,
               'refused': refused, 'restarts': restarts}
     share = refused / len(stamps)
-    grade = BAD if share > LIMITS.refused else WARN
+    grade = BAD if share > LIMITS.least_share else WARN
     spoilt = {} if refused == jumps and not restarts else hurts(
         grade, grade, BAD if share > LIMITS.max_repaired else grade)
     return judged(_GROUP, 'order', _order_said(values), spoilt, values)
@@ -265,7 +266,7 @@ def _jitter(clock: StampClock) -> DataFinding:
                                              count=clock.burst),
                       everything(BAD), {'burst': clock.burst})
     share = clock.jitter / clock.period
-    grade = BAD if share > LIMITS.jitter_bad else WARN if share > LIMITS.jitter_notice else OK
+    grade = BAD if share > 1.0 else WARN if share > LIMITS.jitter_notice else OK
     return judged(
         _GROUP, 'jitter', said('no_jitter' if clock.jitter < 1e-6 else 'jitter',
                                ms=1e3 * clock.jitter, percent=100.0 * share),
@@ -334,11 +335,10 @@ def _for_diagnosis(clock: StampClock) -> Grade:
 def length(seconds: float, drift_window: float) -> DataFinding:
     """Return the finding about a recording of so many `seconds`; see `lines` on drift_window."""
     windows = int(seconds / drift_window)
-    estimation = OK if seconds >= LIMITS.length else WARN
-    drift = (BAD if windows < LIMITS.drift_windows_none
-             else WARN if windows < LIMITS.drift_windows_few else OK)
+    estimation = OK if seconds >= MIN_SECONDS else WARN
+    drift = BAD if not windows else WARN if windows < LIMITS.drift_windows_few else OK
     diagnosis = BAD if seconds < LIMITS.min_duration * 0.999 else \
-        WARN if seconds < LIMITS.short else OK
+        WARN if seconds < 2.0 * LIMITS.min_duration else OK
     code = ('length_of_all' if drift and (diagnosis or estimation) else
             'length_of_drift' if drift else 'length')
     return judged(_GROUP, 'length', said(code, seconds=seconds, window=drift_window),

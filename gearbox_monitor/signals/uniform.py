@@ -172,7 +172,7 @@ def physical(values: Array, field: str) -> tuple[Array, Flags]:
         wild[wild_rows(np.where(wild, np.nan, values))] = True
     values = np.where(wild, np.nan, values) if wild.any() else values
     largest = float(np.nanmax(np.abs(values), initial=0.0))
-    if 0.0 < largest < LIMITS.unphysical:
+    if 0.0 < largest < np.finfo(np.float32).tiny:
         raise InputError(f'{field}: dead: uninitialised memory, the largest amount is '
                          f'{largest:.2g}, expected numbers in {UNITS[field]}')
     return values, wild
@@ -470,8 +470,8 @@ def _grid(t: Array) -> tuple[Integers, float, Array]:
     dt, spread = usual_step(t)
     count = np.maximum(1.0, np.rint(step / dt))
     # If lateness may have made a step, its length does not show whether a sample is lost.
-    doubtful = (step > 1.5 * dt) & ((spread > LIMITS.jittery * dt)
-                                    | (step < dt + LIMITS.latest * spread))
+    doubtful = (step > 1.5 * dt) & ((spread > math.sqrt(2.0) * LIMITS.jitter_notice * dt)
+                                    | (step < dt + LIMITS.certain * spread))
     for k in np.flatnonzero(doubtful).tolist():
         # A late stamp is followed by a short step; after a lost sample all stamps stay behind.
         rows_before, rows_after = np.arange(max(k - 6, 0),
@@ -754,7 +754,7 @@ class SmoothedMotion:
     def swing(self) -> tuple[float, float | None]:
         """(middle, swing) of the twist, rad; swing None where it is only noise."""
         low, high = np.percentile(self.p[:, 0] - self.p[:, 1], (1, 99))
-        visible = high - low > 2.0 * LIMITS.twist_seen * np.hypot(*self.noise)
+        visible = high - low > 2.0 * LIMITS.certain * np.hypot(*self.noise)
         return 0.5 * (low + high), float(high - low) if visible else None
 
     def direction(self, i: int) -> Array:

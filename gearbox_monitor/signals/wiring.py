@@ -94,9 +94,9 @@ def readings(smooth: SmoothedMotion, model: DriveModel) -> Iterator[Variant]:
     motor, arm = (smooth.p[:, i] - smooth.p[:, i].mean() for i in (0, 1))
     slope, ratio = abs(motor @ arm) / (motor @ motor), abs(model.gear_ratio)
     units = np.array([180 / np.pi, 1e3, 2 * np.pi])
-    decades = np.arange(-4.5, 4.51, 0.2)
+    decades = np.arange(1.1, 4.51, 0.2)  # loads and inertias of a model are off by several times
     factors = {'usual': [*units, *(1 / units)],
-               'odd': 10.0 ** decades[np.abs(decades) > LIMITS.odd_decades]}
+               'odd': [*10.0 ** -decades, *10.0 ** decades]}
     for kind, quantity in product(factors, ('both', 'torque', 'motor', 'arm', 'side')):
         extra = {'both': [], 'arm': [1 / slope]}.get(quantity, [slope, ratio, 1 / ratio])
         for f in [*factors[kind], *(f for f in extra if abs(np.log10(f)) > 0.4)]:
@@ -336,7 +336,7 @@ def _unit_said(model: DriveModel, reading: Variant) -> Said:
     unit, distance = min(((unit, abs(np.log(factor / value))) for value, unit in units),
                          key=lambda pair: pair[1])
     guesses = []
-    if distance < LIMITS.same_factor:
+    if distance < math.log(LIMITS.near):
         guesses.append(said('probably', unit=unit))
     elif abs(ratio - 1.0) <= 0.1 and quantity != 'both':
         guesses.append(said('perhaps_geared'))
@@ -376,22 +376,21 @@ def likelihoods(smooth: SmoothedMotion, model: DriveModel) -> tuple[dict[str, fl
     curves = [*_bent(p[:, 0] - p[:, 1], float(np.ptp(p[:, 1])), model, EFFORT_GAPS)]
     sizes = np.array([model.motor_inertia, model.viscous_friction, model.coulomb_friction,
                       model.transmission.stiffness])
-    stds = np.array([max(LIMITS.effort_inertia, model.inertia_tolerance), LIMITS.effort_friction,
-                     LIMITS.effort_friction, LIMITS.effort_stiffness]) * sizes
+    stds = np.array([max(LIMITS.effort_model, model.inertia_tolerance), 1.0, 1.0,
+                     LIMITS.effort_model]) * sizes
     torque = model.position_gain * p[:, 0] + model.damping * (v[:, 0] - v[:, 1])
 
     def best(factors: Array, more: list[Array]) -> Array:
         """Return the log-likelihood of effort = factor tau less what `more` columns give [F]."""
         scale = rms / factors[:, None]
-        weights = np.hstack([stds / scale, np.full((len(scale), 1), LIMITS.effort_offset),
-                             np.ones((len(scale), len(more)))])
+        weights = np.hstack([stds / scale, np.ones((len(scale), 1 + len(more)))])
         y = u / factors[:, None] - torque
         tables = [np.column_stack([a[:, 0], v[:, 0], side, curve, np.ones(len(u)), *more])
                   for curve in curves]
         return np.max([_likelihood(columns, weights, (y - columns[:, :4] @ sizes) / scale)
                        for columns in tables], axis=0)
 
-    distant = FACTORS[np.abs(np.log(FACTORS)) > math.log(LIMITS.effort_near)]
+    distant = FACTORS[np.abs(np.log(FACTORS)) > math.log(LIMITS.near)]
     currents = best(distant, [])
     k = int(np.argmax(currents))
     return {TORQUE: float(best(np.ones(1), [])[0]),
