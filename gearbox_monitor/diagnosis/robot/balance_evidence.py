@@ -122,14 +122,14 @@ class BalanceEvidence:
 
     def over_dispersion(self, candidate: Candidate, fit: RobotFit) -> float:
         """
-        Return the over-dispersion of a candidate, of several joints by their information.
+        Return the over-dispersion of a candidate, by which the information of each joint is less.
 
         Args:
             candidate: effect or function.
             fit: whose weights tell how much each joint says.
         """
-        return sum(share * float(self.dispersion[j])
-                   for j, share in informed(self.likelihood, candidate, fit).items())
+        return 1.0 / sum(share / float(self.dispersion[j])
+                         for j, share in informed(self.likelihood, candidate, fit).items())
 
     def loads(self, fit: RobotFit) -> Array:
         """

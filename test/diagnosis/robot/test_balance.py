@@ -565,6 +565,12 @@ def test_differences_between_days_know_no_units():
         seen.append(evidence.of_days(Candidate('payload', {
             j: units[j] * columns[j] for j in (0, 1)}, link='hand'), np.zeros(2)))
     np.testing.assert_allclose(*seen, rtol=1e-9)
+    # What a joint tells of a load is worth no less beside one that differs between healthy parts.
+    evidence, fit = healthy_evidence()
+    load = next(c for c in library(evidence.recordings, ['payload']) if len(c.columns) == 3)
+    unsure = [BalanceEvidence(evidence, fit, (), (), {}, np.array([1.0, 1.0, phi]))
+              .over_dispersion(load, fit) for phi in (1.0, 1e9)]
+    assert unsure[0] == pytest.approx(1.0) and 1.0 < unsure[1] < 1e3
 
 
 def test_what_a_limit_hides_is_no_evidence():
