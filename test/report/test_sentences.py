@@ -101,6 +101,10 @@ class Told(Health):
     point_windows: int = 0
     coefficients: tuple = ()
 
+    def _baseline(self, column):
+        """Return that nothing is known of an operating point: there is none."""
+        return math.nan, math.nan
+
 
 def health_of(rng):
     """Return a Health with random features, alerts and windows."""
