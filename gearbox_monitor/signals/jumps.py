@@ -15,6 +15,7 @@ import math
 import numpy as np
 
 from gearbox_monitor.kernels.types import Array, Flags, Integers
+from gearbox_monitor.signals import finding
 
 TURNS, OUTLIER, SLIP = 'turns', 'outlier', 'slip'  # kinds of jumps
 
@@ -26,25 +27,21 @@ class JumpLimits:
 
     usual: times the 70th percentile of the steps that are not 0: a joint that speeds up stays
     below. around: times the third longest step of the eight around: two of them may be jumps of
-    the same outlier. least_rows: readings without which nothing is judged. near: relative distance
-    from a turn. alike: times that jumps of one size, against the motion, have to come to be turns
-    of an unknown period. away: rows that an outlier lasts at most. stranger: how often one value
-    must come between the readings to be a second publisher's; share: of all rows that may be its,
-    at most. wild: times the amount that all but a share `rest` of the efforts stay below: no motor
-    reaches it, and even less for `away` rows alone. lively: share of the rows in which a reading
-    changes that stands still only where no message came.
+    the same outlier. near: relative distance from a turn. alike: times that jumps of one size,
+    against the motion, have to come to be turns of an unknown period. away: rows that an outlier
+    lasts at most. stranger: how often one value must come between the readings to be a second
+    publisher's. wild: times the amount that all efforts stay below but a share that may be
+    repaired: no motor reaches it, and even less for `away` rows alone. lively: share of the rows
+    in which a reading changes that stands still only where no message came.
     """
 
     usual: float = 6.0
     around: float = 5.0
-    least_rows: int = 20
     near: float = 0.05
     alike: int = 3
     away: int = 5
     stranger: int = 5
-    share: float = 0.5
     wild: float = 30.0
-    rest: float = 0.005
     lively: float = 0.9
 
 
@@ -78,7 +75,7 @@ def jumps(q: Array, t: Array | Integers) -> Integers:
             clock goes back another recording begins.
     """
     own = np.flatnonzero(np.isfinite(q))
-    if len(own) < LIMITS.least_rows:
+    if len(own) < finding.LIMITS.least_changes:
         return own[:0]
     passed = np.diff(t[own])
     step = np.abs(np.diff(q[own])) * (passed > 0) / np.maximum(
@@ -147,7 +144,7 @@ def turns(q: Array, t: Array | Integers) -> tuple[float, Integers]:
     the motion and from one end of the range to the other.
     """
     own = np.flatnonzero(np.isfinite(q))
-    if len(own) < LIMITS.least_rows:
+    if len(own) < finding.LIMITS.least_changes:
         return 0.0, own[:0]
     x = q[own]
     step = np.diff(x)
@@ -191,7 +188,7 @@ def wild_rows(effort: Array) -> Integers:
         return own
     off = np.abs(effort - np.median(effort[own]))
     rows = np.flatnonzero(off > LIMITS.wild * (
-        np.quantile(off[own], 1.0 - LIMITS.rest) or math.inf))
+        np.quantile(off[own], 1.0 - finding.LIMITS.max_repaired) or math.inf))
     runs = np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)
     return np.concatenate([rows[:0], *(run for run in runs if len(run) <= LIMITS.away)])
 
@@ -230,7 +227,7 @@ def strangers(q: Array, t: Array | Integers) -> Flags:
         from which a joint jumps again and again.
     """
     none: Flags = np.zeros(len(q), bool)
-    if len(q) < LIMITS.least_rows:
+    if len(q) < finding.LIMITS.least_changes:
         return none
     columns = [j for j in range(q.shape[1]) if np.isfinite(q[:, j]).any()]
     for j in columns:
@@ -241,6 +238,6 @@ def strangers(q: Array, t: Array | Integers) -> Flags:
         posture = q[rows[np.flatnonzero(q[rows, j] == values[counts.argmax()])[0]]]
         same: Flags = ((q == posture) | np.isnan(posture)).all(axis=1)
         # Out and back: as many jumps lead away from the posture as to it.
-        if same.mean() <= LIMITS.share and same[rows].sum() >= 0.3 * len(rows):
+        if same.mean() <= 0.5 and same[rows].sum() >= 0.3 * len(rows):
             return same
     return none
