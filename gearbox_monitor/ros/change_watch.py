@@ -37,7 +37,7 @@ from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_VISCOU
 from gearbox_monitor.report.sentences import CHANGES
 from gearbox_monitor.ros.middleware import child_environment, end_with
 from gearbox_monitor.ros.recording_export import (
-    load_of, MIN_STRETCH, recording_of, RecordingBuffer, stretch, unpacked_rows)
+    load_of, recording_of, RecordingBuffer, unpacked_rows, with_effort_moved)
 
 FAILED, NICE = 3, 19     # exit code of a child, and how it gives way to all others
 PATIENCE, SLOWEST = 60.0, 20.0  # s, and times the CPU limit, that a child may take in all
@@ -425,19 +425,19 @@ def verdict_of(order: Mapping[str, Any]) -> dict[str, Any]:
     parts = []
     for name, blocks, since_ns in (('baseline recording', order['reference'], 0),
                                    ('recording', order['later'], order['since_ns'])):
-        rows = stretch(unpacked_rows(blocks, since_ns), order['effort_delay'], order['seconds'])
-        if not len(rows):
-            raise InputError(f'{name}: no {MIN_STRETCH:g} s without a dropout, with torque and '
-                             'positions, expected them: nothing is named')
+        rows = with_effort_moved(unpacked_rows(blocks, since_ns), order['effort_delay'])
+        if not rows['good'].any():
+            raise InputError(f'{name}: no samples, expected them: nothing is named')
         parts.append((name, rows))
     model = model_from_dict(order['model'], 'model')
     loads = {load_of(rows, model, order['arm_load']) for _, rows in parts}
     model = model.with_(arm_load=loads.pop() if len(loads) == 1 else 'unknown')
-    baseline, later = (recording_of(rows, model, name) for name, rows in parts)
+    baseline, later = (recording_of(rows, model, name, order['seconds']) for name, rows in parts)
     verdict = diagnose_change(baseline, later, model).to_dict()
-    usage, span = resource.getrusage(resource.RUSAGE_SELF), parts[1][1]['stamp_ns'][[0, -1]]
+    usage, rows = resource.getrusage(resource.RUSAGE_SELF), parts[1][1]
+    begin = float(rows['stamp_ns'][rows['good']][0]) / SECOND + later.begin
     return {**verdict, 'text': change_sentence(verdict), 'cpu_s': usage.ru_utime + usage.ru_stime,
-            'recording': [stamp_ns / SECOND for stamp_ns in span.tolist()]}
+            'recording': [begin, begin + later.duration]}
 
 
 def main() -> int:

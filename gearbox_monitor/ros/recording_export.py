@@ -8,7 +8,7 @@ No ROS here. Rows are gathered in a block; a full one is packed without loss, so
 rate. Packed blocks never change, so a reader unpacks them without holding up the samples.
 """
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 import os
 from pathlib import Path
@@ -42,10 +42,6 @@ from gearbox_monitor.signals.uniform import UniformRecording
 SECOND = 1_000_000_000
 BLOCK = 1024       # rows
 MAX_RATE = 4000.0  # rows/s up to which the whole span is kept
-STRETCH = 14.0     # s, a good length for a diagnosis
-MIN_STRETCH = 4.0  # s, the shortest for a diagnosis
-DROPOUT = 4        # sample times between two stamps that are a dropout; shorter is interpolated
-LIVELY = 0.8       # of the largest travel: enough to prefer the newest stretch
 MOTOR, ARM, MOTOR_EFFORT, ARM_EFFORT = range(4)
 DTYPE = np.dtype([('stamp_ns', np.int64), ('good', np.bool_), ('values', np.float64, 4)])
 Rows: TypeAlias = np.ndarray[tuple[int], np.dtype[Any]]  # of DTYPE
@@ -150,66 +146,19 @@ def unpacked(packed: bytes) -> Rows:
 def unpacked_rows(blocks: Iterable[bytes], since_ns: int = 0) -> Rows:
     """Return the rows of packed `blocks`, from `since_ns` on."""
     rows = np.concatenate([np.empty(0, DTYPE), *map(unpacked, blocks)])
-    return _selected(rows, rows['stamp_ns'] >= since_ns)
+    return rows[rows['stamp_ns'] >= since_ns]
 
 
-def stretch(rows: Rows, effort_delay: int = 0, seconds: float = STRETCH) -> Rows:
+def with_effort_moved(rows: Rows, delay: int) -> Rows:
     """
-    Return the part [M] of `rows` to diagnose, without dropouts; M = 0 if no part is long enough.
+    Return rows whose effort is that of `delay` samples earlier (later, if negative).
 
-    It lasts MIN_STRETCH to `seconds` and is the newest of those that travel far. The effort is
-    moved by `effort_delay` samples, so that the one stamped t_k acts from t_k on.
+    Then the effort stamped t_k acts from t_k on. Rows that the estimator refused are none of them,
+    unless nothing moves.
     """
-    rows = _selected(rows, rows['good'])
-    if len(rows) < 2:
-        return rows[:0]
-    finite = np.isfinite(rows['values'])
-    used = finite.mean(axis=0) > 0.5  # a quantity that is hardly ever measured is not required
-    rows = _selected(rows, finite[:, used].all(axis=1))
-    steps = np.diff(rows['stamp_ns'])
-    if not used[[MOTOR, MOTOR_EFFORT]].all() or not (steps > 0).any():
-        return rows[:0]
-    period = float(np.median(steps[steps > 0]))
-    edges = np.flatnonzero((steps <= 0) | (steps > DROPOUT * period)) + 1
-    pieces: list[tuple[int, int, float]] = []  # (begin, end, travel), oldest first
-    for begin, end in zip([0, *edges], [*edges, len(rows)]):
-        part = rows[begin:end]
-        pieces += [(begin + a, begin + b, travel)
-                   for a, b, travel in _pieces(part, period, seconds)]
-    if not pieces:
-        return rows[:0]
-    max_travel = max(travel for _, _, travel in pieces)
-    begin, end, _ = [piece for piece in pieces if piece[2] >= LIVELY * max_travel][-1]
-    return _with_effort_moved(rows[begin:end], effort_delay)
-
-
-def _selected(rows: Rows, mask: np.ndarray[Any, Any]) -> Rows:
-    """Return the rows in `mask`; copying all of them would hold up the estimates."""
-    return rows if mask.all() else rows[mask]
-
-
-def _pieces(rows: Rows, period: float, seconds: float) -> Iterator[tuple[int, int, float]]:
-    """Yield (begin, end, travel of the motor) of pieces of `rows` without dropouts, 1 s apart."""
-    stamps = rows['stamp_ns']
-    length, second = round(seconds * SECOND / period), max(1, round(SECOND / period))
-    if stamps[-1] - stamps[0] + period < MIN_STRETCH * SECOND:
-        return
-    stride = max(1, second // 50)  # slower than the noise of the encoder
-    travel = np.zeros(len(rows))
-    motor = rows['values'][:, MOTOR]
-    travel[stride::stride] = np.abs(np.diff(motor[::stride]))[:len(travel[stride::stride])]
-    travel = np.concatenate([[0.0], np.cumsum(travel)])
-    newest = max(0, len(rows) - length)
-    for begin in sorted({newest % second if newest else 0,
-                         *range(newest % second, newest + 1, second)}):
-        end = min(begin + length, len(rows))
-        yield begin, end, travel[end] - travel[begin]
-
-
-def _with_effort_moved(rows: Rows, delay: int) -> Rows:
-    """Return `rows` whose effort is that of `delay` samples earlier (later, if negative)."""
     if not delay:
         return rows
+    rows = rows[rows['good']]
     values = rows['values'][:, [MOTOR_EFFORT, ARM_EFFORT]]
     rows = (rows[delay:] if delay > 0 else rows[:delay]).copy()
     rows['values'][:, [MOTOR_EFFORT, ARM_EFFORT]] = (
@@ -284,18 +233,13 @@ def _write_folder(folder: Path, rows: Rows, context: RecordingContext) -> str:
     if size > free - SPARE:
         raise InputError(f'{folder.parent}: {free / MB:.0f} MB are free, expected '
                          f'{(size + SPARE) / MB:.0f} MB; the measurement is still in memory')
-    part = stretch(rows, context.parameters.effort_delay)
-    _write(folder / 'all', rows, context)
-    text = f'{_seconds(rows):.1f} s kept in {folder / "all"}; '
-    if not len(part):
-        return text + (f'no {MIN_STRETCH:g} s of them without a dropout, with torque and '
-                       'positions, as a diagnosis needs')
-    _write(folder / 'bag', part, context)
+    rows = with_effort_moved(rows, context.parameters.effort_delay)
+    _write(folder / 'bag', rows, context)
     save_model(folder / 'drive.yaml', context.model.with_(
-        arm_load=load_of(part, context.model, context.arm_load)), [
+        arm_load=load_of(rows, context.model, context.arm_load)), [
         f'Model of the estimator whose measurement is in {folder.name}.',
         f'Written by gearbox_monitor {__version__}.'])
-    return text + f'the best {_seconds(part):.1f} s of it: {diagnosis_command(folder, context)}'
+    return f'{_seconds(rows):.1f} s kept: {diagnosis_command(folder, context)}'
 
 
 def _delete_oldest(newest: Path, count: int) -> None:
@@ -348,35 +292,38 @@ def load_of(rows: Rows, model: DriveModel, arm_load: str) -> str:
         arm_load: in force.
     """
     load = 'measured' if 'measured' in (model.arm_load, arm_load) else model.arm_load
-    if load == 'measured' and not np.isfinite(rows['values'][:, ARM_EFFORT]).all():
+    measured = np.isfinite(rows['values'][rows['good'], ARM_EFFORT])
+    if load == 'measured' and not measured.all():
         return 'unknown'
     return load
 
 
-def recording_of(rows: Rows, model: DriveModel, name: str) -> UniformRecording:
+def recording_of(rows: Rows, model: DriveModel, name: str, seconds: float) -> UniformRecording:
     """
-    Return the rows of a stretch as a recording to diagnose.
+    Return rows as a recording to diagnose, of `seconds` in which the drive moves most.
 
     Args:
-        rows: see recording_buffer.stretch.
+        rows: that were kept.
         model: of the drive, with the load to diagnose with.
         name: of the recording in messages.
+        seconds: length of the recording.
 
     Raises:
         InputError: the rows allow no statement about the drive.
     """
+    rows = rows[rows['good']]
     motor, arm, effort, arm_effort = rows['values'].T
     return admitted(
         rows['stamp_ns'], model.effort_scale * effort,
         np.column_stack([motor / model.gear_ratio, arm]), arm_effort, name, model,
-        'the model file')[0]
+        'the model file', seconds)[0]
 
 
 def _write(path: Path, rows: Rows, context: RecordingContext) -> None:
     """Write the new bag `path`: every row one message on the topic, logged at its stamp."""
     metadata = {'version': __version__, 'source': f'estimator: {context.reason}',
                 **{f'estimator.{name}': value for name, value
-                   in context.parameters.to_dict().items()}}
+                   in context.parameters.replace(effort_delay=0).to_dict().items()}}
     with BagWriter(path) as writer:
         writer.add_metadata('gearbox_monitor', metadata)
         writer.add_topic(context.topic, JOINT_STATE)

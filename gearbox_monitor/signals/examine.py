@@ -441,7 +441,8 @@ def kind_of(model: DriveModel) -> RecordingKind:
 
 
 def admitted(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, name: str,
-             model: DriveModel, model_name: str) -> tuple[UniformRecording, list[Said]]:
+             model: DriveModel, model_name: str, longest: float = LIMITS.longest
+             ) -> tuple[UniformRecording, list[Said]]:
     """
     Return (Recording, notes) of readings that suit a verdict on the drive.
 
@@ -454,6 +455,7 @@ def admitted(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, 
         name: name of the recording in messages.
         model: model of the drive.
         model_name: name of the model in messages.
+        longest: length that is used, s.
 
     Returns:
         The recording, with how else it may have to be read as its doubt.
@@ -483,7 +485,7 @@ def admitted(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None, 
     if len(missing) == 1 and not takes_one_encoder(model):
         raise InputError(f'{name}: {missing[0]}: never measured, expected both encoders, or in '
                          f'{model_name} {ONE_ENCODER}')
-    recording, repaired = prepare(t, u, y, arm_torque, name, kind_of(model))
+    recording, repaired = prepare(t, u, y, arm_torque, name, kind_of(model), longest)
     recording, _ = without_slip(recording.with_servo(model.controller))
     found = check(recording, model)
     fatal = [f.text for f in found if f.fatal]

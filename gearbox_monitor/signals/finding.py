@@ -62,6 +62,11 @@ class RecordingLimits:
     # s: four windows of the gap metric; of motion; where the ends of the twist are taken. Below
     # twice as many, few remain for validation.
     min_duration: float = 4.0
+    # s of a recording that a diagnosis or fit of one drive uses: each takes half a CPU second and
+    # 14 MB at 1 kHz, and what is a part per thousand of a value shows in so many.
+    longest: float = 60.0
+    # Of the largest travel in so many seconds: enough to prefer the newest ones.
+    far: float = 0.8
     # Share of samples that may be interpolated; more is worth a word.
     max_repaired: float = 0.01
     # Samples in a row that may be interpolated: below the drive's own periods.

@@ -27,6 +27,7 @@ from gearbox_monitor.signals.finding import LIMITS
 from gearbox_monitor.signals.jumps import wild_rows
 
 HELD = ('u', 'setpoint')  # over a sample
+TRAVELLED = 0.02   # s, from reading to reading of a travel
 SPEED_SPAN = 0.01  # s on either side, over which a servo takes the speed of the motor
 UNITS = {'t': 's', 'u': 'N m', 'setpoint': 'rad', 'motor': 'rad', 'arm': 'rad',
          'arm_torque': 'N m'}
@@ -190,7 +191,7 @@ def held_rate(model: DriveModel | None) -> float:
 
 
 def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = None,
-            name: str = '', kind: RecordingKind = PLAIN
+            name: str = '', kind: RecordingKind = PLAIN, longest: float = LIMITS.longest
             ) -> tuple[UniformRecording, tuple[Said, ...]]:
     """
     Return (Recording, notices) of samples stamped `t` [N], s, or integer ns; NaN: not measured.
@@ -202,7 +203,8 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
       jittered on their way and the samples are taken as the grid.
     - Up to LIMITS.max_run samples in a row that are lost or NaN, and single wild readings, are
       interpolated (u is held), up to `max_repaired` of all.
-    - At longer gaps the recording is cut and the longest stretch kept if it has `min_duration`.
+    - At longer gaps the recording is cut. Of stretches of `min_duration` and more, the one in
+      which the drive moves most is kept, and of one longer than `longest` so much.
 
     Raises InputError naming field, time, value and what was expected.
 
@@ -213,9 +215,11 @@ def prepare(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None = 
         arm_torque: torque measured on the arm [N], N m, or None.
         name: name of the recording in messages.
         kind: what the recording may lack, and its units.
+        longest: length that is kept, s.
     """
     try:
-        return _prepared(t, u, y, arm_torque, name, kind)
+        recording, notices = _prepared(t, u, y, arm_torque, name, kind)
+        return _liveliest(recording, notices, longest)
     except InputError as error:
         raise InputError((f'{name}: ' if name else '') + on_axis(str(error), kind.axis)) from None
 
@@ -234,17 +238,38 @@ def _prepared(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None,
     values = {driving: np.array(u, float)[keep], 'motor': y[:, 0], 'arm': y[:, 1]}
     if arm_torque is not None and not np.isnan(np.asarray(arm_torque, float)[keep]).all():
         values['arm_torque'] = np.array(arm_torque, float)[keep]
-    values = _known(t, first, values, notices)
-    grid, dt, values, floor = _evened(t, first, values, notices)
+    t, values = _known(t, first, values, notices)
+    begin, dt, values, floor = _evened(t, first, values, notices)
     return UniformRecording(
-        grid, values[driving], np.column_stack([values['motor'], values['arm']]), dt,
-        values.get('arm_torque'), name, channels=channels, floor=floor), tuple(notices)
+        np.arange(len(values[driving])) * dt, values[driving],
+        np.column_stack([values['motor'], values['arm']]), dt, values.get('arm_torque'), name,
+        channels=channels, floor=floor, begin=begin), tuple(notices)
+
+
+def _liveliest(recording: UniformRecording, notices: tuple[Said, ...], seconds: float
+               ) -> tuple[UniformRecording, tuple[Said, ...]]:
+    """Return the newest of the stretches of `seconds` that travel far, and notices on it."""
+    r, n, second = recording, int(seconds / recording.dt), max(1, round(1.0 / recording.dt))
+    if n >= len(r.y):
+        return r, notices
+    travel = _travel(r.y[:, r.channels[0]], r.dt)
+    begins = np.arange((len(r.y) - n) % second, len(r.y) - n + 1, second)
+    far = travel[begins + n] - travel[begins]
+    begin = int(begins[far >= LIMITS.far * far.max()][-1])
+    part = slice(begin, begin + n)
+    arm_torque = None if r.arm_torque is None else r.arm_torque[part]
+    return replace(r, t=r.t[:n], u=r.u[part], y=r.y[part], arm_torque=arm_torque,
+                   begin=r.begin + begin * r.dt), (*notices, said(
+                       'liveliest', seconds=seconds, total=r.duration, begin=begin * r.dt,
+                       end=(begin + n) * r.dt))
 
 
 def _known(t: Array, first: float, values: dict[str, Array], notices: list[Said]
-           ) -> dict[str, Array]:
+           ) -> tuple[Array, dict[str, Array]]:
     """
-    Return the channels without unphysical and missing numbers; add to the notices.
+    Return (stamps, channels) without unphysical and missing numbers; add to the notices.
+
+    What is missing longer than can be interpolated is a gap of all channels.
 
     Args:
         t: stamps [N] from 0, s.
@@ -259,17 +284,31 @@ def _known(t: Array, first: float, values: dict[str, Array], notices: list[Said]
     if len(t) < 10:
         raise InputError(f'{len(t)} samples, expected at least {LIMITS.min_duration:g} s of them')
     _check_numbers(t, first, values)
+    gone = np.zeros(len(t), bool)
+    for field, value in values.items():
+        before = int(gone.sum())
+        for begin, length in zip(*_runs(np.isnan(value))):
+            if length > LIMITS.max_run or begin == 0 or begin + length == len(t):
+                gone[begin:begin + length] = True
+        if (count := int(gone.sum()) - before):
+            notices.append(said('gap_of_values', count=count, field=field))
+            # Readings at a lower rate are none of the torque's: no gap bridges that.
+            if usual_step(t[~gone])[0] > (1.0 + LIMITS.uneven) * usual_step(t)[0]:
+                raise InputError(f'{field}: nan in {count} of {len(t)} samples, more than '
+                                 f'{LIMITS.max_run} in a row between any two, expected numbers '
+                                 f'in {UNITS[field]}')
+    t, values = t[~gone], {field: value[~gone] for field, value in values.items()}
     for field, value in values.items():
         if np.isnan(value).any():
             values[field], count = _fill(t, first, value, field)
             notices.append(said('missing_values', count=count, field=field))
-    return values
+    return t, values
 
 
 def _evened(t: Array, first: float, values: dict[str, Array], notices: list[Said]
-            ) -> tuple[Array, float, dict[str, Array], tuple[float, float]]:
+            ) -> tuple[float, float, dict[str, Array], tuple[float, float]]:
     """
-    Return (grid [M] s, its step, channels on it, floor of both encoders); add to the notices.
+    Return (begin of a grid, s, its step, channels on it, floor of both encoders); add to notices.
 
     Args:
         t: stamps [N] from 0, s, increasing.
@@ -283,7 +322,7 @@ def _evened(t: Array, first: float, values: dict[str, Array], notices: list[Said
                          f'{np.abs(jitter).max():.3g} s, expected one sample rate')
     cuts = np.flatnonzero(np.diff(index) > LIMITS.max_run + 1)
     if len(cuts):
-        keep, notice = _longest(t, first, cuts, dt)
+        keep, notice = _stretch(t, first, cuts, dt, values['motor'])
         notices.append(notice)
         t, index, jitter = t[keep], index[keep], jitter[keep]
         values = {field: value[keep] for field, value in values.items()}
@@ -307,7 +346,7 @@ def _evened(t: Array, first: float, values: dict[str, Array], notices: list[Said
         if count := _mend_spikes(values[field]):
             notices.append(said('wild_readings', count=count, field=field))
         floor[k] = max(floor[k], _noise_at_speed(values[field]) * moved)
-    return grid, dt, values, (floor[0], floor[1])
+    return float(t[0]), dt, values, (floor[0], floor[1])
 
 
 def _lost(t: Array, index: Integers, wander: Array, notices: list[Said]) -> int:
@@ -431,16 +470,11 @@ def _runs(flags: Flags) -> tuple[Integers, Integers]:
 def _fill(t: Array, first: float, value: Array, field: str) -> tuple[Array, int]:
     """Return (value with NaN interpolated, how many); raises InputError where there are many."""
     missing = np.isnan(value)
-    starts, lengths = _runs(missing)
-    long = np.flatnonzero(lengths > LIMITS.max_run)
     count = int(missing.sum())
-    if len(long) or count > LIMITS.max_repaired * len(value) or missing[0] or missing[-1]:
-        at = long[0] if len(long) else 0
-        duration = f' for {lengths[at]} samples' if lengths[at] > 1 else ''
+    if count > LIMITS.max_repaired * len(value):
         raise InputError(
-            f'{field} at {first + t[starts[at]]:.9g} s: nan{duration} '
-            f'({count} nan of {len(value)}), expected numbers in {UNITS[field]}, at most '
-            f'{LIMITS.max_run} nan in a row and {100 * LIMITS.max_repaired:g} % in all')
+            f'{field} at {first + t[missing.argmax()]:.9g} s: nan ({count} nan of {len(value)}), '
+            f'expected numbers in {UNITS[field]}, at most {100 * LIMITS.max_repaired:g} % nan')
     good = ~missing
     if field in HELD:
         last = np.maximum.accumulate(np.where(good, np.arange(len(value)), 0))
@@ -504,20 +538,38 @@ def _absent(t: Array, index: Integers, wander: Array) -> Integers:
     return absent
 
 
-def _longest(t: Array, first: float, cuts: Integers, dt: float) -> tuple[slice, Said]:
-    """Return (slice, notice) of the longest stretch between the gaps after the rows `cuts`."""
+def _stretch(t: Array, first: float, cuts: Integers, dt: float, motor: Array
+             ) -> tuple[slice, Said]:
+    """
+    Return (slice, notice) of the stretch between gaps in which the drive moves most.
+
+    Args:
+        t: stamps [N], s.
+        first: of them all, s.
+        cuts: rows behind which gaps are.
+        dt: sample time, s.
+        motor: readings of the encoder [N], rad.
+    """
     edges = np.concatenate([[0], cuts + 1, [len(t)]])
-    i = int(np.argmax(t[edges[1:] - 1] - t[edges[:-1]]))
-    keep = slice(edges[i], edges[i + 1])
+    length = t[edges[1:] - 1] - t[edges[:-1]] + dt
     widest = cuts[np.argmax(t[cuts + 1] - t[cuts])]
     holes = said('holes' if len(cuts) > 1 else 'one_hole', count=len(cuts),
                  longest=t[widest + 1] - t[widest], at=first + t[widest])
-    length = t[keep][-1] - t[keep][0] + dt
-    if length < LIMITS.min_duration:
-        raise InputError(f'{holes}; the longest stretch without one lasts {length:.3g} s, '
+    if length.max() < LIMITS.min_duration:
+        raise InputError(f'{holes}; the longest stretch without one lasts {length.max():.3g} s, '
                          f'expected at least {LIMITS.min_duration:g} s')
+    travel = [_travel(motor[begin:end], dt)[-1] for begin, end in zip(edges, edges[1:])]
+    i = int(np.argmax(np.where(length < LIMITS.min_duration, -1.0, travel)))
+    keep = slice(edges[i], edges[i + 1])
     return keep, said('stretch', holes=(holes,), first=first + t[keep][0],
                       last=first + t[keep][-1])
+
+
+def _travel(motor: Array, dt: float) -> Array:
+    """Return how far `motor` [N] has travelled [N + 1] (rad) by steps slower than its noise."""
+    stride = max(1, round(TRAVELLED / dt))
+    x = np.repeat(motor[::stride], stride)[:len(motor)]
+    return np.append(0.0, np.cumsum(np.abs(np.diff(x, prepend=x[:1]))))
 
 
 def _cubic(times: Array, value: Array, at: Array) -> Array:

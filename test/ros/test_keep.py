@@ -20,7 +20,7 @@ from gearbox_monitor.recordings.storage import next_free
 from gearbox_monitor.ros import recording_export
 from gearbox_monitor.ros.recording_export import (
     BLOCK, diagnosis_command, DTYPE, export_recording, load_of, MAX_RATE, RecordingBuffer,
-    RecordingContext, SECOND, stretch)
+    RecordingContext, recording_of, SECOND, with_effort_moved)
 
 T0 = 1_700_000_000 * SECOND
 PERIOD = 2_000_000
@@ -106,59 +106,59 @@ def test_irregular_stamps_refused_samples_and_a_clock_set_back():
     np.testing.assert_array_equal(rows['stamp_ns'], 10 * SECOND + np.arange(300) * PERIOD)
 
 
-def test_stretch_is_without_gaps_and_the_newest_that_moves():
+def test_a_diagnosis_takes_the_newest_rows_that_move_between_gaps():
+    def used(rows, seconds=14.0):
+        recording = recording_of(rows, DriveModel(), 'rows', seconds)
+        first = rows['stamp_ns'][rows['good']][0] - T0
+        begin = round((first / SECOND + recording.begin) * 500)
+        return begin, begin + len(recording.u)
     rows = moving(30000)
-    part = stretch(rows)
-    assert len(part) == 7000 and part['stamp_ns'][-1] == rows['stamp_ns'][-1]
+    assert used(rows) == (23000, 30000)
     still = rows.copy()
-    still['values'][12000:, 0] = 0.0  # the drive has stopped
-    part = stretch(still)
-    assert len(part) == 7000
-    assert 11000 < (part['stamp_ns'][-1] - T0) / PERIOD < 14000
+    still['values'][12000:, :2] = 0.0  # the drive has stopped
+    begin, end = used(still)
+    assert end - begin == 7000 and 11000 < end < 14000
     holed = np.delete(still, [*range(9000, 9050), 5000])  # a gap, and one lost sample
-    part = stretch(holed)
-    assert len(part) == 7000 and (part['stamp_ns'][-1] - T0) / PERIOD <= 9000
-    holed['values'][3000:3100, 1] = np.nan  # without arm: as a gap
-    holed['good'][6000:6010] = False
-    part = stretch(holed)
-    assert not np.isnan(part['values'][:, :3]).any()
-    assert np.diff(part['stamp_ns']).max() < 4 * PERIOD
-    assert not len(stretch(moving(1900))) and not len(stretch(rows[:1]))
-    for channel in (0, 2):  # nothing to diagnose without motor or torque
-        nothing = rows.copy()
-        nothing['values'][:, channel] = np.nan
-        assert not len(stretch(nothing))
-    rows['values'][:, 1] = np.nan  # one encoder is all there is
-    assert len(stretch(rows)) == 7000
+    holed['values'][300:400, 1] = np.nan  # without arm: as a gap
+    holed['good'][600:610] = False
+    begin, end = used(holed)
+    assert begin >= 610 and end <= 9000 and end - begin == 7000
+    rows['values'][:, 2] = np.nan
+    with pytest.raises(InputError, match='u: never measured'):
+        used(rows)
 
 
-def test_stretch_has_the_effort_where_it_acts():
+def test_effort_moves_to_where_it_acts():
     for delay in (-1, 0, 3):
-        part = stretch(moving(5000), delay)
-        k = (part['stamp_ns'] - T0) // PERIOD
-        np.testing.assert_array_equal(part['values'][:, 2], k - delay)
-        assert len(part) == 5000 - abs(delay)
+        rows = with_effort_moved(moving(5000), delay)
+        k = (rows['stamp_ns'] - T0) // PERIOD
+        np.testing.assert_array_equal(rows['values'][:, 2], k - delay)
+        assert len(rows) == 5000 - abs(delay)
 
 
 def test_folder_holds_everything_as_received_and_the_model(tmp_path):
     rows, clock = moving(10000), lambda: time.struct_time((2026, 3, 4, 5, 6, 7, 0, 0, 0))
     text = export_recording(tmp_path / 'new', rows, about(), clock)
     folder = tmp_path / 'new' / 'kept_2026_03_04-05_06_07'
-    assert str(folder) in text and '14.0 s' in text and '--recorded-motor m7' in text
-    assert text.endswith(diagnosis_command(folder, about()))
-    for name, wanted in (('all', rows), ('bag', stretch(rows))):
-        with open_bag(folder / name) as bag:
-            assert not bag.truncated
-            assert bag.metadata['gearbox_monitor']['source'] == 'estimator: backlash: grown'
-            states = bag.joint_states('/left/joint_states', ('m7', 'arm'))
-        got, _ = samples_of(states, DriveModel())
-        np.testing.assert_array_equal(got.stamp_ns, wanted['stamp_ns'])
-        np.testing.assert_array_equal(got.y, wanted['values'][:, :2])
-        np.testing.assert_array_equal(got.u, wanted['values'][:, 2:])
-        assert (folder / name / 'metadata.yaml').exists()
+    assert text == f'20.0 s kept: {diagnosis_command(folder, about())}'
+    assert '--recorded-motor m7' in text
+    with open_bag(folder / 'bag') as bag:
+        assert not bag.truncated
+        assert bag.metadata['gearbox_monitor']['source'] == 'estimator: backlash: grown'
+        states = bag.joint_states('/left/joint_states', ('m7', 'arm'))
+    got, _ = samples_of(states, DriveModel())
+    np.testing.assert_array_equal(got.stamp_ns, rows['stamp_ns'])
+    np.testing.assert_array_equal(got.y, rows['values'][:, :2])
+    np.testing.assert_array_equal(got.u, rows['values'][:, 2:])
+    assert (folder / 'bag' / 'metadata.yaml').exists()
     assert load_model(folder / 'drive.yaml') == about().model
-    again = export_recording(tmp_path / 'new', rows[:100], about(), clock)  # never over another
-    assert '_2/all' in again and 'no 4 s' in again and 'diagnose ' not in again
+    late = about(parameters={'effort_delay': 3})
+    again = export_recording(tmp_path / 'new', rows, late, clock)  # never over another
+    assert '_2/bag' in again
+    with open_bag(folder.with_name(folder.name + '_2') / 'bag') as bag:
+        assert bag.metadata['gearbox_monitor']['estimator.effort_delay'] == '0'
+        states = bag.joint_states('/left/joint_states', ('m7', 'arm'))
+    assert samples_of(states, DriveModel())[0].u[0, 0] == 0.0  # that of 3 samples earlier
     assert len(list((tmp_path / 'new').iterdir())) == 2
 
 
@@ -174,7 +174,7 @@ def test_two_processes_that_keep_in_the_same_second_have_a_folder_each(tmp_path,
 
     export_recording(tmp_path, moving(100), about(), clock)
     monkeypatch.setattr(recording_export, 'next_free', taken_by_another)
-    assert '_3/all' in export_recording(tmp_path, moving(100), about(), clock)
+    assert '_3/bag' in export_recording(tmp_path, moving(100), about(), clock)
 
 
 def test_command_finds_another_topic_and_folder():

@@ -70,7 +70,7 @@ def test_a_drive_with_an_effect_is_told_kept_and_named(graph, tmp_path):
     refused, = (f.result() for f in both if not f.result().success)
     assert 'is being written' in refused.message
     kept, = folder.iterdir()
-    with open_bag(kept / 'all') as bag:
+    with open_bag(kept / 'bag') as bag:
         states = bag.joint_states('/joint_states', ('motor', 'arm'))
     # What both saw is the same; either may have joined the plant later than the other.
     sent = {m.header.stamp.sec * 10**9 + m.header.stamp.nanosec: m.effort[0] for m in efforts}
@@ -83,7 +83,7 @@ def test_a_drive_with_an_effect_is_told_kept_and_named(graph, tmp_path):
     values = {v.key: v.value for v in status('input').values}
     assert values['messages_lost'] == '0' and 'no samples' not in status('input').message
 
-    words = shlex.split(good.message.split(' s of it: ')[1])
+    words = shlex.split(good.message.split(' s kept: ')[1])
     assert words[:2] == ['gearbox_monitor', 'diagnose']
     graph.stop(estimator)
     code = main([*words[1:], '--only', 'torque_offset', 'load_torque',
@@ -115,10 +115,10 @@ def test_an_alert_keeps_its_recording_once_the_disk_has_room(graph, tmp_path):
     answer = graph.call(Trigger, 'estimator/keep_recording', Trigger.Request())
     assert not answer.success and 'still in memory' in answer.message
     resource.prlimit(estimator.pid, resource.RLIMIT_FSIZE, LIMITS)
-    graph.until(lambda: ' s kept in ' in recording(), 'a recording')
+    graph.until(lambda: ' s kept: ' in recording(), 'a recording')
     by_itself, = folder.iterdir()
-    assert ' s after the alert: ' in recording() and str(by_itself / 'all') in recording()
-    with open_bag(by_itself / 'all') as bag:
+    assert ' s after the alert: ' in recording() and str(by_itself / 'bag') in recording()
+    with open_bag(by_itself / 'bag') as bag:
         stamps = bag.joint_states('/joint_states', ('motor', 'arm')).stamp_ns
         source = bag.metadata['gearbox_monitor']['source']
     assert len(stamps) > 500 and source.startswith('estimator: backlash: backlash has grown by ')

@@ -428,9 +428,14 @@ def test_nan(sound):
     y[[100, 2000, 2001], 1] = np.nan
     recording, notices = prepare(t, u, y)
     assert np.isfinite(recording.y).all() and '3 values of arm were NaN' in str(notices[0])
-    y[500:510, 1] = np.nan
-    with pytest.raises(InputError, match=r'arm at 0\.5 s: nan for 10 samples \(13 nan of 10000\), '
-                                         r'expected numbers in rad'):
+    y[:3, 1] = y[1500:1510, 1] = np.nan
+    recording, notices = prepare(t, u, y)  # as without these rows
+    assert '13 samples without arm' in str(notices[0]) and '1 gap in the' in str(notices[-1])
+    assert recording.begin == pytest.approx(1.51) and recording.u.tolist() == u[1510:].tolist()
+    with pytest.raises(InputError, match='arm: nan in 833. of 10000 samples, more than 3 in a'):
+        prepare(t, u, np.where(np.arange(len(t))[:, None] % 6, y * [1.0, np.nan], y))
+    y[::50, 1] = np.nan
+    with pytest.raises(InputError, match=r'arm at 0\.05 s: nan \(1.. nan of 9.*at most 1 % nan'):
         prepare(t, u, y)
     with pytest.raises(InputError, match='motor: never measured'):
         prepare(t, u, y * [np.nan, 1.0])

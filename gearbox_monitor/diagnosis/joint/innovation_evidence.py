@@ -426,8 +426,9 @@ class InnovationEvidence:
             deviance = evaluated(beside.fine, at).deviance
             if h.deviance - deviance < least:
                 return
-            bursts = sorted((Burst(data.recordings[i].name, *map(float, row))
-                             for i, row in zip(owner, theta)),
+            recordings = [data.recordings[i] for i in owner]
+            bursts = sorted((Burst(r.name, r.begin + float(t0), float(duration), float(size))
+                             for r, (t0, duration, size) in zip(recordings, theta)),
                             key=lambda b: -abs(b.amplitude) * b.duration)
             member = Member(TRAIN, DISTURBANCE.id, EFFECTS[DISTURBANCE.id].location)
             yield Hypothesis((*h.members, member), deviance,

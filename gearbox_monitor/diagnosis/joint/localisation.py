@@ -221,7 +221,7 @@ WILD = 9.0       # times the variance of a reading: of one that is not as predic
 
 @dataclass(frozen=True)
 class SlipEvent:
-    """One slip: the recording it is in, when (s), size and its deviation (rad), + of the motor."""
+    """One slip: its recording, when in the log (s), size and deviation (rad), + of the motor."""
 
     recording: str
     t0: float
@@ -392,8 +392,9 @@ def slip_events(data: DriveRecordings, fit: InnovationFit) -> tuple[SlipEvent, .
         return ()
     _, J = _columns(data, fit)
     std = np.sqrt(np.diag(covariance(J.T @ J)))
-    return tuple(SlipEvent(data.recordings[i].name, float(t0), float(size), float(s))
-                 for i, (t0, size), s in zip(data.slip_owner, data.slips, std))
+    return tuple(SlipEvent(r.name, r.begin + float(t0), float(size), float(s))
+                 for r, (t0, size), s in zip((data.recordings[i] for i in data.slip_owner),
+                                             data.slips, std))
 
 
 BURST_ITERATIONS = 8    # of each fit of bursts
@@ -408,7 +409,7 @@ BURST_RULE = Damping(1e-2, 20.0, 1e-3, smallest=1e-9, attempts=5)
 
 @dataclass(frozen=True)
 class Burst:
-    """One burst: the recording it is in, begin and duration (s), largest torque (N m, signed)."""
+    """One burst: its recording, begin in the log, duration (s), largest torque (N m, signed)."""
 
     recording: str
     t0: float
