@@ -27,7 +27,6 @@ from gearbox_monitor.signals.finding import LIMITS
 from gearbox_monitor.signals.jumps import wild_rows
 
 HELD = ('u', 'setpoint')  # over a sample
-TRAVELLED = 0.02   # s, from reading to reading of a travel
 SPEED_SPAN = 0.01  # s on either side, over which a servo takes the speed of the motor
 UNITS = {'t': 's', 'u': 'N m', 'setpoint': 'rad', 'motor': 'rad', 'arm': 'rad',
          'arm_torque': 'N m'}
@@ -567,7 +566,7 @@ def _stretch(t: Array, first: float, cuts: Integers, dt: float, motor: Array
 
 def _travel(motor: Array, dt: float) -> Array:
     """Return how far `motor` [N] has travelled [N + 1] (rad) by steps slower than its noise."""
-    stride = max(1, round(TRAVELLED / dt))
+    stride = max(1, round(2.0 * SPEED_SPAN / dt))
     x = np.repeat(motor[::stride], stride)[:len(motor)]
     return np.append(0.0, np.cumsum(np.abs(np.diff(x, prepend=x[:1]))))
 
