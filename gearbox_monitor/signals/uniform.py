@@ -321,7 +321,7 @@ def _evened(t: Array, first: float, values: dict[str, Array], notices: list[Said
                          f'{np.abs(jitter).max():.3g} s, expected one sample rate')
     cuts = np.flatnonzero(np.diff(index) > LIMITS.max_run + 1)
     if len(cuts):
-        keep, notice = _stretch(t, first, cuts, dt, values['motor'])
+        keep, notice = _stretch(t, first, cuts, dt, values['motor'], notices)
         notices.append(notice)
         t, index, jitter = t[keep], index[keep], jitter[keep]
         values = {field: value[keep] for field, value in values.items()}
@@ -537,8 +537,8 @@ def _absent(t: Array, index: Integers, wander: Array) -> Integers:
     return absent
 
 
-def _stretch(t: Array, first: float, cuts: Integers, dt: float, motor: Array
-             ) -> tuple[slice, Said]:
+def _stretch(t: Array, first: float, cuts: Integers, dt: float, motor: Array,
+             notices: Sequence[Said]) -> tuple[slice, Said]:
     """
     Return (slice, notice) of the stretch between gaps in which the drive moves most.
 
@@ -548,6 +548,7 @@ def _stretch(t: Array, first: float, cuts: Integers, dt: float, motor: Array
         cuts: rows behind which gaps are.
         dt: sample time, s.
         motor: readings of the encoder [N], rad.
+        notices: on what was left out.
     """
     edges = np.concatenate([[0], cuts + 1, [len(t)]])
     length = t[edges[1:] - 1] - t[edges[:-1]] + dt
@@ -555,7 +556,9 @@ def _stretch(t: Array, first: float, cuts: Integers, dt: float, motor: Array
     holes = said('holes' if len(cuts) > 1 else 'one_hole', count=len(cuts),
                  longest=t[widest + 1] - t[widest], at=first + t[widest])
     if length.max() < LIMITS.min_duration:
-        raise InputError(f'{holes}; the longest stretch without one lasts {length.max():.3g} s, '
+        why = '; '.join(str(n) for n in (*notices, holes) if n.code in (
+            'gap_of_values', holes.code))
+        raise InputError(f'{why}; the longest stretch without one lasts {length.max():.3g} s, '
                          f'expected at least {LIMITS.min_duration:g} s')
     travel = [_travel(motor[begin:end], dt)[-1] for begin, end in zip(edges, edges[1:])]
     i = int(np.argmax(np.where(length < LIMITS.min_duration, -1.0, travel)))

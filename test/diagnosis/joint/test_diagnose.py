@@ -282,7 +282,7 @@ def test_bad_recordings_get_no_verdict(folder, tmp_path, capsys):
             ((t[:1500], u[:1500], y[:1500]), 'expected at least 4 s'),
             ((t, u, y[:, ::-1]), 'swapped'), ((t, u, -y), 'sign'),
             ((t, u, np.degrees(y)), 'degrees'),
-            ((t, u, holed), 'arm at 3 s: nan for 200 samples'))):
+            ((t, u, holed), '200 samples without arm are left out as a gap; 1 gap in'))):
         path = write_csv(tmp_path / f'{k}.csv', *columns)
         out = tmp_path / f'out{k}'
         assert call(folder, path, *FEW, '--out', str(out)) == 2
