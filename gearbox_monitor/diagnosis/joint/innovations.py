@@ -547,9 +547,9 @@ REACH = 3.0                  # a step is not longer than so many times value or 
 LOG_REACH = 1.5              # the same of coordinates that are logarithms
 FACTORS = (1.5, 4.0, 16.0)   # by which the noise is tried, the next one after each gain
 ENOUGH = 1e-3                # gain in -2 log L of a step that is taken
-PROMISE = 0.2                # of the gain at which a fit stops: no step is tried for less
 RULE = Damping(1e-4, 20.0, 1e-3, smallest=1e-9, attempts=5)
 RIDGE = 1e-9                 # of the power of a column that is tested
+UNHELPFUL = 1e-2             # damping after steps that did not help
 
 
 @dataclass(frozen=True)
@@ -753,7 +753,7 @@ def fitted(likelihood: Likelihood, fit: InnovationFit, iterations: int = 12,
         tolerance: gain in -2 log L below which it stops.
         free_noise: whether the torque noise is fitted, too.
     """
-    damping, promise = RULE.start, PROMISE * tolerance
+    damping = RULE.start
     at = fit if isinstance(fit, FilteredFit) else evaluated(likelihood, fit)
     for _ in range(iterations):
         torque = annealed(likelihood, at) if free_noise else at.torque
@@ -761,19 +761,15 @@ def fitted(likelihood: Likelihood, fit: InnovationFit, iterations: int = 12,
         if (torque != at.torque).any():
             moved = evaluated(likelihood, replace(at.alone(), torque=torque))
             at = moved if moved.deviance < at.deviance else at
-        at, damping = _step(likelihood, at, damping, free_noise, promise)
+        at, damping = _step(likelihood, at, damping, free_noise)
         if deviance - at.deviance < tolerance:
             break
     return at.alone()
 
 
 def _step(likelihood: Likelihood, fit: FilteredFit, damping: float,
-          free_noise: bool, promise: float) -> tuple[FilteredFit, float]:
-    """
-    Return `fit` after a Fisher step on coordinates and noise, and the damping of the next.
-
-    Where the tangent promises a gain below `promise` at most, no step is tried.
-    """
+          free_noise: bool) -> tuple[FilteredFit, float]:
+    """Return `fit` after a Fisher step on coordinates and noise, and the damping of the next."""
     candidate, count = fit.candidate, len(fit.z)
     read = fit.run.read.ravel()
     residual = fit.run.residual.ravel()
@@ -813,6 +809,6 @@ def _step(likelihood: Likelihood, fit: FilteredFit, damping: float,
     def gain_of(trial: FilteredFit) -> float:
         return fit.deviance - ENOUGH - trial.deviance
     normal, right = H[np.ix_(free, free)], g[free]
-    if right @ damped_solve(normal, right, RULE.smallest) < max(promise, ENOUGH):
+    if right @ damped_solve(normal, right, RULE.smallest) < ENOUGH:  # the most a step promises
         return fit, damping
-    return damped_step(normal, right, trial_of, gain_of, damping, RULE) or (fit, damping)
+    return damped_step(normal, right, trial_of, gain_of, damping, RULE) or (fit, UNHELPFUL)
