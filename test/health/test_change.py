@@ -307,6 +307,7 @@ def test_a_good_fit_is_compared_where_the_filter_is_at_odds_with_the_drive():
                 for _ in range(windows)]
 
     go(5, 0.3, gap_std=1.0)  # a poor fit of the gap
+    gearbox.go(5, 0.3, gap_std=1.0)  # trusted or not
     assert not gearbox.health.alerts
     found = go(10, 0.1)
     assert alarmed(found) and 'backlash has grown' in found[-1]['backlash'].message

@@ -176,8 +176,10 @@ class Tracker:
         points, point = find_point(data.points, features, window.temperature, self.settings.bins)
         values, variances = self._measure(features, points[point])
         usual = variances / excess(trust)
-        if trust != TRUSTED:
-            values = np.where(self._fits(variances, usual, points[point]), values, math.nan)
+        fits = self._fits(variances, usual, points[point])
+        if trust == TRUSTED:  # what is usual there has to be learnt first
+            fits |= (points[point].stated_count < WEAR.min_baseline)
+        values = np.where(fits, values, math.nan)
         is_new, measured = len(points) > len(data.points), np.isfinite(values)
         place = points[point].with_stated(np.where(measured, usual, math.nan))
         tracker = replace(self, point=point, compared=bool(measured.any()), data=replace(
