@@ -30,7 +30,7 @@ SHORT = (0, 19)
     pytest.param(*history, marks=() if k in SHORT else pytest.mark.system)
     for k, history in enumerate(HISTORIES)])
 def test_every_door_gives_the_same_answer(tmp_path, capsys, rate, seed):
-    samples = worn({0: 12, 19: 18}.get(seed, 24), seed=seed, rate=rate)
+    samples = worn({0: 12}.get(seed, 24), seed=seed, rate=rate)
     for name, write in (('live', write_live), ('inputs', lambda writer, samples: None)):
         with BagWriter(tmp_path / name) as writer:
             write_inputs(writer, samples)
