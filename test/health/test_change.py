@@ -309,6 +309,10 @@ def test_a_good_fit_is_compared_where_the_filter_is_at_odds_with_the_drive():
     go(5, 0.3, gap_std=1.0)  # a poor fit of the gap
     gearbox.go(5, 0.3, gap_std=1.0)  # trusted or not
     assert not gearbox.health.alerts
+    lasting = Gearbox(9)
+    lasting.go(20)
+    lasting.go(30, 0.5, gap_std=0.2)  # less certain from now on: these count in the end
+    assert 'gap' in lasting.health.alerts
     found = go(10, 0.1)
     assert alarmed(found) and 'backlash has grown' in found[-1]['backlash'].message
     # How far the filter's doubt moves the gap is not known, and stated.

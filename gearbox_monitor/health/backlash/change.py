@@ -175,13 +175,14 @@ class Tracker:
         data, trust = self.data, window.trust
         points, point = find_point(data.points, features, window.temperature, self.settings.bins)
         values, variances = self._measure(features, points[point])
-        usual = variances / excess(trust)
-        fits = self._fits(variances, usual, points[point])
-        if trust == TRUSTED:  # what is usual there has to be learnt first
-            fits |= (points[point].stated_count < WEAR.min_baseline)
+        place, usual = points[point], variances / excess(trust)
+        fits, most = self._fits(variances, usual, place), math.nan
+        if trust == TRUSTED:  # what is usual has to be learnt first, and may become so later
+            fits |= (place.stated_count < WEAR.min_baseline)
+            most = np.minimum(usual, WEAR.stated_ratio ** 2 * place.stated)
         values = np.where(fits, values, math.nan)
         is_new, measured = len(points) > len(data.points), np.isfinite(values)
-        place = points[point].with_stated(np.where(measured, usual, math.nan))
+        place = place.with_stated(np.where(fits, usual, most))
         tracker = replace(self, point=point, compared=bool(measured.any()), data=replace(
             data, points=(*points[:point], place, *points[point + 1:])))
         if not tracker.compared:
