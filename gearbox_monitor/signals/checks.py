@@ -21,7 +21,7 @@ from gearbox_monitor.presentation import percent, Quantity, said
 from gearbox_monitor.signals.finding import (
     BAD, DataFinding, everything, Grade, hurts, judged, LIMITS, OK, WARN)
 from gearbox_monitor.signals.uniform import (
-    constant_runs, HALF_WIDTHS, reversals, rms_of, SmoothedMotion, UniformRecording)
+    constant_runs, HALF_WIDTHS, missing_long, reversals, rms_of, SmoothedMotion, UniformRecording)
 
 NAMES = ('motor', 'arm')
 DELAYS = next(row for row in ESTIMATOR if row.name == 'effort_delay')
@@ -30,15 +30,34 @@ ROWS = 200_000
 
 
 # --- each encoder for itself --------------------------------------------------------------------
-def measured(y: Array, without_arm: bool = False) -> list[DataFinding]:
-    """Return findings about readings `y` [N, 2] that are missing; without_arm: as is stated."""
+def _for_diagnosis(values: Array, seconds: Array) -> Grade:
+    """Return the Grade of the longest part without a gap of `values` [N] at `seconds` [N]."""
+    missing = np.isnan(values)
+    if missing.mean() <= LIMITS.max_repaired:
+        return OK
+    edges = np.flatnonzero(np.diff(missing_long(values), prepend=True, append=True))
+    length, share = max(((seconds[end - 1] - seconds[begin], missing[begin:end].mean())
+                         for begin, end in zip(edges[::2], edges[1::2])), default=(0.0, 1.0))
+    few = length < 0.99 * LIMITS.min_duration or share > LIMITS.max_repaired
+    return BAD if few else WARN
+
+
+def measured(y: Array, seconds: Array, without_arm: bool = False) -> list[DataFinding]:
+    """
+    Return findings about readings that are missing.
+
+    Args:
+        y: readings of motor and arm [N, 2], rad.
+        seconds: their stamps [N], s.
+        without_arm: whether it is stated that the arm has no encoder.
+    """
     findings = []
     for name, values in zip(NAMES, y.T):
         share, neither = float(np.isnan(values).mean()), bool(np.isnan(y).all())
         grade = (BAD if share > LIMITS.lost_many
                  else WARN if share > LIMITS.max_repaired else OK)
         code = 'readings' if share else 'all_readings'
-        grades = hurts(min(grade, WARN), grade, grade)
+        grades = hurts(min(grade, WARN), grade, _for_diagnosis(values, seconds))
         if share == 1.0 and without_arm and name == 'arm':
             code, grades = 'no_arm', hurts(WARN, WARN)
         elif share == 1.0:
@@ -266,12 +285,14 @@ def _excitation(moved: SmoothedMotion) -> DataFinding:
 
 
 # --- torque -------------------------------------------------------------------------------------
-def torques(u: Array, known: bool, has_setpoint: bool = False) -> list[DataFinding]:
+def torques(u: Array, seconds: Array, known: bool, has_setpoint: bool = False
+            ) -> list[DataFinding]:
     """
     Return findings about torques as recorded.
 
     Args:
         u: torque as recorded [N], N m; NaN: not measured.
+        seconds: its stamps [N], s.
         known: whether enough of them are known.
         has_setpoint: whether a setpoint is recorded.
     """
@@ -280,13 +301,15 @@ def torques(u: Array, known: bool, has_setpoint: bool = False) -> list[DataFindi
     if share == 1.0 and has_setpoint:
         code, grades = 'setpoint_alone', hurts(BAD, BAD, WARN)
     elif share > LIMITS.lost_many or not known:
-        code, grades = 'no_torque' if share == 1.0 else 'torque_missing', everything(BAD)
+        code = 'no_torque' if share == 1.0 else 'torque_missing'
+        grades = hurts(BAD, BAD, _for_diagnosis(u, seconds))
     else:
         low, high = float(torque.min()), float(torque.max())
         values.update(rms=rms_of(torque), low=low, high=high)
         code, limits = 'torque', torque_limits(torque)
         limits += [judged('torque', 'used', said('torque_used'))] * has_setpoint
-        grades = hurts(WARN, WARN, BAD) if share > LIMITS.max_repaired else {}
+        grades = hurts(WARN, WARN, _for_diagnosis(u, seconds)) if (
+            share > LIMITS.max_repaired) else {}
         if low == high:
             code, grades, limits = 'same_torque', everything(BAD), []
     missing = (said('and_missing', percent=100.0 * share),) if share else ()

@@ -76,7 +76,7 @@ def examine(samples: Samples, parameters: EstimatorParameters,
     y = samples.y
     lines = stamps.lines(samples.stamp_ns, clock, parameters.max_gap, parameters.drift_window)
     lines += publishers + unphysical + jumping
-    lines += checks.measured(y, not parameters.arm_joint)
+    lines += checks.measured(y[clock.usable], clock.seconds, not parameters.arm_joint)
     lines += stamps.held(clock, y, held_rate(model))
     part = stamps.segment(clock, samples.u[:, 0], y)
     if model is not None and model.controller is not None:
@@ -195,7 +195,7 @@ def _moved(samples: Samples, clock: stamps.StampClock, part: UniformRecording,
                           (parameters.r_std_motor, parameters.r_std_arm))
     known = bool(np.isfinite(part.u).all())
     if model is None or model.controller is None:
-        lines += checks.torques(u, known, beside)
+        lines += checks.torques(u, clock.seconds, known, beside)
         lines += checks.stuck(u, y, clock.seconds, noises)
     moving = len(motion) > len(part.channels)  # else the drive rests, and nothing more is said
     if moving and known and np.ptp(part.u) > 0.0:

@@ -238,7 +238,14 @@ def _prepared(t: Array | Integers, u: Array, y: Array, arm_torque: Array | None,
     if arm_torque is not None and not np.isnan(np.asarray(arm_torque, float)[keep]).all():
         values['arm_torque'] = np.array(arm_torque, float)[keep]
     t, values = _known(t, first, values, notices)
-    begin, dt, values, floor = _evened(t, first, values, notices)
+    gaps = [str(notice) for notice in notices if notice.code == 'gap_of_values']
+    try:
+        if gaps and (len(t) < 2 or t[-1] - t[0] < LIMITS.min_duration):
+            raise InputError(f'{np.ptp(t) if len(t) else 0.0:.3g} s remain, expected at least '
+                             f'{LIMITS.min_duration:g} s')
+        begin, dt, values, floor = _evened(t, first, values, notices)
+    except InputError as error:
+        raise InputError('; '.join([*gaps, str(error)])) from None
     return UniformRecording(
         np.arange(len(values[driving])) * dt, values[driving],
         np.column_stack([values['motor'], values['arm']]), dt, values.get('arm_torque'), name,
@@ -283,20 +290,19 @@ def _known(t: Array, first: float, values: dict[str, Array], notices: list[Said]
     if len(t) < 10:
         raise InputError(f'{len(t)} samples, expected at least {LIMITS.min_duration:g} s of them')
     _check_numbers(t, first, values)
-    gone = np.zeros(len(t), bool)
+    kept = np.ones(len(t), bool)
     for field, value in values.items():
-        before = int(gone.sum())
-        for begin, length in zip(*_runs(np.isnan(value))):
-            if length > LIMITS.max_run or begin == 0 or begin + length == len(t):
-                gone[begin:begin + length] = True
-        if (count := int(gone.sum()) - before):
-            notices.append(said('gap_of_values', count=count, field=field))
-            # Readings at a lower rate are none of the torque's: no gap bridges that.
-            if usual_step(t[~gone])[0] > (1.0 + LIMITS.uneven) * usual_step(t)[0]:
-                raise InputError(f'{field}: nan in {count} of {len(t)} samples, more than '
+        own = ~missing_long(value)
+        if not own.all():
+            kept &= own
+            notices.append(said('gap_of_values', count=int((~own).sum()), field=field))
+            # Readings at a lower rate than the torque's are no gaps.
+            if own.sum() > 1 and usual_step(t[own])[0] > (
+                    1.0 + LIMITS.uneven) * usual_step(t)[0]:
+                raise InputError(f'{field}: nan in {(~own).sum()} of {len(t)} samples, more than '
                                  f'{LIMITS.max_run} in a row between any two, expected numbers '
                                  f'in {UNITS[field]}')
-    t, values = t[~gone], {field: value[~gone] for field, value in values.items()}
+    t, values = t[kept], {field: value[kept] for field, value in values.items()}
     for field, value in values.items():
         if np.isnan(value).any():
             values[field], count = _fill(t, first, value, field)
@@ -321,7 +327,7 @@ def _evened(t: Array, first: float, values: dict[str, Array], notices: list[Said
                          f'{np.abs(jitter).max():.3g} s, expected one sample rate')
     cuts = np.flatnonzero(np.diff(index) > LIMITS.max_run + 1)
     if len(cuts):
-        keep, notice = _stretch(t, first, cuts, dt, values['motor'], notices)
+        keep, notice = _stretch(t, first, cuts, dt, values['motor'])
         notices.append(notice)
         t, index, jitter = t[keep], index[keep], jitter[keep]
         values = {field: value[keep] for field, value in values.items()}
@@ -466,6 +472,15 @@ def _runs(flags: Flags) -> tuple[Integers, Integers]:
     return edges[::2], edges[1::2] - edges[::2]
 
 
+def missing_long(value: Array) -> Flags:
+    """Return which of `value` [N] are NaN in runs too long to interpolate, or at an end."""
+    missing = np.isnan(value)
+    for begin, length in zip(*_runs(missing)):
+        if length <= LIMITS.max_run and 0 < begin < len(value) - length:
+            missing[begin:begin + length] = False
+    return missing
+
+
 def _fill(t: Array, first: float, value: Array, field: str) -> tuple[Array, int]:
     """Return (value with NaN interpolated, how many); raises InputError where there are many."""
     missing = np.isnan(value)
@@ -537,8 +552,8 @@ def _absent(t: Array, index: Integers, wander: Array) -> Integers:
     return absent
 
 
-def _stretch(t: Array, first: float, cuts: Integers, dt: float, motor: Array,
-             notices: Sequence[Said]) -> tuple[slice, Said]:
+def _stretch(t: Array, first: float, cuts: Integers, dt: float, motor: Array
+             ) -> tuple[slice, Said]:
     """
     Return (slice, notice) of the stretch between gaps in which the drive moves most.
 
@@ -548,7 +563,6 @@ def _stretch(t: Array, first: float, cuts: Integers, dt: float, motor: Array,
         cuts: rows behind which gaps are.
         dt: sample time, s.
         motor: readings of the encoder [N], rad.
-        notices: on what was left out.
     """
     edges = np.concatenate([[0], cuts + 1, [len(t)]])
     length = t[edges[1:] - 1] - t[edges[:-1]] + dt
@@ -556,9 +570,7 @@ def _stretch(t: Array, first: float, cuts: Integers, dt: float, motor: Array,
     holes = said('holes' if len(cuts) > 1 else 'one_hole', count=len(cuts),
                  longest=t[widest + 1] - t[widest], at=first + t[widest])
     if length.max() < LIMITS.min_duration:
-        why = '; '.join(str(n) for n in (*notices, holes) if n.code in (
-            'gap_of_values', holes.code))
-        raise InputError(f'{why}; the longest stretch without one lasts {length.max():.3g} s, '
+        raise InputError(f'{holes}; the longest stretch without one lasts {length.max():.3g} s, '
                          f'expected at least {LIMITS.min_duration:g} s')
     travel = [_travel(motor[begin:end], dt)[-1] for begin, end in zip(edges, edges[1:])]
     i = int(np.argmax(np.where(length < LIMITS.min_duration, -1.0, travel)))

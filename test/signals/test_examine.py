@@ -254,12 +254,12 @@ def test_held_positions_suit_a_servo_alone(sound):
 
 
 def test_a_setpoint_is_no_torque(sound):
-    beside = checks.torques(sound.u[:, 0], True, has_setpoint=True)
+    beside = checks.torques(sound.u[:, 0], np.arange(N) * 1e-3, True, has_setpoint=True)
     assert [(line.name, line.verdict()) for line in beside] == [('readings', OK), ('used', OK)]
     servo = MODEL.with_(controller={'kind': 'pd', 'kp': 20.0})
     assert [examine(sound, PARAMETERS, servo, beside).lines[5].figure.split()[0]
             for beside in (False, True)] == ['none:', 'recorded,']
-    alone = checks.torques(np.full(N, np.nan), False, has_setpoint=True)[0]
+    alone = checks.torques(np.full(N, np.nan), np.arange(N) * 1e-3, False, has_setpoint=True)[0]
     assert alone.verdict(('diagnosis',)) == WARN and alone.verdict(('drift',)) == BAD
     for late in (0, 150):
         u = np.column_stack([np.roll(sound.y[:, 0], -late), sound.u[:, 1]])

@@ -432,6 +432,9 @@ def test_nan(sound):
     recording, notices = prepare(t, u, y)  # as without these rows
     assert '13 samples without arm' in str(notices[0]) and '1 gap in the' in str(notices[-1])
     assert recording.begin == pytest.approx(1.51) and recording.u.tolist() == u[1510:].tolist()
+    halves = np.where((t < 5.0)[:, None], [1.0, np.nan], [np.nan, 1.0])
+    with pytest.raises(InputError, match='samples without motor .* without arm .*; 0 s remain'):
+        prepare(t, u, y * halves)
     with pytest.raises(InputError, match='arm: nan in 833. of 10000 samples, more than 3 in a'):
         prepare(t, u, np.where(np.arange(len(t))[:, None] % 6, y * [1.0, np.nan], y))
     y[::50, 1] = np.nan

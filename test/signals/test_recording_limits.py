@@ -11,7 +11,7 @@ import pytest
 from gearbox_monitor import signals
 from gearbox_monitor.signals import checks, stamps
 from gearbox_monitor.signals.checks import TorqueResponse
-from gearbox_monitor.signals.finding import LIMITS, RecordingLimits
+from gearbox_monitor.signals.finding import BAD, LIMITS, RecordingLimits, WARN
 
 # Grids of a search, settings of fits and units: they decide nothing.
 NUMERICAL = {
@@ -51,7 +51,20 @@ def readings_of(share):
     """Return what is said of a motor that misses `share` of 1e4 readings, the arm of none."""
     y = np.tile([0.1, 0.3], (10_000, 1))
     y[:round(share * len(y)), 0] = np.nan
-    return checks.measured(y, False)[0].hurts
+    return checks.measured(y, np.arange(10_000) * 1e-3)[0].hurts
+
+
+def test_a_diagnosis_takes_what_is_left_beside_a_long_gap():
+    seconds = np.arange(10_000) * 1e-3
+    y = np.sin(seconds[:, None] * [1.0, 2.0])
+    for rows, grade in ((slice(0, 3000), WARN), (slice(4500, 5000), WARN),
+                        (slice(3900, 6100), BAD), (slice(0, 10_000, 5), BAD)):
+        hole = y.copy()
+        hole[rows, 1] = np.nan
+        (arm,) = checks.measured(hole, seconds)[1:]
+        assert arm.verdict(('diagnosis',)) == grade
+        torque = checks.torques(hole[:, 1], seconds, True)[0]
+        assert torque.verdict(('diagnosis',)) == grade
 
 
 DECISIONS = [

@@ -607,8 +607,8 @@ class Overlay:
     """
     A Recording and the Runs of models over its Windows.
 
-    t [W, L] s and measured [W, L, 2] rad; sigma [2] rad, noise of the encoders; channels: the
-    encoders that there are.
+    t [W, L] s of the log and measured [W, L, 2] rad; sigma [2] rad, noise of the encoders;
+    channels: the encoders that there are.
     """
 
     recording: UniformRecording
@@ -643,6 +643,6 @@ def overlay(recording: UniformRecording, models: Mapping[str, DriveModel],
         y, _ = fit.data.simulator.run(windows, fit.model, fit.states, fit.memory)
         runs.append(ModelRun(name, y, fit.chi2, misfit_of([fit]), Begin(fit.states, fit.memory),
                              free_run(fit)))
-    return Overlay(recording, windows, recording.t[windows.samples], recording.y[windows.samples],
-                   np.asarray(sigma, float), recording.channels,
+    return Overlay(recording, windows, recording.begin + recording.t[windows.samples],
+                   recording.y[windows.samples], np.asarray(sigma, float), recording.channels,
                    tuple(runs))
