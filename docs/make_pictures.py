@@ -40,9 +40,9 @@ from gearbox_monitor.plant.simulate import Noise  # noqa: E402
 from gearbox_monitor.recordings.topics import signal_values, SIGNALS  # noqa: E402
 from gearbox_monitor.report.live_page import GearboxHistory, live_frame, LivePage  # noqa: E402
 from gearbox_monitor.report.recording_page import recording_page  # noqa: E402
+from gearbox_monitor.report.timeline import MonitorFollower, RecordingFacts, State, Timeline  # noqa: E402
 from gearbox_monitor.report.watch_page import watch_page  # noqa: E402
 from gearbox_monitor.report.watch_words import watch_data  # noqa: E402
-from gearbox_monitor.report.timeline import MonitorFollower, RecordingFacts, State, Timeline  # noqa: E402
 from gearbox_monitor.robot.arm_plant import GapGrowth, WorkingArm  # noqa: E402
 from gearbox_monitor.ros.diagnostic_keys import published  # noqa: E402
 from gearbox_monitor.ros.live_node import EventServer  # noqa: E402

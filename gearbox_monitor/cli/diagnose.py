@@ -43,9 +43,9 @@ from gearbox_monitor.diagnosis.joint.verdict import Verdict
 from gearbox_monitor.errors import expect_whole, InputError
 from gearbox_monitor.files.knowledge_file import save_knowledge, SUFFIX
 from gearbox_monitor.files.user_files import dump, expect_new_file, plain
+from gearbox_monitor.library import robot as library
 from gearbox_monitor.library.identify import diagnose, Diagnosis
 from gearbox_monitor.library.progress import progress_bar
-from gearbox_monitor.library import robot as library
 from gearbox_monitor.library.robot import robot_effects
 from gearbox_monitor.library.simulator_file import export_model, written_model
 from gearbox_monitor.plant.drive import DriveModel

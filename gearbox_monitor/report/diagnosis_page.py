@@ -26,9 +26,9 @@ from gearbox_monitor.report.builder import (
     advice, Page, page_summary, PageTable, render_page, Section, verdict_numbers)
 from gearbox_monitor.report.chart import BarRow, Bars, Chart, Dot, Panel, sketch, Trace
 from gearbox_monitor.report.words import (
-    axis_of, finding_words, gain_text, ids_of, unstated_in, meaning, MEANINGS, next_steps, NOTHING,
+    axis_of, finding_words, gain_text, ids_of, meaning, MEANINGS, next_steps, NOTHING,
     reading_unit, remainder_words, sentence, size_unit, subject_of, torque_map_of, unit_of,
-    value_rows, VerdictData)
+    unstated_in, value_rows, VerdictData)
 from gearbox_monitor.robot.chain import Chain
 from gearbox_monitor.signals.uniform import UniformRecording
 

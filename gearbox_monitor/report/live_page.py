@@ -25,10 +25,10 @@ from gearbox_monitor.report.chart import (
     Chart, Lane, LoopSlice, Panel, Plane, round_span, thinned_rows, Trace)
 from gearbox_monitor.report.recording_page import (
     backlash_panel, drawn_windows, joint_table, JointRow, ROLES, trusted_share, worst_rows)
-from gearbox_monitor.report.watch_page import watch_part
 from gearbox_monitor.report.timeline import (
     is_number, LARGEST, LEVELS, LevelSpans, PublishedWindows, SECOND_NS, State, state_of,
     WindowBacklash, worst_first)
+from gearbox_monitor.report.watch_page import watch_part
 from gearbox_monitor.report.words import answer, GEARBOXES, sentence
 
 MOTION_SECONDS = 10.0   # of torque and twist

@@ -24,8 +24,7 @@ from gearbox_monitor.plant.effects.actuator import TORQUE_GAIN
 from gearbox_monitor.plant.effects.arm_side import ARM_INERTIA, DISTURBANCE
 from gearbox_monitor.plant.effects.controller import SERVO_GAIN
 from gearbox_monitor.plant.effects.gearbox import SLIP
-from gearbox_monitor.plant.effects.motor_side import STRIBECK
-from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_INERTIA
+from gearbox_monitor.plant.effects.motor_side import MOTOR_COULOMB, MOTOR_INERTIA, STRIBECK
 from gearbox_monitor.presentation import (
     change, credible, number, on_axis, percent, Quantity, Said, said)
 from gearbox_monitor.report.sentences import entries, labelled, PLACES, say, wrapped

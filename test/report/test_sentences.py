@@ -20,9 +20,9 @@ from gearbox_monitor.health.judgement import CHANGED, Health, outcomes, sentence
 from gearbox_monitor.parameters import EstimatorParameters
 from gearbox_monitor.plant.effects import EFFECTS
 from gearbox_monitor.presentation import Quantity, Said
+from gearbox_monitor.report.sentences import message, PARTS, phrase, TABLE, title
 from gearbox_monitor.report.watch_words import change_words, payload_words
 from gearbox_monitor.report.words import finding_words, headline
-from gearbox_monitor.report.sentences import message, PARTS, phrase, TABLE, title
 from gearbox_monitor.watch.record import Change, HeldLoad, KINDS
 
 QUANTITIES = ('size', 'std', 'limit', 'viscous', 'coulomb')

@@ -19,8 +19,8 @@ from gearbox_monitor.recordings.read import open_bag
 from gearbox_monitor.recordings.storage import next_free
 from gearbox_monitor.ros import recording_export
 from gearbox_monitor.ros.recording_export import (
-    BLOCK, diagnosis_command, DTYPE, export_recording, load_of, MAX_RATE, RecordingBuffer,
-    RecordingContext, recording_of, SECOND, with_effort_moved)
+    BLOCK, diagnosis_command, DTYPE, export_recording, load_of, MAX_RATE, recording_of,
+    RecordingBuffer, RecordingContext, SECOND, with_effort_moved)
 
 T0 = 1_700_000_000 * SECOND
 PERIOD = 2_000_000
