@@ -153,7 +153,7 @@ def window_chart(overlay: Overlay, words: str, window: int, axis: str) -> Chart:
 
 def whole_chart(overlay: Overlay, axis: str) -> Chart:
     """Return one free run of each model of `overlay` over the whole recording, by `axis`."""
-    t, panels = overlay.recording.t, []
+    t, panels = overlay.recording.begin + overlay.recording.t, []
     for channel in overlay.channels:
         measured = overlay.recording.y[:, channel]
         readings = [Trace(t, measured, 'recording', 'recording')]

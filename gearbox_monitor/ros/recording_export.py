@@ -153,8 +153,8 @@ def with_effort_moved(rows: Rows, delay: int) -> Rows:
     """
     Return rows whose effort is that of `delay` samples earlier (later, if negative).
 
-    Then the effort stamped t_k acts from t_k on. Rows that the estimator refused are none of them,
-    unless nothing moves.
+    Then the effort stamped t_k acts from t_k on. Without a delay all rows are returned, otherwise
+    those that the estimator accepted.
     """
     if not delay:
         return rows

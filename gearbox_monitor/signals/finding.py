@@ -62,10 +62,10 @@ class RecordingLimits:
     # s: four windows of the gap metric; of motion; where the ends of the twist are taken. Below
     # twice as many, few remain for validation.
     min_duration: float = 4.0
-    # s of a recording that a diagnosis or fit of one drive uses: each takes half a CPU second and
-    # 14 MB at 1 kHz, and what is a part per thousand of a value shows in so many.
+    # s of a recording that a diagnosis or fit of one drive uses at most. At 1 kHz, each takes half
+    # a CPU second and 14 MB; 60 of them show a change of a value by 0.1 %.
     longest: float = 60.0
-    # Of the largest travel in so many seconds: enough to prefer the newest ones.
+    # Share of the largest travel from which on a newer stretch is preferred.
     far: float = 0.8
     # Share of samples that may be interpolated; more is worth a word.
     max_repaired: float = 0.01

@@ -193,7 +193,7 @@ def judged(evidence: BalanceEvidence, knowledge: Knowledge | None = None,
         evidence: of the recordings.
         knowledge: of references.
         shares: of each joint's motion, where no reference was.
-        away: squared error of what was taught, over that near the references.
+        away: distance of the motion from the references over theirs from each other, 1 or more.
     """
     visible = np.array([max(1.0 - max(of.values()), LEAST_SEEN) for of in shares] or [1.0])
     evidence = replace(evidence, dispersion=evidence.dispersion / visible)
@@ -489,7 +489,7 @@ def _remainders(search: BalanceSearch, knowledge: Knowledge | None, away: float
     Args:
         search: on the recordings.
         knowledge: of references, None without one.
-        away: squared error of what was taught, over that near the references.
+        away: distance of the motion from the references over theirs from each other, 1 or more.
     """
     evidence, fit = search.evidence.likelihood, search.best.fit.fit
     out, chain = [], evidence.recordings[0].robot.chain
